@@ -1,0 +1,1 @@
+"""Vencejo: send a fixed-wing autonomous plane to positions."""
