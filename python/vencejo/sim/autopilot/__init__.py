@@ -1,0 +1,1 @@
+"""The ArduPlane-like autopilot of the simulated plane."""
