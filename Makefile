@@ -1,0 +1,75 @@
+# Everything a person does with this checkout. Each target does its own set-up on a clean Debian 12
+# (Python >= 3.10 and Rust present) and redoes none of it when nothing changed.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+
+export PATH := $(HOME)/.cargo/bin:$(PATH)
+PY := .venv/bin/python
+CHECK := scripts/check.sh
+# The crates whose tests need no Python; the binding is tested from Python.
+CARGO_TEST := --workspace --exclude vencejo-py --locked
+DEMO_ARGS ?=
+PYTEST_ARGS ?=
+BENCH_ARGS ?=
+
+.PHONY: help demo test lint fmt bench wheel lock clean run-env dev-env native
+
+help: ## Show this list
+	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+demo: run-env native ## Fly the demo mission with the simulated plane
+	@.venv/bin/vencejo demo $(DEMO_ARGS)
+
+test: ## Everything that CI runs: layout, format, lints, types, Rust and Python tests
+	@scripts/tree_state.sh save
+	@$(MAKE) --no-print-directory dev-env
+	@$(MAKE) --no-print-directory lint-checks
+	@$(CHECK) cargo-test cargo test --quiet $(CARGO_TEST)
+	@$(MAKE) --no-print-directory native
+	@$(CHECK) pytest $(PY) -m pytest -q -n auto --dist worksteal $(PYTEST_ARGS)
+	@$(CHECK) tree scripts/tree_state.sh check
+	@printf '\nmake test: all passed\n'
+
+lint: dev-env lint-checks ## Only the layout, format, lint and type checks
+
+.PHONY: lint-checks
+lint-checks:
+	@$(CHECK) arrows $(PY) scripts/check_arrows.py
+	@$(CHECK) rustfmt cargo fmt --all --check
+	@$(CHECK) ruff-format .venv/bin/ruff format --check --quiet .
+	@$(CHECK) ruff .venv/bin/ruff check --quiet .
+	@$(CHECK) mypy .venv/bin/mypy
+	@$(CHECK) clippy cargo clippy --quiet --workspace --all-targets --locked -- -D warnings
+
+fmt: dev-env ## Format Rust and Python
+	cargo fmt --all
+	.venv/bin/ruff check --quiet --fix --exit-zero .
+	.venv/bin/ruff format --quiet .
+
+bench: dev-env native ## Measure, side by side with the peers, into bench/RESULTS.md (about 10 minutes)
+	cargo build --release --locked --quiet -p vencejo-link --examples
+	$(PY) bench/run.py $(BENCH_ARGS)
+
+wheel: dev-env ## Build the wheel into dist/
+	@scripts/setup.sh rust
+	rm -f dist/vencejo-*.whl
+	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin build --release --locked --quiet --out dist
+	@ls dist/vencejo-*.whl
+
+lock: ## Pin and hash the Python packages anew (needs uv)
+	scripts/lock.sh
+
+clean: ## Remove everything that was built
+	rm -rf target dist .venv .cache bench/out python/vencejo/_native*.so
+	find python scripts tests bench -name __pycache__ -type d -prune -exec rm -rf {} +
+
+run-env:
+	@scripts/setup.sh run
+dev-env:
+	@scripts/setup.sh rust
+	@scripts/setup.sh dev
+native:
+	@scripts/setup.sh native

@@ -1,0 +1,297 @@
+#!/usr/bin/env python3
+"""Checks the layout: which crate and which Python room may use which, and that every file opens by saying what it owns.
+
+The tables below are the law; ARCHITECTURE.md shows them and tests/house/test_docs.py compares the two.
+Crates are read from `cargo metadata`, Python rooms from the import statements. Standard library only.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+#: Crate → crates of ours that it may depend on, in any way (normal, build, dev).
+CRATES: dict[str, frozenset[str]] = {
+    "proto": frozenset(),
+    "flight": frozenset({"proto"}),
+    "vehicle": frozenset({"proto", "flight"}),
+    "link": frozenset({"proto"}),
+    "station": frozenset({"proto", "flight", "vehicle", "link"}),
+    "py": frozenset({"proto", "flight", "vehicle", "link", "station"}),
+}
+
+#: What the arrows above stand for when drawn without what follows from them.
+DRAWN_CRATES: dict[str, tuple[str, ...]] = {
+    "proto": (),
+    "flight": ("proto",),
+    "vehicle": ("proto", "flight"),
+    "link": ("proto",),
+    "station": ("vehicle", "link", "flight"),
+    "py": ("station", "flight"),
+}
+
+#: External crates that mean I/O or a language: only these crates of ours may name them.
+FENCED: dict[str, frozenset[str]] = {
+    "tokio": frozenset({"link", "station", "py"}),
+    "tokio-serial": frozenset({"link"}),
+    "serialport": frozenset({"link"}),
+    "pyo3": frozenset({"py"}),
+    "mavlink": frozenset({"proto"}),
+}
+
+#: Python room → rooms that it may import. `sdk` is python/vencejo itself without its sub-rooms.
+ROOMS: dict[str, frozenset[str]] = {
+    "sdk": frozenset({"_native"}),
+    "cli": frozenset({"sdk"}),
+    "sim": frozenset({"guidance"}),
+}
+
+#: Rooms that a room may *start* without depending on them: imported inside a function only, by the
+#: one file named. The command runs the simulated plane; the plane stays an honest peer on a link.
+STARTS: dict[tuple[str, str], frozenset[str]] = {
+    ("cli", "sim"): frozenset({"sim.py", "demo.py"}),
+}
+
+#: Third-party modules that only these rooms may import.
+FENCED_MODULES: dict[str, frozenset[str]] = {
+    "pymavlink": frozenset({"sim"}),
+    "jsbsim": frozenset({"sim"}),
+    "typer": frozenset({"cli"}),
+    "rich": frozenset({"cli"}),
+}
+
+#: The native part that the simulated plane may call: the flight crate's guidance, nothing of the driver.
+NATIVE_GUIDANCE = "vencejo._native.guidance"
+
+
+@dataclass(frozen=True)
+class Import:
+    """One import statement: the absolute module (with the name taken from it), where, and whether at module level."""
+
+    module: str
+    line: int
+    at_top: bool
+
+
+class Report:
+    """Counts what was checked and keeps what was wrong."""
+
+    def __init__(self) -> None:
+        self.passed = 0
+        self.faults: list[str] = []
+
+    def check(self, ok: bool, fault: str) -> None:
+        """Count one check; keep ``fault`` when it is not ``ok``."""
+        if ok:
+            self.passed += 1
+        else:
+            self.faults.append(fault)
+
+
+def closure(drawn: dict[str, tuple[str, ...]]) -> dict[str, frozenset[str]]:
+    """Return what each crate reaches by following the drawn arrows."""
+    reached: dict[str, frozenset[str]] = {}
+
+    def reach(crate: str, path: tuple[str, ...]) -> frozenset[str]:
+        if crate in path:
+            raise ValueError(f"the arrows go in a circle: {' → '.join((*path, crate))}")
+        if crate not in reached:
+            below = [reach(other, (*path, crate)) for other in drawn[crate]]
+            reached[crate] = frozenset(drawn[crate]).union(*below)
+        return reached[crate]
+
+    for crate in drawn:
+        reach(crate, ())
+    return reached
+
+
+def crate_dependencies(metadata: str) -> dict[str, set[str]]:
+    """Return, from the output of ``cargo metadata --no-deps``, each crate's dependencies without our prefix."""
+    packages = json.loads(metadata)["packages"]
+    return {
+        short(package["name"]): {
+            short(dependency["name"]) for dependency in package["dependencies"]
+        }
+        for package in packages
+    }
+
+
+def short(name: str) -> str:
+    """Return a crate's name as ARCHITECTURE.md writes it (``vencejo-proto`` → ``proto``)."""
+    return name.removeprefix("vencejo-")
+
+
+def check_crates(dependencies: dict[str, set[str]], report: Report) -> None:
+    """Check the crates' arrows and the fences around external crates."""
+    for crate, used in sorted(dependencies.items()):
+        allowed = CRATES.get(crate)
+        report.check(
+            allowed is not None,
+            f"crates/{crate}: not in the table; add it to scripts/check_arrows.py and ARCHITECTURE.md",
+        )
+        for other in sorted(used & (set(CRATES) | set(dependencies))):
+            report.check(
+                allowed is not None and other in allowed,
+                f"crates/{crate}/Cargo.toml: {crate} must not depend on {other}",
+            )
+        for external in sorted(used & set(FENCED)):
+            report.check(
+                crate in FENCED[external],
+                f"crates/{crate}/Cargo.toml: only {', '.join(sorted(FENCED[external]))} may use `{external}`",
+            )
+    for crate in sorted(set(CRATES) - set(dependencies)):
+        report.check(False, f"{crate}: in the table but not in crates/")
+
+
+def room_of(module: str) -> str | None:
+    """Return the room a module of ours belongs to, or None when it is not ours."""
+    parts = module.split(".")
+    if parts[0] != "vencejo":
+        return None
+    if len(parts) > 1 and parts[1] in {"cli", "sim"}:
+        return parts[1]
+    if module == NATIVE_GUIDANCE or module.startswith(NATIVE_GUIDANCE + "."):
+        return "guidance"
+    if len(parts) > 1 and parts[1] == "_native":
+        return "_native"
+    return "sdk"
+
+
+def imports(source: str, package: str) -> Iterator[Import]:
+    """Yield what a module imports.
+
+    Parameters
+    ----------
+    source
+        The module's text.
+    package
+        The dotted package that relative imports start from.
+    """
+    tree = ast.parse(source)
+    type_only = {
+        id(inner)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+        for inner in ast.walk(node)
+    }
+    in_function = {
+        id(inner)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+        for inner in ast.walk(node)
+    }
+    for node in ast.walk(tree):
+        at_top = id(node) not in in_function and id(node) not in type_only
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield Import(alias.name, node.lineno, at_top)
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                above = package.split(".")
+                above = above[: len(above) - node.level + 1]
+                base = ".".join([*above, base] if base else above)
+            for alias in node.names:
+                yield Import(f"{base}.{alias.name}", node.lineno, at_top)
+
+
+def check_module(path: Path, shown: str, package: str, report: Report) -> None:
+    """Check the imports of one file of python/vencejo."""
+    room = room_of(package if package != "vencejo" else "vencejo.sdk")
+    assert room is not None
+    for found in imports(path.read_text(encoding="utf-8"), package):
+        where = f"{shown}:{found.line}"
+        other = room_of(found.module)
+        if other is not None and other != room:
+            started = path.name in STARTS.get((room, other), frozenset()) and not found.at_top
+            report.check(
+                other in ROOMS[room] or started,
+                f"{where}: room `{room}` must not import `{found.module}` (room `{other}`)",
+            )
+        fence = FENCED_MODULES.get(found.module.split(".")[0])
+        if fence is not None:
+            report.check(
+                room in fence,
+                f"{where}: only room {', '.join(sorted(fence))} may import `{found.module}`",
+            )
+
+
+def opens_with_doc(path: Path) -> bool:
+    """Return whether a source file opens by saying what it owns."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".rs":
+        return next((line for line in text.splitlines() if line.strip()), "").startswith("//!")
+    if path.suffix in {".py", ".pyi"}:
+        return bool((ast.get_docstring(ast.parse(text)) or "").strip())
+    lines = [line for line in text.splitlines() if not line.startswith("#!")]
+    return bool(lines) and lines[0].startswith("# ")
+
+
+def sources(root: Path) -> Iterable[Path]:
+    """Return every source file that we wrote."""
+    patterns = {
+        "crates": ("*.rs",),
+        "python": ("*.py", "*.pyi"),
+        "tests": ("*.py",),
+        "scripts": ("*.py", "*.sh"),
+        "bench": ("*.py", "*.rs"),
+        "examples": ("*.py", "*.rs"),
+    }
+    return sorted(
+        path
+        for folder, globs in patterns.items()
+        for glob in globs
+        for path in (root / folder).rglob(glob)
+        if not {"target", "fixtures", "__pycache__", "out"} & set(path.relative_to(root).parts)
+    )
+
+
+def check_docs(root: Path, report: Report) -> None:
+    """Check that every source file opens with a doc comment."""
+    for path in sources(root):
+        report.check(
+            opens_with_doc(path),
+            f"{path.relative_to(root)}: must open with a doc comment that says what the file owns",
+        )
+
+
+def check_python(root: Path, report: Report) -> None:
+    """Check the imports of every module of python/vencejo."""
+    top = root / "python"
+    for path in sorted((top / "vencejo").rglob("*.py")):
+        package = ".".join(path.parent.relative_to(top).parts)
+        check_module(path, str(path.relative_to(root)), package, report)
+
+
+def main() -> int:
+    """Check everything; print what is wrong and one closing line."""
+    report = Report()
+    report.check(
+        closure(DRAWN_CRATES) == CRATES,
+        "check_arrows.py: DRAWN_CRATES and CRATES say different things",
+    )
+    metadata = subprocess.run(
+        ["cargo", "metadata", "--no-deps", "--format-version=1"],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout
+    check_crates(crate_dependencies(metadata), report)
+    check_python(ROOT, report)
+    check_docs(ROOT, report)
+    for fault in report.faults:
+        print(fault)
+    print(f"arrows: {report.passed} passed, {len(report.faults)} failed")
+    return 1 if report.faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

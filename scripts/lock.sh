@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# Turns pyproject.toml into requirements/*.lock: every version pinned, every file hashed, for every
+# Python that we support, and no index address inside. Needs `uv` (pip install uv).
+# `scripts/lock.sh --upgrade` takes newer versions.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+command -v uv >/dev/null || { echo "lock: uv is missing: python3 -m pip install uv" >&2; exit 1; }
+
+compile() { # output, arguments
+    local output=$1
+    shift
+    uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-annotate \
+        --no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" \
+        --override requirements/overrides.txt --output-file "$output" "$@" >/dev/null
+}
+
+# run: what `make demo` needs. dev: that and the tools; constrained, so that the two agree.
+compile requirements/run.lock pyproject.toml --group build "$@"
+compile requirements/dev.lock pyproject.toml --group dev --constraint requirements/run.lock "$@"

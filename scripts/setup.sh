@@ -1,0 +1,116 @@
+#!/usr/bin/env bash
+# Brings a checkout to where it can run: system packages, the project's own Python environment
+# (.venv) with locked packages, and the native module. Does nothing when nothing changed.
+#
+#   scripts/setup.sh run      what `vencejo` needs
+#   scripts/setup.sh dev      that, the tools and the peers that the tests talk to
+#   scripts/setup.sh native   the Rust core as vencejo._native, and the `vencejo` command
+#   scripts/setup.sh rust     only check that Rust and a C linker are there
+set -euo pipefail
+cd "$(dirname "$0")/.."
+export PATH="$HOME/.cargo/bin:$PATH"
+export PIP_DISABLE_PIP_VERSION_CHECK=1 CARGO_NET_RETRY=5
+
+VENV=.venv
+STAMPS=$VENV/.house
+RUST_MIN=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
+
+say() { printf '\033[2m· %s\033[0m\n' "$*" >&2; }
+fail() { printf 'setup: %s\n' "$*" >&2; exit 1; }
+
+# apt PACKAGE…: installs Debian packages when root, else names the command that does.
+apt() {
+    if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
+        fail "missing system package: sudo apt-get install -y $*  (or your system's equivalent), then run this again"
+    fi
+    say "installing system packages: $*"
+    local log
+    log=$(mktemp)
+    if [ -z "${APT_UPDATED:-}" ]; then
+        apt-get update -qq >"$log" 2>&1 || { cat "$log" >&2; fail "apt-get update failed"; }
+        APT_UPDATED=1
+    fi
+    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >"$log" 2>&1 \
+        || { cat "$log" >&2; fail "apt-get install $* failed"; }
+    rm -f "$log"
+}
+
+# The first Python >= 3.10, whether or not its venv module is whole.
+find_python() {
+    local candidate
+    for candidate in ${PYTHON:-} python3 python3.14 python3.13 python3.12 python3.11 python3.10; do
+        if "$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 10))' 2>/dev/null; then
+            command -v "$candidate"
+            return
+        fi
+    done
+    return 1
+}
+
+need_python() {
+    PYTHON_FOUND=$(find_python) || apt python3
+    PYTHON_FOUND=$(find_python) || fail "Python >= 3.10 is missing; set PYTHON=/path/to/python3"
+    if ! "$PYTHON_FOUND" -c 'import ensurepip, venv' 2>/dev/null; then
+        # Debian splits these off its own Python; another Python brings them along.
+        apt "python$("$PYTHON_FOUND" -c 'import sys; print("%d.%d" % sys.version_info[:2])')-venv"
+    fi
+}
+
+need_rust() {
+    command -v cc >/dev/null || apt build-essential
+    # Only when a crate of ours truly links against it.
+    if [ -f Cargo.lock ] && grep -q '^name = "libudev-sys"' Cargo.lock; then
+        command -v pkg-config >/dev/null || apt pkg-config
+        pkg-config --exists libudev || apt libudev-dev
+    fi
+    command -v cargo >/dev/null \
+        || fail "Rust >= $RUST_MIN is missing (Debian's own is too old): see https://rustup.rs, then run this again"
+    local have
+    have=$(rustc --version | cut -d' ' -f2)
+    [ "$(printf '%s\n%s\n' "$RUST_MIN" "${have%%-*}" | sort -V | head -n1)" = "$RUST_MIN" ] \
+        || fail "Rust $have is too old, $RUST_MIN or newer is needed: rustup update stable"
+}
+
+# Hash of the content of the files named on standard input, one a line.
+fingerprint() { tr '\n' '\0' | xargs -0 sha256sum | sha256sum | cut -d' ' -f1; }
+
+python_env() { # run | dev
+    local lock=requirements/$1.lock want
+    want=$(printf '%s\n' "$lock" | fingerprint)
+    # dev holds everything of run: a second install would only go back and forth.
+    if [ "$1" = run ] && [ "$(cat "$STAMPS/dev" 2>/dev/null)" = "$(printf 'requirements/dev.lock\n' | fingerprint)" ]; then
+        return
+    fi
+    [ "$(cat "$STAMPS/$1" 2>/dev/null)" = "$want" ] && "$VENV/bin/python" -c '' 2>/dev/null && return
+    if ! "$VENV/bin/python" -m pip --version >/dev/null 2>&1; then
+        need_python
+        say "creating $VENV with $("$PYTHON_FOUND" --version)"
+        "$PYTHON_FOUND" -m venv --clear "$VENV"
+    fi
+    say "installing $lock into $VENV"
+    # --no-deps: the lock is complete; what it leaves out, it leaves out on purpose (requirements/overrides.txt).
+    "$VENV/bin/python" -m pip install --quiet --require-hashes --no-deps -r "$lock"
+    mkdir -p "$STAMPS"
+    echo "$want" >"$STAMPS/$1"
+}
+
+native() {
+    local want
+    want=$({ git ls-files -co --exclude-standard -- crates Cargo.toml Cargo.lock pyproject.toml; } \
+        | while read -r path; do if [ -f "$path" ]; then echo "$path"; fi; done | fingerprint)-$(rustc --version | sha256sum | cut -c1-12)
+    if [ "$(cat "$STAMPS/native" 2>/dev/null)" = "$want" ] && [ -x "$VENV/bin/vencejo" ] \
+        && compgen -G 'python/vencejo/_native*.so' >/dev/null; then
+        return
+    fi
+    say "building the native module (the first time takes some minutes)"
+    VIRTUAL_ENV=$PWD/$VENV "$VENV/bin/maturin" develop --release --quiet --locked
+    mkdir -p "$STAMPS"
+    echo "$want" >"$STAMPS/native"
+}
+
+case "${1:-}" in
+    run | dev) python_env "$1" ;;
+    native) need_rust; native ;;
+    rust) need_rust ;;
+    *) fail "say what: run, dev, native or rust" ;;
+esac
