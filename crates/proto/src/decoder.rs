@@ -1,0 +1,148 @@
+//! Finds frames in a stream of bytes, and finds the next one again after garbage.
+
+use bytes::{Buf, BytesMut};
+use mavlink::calculate_crc;
+
+use crate::frame::{CHECKSUM_LEN, Frame, HEADER_LEN_V1, HEADER_LEN_V2, IFLAG_SIGNED, SIGNATURE_LEN, STX_V1, STX_V2};
+use crate::info::info;
+
+/// What a decoder has seen since it was made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct DecoderStats {
+    /// Frames handed out, unknown ids included.
+    pub frames: u64,
+    /// Bytes pushed in.
+    pub bytes: u64,
+    /// Candidates of a known id whose checksum was wrong.
+    pub bad_crc: u64,
+    /// Bytes that belonged to no frame.
+    pub garbage_bytes: u64,
+    /// Frames handed out whose id is not in the dialect, so that their checksum could not be checked.
+    pub unknown_id: u64,
+}
+
+/// Turns bytes, in pieces of any size, into frames.
+///
+/// A wrong candidate costs one byte, never the frames behind it: the search goes on right after its first byte.
+/// At most one frame (280 bytes) is held back waiting for its end.
+#[derive(Debug, Default)]
+pub struct FrameDecoder {
+    buffer: BytesMut,
+    stats: DecoderStats,
+}
+
+/// What stands at the front of the buffer.
+enum Front {
+    /// A whole frame of so many bytes.
+    Frame { len: usize, known: bool },
+    /// The beginning of what may be a frame.
+    Incomplete,
+    /// Not a frame; `bad_crc` when it looked like one to the end.
+    Garbage { bad_crc: bool },
+}
+
+impl FrameDecoder {
+    /// An empty decoder.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes in bytes from a link. Call [`Self::next_frame`] until it returns `None` before the next push.
+    pub fn push(&mut self, bytes: &[u8]) {
+        self.stats.bytes += bytes.len() as u64;
+        self.buffer.extend_from_slice(bytes);
+    }
+
+    /// The next whole frame, if there is one.
+    pub fn next_frame(&mut self) -> Option<Frame> {
+        loop {
+            let skip =
+                self.buffer.iter().position(|byte| matches!(*byte, STX_V1 | STX_V2)).unwrap_or(self.buffer.len());
+            if skip > 0 {
+                self.discard(skip);
+            }
+            match front(&self.buffer) {
+                Front::Frame { len, known } => {
+                    self.stats.frames += 1;
+                    self.stats.unknown_id += u64::from(!known);
+                    return Some(Frame::from_checked(self.buffer.split_to(len).freeze()));
+                }
+                Front::Incomplete => return None,
+                Front::Garbage { bad_crc } => {
+                    self.stats.bad_crc += u64::from(bad_crc);
+                    self.discard(1);
+                }
+            }
+        }
+    }
+
+    /// What was seen so far.
+    pub fn stats(&self) -> DecoderStats {
+        self.stats
+    }
+
+    fn discard(&mut self, count: usize) {
+        self.stats.garbage_bytes += count as u64;
+        self.buffer.advance(count);
+    }
+}
+
+/// What the first bytes say of a frame.
+struct Candidate {
+    id: u32,
+    /// Header and payload.
+    checked_len: usize,
+    /// Checksum and signature included.
+    len: usize,
+}
+
+/// Reads a candidate's header; `Err` says why there is none yet or at all.
+fn candidate(buffer: &[u8]) -> Result<Candidate, Front> {
+    let (header_len, signature_len, id) = match *buffer {
+        [STX_V1, _, _, _, _, id, ..] => (HEADER_LEN_V1, 0, u32::from(id)),
+        // A frame with an incompatibility flag that we do not know must be dropped (mavlink.io, "Incompatibility Flags").
+        [STX_V2, _, flags, ..] if flags & !IFLAG_SIGNED != 0 => return Err(Front::Garbage { bad_crc: false }),
+        [STX_V2, _, flags, _, _, _, _, id0, id1, id2, ..] => {
+            let signature_len = if flags & IFLAG_SIGNED != 0 { SIGNATURE_LEN } else { 0 };
+            (HEADER_LEN_V2, signature_len, u32::from_le_bytes([id0, id1, id2, 0]))
+        }
+        _ => return Err(Front::Incomplete),
+    };
+    let checked_len = header_len + usize::from(buffer[1]);
+    let len = checked_len + CHECKSUM_LEN + signature_len;
+    if buffer.len() < len {
+        return Err(Front::Incomplete);
+    }
+    Ok(Candidate { id, checked_len, len })
+}
+
+fn checksum_is_right(buffer: &[u8], candidate: &Candidate, extra_crc: u8) -> bool {
+    let (checked, rest) = buffer.split_at(candidate.checked_len);
+    calculate_crc(&checked[1..], extra_crc) == u16::from_le_bytes([rest[0], rest[1]])
+}
+
+fn front(buffer: &[u8]) -> Front {
+    let candidate = match candidate(buffer) {
+        Ok(candidate) => candidate,
+        Err(front) => return front,
+    };
+    match info(candidate.id) {
+        Some(info) if checksum_is_right(buffer, &candidate, info.extra_crc) => {
+            Front::Frame { len: candidate.len, known: true }
+        }
+        Some(_) => Front::Garbage { bad_crc: true },
+        None if is_plausible_unknown(buffer, candidate.len) => Front::Frame { len: candidate.len, known: false },
+        None => Front::Garbage { bad_crc: false },
+    }
+}
+
+/// Without the definition there is no checksum to tell a frame from noise: it counts as one only when another frame, or
+/// nothing, follows it, and when it does not cover the beginning of a frame that can be checked.
+fn is_plausible_unknown(buffer: &[u8], len: usize) -> bool {
+    let is_known_frame = |buffer: &[u8]| {
+        candidate(buffer).is_ok_and(|candidate| {
+            info(candidate.id).is_some_and(|info| checksum_is_right(buffer, &candidate, info.extra_crc))
+        })
+    };
+    matches!(buffer.get(len), None | Some(&STX_V1 | &STX_V2)) && !(1..len).any(|at| is_known_frame(&buffer[at..]))
+}
