@@ -1,0 +1,137 @@
+//! What can go wrong between us and a vehicle, named after the protocol's outcomes.
+
+use std::time::Duration;
+
+use thiserror::Error;
+use vencejo_flight::plan::PlanKind;
+use vencejo_proto::Address;
+
+use crate::command::{CommandName, CommandResult};
+use crate::modes::{FlightMode, UnknownMode};
+use crate::plan_state::PlanState;
+use crate::transfer::TransferError;
+
+/// Why a request did not succeed.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum VehicleError {
+    /// The vehicle refused a command.
+    #[error("vehicle {target} refused {command}: {result}{}", join_reasons(reasons))]
+    CommandRefused {
+        /// Who refused.
+        target: Address,
+        /// What.
+        command: CommandName,
+        /// Its `MAV_RESULT`.
+        result: CommandResult,
+        /// What the vehicle wrote about it (pre-arm checks and the like), oldest first.
+        reasons: Vec<String>,
+    },
+    /// The vehicle did not answer a command. It may have executed it.
+    #[error(
+        "vehicle {target} did not answer {command}, sent {attempts} times: it may or may not have executed it; \
+         check the link, read the vehicle's state, then decide"
+    )]
+    CommandTimeout {
+        /// Who was asked.
+        target: Address,
+        /// What.
+        command: CommandName,
+        /// How often it was sent.
+        attempts: u32,
+    },
+    /// The vehicle accepted, but what it reports does not show the effect.
+    #[error("vehicle accepted {command} but within {} s does not show {wanted}; it shows {observed}{}", within.as_secs_f64(), join_reasons(reasons))]
+    NotConfirmed {
+        /// What was sent.
+        command: CommandName,
+        /// What should be seen.
+        wanted: String,
+        /// What is seen.
+        observed: String,
+        /// How long it was waited for.
+        within: Duration,
+        /// What the vehicle wrote meanwhile, oldest first.
+        reasons: Vec<String>,
+    },
+    /// The same command is on its way already.
+    #[error("{command} is on its way already; wait for its result or cancel it")]
+    CommandBusy {
+        /// Which.
+        command: CommandName,
+    },
+    /// Another transfer runs; two never mix.
+    #[error("another transfer ({running}) runs with this vehicle; wait for its result or cancel it")]
+    TransferBusy {
+        /// Which one runs.
+        running: &'static str,
+    },
+    /// A plan or parameter transfer failed.
+    #[error(transparent)]
+    Transfer(#[from] TransferError),
+    /// No such mode.
+    #[error(transparent)]
+    UnknownMode(#[from] UnknownMode),
+    /// The mode exists, but the vehicle cannot be asked for it by this request.
+    #[error("this vehicle has no mode for {action}; set a mode by its name instead")]
+    NoModeFor {
+        /// What was wanted.
+        action: &'static str,
+    },
+    /// A value that may not be sent.
+    #[error("{field} is {value}: {expected}")]
+    InvalidValue {
+        /// Which value.
+        field: &'static str,
+        /// What it was.
+        value: String,
+        /// What it must be.
+        expected: &'static str,
+    },
+    /// A plan item that may not be sent.
+    #[error(transparent)]
+    Plan(#[from] vencejo_flight::FlightError),
+    /// The mission on board may be a mixture of two; it is not flown or armed for.
+    #[error("the {kind} on board is {state}; upload, download or clear it before arming or starting")]
+    PlanUnknown {
+        /// Which plan.
+        kind: PlanKind,
+        /// What is known of it.
+        state: PlanState,
+    },
+    /// Only possible when disarmed.
+    #[error("the vehicle is armed; disarm it before {action}")]
+    Armed {
+        /// What was wanted.
+        action: &'static str,
+    },
+    /// The vehicle was not heard for too long to act on what it said.
+    #[error("the vehicle's state is not known (nothing heard for {} s); wait for its heartbeat", age.as_secs_f64())]
+    NotHeard {
+        /// For how long.
+        age: Duration,
+    },
+    /// Too much is waiting.
+    #[error("{limit} requests are waiting for this vehicle already; wait for some of them")]
+    TooManyRequests {
+        /// The limit.
+        limit: usize,
+    },
+    /// A message that was asked for did not come, although the vehicle agreed to send it.
+    #[error("vehicle agreed to send message {message_id} but it did not arrive; try again")]
+    MessageNotReceived {
+        /// Which.
+        message_id: u32,
+    },
+    /// The vehicle restarted while the request was running.
+    #[error("the vehicle restarted meanwhile; read its state, then decide")]
+    Rebooted,
+    /// The request was cancelled.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+/// `": first; second"`, or nothing.
+fn join_reasons(reasons: &[String]) -> String {
+    if reasons.is_empty() { String::new() } else { format!(": {}", reasons.join("; ")) }
+}
