@@ -24,9 +24,12 @@
 mod decoder;
 pub mod dialect;
 mod frame;
+pub mod ftp;
 mod ids;
 mod info;
 mod message;
+pub mod param;
+pub mod plan_file;
 mod time;
 pub mod wire;
 
