@@ -1,0 +1,113 @@
+//! What a transfer must know of the vehicle and the link.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
+
+use vencejo_proto::param::ParamEncoding;
+use vencejo_proto::{Address, Message};
+
+/// What a transfer must know of the vehicle and the link. Cheap to clone.
+#[derive(Debug, Clone)]
+pub struct TransferConfig {
+    /// The vehicle's autopilot.
+    pub vehicle: Address,
+    /// Us.
+    pub station: Address,
+    /// Whether it is an ArduPilot: plan files over MAVFTP, item 0 of a mission is home, several requests at once.
+    pub is_ardupilot: bool,
+    /// Whether it says that it speaks MAVFTP (`MAV_PROTOCOL_CAPABILITY_FTP`).
+    pub has_ftp: bool,
+    /// How it puts integers into PARAM_VALUE.
+    pub param_encoding: ParamEncoding,
+    /// Round trip to the vehicle, where it is known (TIMESYNC). Default `None`: found out on the way.
+    pub round_trip: Option<Duration>,
+    /// Items sent ahead of the vehicle's requests in an item-by-item upload to ArduPilot, 1 to 64. Default 1: an item is
+    /// sent when it is asked for, as the protocol says.
+    pub item_window: u16,
+    /// Where MAVFTP sessions get their numbers: one for each vehicle, kept as long as the vehicle is.
+    pub ftp_sessions: FtpSessions,
+}
+
+impl TransferConfig {
+    /// A vehicle of which nothing is known: item by item, one at a time.
+    pub fn new(vehicle: Address, station: Address) -> Self {
+        Self {
+            vehicle,
+            station,
+            is_ardupilot: false,
+            has_ftp: false,
+            param_encoding: ParamEncoding::CCast,
+            round_trip: None,
+            item_window: 1,
+            ftp_sessions: FtpSessions::new(0),
+        }
+    }
+
+    /// An ArduPilot with MAVFTP.
+    pub fn ardupilot(vehicle: Address, station: Address) -> Self {
+        Self { is_ardupilot: true, has_ftp: true, ..Self::new(vehicle, station) }
+    }
+
+    /// Whether a message is from the vehicle and for us, or for nobody in particular.
+    pub(crate) fn concerns_us(&self, from: Address, message: &Message) -> bool {
+        from == self.vehicle && message.target().includes(self.station)
+    }
+}
+
+/// Numbers for MAVFTP sessions, so that no two of ours are alike within 250 and none begins with the message number on
+/// which the one before ended (ArduPilot would answer with what it answered then).
+#[derive(Debug, Clone)]
+pub struct FtpSessions(Arc<AtomicU32>);
+
+/// One MAVFTP session's numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct FtpLease {
+    /// The session's id, 1 to 250; 0 is what most other stations use.
+    pub session: u8,
+    /// The id of our session before: what to end when the vehicle says that another session is open.
+    pub previous: u8,
+    /// Number of the first message.
+    pub sequence: u16,
+}
+
+impl FtpSessions {
+    const IDS: u32 = 250;
+    /// Odd, so that all 65,536 starts are used before one comes again.
+    const SEQUENCE_STEP: u32 = 2039;
+
+    /// Numbers from `seed` on. Use a different seed each time the program starts.
+    pub fn new(seed: u32) -> Self {
+        Self(Arc::new(AtomicU32::new(seed)))
+    }
+
+    pub(crate) fn lease(&self) -> FtpLease {
+        let n = self.0.fetch_add(1, Ordering::Relaxed);
+        let id = |n: u32| (1 + n % Self::IDS) as u8;
+        FtpLease {
+            session: id(n),
+            previous: id(n.wrapping_add(Self::IDS - 1)),
+            sequence: n.wrapping_mul(Self::SEQUENCE_STEP) as u16,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sessions_know_their_predecessor() {
+        for seed in [0, 249, 250, 1_000_003] {
+            let sessions = FtpSessions::new(seed);
+            let mut last = sessions.lease();
+            for _ in 0..600 {
+                let lease = sessions.clone().lease();
+                assert_eq!(lease.previous, last.session);
+                assert!((1..=250).contains(&lease.session));
+                assert_ne!(lease.sequence, last.sequence);
+                last = lease;
+            }
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! How a transfer can fail.
+
+use std::fmt;
+use std::time::Duration;
+
+use thiserror::Error;
+use vencejo_flight::FlightError;
+use vencejo_flight::plan::{Difference, PlanKind};
+use vencejo_proto::MissionSeq;
+use vencejo_proto::ftp::FtpError;
+use vencejo_proto::param::{ParamError, ParamName, ParamValue};
+
+/// How many differences a message spells out.
+const DIFFERENCES_SHOWN: usize = 3;
+
+/// Why a transfer failed.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum TransferError {
+    /// The vehicle fell silent.
+    #[error("{step}: no answer from the vehicle for {} s; check the link and try again", waited.as_secs_f64())]
+    Timeout {
+        /// What it was asked.
+        step: &'static str,
+        /// For how long.
+        waited: Duration,
+    },
+    /// The vehicle answers, but the transfer gets nowhere.
+    #[error("{step}: given up after {attempts} attempts; try again, or look for another station that transfers too")]
+    NoProgress {
+        /// What it was doing.
+        step: &'static str,
+        /// How often it was begun.
+        attempts: u32,
+    },
+    /// The vehicle refused a plan.
+    #[error("the vehicle refused the {kind}{}: {result}", at_item(*seq))]
+    Refused {
+        /// Which plan.
+        kind: PlanKind,
+        /// Its `MAV_MISSION_RESULT`.
+        result: MissionResult,
+        /// The item sent last, when items were sent: most likely the one it refused.
+        seq: Option<MissionSeq>,
+    },
+    /// The vehicle's plan is not the one that was sent.
+    #[error("the {kind} on board is not what was sent: {}; it was accepted, but do not fly it", list(differences))]
+    NotAsSent {
+        /// Which plan.
+        kind: PlanKind,
+        /// In what it differs, in order of item.
+        differences: Vec<Difference>,
+    },
+    /// The plan was sent, but could not be read back: what the vehicle holds is unknown.
+    #[error("the {kind} was sent but could not be read back, so what the vehicle holds is unknown: {reason}")]
+    Unverified {
+        /// Which plan.
+        kind: PlanKind,
+        /// Why.
+        reason: Box<TransferError>,
+    },
+    /// The plan was to be removed, but items are left.
+    #[error("the {kind} was cleared, but the vehicle still says that it has {count} items; try again")]
+    NotCleared {
+        /// Which plan.
+        kind: PlanKind,
+        /// Items left, home not counted.
+        count: u16,
+    },
+    /// More than can be.
+    #[error("{what}: {count}, but at most {limit} are taken; the vehicle or the link is not sane")]
+    TooMany {
+        /// Of what.
+        what: &'static str,
+        /// How many.
+        count: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// The list to send is not numbered 0, 1, 2… or of another kind.
+    #[error("item {index} of the list to send has seq {seq} and plan kind {mission_type}; number the items from 0")]
+    BadList {
+        /// Place in the list.
+        index: usize,
+        /// Its seq.
+        seq: u16,
+        /// Its `MAV_MISSION_TYPE`.
+        mission_type: u8,
+    },
+    /// A plan item that may not be sent, or that the vehicle sent and cannot be.
+    #[error(transparent)]
+    Item(#[from] FlightError),
+    /// The vehicle refused a MAVFTP request.
+    #[error("{step} of {path}: the vehicle answers {error}")]
+    Ftp {
+        /// What was asked.
+        step: &'static str,
+        /// Which file.
+        path: String,
+        /// What it answered.
+        error: FtpError,
+    },
+    /// Another station has a file open on the vehicle.
+    #[error("{path}: another station is using MAVFTP with this vehicle; try again when it is done")]
+    FtpBusy {
+        /// Which file we wanted.
+        path: String,
+    },
+    /// A file from the vehicle is not what its name says.
+    #[error("{path}: {problem}")]
+    BadFile {
+        /// Which file.
+        path: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A parameter's name or value that may not be sent, or a file of them that cannot be read.
+    #[error(transparent)]
+    Param(#[from] ParamError),
+    /// The vehicle does not know a parameter, or did not answer for it.
+    #[error("parameter {name}: {}", if *told { "the vehicle has no such parameter; check its name" } else { "no answer; the vehicle may not have it, or the link is bad" })]
+    UnknownParam {
+        /// Its name.
+        name: ParamName,
+        /// Whether the vehicle said so; otherwise it was silent.
+        told: bool,
+    },
+    /// The vehicle refused a parameter.
+    #[error("parameter {name}: the vehicle refused it: {reason}")]
+    ParamRefused {
+        /// Its name.
+        name: ParamName,
+        /// `MAV_PARAM_ERROR` in words.
+        reason: &'static str,
+    },
+    /// The vehicle kept another value than the one that was sent.
+    #[error("parameter {name}: the vehicle keeps {kept} instead of {asked}; it may be read-only, limited, or set by another station")]
+    ParamNotKept {
+        /// Its name.
+        name: ParamName,
+        /// What was sent.
+        asked: ParamValue,
+        /// What it has.
+        kept: ParamValue,
+    },
+    /// The transfer was cancelled.
+    #[error("cancelled; what the vehicle holds is unknown until it is read")]
+    Cancelled,
+}
+
+fn at_item(seq: Option<MissionSeq>) -> String {
+    seq.map_or_else(String::new, |seq| format!(" at item {seq}"))
+}
+
+fn list(differences: &[Difference]) -> String {
+    let shown: Vec<_> = differences.iter().take(DIFFERENCES_SHOWN).map(ToString::to_string).collect();
+    let more = differences.len().saturating_sub(DIFFERENCES_SHOWN);
+    if more == 0 { shown.join("; ") } else { format!("{}; and {more} more", shown.join("; ")) }
+}
+
+/// How a vehicle ended a plan transfer (`MAV_MISSION_RESULT`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct MissionResult(pub u8);
+
+impl MissionResult {
+    /// Taken.
+    pub const ACCEPTED: Self = Self(0);
+    /// An item out of order. ArduPilot goes on waiting for the right one.
+    pub const INVALID_SEQUENCE: Self = Self(13);
+    /// Not from this station; with ArduPilot: another one is uploading.
+    pub const DENIED: Self = Self(14);
+    /// The transfer was cancelled, or timed out on the vehicle.
+    pub const OPERATION_CANCELLED: Self = Self(15);
+
+    /// Its name in the dialect, and what it means.
+    const fn text(self) -> (&'static str, &'static str) {
+        match self.0 {
+            0 => ("MAV_MISSION_ACCEPTED", "accepted"),
+            1 => ("MAV_MISSION_ERROR", "not accepting plans now"),
+            2 => ("MAV_MISSION_UNSUPPORTED_FRAME", "an item's frame is not supported"),
+            3 => ("MAV_MISSION_UNSUPPORTED", "an item's command is not supported"),
+            4 => ("MAV_MISSION_NO_SPACE", "more items than it can store"),
+            5 => ("MAV_MISSION_INVALID", "an item has an invalid value"),
+            6 => ("MAV_MISSION_INVALID_PARAM1", "param1 is invalid"),
+            7 => ("MAV_MISSION_INVALID_PARAM2", "param2 is invalid"),
+            8 => ("MAV_MISSION_INVALID_PARAM3", "param3 is invalid"),
+            9 => ("MAV_MISSION_INVALID_PARAM4", "param4 is invalid"),
+            10 => ("MAV_MISSION_INVALID_PARAM5_X", "x (latitude) is invalid"),
+            11 => ("MAV_MISSION_INVALID_PARAM6_Y", "y (longitude) is invalid"),
+            12 => ("MAV_MISSION_INVALID_PARAM7", "z (altitude) is invalid"),
+            13 => ("MAV_MISSION_INVALID_SEQUENCE", "an item came out of order"),
+            14 => ("MAV_MISSION_DENIED", "another station is uploading, or it takes no plan from this one"),
+            15 => ("MAV_MISSION_OPERATION_CANCELLED", "cancelled or timed out"),
+            _ => ("unknown MAV_MISSION_RESULT", "a result that is not listed"),
+        }
+    }
+
+    /// Its name in the dialect.
+    pub const fn name(self) -> &'static str {
+        self.text().0
+    }
+}
+
+impl fmt::Display for MissionResult {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (name, meaning) = self.text();
+        write!(f, "{meaning} ({name}, {})", self.0)
+    }
+}

@@ -1,0 +1,85 @@
+//! Plans, parameters and files to and from a vehicle: one state machine for each transfer, without I/O or clock.
+//!
+//! Every machine is a [`Transfer`]: feed it what the vehicle says and the time, send what it puts out, ask for its
+//! result. A machine hears only messages from its vehicle that are addressed to its station (or to nobody in
+//! particular) and, for plans, that carry its kind. Nothing here arms, starts, or changes a mode.
+//!
+//! | machine | does | result |
+//! |---|---|---|
+//! | [`PlanUpload`] | replaces a plan, reads it back, compares | [`VerifiedPlan`] |
+//! | [`PlanDownload`] | reads a plan | [`DownloadedPlan`] |
+//! | [`PlanClear`] | removes a plan and checks that it is gone | `()` |
+//! | [`ParamList`] | reads all parameters | `Vec<Param>` |
+//! | [`ParamRead`] | reads one parameter | [`Param`] |
+//! | [`ParamSet`] | writes one parameter, checked by what the vehicle then says it has | [`Param`] |
+//! | [`FtpGet`] | reads a file | `Vec<u8>` |
+//!
+//! [`PlanRoute`] is the policy between MAVFTP and the item protocol. ArduPilot has a single MAVFTP session for all
+//! channels, so an owner runs **one transfer at a time** per vehicle.
+//!
+//! ```text
+//! PlanUpload ─┬─ ftp::write (mission.dat) ─┐            PlanDownload ─┬─ ftp::read
+//!             └─ items::upload ────────────┴─ read back               └─ items::download
+//! ```
+
+mod config;
+mod error;
+mod ftp;
+mod items;
+mod params;
+mod plan;
+mod timing;
+
+#[cfg(test)]
+pub(crate) mod testing;
+#[cfg(test)]
+mod tests;
+
+use vencejo_proto::{Address, Message, MonoTime};
+
+pub use config::{FtpSessions, TransferConfig};
+pub use error::{MissionResult, TransferError};
+pub use ftp::FtpGet;
+pub use params::{ParamList, ParamRead, ParamSet};
+pub use plan::{DownloadedPlan, PlanClear, PlanDownload, PlanRoute, PlanUpload, VerifiedPlan};
+pub use vencejo_proto::param::{Param, ParamEncoding, ParamName, ParamType, ParamValue};
+
+/// What a transfer wants of its owner.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "moved once, from the queue to the link")]
+pub enum TransferOutput {
+    /// Send this to the vehicle.
+    Send(Message),
+    /// The transfer goes on.
+    Progress {
+        /// How much is done, in units of `total` (items, parameters or bytes, sent and read back).
+        done: u32,
+        /// How much there is; 0 when not known yet.
+        total: u32,
+    },
+}
+
+/// A transfer under way.
+pub trait Transfer {
+    /// What it yields.
+    type Value;
+
+    /// A message that was received. Messages that do not concern the transfer are ignored.
+    fn on_message(&mut self, from: Address, message: &Message, now: MonoTime);
+
+    /// Lets time pass; call it at [`Transfer::deadline`] or later.
+    fn on_time(&mut self, now: MonoTime);
+
+    /// When [`Transfer::on_time`] is wanted next; `None` when the transfer is over.
+    fn deadline(&self) -> Option<MonoTime>;
+
+    /// The next thing to do. Drain it after every call, also after the result is there: a last message may say good-bye.
+    fn poll_output(&mut self) -> Option<TransferOutput>;
+
+    /// The result, once; `None` before, and after it was taken.
+    fn result(&mut self) -> Option<Result<Self::Value, TransferError>>;
+
+    /// Gives up: tells the vehicle where the protocol can, and ends with [`TransferError::Cancelled`]. What the vehicle
+    /// then holds is unknown until it is read.
+    fn cancel(&mut self, now: MonoTime);
+}
