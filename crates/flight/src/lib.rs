@@ -1,3 +1,8 @@
 //! Flight: plans, their file formats and checks, geodesy and plane guidance. Pure functions, no I/O, no clock.
 
+pub mod error;
+pub mod geodesy;
 pub mod guidance;
+pub mod plan;
+
+pub use error::{FlightError, Result};

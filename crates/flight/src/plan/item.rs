@@ -1,0 +1,378 @@
+//! One item of a plan, its altitude frame, and its way to and from `MISSION_ITEM_INT`.
+
+use vencejo_proto::{Address, MissionSeq};
+
+pub(crate) use vencejo_proto::MissionItemInt;
+
+use crate::error::{FlightError, Result};
+use crate::geodesy::GeoPoint;
+use crate::plan::command::Command;
+
+/// Largest height that ArduPilot stores, metres, either sign (exclusive).
+pub const MAX_ALT_M: f64 = 83_000.0;
+
+/// Degrees of latitude or longitude to the integers of the wire (degE7).
+const DEG_E7: f64 = 1e7;
+
+/// Kind of list that an item belongs to (`MAV_MISSION_TYPE`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum PlanKind {
+    /// What to fly.
+    Mission = 0,
+    /// Geofence.
+    Fence = 1,
+    /// Rally points.
+    Rally = 2,
+}
+
+impl PlanKind {
+    /// All kinds, in the order in which a plan is sent.
+    pub const ALL: [Self; 3] = [Self::Mission, Self::Fence, Self::Rally];
+
+    /// The number on the wire.
+    #[must_use]
+    pub const fn mission_type(self) -> u8 {
+        self as u8
+    }
+}
+
+impl TryFrom<u8> for PlanKind {
+    type Error = FlightError;
+
+    fn try_from(value: u8) -> Result<Self> {
+        Self::ALL.into_iter().find(|kind| kind.mission_type() == value).ok_or(FlightError::UnknownPlanKind(value))
+    }
+}
+
+impl std::fmt::Display for PlanKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Mission => "mission",
+            Self::Fence => "fence",
+            Self::Rally => "rally",
+        })
+    }
+}
+
+/// What the height of an item is counted from (`MAV_FRAME`).
+///
+/// The `*_INT` variants 5, 6 and 11 mean the same as 0, 3 and 10 in a `MISSION_ITEM_INT` and are folded
+/// into them when read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum MavFrame {
+    /// 0: height above mean sea level.
+    Global,
+    /// 2: no position; parameters are raw.
+    Mission,
+    /// 3: height above home.
+    GlobalRelativeAlt,
+    /// 10: height above the terrain below.
+    GlobalTerrainAlt,
+    /// Any other number, kept as it came. Not supported for positions.
+    Other(u8),
+}
+
+impl MavFrame {
+    /// The number on the wire.
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        match self {
+            Self::Global => 0,
+            Self::Mission => 2,
+            Self::GlobalRelativeAlt => 3,
+            Self::GlobalTerrainAlt => 10,
+            Self::Other(number) => number,
+        }
+    }
+
+    /// `false` for frames in which a latitude and longitude have no meaning here.
+    #[must_use]
+    pub const fn is_supported(self) -> bool {
+        !matches!(self, Self::Other(_))
+    }
+}
+
+impl From<u8> for MavFrame {
+    fn from(number: u8) -> Self {
+        match number {
+            0 | 5 => Self::Global,
+            2 => Self::Mission,
+            3 | 6 => Self::GlobalRelativeAlt,
+            10 | 11 => Self::GlobalTerrainAlt,
+            other => Self::Other(other),
+        }
+    }
+}
+
+impl std::fmt::Display for MavFrame {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Global => f.write_str("above mean sea level"),
+            Self::Mission => f.write_str("no position"),
+            Self::GlobalRelativeAlt => f.write_str("above home"),
+            Self::GlobalTerrainAlt => f.write_str("above terrain"),
+            Self::Other(number) => write!(f, "frame {number}"),
+        }
+    }
+}
+
+/// One item of a mission, fence or rally list.
+///
+/// `params[0..4]` are parameters 1 to 4, `params[4..7]` are x, y and z: latitude and longitude in degrees
+/// and height in metres when the command has a position, else raw numbers (x and y whole). `None` is
+/// unset: sent as NaN where the command allows it (heading of a waypoint, take-off or landing), as 0
+/// elsewhere.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MissionItem {
+    /// What to do.
+    pub command: Command,
+    /// What the height is counted from; [`MavFrame::Mission`] for commands without position.
+    pub frame: MavFrame,
+    /// Parameters 1 to 4, x, y, z.
+    pub params: [Option<f64>; 7],
+    /// Go on to the next item by itself. ArduPilot ignores it and stores `true`.
+    pub autocontinue: bool,
+}
+
+/// Names of the seven parameters as messages and errors call them.
+pub const PARAM_NAMES: [&str; 7] = ["param1", "param2", "param3", "param4", "x", "y", "z"];
+
+impl MissionItem {
+    /// An item with a position relative to home.
+    #[must_use]
+    pub fn at(command: Command, params: [f64; 4], lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64) -> Self {
+        let [p1, p2, p3, p4] = params;
+        Self {
+            command,
+            frame: MavFrame::GlobalRelativeAlt,
+            params: [p1, p2, p3, p4, lat_deg, lon_deg, alt_rel_home_m].map(Some),
+            autocontinue: true,
+        }
+    }
+
+    /// An item without a position.
+    #[must_use]
+    pub fn action(command: Command, params: [f64; 4]) -> Self {
+        Self { frame: MavFrame::Mission, ..Self::at(command, params, 0.0, 0.0, 0.0) }
+    }
+
+    /// Fly to a point; ArduPlane's own acceptance radius applies.
+    #[must_use]
+    pub fn waypoint(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64) -> Self {
+        Self::at(Command::NAV_WAYPOINT, [0.0; 4], lat_deg, lon_deg, alt_rel_home_m)
+    }
+
+    /// Take off in the direction the plane points, to a height, with at least `pitch_deg` of pitch.
+    #[must_use]
+    pub fn takeoff(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64, pitch_deg: f64) -> Self {
+        Self::at(Command::NAV_TAKEOFF, [pitch_deg, 0.0, 0.0, 0.0], lat_deg, lon_deg, alt_rel_home_m)
+    }
+
+    /// Land at a point.
+    #[must_use]
+    pub fn land(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64) -> Self {
+        Self::at(Command::NAV_LAND, [0.0; 4], lat_deg, lon_deg, alt_rel_home_m)
+    }
+
+    /// Mark the start of the landing sequence.
+    #[must_use]
+    pub fn land_start(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64) -> Self {
+        Self::at(Command::DO_LAND_START, [0.0; 4], lat_deg, lon_deg, alt_rel_home_m)
+    }
+
+    /// Circle for ever. Negative radius: counter-clockwise; 0: the vehicle's own.
+    #[must_use]
+    pub fn loiter_unlimited(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64, radius_m: f64) -> Self {
+        Self::at(Command::NAV_LOITER_UNLIM, [0.0, 0.0, radius_m, 0.0], lat_deg, lon_deg, alt_rel_home_m)
+    }
+
+    /// Circle a number of turns. Negative radius: counter-clockwise; 0: the vehicle's own.
+    #[must_use]
+    pub fn loiter_turns(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64, turns: f64, radius_m: f64) -> Self {
+        Self::at(Command::NAV_LOITER_TURNS, [turns, 0.0, radius_m, 1.0], lat_deg, lon_deg, alt_rel_home_m)
+    }
+
+    /// Circle for a time; ArduPlane circles with its own radius, `clockwise` or not.
+    #[must_use]
+    pub fn loiter_time(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64, time_s: f64, clockwise: bool) -> Self {
+        let direction = if clockwise { 1.0 } else { -1.0 };
+        Self::at(Command::NAV_LOITER_TIME, [time_s, 0.0, direction, 1.0], lat_deg, lon_deg, alt_rel_home_m)
+    }
+
+    /// Circle until the height is reached. Negative radius: counter-clockwise; 0: the vehicle's own.
+    #[must_use]
+    pub fn loiter_to_alt(lat_deg: f64, lon_deg: f64, alt_rel_home_m: f64, radius_m: f64) -> Self {
+        Self::at(Command::NAV_LOITER_TO_ALT, [0.0, radius_m, 0.0, 1.0], lat_deg, lon_deg, alt_rel_home_m)
+    }
+
+    /// Return to launch (home or the nearest rally point).
+    #[must_use]
+    pub fn return_to_launch() -> Self {
+        Self::action(Command::NAV_RETURN_TO_LAUNCH, [0.0; 4])
+    }
+
+    /// Set the target airspeed.
+    #[must_use]
+    pub fn change_airspeed(airspeed_m_s: f64) -> Self {
+        Self::action(Command::DO_CHANGE_SPEED, [0.0, airspeed_m_s, 0.0, 0.0])
+    }
+
+    /// Jump to another item `repeats` times; −1 repeats for ever.
+    #[must_use]
+    pub fn jump(target: MissionSeq, repeats: i16) -> Self {
+        Self::action(Command::DO_JUMP, [f64::from(target.0), f64::from(repeats), 0.0, 0.0])
+    }
+
+    /// `true` when x, y and z are latitude, longitude and height.
+    #[must_use]
+    pub fn has_position(&self) -> bool {
+        self.frame.is_supported() && self.command.has_position().unwrap_or(self.frame != MavFrame::Mission)
+    }
+
+    /// Latitude, degrees; `None` when the command has no position or it is unset.
+    #[must_use]
+    pub fn lat_deg(&self) -> Option<f64> {
+        self.params[4].filter(|_| self.has_position())
+    }
+
+    /// Longitude, degrees; `None` when the command has no position or it is unset.
+    #[must_use]
+    pub fn lon_deg(&self) -> Option<f64> {
+        self.params[5].filter(|_| self.has_position())
+    }
+
+    /// Height in the item's frame, metres; `None` when the command has no position or it is unset.
+    #[must_use]
+    pub fn alt_m(&self) -> Option<f64> {
+        self.params[6].filter(|_| self.has_position())
+    }
+
+    /// The position when there is one: not unset, on Earth, and not the 0/0 that means "here".
+    #[must_use]
+    pub fn point(&self) -> Option<GeoPoint> {
+        let (lat_deg, lon_deg) = (self.lat_deg()?, self.lon_deg()?);
+        if lat_deg == 0.0 && lon_deg == 0.0 {
+            return None;
+        }
+        GeoPoint::new(lat_deg, lon_deg).ok()
+    }
+
+    /// Parameter 1 to 7; `None` when unset or out of 1..=7.
+    #[must_use]
+    pub fn param(&self, number: usize) -> Option<f64> {
+        self.params.get(number.checked_sub(1)?).copied().flatten()
+    }
+
+    /// Whether every value may be sent: finite, and a position on Earth in a frame that is known.
+    ///
+    /// # Errors
+    /// [`FlightError::BadItem`] for the first value that may not.
+    pub fn check_sendable(&self, seq: MissionSeq) -> Result<()> {
+        let bad = |field, value, problem| {
+            Err(FlightError::BadItem { seq: seq.0, command: self.command, field, value, problem })
+        };
+        for (field, value) in PARAM_NAMES.into_iter().zip(self.params) {
+            let Some(value) = value else { continue };
+            if !value.is_finite() || value.abs() > f64::from(f32::MAX) {
+                return bad(field, value, "which is not a number that can be sent; give a finite one");
+            }
+        }
+        if self.has_position() {
+            if let Some(lat_deg) = self.lat_deg().filter(|v| v.abs() > 90.0) {
+                return bad("x", lat_deg, "but a latitude goes from -90 to 90 degrees");
+            }
+            if let Some(lon_deg) = self.lon_deg().filter(|v| v.abs() > 180.0) {
+                return bad("y", lon_deg, "but a longitude goes from -180 to 180 degrees");
+            }
+            if let Some(alt_m) = self.alt_m().filter(|v| v.abs() >= MAX_ALT_M) {
+                return bad("z", alt_m, "but a height stays within 83,000 m");
+            }
+        } else {
+            for index in [4, 5] {
+                let limit = f64::from(i32::MAX);
+                if let Some(value) = self.params[index].filter(|v| v.abs() > limit) {
+                    return bad(PARAM_NAMES[index], value, "but it is sent as a 32-bit whole number");
+                }
+            }
+        }
+        if self.command.has_position() == Some(true) && !self.frame.is_supported() {
+            return bad(
+                "frame",
+                f64::from(self.frame.number()),
+                "but a position needs frame 0 (sea level), 3 (home) or 10 (terrain)",
+            );
+        }
+        Ok(())
+    }
+
+    /// The message that carries this item. Call [`MissionItem::check_sendable`] first: a value out of
+    /// range is not an error here, it saturates.
+    #[must_use]
+    pub fn to_wire(&self, seq: MissionSeq, target: Address, kind: PlanKind, current: bool) -> MissionItemInt {
+        let mut params = [0.0_f32; 4];
+        for (index, param) in params.iter_mut().enumerate() {
+            *param = match self.params[index] {
+                Some(value) => value as f32,
+                None if self.command.param_may_be_unset(index) => f32::NAN,
+                None => 0.0,
+            };
+        }
+        let scale = if self.has_position() { DEG_E7 } else { 1.0 };
+        let whole = |value: Option<f64>| (value.unwrap_or(0.0) * scale).round() as i32;
+        MissionItemInt {
+            target,
+            seq: seq.0,
+            frame: self.frame.number(),
+            command: self.command.0,
+            current: u8::from(current),
+            autocontinue: u8::from(self.autocontinue),
+            params,
+            x: whole(self.params[4]),
+            y: whole(self.params[5]),
+            z: self.params[6].unwrap_or(0.0) as f32,
+            mission_type: kind.mission_type(),
+        }
+    }
+
+    /// The item that a message carries.
+    ///
+    /// # Errors
+    /// [`FlightError::BadItem`] for infinite values and for positions off the globe. NaN means unset.
+    pub fn from_wire(wire: &MissionItemInt) -> Result<Self> {
+        let command = Command(wire.command);
+        let bad = |field, value, problem| Err(FlightError::BadItem { seq: wire.seq, command, field, value, problem });
+        let mut item =
+            Self { command, frame: wire.frame.into(), params: [None; 7], autocontinue: wire.autocontinue != 0 };
+        for (index, value) in wire.params.into_iter().chain([wire.z]).enumerate() {
+            let index = if index == 4 { 6 } else { index };
+            if value.is_infinite() {
+                return bad(PARAM_NAMES[index], f64::from(value), "which no vehicle can fly; send it again");
+            }
+            item.params[index] = (!value.is_nan()).then(|| f64_from_f32(value));
+        }
+        let has_position = item.has_position();
+        for (index, value, limit_deg) in [(4, wire.x, 90.0), (5, wire.y, 180.0)] {
+            item.params[index] = if !has_position {
+                Some(f64::from(value))
+            } else if value == i32::MAX {
+                None // MAVLink: unset
+            } else {
+                let deg = f64::from(value) / DEG_E7;
+                if deg.abs() > limit_deg {
+                    return bad(PARAM_NAMES[index], deg, "which is not a position on Earth; send it again");
+                }
+                Some(deg)
+            };
+        }
+        if has_position && let Some(alt_m) = item.params[6].filter(|v| v.abs() > 100.0 * MAX_ALT_M) {
+            return bad("z", alt_m, "which is no height; send it again");
+        }
+        Ok(item)
+    }
+}
+
+/// The shortest decimal that a 32-bit float stands for, so that 77.76 read from a vehicle is shown and
+/// saved as 77.76, not as 77.76000213623047. Converting back to `f32` gives the same bits.
+pub(crate) fn f64_from_f32(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or_else(|_| f64::from(value))
+}

@@ -1,0 +1,188 @@
+//! What a plan is: a mission, a fence and rally points, as people and files speak of them, and how
+//! each becomes MAVLink items.
+//!
+//! Values keep their unit and datum; nothing here talks to a vehicle. [`ardupilot_stored`] knows what an
+//! ArduPlane keeps of an item, so that a plan read back can be compared with the one sent.
+
+pub mod command;
+mod fence;
+mod item;
+mod rally;
+mod stored;
+
+pub use command::{Category, Command, CommandInfo, ParamInfo, Storage, Support, Unit};
+pub use fence::{Fence, FenceShape, FenceZone};
+pub use item::{MavFrame, MissionItem, PlanKind};
+pub use rally::{Rally, RallyPoint};
+pub use stored::{Difference, Field, ardupilot_stored, plans_equal_as_stored};
+
+use vencejo_proto::{Address, MissionSeq};
+
+use crate::error::{FlightError, Result};
+use crate::geodesy::GeoPoint;
+use crate::plan::item::MissionItemInt;
+
+/// Most items that a plan may hold in memory or in a file; no vehicle takes as many.
+pub const MAX_ITEMS: usize = 10_000;
+
+/// Where heights relative to home are counted from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Home {
+    /// Latitude, degrees, WGS-84.
+    pub lat_deg: f64,
+    /// Longitude, degrees, WGS-84.
+    pub lon_deg: f64,
+    /// Height above mean sea level, metres.
+    pub alt_amsl_m: f64,
+}
+
+impl Home {
+    /// The home position as a checked point.
+    ///
+    /// # Errors
+    /// [`FlightError::NotOnEarth`] when the coordinates are not finite or out of range.
+    pub fn point(&self) -> Result<GeoPoint> {
+        GeoPoint::new(self.lat_deg, self.lon_deg)
+    }
+
+    /// The item that stands for home in a mission list: an absolute waypoint.
+    #[must_use]
+    pub fn to_item(self) -> MissionItem {
+        let mut item = MissionItem::waypoint(self.lat_deg, self.lon_deg, self.alt_amsl_m);
+        item.frame = MavFrame::Global;
+        item
+    }
+
+    /// Home from item 0 of a mission list; `None` when it is unset (0/0) or no position.
+    #[must_use]
+    pub fn from_item(item: &MissionItem) -> Option<Self> {
+        let lat_deg = item.lat_deg()?;
+        let lon_deg = item.lon_deg()?;
+        let alt_amsl_m = item.alt_m().unwrap_or(0.0);
+        let unset = lat_deg == 0.0 && lon_deg == 0.0;
+        (!unset).then_some(Self { lat_deg, lon_deg, alt_amsl_m })
+    }
+}
+
+/// A mission: home, if it is known, and the items **without** home.
+///
+/// On ArduPilot item 0 of the list on the wire is home, so `items[0]` has seq 1 there; on PX4 it has
+/// seq 0. [`Mission::to_wire`] takes care of that.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Mission {
+    /// Planned home; the vehicle sets its own when it arms.
+    pub home: Option<Home>,
+    /// What to do, in order.
+    pub items: Vec<MissionItem>,
+}
+
+impl Mission {
+    /// The list as sent to a vehicle, seq 0 upwards.
+    ///
+    /// With `with_home` item 0 is home (ArduPilot); an unknown home is sent as 0/0, which ArduPilot
+    /// replaces by its own. Without it (PX4) `items[0]` is item 0.
+    ///
+    /// # Errors
+    /// [`FlightError::BadItem`] for a value that may not be sent, [`FlightError::BadMission`] when there
+    /// are more than 65,535 items.
+    pub fn to_wire(&self, target: Address, with_home: bool) -> Result<Vec<MissionItemInt>> {
+        let home = with_home.then(|| {
+            self.home.map_or_else(|| Home { lat_deg: 0.0, lon_deg: 0.0, alt_amsl_m: 0.0 }.to_item(), Home::to_item)
+        });
+        items_to_wire(home.iter().chain(&self.items), target, PlanKind::Mission)
+    }
+
+    /// A mission from the list of a vehicle, sorted by seq, complete from 0.
+    ///
+    /// # Errors
+    /// [`FlightError::BadMission`] for a list with gaps or of another kind, [`FlightError::BadItem`] for an
+    /// item with values that cannot be.
+    pub fn from_wire(wire: &[MissionItemInt], with_home: bool) -> Result<Self> {
+        let mut items = items_from_wire(wire, PlanKind::Mission)?;
+        let home = if with_home && !items.is_empty() { Home::from_item(&items.remove(0)) } else { None };
+        Ok(Self { home, items })
+    }
+}
+
+/// Everything that is sent to a vehicle before a flight.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Plan {
+    /// What to fly.
+    pub mission: Mission,
+    /// Where to stay.
+    pub fence: Fence,
+    /// Where to return to when home is farther.
+    pub rally: Rally,
+}
+
+impl Plan {
+    /// A plan of a mission alone.
+    #[must_use]
+    pub fn from_mission(mission: Mission) -> Self {
+        Self { mission, ..Self::default() }
+    }
+
+    /// The list of one kind as sent to the vehicle. `with_home` matters to the mission alone.
+    ///
+    /// # Errors
+    /// As [`Mission::to_wire`].
+    pub fn to_wire(&self, kind: PlanKind, target: Address, with_home: bool) -> Result<Vec<MissionItemInt>> {
+        match kind {
+            PlanKind::Mission => self.mission.to_wire(target, with_home),
+            PlanKind::Fence => items_to_wire(self.fence.to_items().iter(), target, kind),
+            PlanKind::Rally => items_to_wire(self.rally.to_items().iter(), target, kind),
+        }
+    }
+}
+
+/// Numbers, checks and encodes a list of items.
+///
+/// # Errors
+/// [`FlightError::BadItem`] for a value that may not be sent, [`FlightError::BadMission`] when there are
+/// more than 65,535 items.
+pub fn items_to_wire<'a>(
+    items: impl IntoIterator<Item = &'a MissionItem>,
+    target: Address,
+    kind: PlanKind,
+) -> Result<Vec<MissionItemInt>> {
+    let mut wire = Vec::new();
+    for (index, item) in items.into_iter().enumerate() {
+        let seq = u16::try_from(index).map(MissionSeq).map_err(|_| FlightError::BadMission {
+            index,
+            problem: "a plan holds at most 65,535 items; split it".into(),
+        })?;
+        item.check_sendable(seq)?;
+        wire.push(item.to_wire(seq, target, kind, false));
+    }
+    Ok(wire)
+}
+
+/// Decodes a list that must be complete and in order, seq 0 upwards.
+///
+/// # Errors
+/// [`FlightError::BadMission`] for a gap, a repetition or another kind of plan; as
+/// [`MissionItem::from_wire`] for the items.
+pub fn items_from_wire(wire: &[MissionItemInt], kind: PlanKind) -> Result<Vec<MissionItem>> {
+    wire.iter()
+        .enumerate()
+        .map(|(index, item)| {
+            if usize::from(item.seq) != index {
+                return Err(FlightError::BadMission {
+                    index,
+                    problem: format!("has seq {} where {index} belongs; read the plan again", item.seq),
+                });
+            }
+            if item.mission_type != kind.mission_type() {
+                return Err(FlightError::BadMission {
+                    index,
+                    problem: format!(
+                        "is of plan kind {} in a list of kind {}; read the plan again",
+                        item.mission_type,
+                        kind.mission_type()
+                    ),
+                });
+            }
+            MissionItem::from_wire(item)
+        })
+        .collect()
+}
