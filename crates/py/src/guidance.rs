@@ -1,8 +1,260 @@
-//! Guidance laws of `vencejo-flight` for the simulated plane.
+//! Guidance laws of `vencejo-flight` for the simulated plane: one call per control step, numbers in and out.
 
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use vencejo_flight::guidance::NorthEast;
+use vencejo_flight::guidance::l1::{Track, Turn};
+use vencejo_flight::guidance::pilot::{self, Lateral, Orders, PilotOutput, PilotParams, PilotState, Sensed, Vertical};
+use vencejo_flight::guidance::tecs::{Demand, Phase};
+
+/// The laws that fly the simulated plane: L1, total energy and attitude.
+///
+/// Orders stay until they are given again; `step` is one control step. Angles are radians, lengths metres, times
+/// seconds, surfaces −1 to 1 and throttle 0 to 1.
+#[pyclass(module = "vencejo._native")]
+struct PlanePilot {
+    state: PilotState,
+    params: PilotParams,
+    orders: Orders,
+    output: PilotOutput,
+}
+
+// Many plain numbers in one call: a call costs a microsecond, an object for each vector would cost more.
+#[allow(clippy::too_many_arguments)]
+#[pymethods]
+impl PlanePilot {
+    /// A pilot with default parameters, wings level, motor off.
+    #[new]
+    fn new() -> Self {
+        Self {
+            state: PilotState::default(),
+            params: PilotParams::default(),
+            orders: Orders {
+                lateral: Lateral::Track(Track::Level),
+                vertical: Vertical::Pitch { pitch_rad: 0.0, throttle: 0.0 },
+                bank_max_rad: 1.0,
+                rudder: 0.0,
+                ground_heading_rad: None,
+                on_ground: true,
+                throttle_off: true,
+            },
+            output: PilotOutput::default(),
+        }
+    }
+
+    /// Takes ArduPlane's parameters by name; a missing name keeps its default.
+    fn set_params(&mut self, params: &Bound<'_, PyDict>) {
+        self.params = PilotParams::from_ardupilot(|name| {
+            params.get_item(name).ok().flatten().and_then(|value| value.extract().ok())
+        });
+    }
+
+    /// Forgets integrators and filters.
+    fn reset(&mut self) {
+        self.state = PilotState::default();
+        self.output = PilotOutput::default();
+    }
+
+    /// Follows the leg from one point to the next.
+    fn fly_leg(&mut self, from_north: f64, from_east: f64, to_north: f64, to_east: f64) {
+        self.orders.lateral = Lateral::Track(Track::Leg {
+            from: NorthEast::new(from_north, from_east),
+            to: NorthEast::new(to_north, to_east),
+        });
+    }
+
+    /// Circles around a point.
+    fn fly_circle(&mut self, north: f64, east: f64, radius: f64, clockwise: bool) {
+        self.orders.lateral = Lateral::Track(Track::Circle {
+            centre: NorthEast::new(north, east),
+            radius_m: radius,
+            turn: if clockwise { Turn::Clockwise } else { Turn::Anticlockwise },
+        });
+    }
+
+    /// Holds a heading.
+    fn fly_heading(&mut self, heading: f64) {
+        self.orders.lateral = Lateral::Track(Track::Heading { heading_rad: heading });
+    }
+
+    /// Holds the wings level.
+    fn fly_level(&mut self) {
+        self.orders.lateral = Lateral::Track(Track::Level);
+    }
+
+    /// Holds a bank.
+    fn fly_bank(&mut self, bank: f64) {
+        self.orders.lateral = Lateral::Bank(bank);
+    }
+
+    /// Passes the stick to the aileron.
+    fn stick_aileron(&mut self, aileron: f64) {
+        self.orders.lateral = Lateral::Stick(aileron);
+    }
+
+    /// Energy control in flight, or with `climbout` a full-throttle climb.
+    fn fly_energy(
+        &mut self,
+        height: f64,
+        airspeed: f64,
+        climbout: bool,
+        pitch_min: f64,
+        pitch_max: f64,
+        throttle_min: f64,
+        throttle_max: f64,
+    ) {
+        let phase = if climbout { Phase::Climbout } else { Phase::Cruise };
+        self.orders.vertical = Vertical::Energy(Demand {
+            height_m: height,
+            airspeed_m_s: airspeed,
+            phase,
+            pitch_min_rad: pitch_min,
+            pitch_max_rad: pitch_max,
+            throttle_min,
+            throttle_max,
+        });
+    }
+
+    /// Energy control on final approach; `proportion` of the leg is flown.
+    fn fly_approach(
+        &mut self,
+        height: f64,
+        airspeed: f64,
+        proportion: f64,
+        pitch_min: f64,
+        pitch_max: f64,
+        throttle_max: f64,
+    ) {
+        self.orders.vertical = Vertical::Energy(Demand {
+            height_m: height,
+            airspeed_m_s: airspeed,
+            phase: Phase::Approach { proportion },
+            pitch_min_rad: pitch_min,
+            pitch_max_rad: pitch_max,
+            throttle_min: 0.0,
+            throttle_max,
+        });
+    }
+
+    /// Rounds out over the runway, motor off.
+    fn fly_flare(
+        &mut self,
+        height: f64,
+        start_height: f64,
+        start_sink: f64,
+        airspeed: f64,
+        pitch_min: f64,
+        pitch_max: f64,
+    ) {
+        self.orders.vertical = Vertical::Energy(Demand {
+            height_m: height,
+            airspeed_m_s: airspeed,
+            phase: Phase::Flare { height_m: height, start_height_m: start_height, start_sink_m_s: start_sink },
+            pitch_min_rad: pitch_min,
+            pitch_max_rad: pitch_max,
+            throttle_min: 0.0,
+            throttle_max: 0.0,
+        });
+    }
+
+    /// Holds a pitch with a throttle.
+    fn fly_pitch(&mut self, pitch: f64, throttle: f64) {
+        self.orders.vertical = Vertical::Pitch { pitch_rad: pitch, throttle };
+    }
+
+    /// Passes the sticks to elevator and throttle.
+    fn stick_elevator(&mut self, elevator: f64, throttle: f64) {
+        self.orders.vertical = Vertical::Stick { elevator, throttle };
+    }
+
+    /// Bank limit, added rudder, heading to steer on the ground, and what holds the plane.
+    #[pyo3(signature = (bank_max, rudder, ground_heading, on_ground, throttle_off))]
+    fn set_limits(
+        &mut self,
+        bank_max: f64,
+        rudder: f64,
+        ground_heading: Option<f64>,
+        on_ground: bool,
+        throttle_off: bool,
+    ) {
+        self.orders.bank_max_rad = bank_max;
+        self.orders.rudder = rudder;
+        self.orders.ground_heading_rad = ground_heading;
+        self.orders.on_ground = on_ground;
+        self.orders.throttle_off = throttle_off;
+    }
+
+    /// One control step: `(aileron, elevator, rudder, throttle)`.
+    fn step(
+        &mut self,
+        north: f64,
+        east: f64,
+        height: f64,
+        velocity_north: f64,
+        velocity_east: f64,
+        climb: f64,
+        roll: f64,
+        pitch: f64,
+        heading: f64,
+        p: f64,
+        q: f64,
+        r: f64,
+        airspeed: f64,
+        eas_to_tas: f64,
+        forward_accel: f64,
+        dt: f64,
+    ) -> (f64, f64, f64, f64) {
+        let sensed = Sensed {
+            position: NorthEast::new(north, east),
+            height_m: height,
+            velocity: NorthEast::new(velocity_north, velocity_east),
+            climb_m_s: climb,
+            roll_rad: roll,
+            pitch_rad: pitch,
+            heading_rad: heading,
+            rates_rad_s: [p, q, r],
+            airspeed_m_s: airspeed,
+            eas_to_tas,
+            forward_accel_m_s2: forward_accel,
+        };
+        (self.state, self.output) = pilot::step(self.state, &sensed, &self.orders, &self.params, dt);
+        let surfaces = self.output.surfaces;
+        (surfaces.aileron, surfaces.elevator, surfaces.rudder, self.output.throttle)
+    }
+
+    /// Bank and pitch demands, rad.
+    #[getter]
+    fn attitude_demand(&self) -> (f64, f64) {
+        (self.output.bank_rad, self.output.pitch_rad)
+    }
+
+    /// Bearing to the reference point, bearing to the target, bearing error (rad), cross-track error and L1 length (m).
+    #[getter]
+    fn track(&self) -> (f64, f64, f64, f64, f64) {
+        let lateral = &self.output.lateral;
+        (
+            lateral.nav_bearing_rad,
+            lateral.target_bearing_rad,
+            lateral.bearing_error_rad,
+            lateral.xtrack_error_m,
+            lateral.length_m,
+        )
+    }
+
+    /// Height demand (m) and airspeed demand (m/s), zero when no energy control is on.
+    #[getter]
+    fn energy_demand(&self) -> (f64, f64) {
+        (self.output.energy.height_demand_m, self.output.energy.airspeed_demand_m_s)
+    }
+
+    /// True once the ordered circle is being flown.
+    #[getter]
+    fn on_circle(&self) -> bool {
+        self.output.on_circle
+    }
+}
 
 /// Adds the guidance classes to the native module.
-pub fn register(_module: &Bound<'_, PyModule>) -> PyResult<()> {
-    Ok(())
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PlanePilot>()
 }

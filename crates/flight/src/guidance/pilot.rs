@@ -116,6 +116,65 @@ pub struct PilotParams {
     pub attitude: AttitudeParams,
 }
 
+impl PilotParams {
+    /// Parameters from an ArduPlane parameter set; a name that `get` does not know keeps its default.
+    ///
+    /// The rate gains, limits and speeds are read by the names given at each field.
+    #[must_use]
+    pub fn from_ardupilot(get: impl Fn(&str) -> Option<f64>) -> Self {
+        let mut params = Self::default();
+        let read = |name: &str, into: &mut f64, factor: f64| {
+            if let Some(value) = get(name).filter(|value| value.is_finite()) {
+                *into = value * factor;
+            }
+        };
+        let degree = 1_f64.to_radians();
+        read("NAVL1_PERIOD", &mut params.l1.period_s, 1.0);
+        read("NAVL1_DAMPING", &mut params.l1.damping, 1.0);
+        read("NAVL1_XTRACK_I", &mut params.l1.xtrack_gain_per_s, 1.0);
+
+        let tecs = &mut params.tecs;
+        read("TECS_TIME_CONST", &mut tecs.time_constant_s, 1.0);
+        read("TECS_LAND_TCONST", &mut tecs.land_time_constant_s, 1.0);
+        read("TECS_CLMB_MAX", &mut tecs.climb_max_m_s, 1.0);
+        read("TECS_SINK_MIN", &mut tecs.sink_min_m_s, 1.0);
+        read("TECS_SINK_MAX", &mut tecs.sink_max_m_s, 1.0);
+        read("TECS_SPDWEIGHT", &mut tecs.speed_weight, 1.0);
+        read("TECS_LAND_SPDWGT", &mut tecs.land_speed_weight, 1.0);
+        read("TECS_INTEG_GAIN", &mut tecs.integrator_gain_per_s, 1.0);
+        read("TECS_THR_DAMP", &mut tecs.throttle_damping, 1.0);
+        read("TECS_PTCH_DAMP", &mut tecs.pitch_damping, 1.0);
+        read("TECS_LAND_DAMP", &mut tecs.land_pitch_damping, 1.0);
+        read("TECS_RLL2THR", &mut tecs.roll_compensation_m_s, 1.0);
+        read("TECS_VERT_ACC", &mut tecs.vertical_accel_max_m_s2, 1.0);
+        read("TECS_HDEM_TCONST", &mut tecs.height_demand_tau_s, 1.0);
+        read("TECS_LAND_SINK", &mut tecs.land_sink_m_s, 1.0);
+        read("TRIM_THROTTLE", &mut tecs.throttle_trim, 0.01);
+        read("THR_SLEWRATE", &mut tecs.throttle_slew_per_s, 0.01);
+        read("AIRSPEED_MIN", &mut tecs.airspeed_min_m_s, 1.0);
+        read("AIRSPEED_MAX", &mut tecs.airspeed_max_m_s, 1.0);
+
+        let attitude = &mut params.attitude;
+        read("RLL2SRV_TCONST", &mut attitude.roll_tau_s, 1.0);
+        read("RLL2SRV_RMAX", &mut attitude.roll_rate_max_rad_s, degree);
+        read("PTCH2SRV_TCONST", &mut attitude.pitch_tau_s, 1.0);
+        read("PTCH2SRV_RMAX_UP", &mut attitude.pitch_rate_max_rad_s, degree);
+        read("PTCH2SRV_RLL", &mut attitude.turn_pitch, 1.0);
+        read("KFF_RDDRMIX", &mut attitude.rudder_mix, 1.0);
+        read("YAW2SRV_DAMP", &mut attitude.yaw_damping, 1.0);
+        read("SCALING_SPEED", &mut attitude.scaling_speed_m_s, 1.0);
+        attitude.airspeed_range_m_s = (tecs.airspeed_min_m_s, tecs.airspeed_max_m_s);
+        for (prefix, gains) in [("RLL", &mut attitude.roll), ("PTCH", &mut attitude.pitch)] {
+            read(&format!("{prefix}_RATE_FF"), &mut gains.ff, 1.0);
+            read(&format!("{prefix}_RATE_P"), &mut gains.p, 1.0);
+            read(&format!("{prefix}_RATE_I"), &mut gains.i, 1.0);
+            read(&format!("{prefix}_RATE_D"), &mut gains.d, 1.0);
+            read(&format!("{prefix}_RATE_IMAX"), &mut gains.integral_max, 1.0);
+        }
+        params
+    }
+}
+
 /// Memory of the three laws.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PilotState {

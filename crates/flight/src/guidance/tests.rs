@@ -276,3 +276,30 @@ fn angles_wrap() {
     assert!((wrap_pi(-0.5) + 0.5).abs() < 1e-12);
     assert!((wrap_pi(TAU + 0.5) - 0.5).abs() < 1e-12);
 }
+
+#[test]
+fn the_defaults_are_the_recorded_planes_parameters() {
+    // Every name that the laws read, from the parameters of a real ArduPlane.
+    let text = include_str!("../../../../tests/fixtures/captures/arduplane-params.parm");
+    let recorded: std::collections::HashMap<&str, f64> = text
+        .lines()
+        .filter_map(|line| {
+            let mut words = line.split_whitespace();
+            Some((words.next()?, words.next()?.parse().ok()?))
+        })
+        .collect();
+    assert!(recorded.len() > 1000);
+    let asked = std::cell::Cell::new(0);
+    let read = PilotParams::from_ardupilot(|name| {
+        asked.set(asked.get() + 1);
+        let value = recorded.get(name).copied();
+        assert!(value.is_some(), "ArduPlane has no {name}");
+        value
+    });
+    assert!(asked.get() > 30);
+    let (defaults, close) = (PilotParams::default(), |a: f64, b: f64| (a - b).abs() < 1e-5);
+    assert!(close(read.l1.period_s, defaults.l1.period_s));
+    assert!(close(read.tecs.integrator_gain_per_s, defaults.tecs.integrator_gain_per_s));
+    assert!(close(read.attitude.pitch.ff, defaults.attitude.pitch.ff));
+    assert!(close(read.attitude.roll.d, defaults.attitude.roll.d));
+}
