@@ -216,7 +216,7 @@ impl Storage {
                     sent
                 }
             }
-            Self::Centimetres => ((sent * 100.0) as i32) as f32 * 0.01,
+            Self::Centimetres => ((sent * 100.0) as i32) as f32 / 100.0,
         }
     }
 }

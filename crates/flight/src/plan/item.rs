@@ -367,12 +367,155 @@ impl MissionItem {
         if has_position && let Some(alt_m) = item.params[6].filter(|v| v.abs() > 100.0 * MAX_ALT_M) {
             return bad("z", alt_m, "which is no height; send it again");
         }
+        if has_position {
+            item.params[6] = item.params[6].map(whole_centimetres);
+        }
         Ok(item)
     }
+}
+
+/// A height that is whole centimetres but for the rounding of 32-bit floats, as whole centimetres.
+///
+/// ArduPilot keeps centimetres and sends them multiplied by a 32-bit 0.01: 600.09 m arrives as 600.08997,
+/// and sent back like that it would be cut to 600.08.
+fn whole_centimetres(alt_m: f64) -> f64 {
+    let cm = (alt_m * 100.0).round();
+    let tolerance_m = 2.0 * f64::from(f32::EPSILON) * alt_m.abs();
+    if (cm / 100.0 - alt_m).abs() <= tolerance_m { cm / 100.0 } else { alt_m }
 }
 
 /// The shortest decimal that a 32-bit float stands for, so that 77.76 read from a vehicle is shown and
 /// saved as 77.76, not as 77.76000213623047. Converting back to `f32` gives the same bits.
 pub(crate) fn f64_from_f32(value: f32) -> f64 {
     value.to_string().parse().unwrap_or_else(|_| f64::from(value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const TARGET: Address = Address::new(1, 1);
+
+    fn round_trip(item: &MissionItem) -> MissionItem {
+        MissionItem::from_wire(&item.to_wire(MissionSeq(7), TARGET, PlanKind::Mission, false)).unwrap()
+    }
+
+    fn wire(command: Command) -> MissionItemInt {
+        MissionItem::action(command, [0.0; 4]).to_wire(MissionSeq(1), TARGET, PlanKind::Mission, false)
+    }
+
+    #[test]
+    fn int_frames_are_folded() {
+        for (number, frame) in [
+            (0, MavFrame::Global),
+            (5, MavFrame::Global),
+            (3, MavFrame::GlobalRelativeAlt),
+            (6, MavFrame::GlobalRelativeAlt),
+            (10, MavFrame::GlobalTerrainAlt),
+            (11, MavFrame::GlobalTerrainAlt),
+            (2, MavFrame::Mission),
+            (8, MavFrame::Other(8)),
+        ] {
+            assert_eq!(MavFrame::from(number), frame);
+        }
+        assert_eq!(MavFrame::Other(8).number(), 8);
+    }
+
+    #[test]
+    fn unset_is_nan_only_where_the_vehicle_takes_it() {
+        let mut item = MissionItem::waypoint(40.0, -3.0, 50.0);
+        item.params[0] = None;
+        item.params[3] = None;
+        let sent = item.to_wire(MissionSeq(1), TARGET, PlanKind::Mission, true);
+        assert_eq!(sent.params[0], 0.0);
+        assert!(sent.params[3].is_nan());
+        assert_eq!(sent.current, 1);
+        assert_eq!(MissionItem::from_wire(&sent).unwrap().params[3], None);
+    }
+
+    #[test]
+    fn raw_values_are_not_scaled() {
+        let mut item = MissionItem::action(Command::DO_DIGICAM_CONTROL, [0.0; 4]);
+        item.params[4] = Some(1.0);
+        assert_eq!(item.to_wire(MissionSeq(1), TARGET, PlanKind::Mission, false).x, 1);
+        assert_eq!(item.lat_deg(), None);
+        assert_eq!(round_trip(&item), item);
+    }
+
+    #[test]
+    fn impossible_messages_are_refused_by_field() {
+        let check = |wire: MissionItemInt, field: &str| {
+            let error = MissionItem::from_wire(&wire).unwrap_err();
+            assert!(matches!(error, FlightError::BadItem { field: f, .. } if f == field), "{error}");
+        };
+        let base = MissionItemInt { frame: 3, ..wire(Command::NAV_WAYPOINT) };
+        check(MissionItemInt { x: 900_000_001, ..base }, "x");
+        check(MissionItemInt { y: -1_800_000_001, ..base }, "y");
+        check(MissionItemInt { z: f32::INFINITY, ..base }, "z");
+        check(MissionItemInt { params: [0.0, f32::NEG_INFINITY, 0.0, 0.0], ..base }, "param2");
+        let unset = MissionItem::from_wire(&MissionItemInt { x: i32::MAX, y: i32::MAX, ..base }).unwrap();
+        assert_eq!((unset.lat_deg(), unset.lon_deg(), unset.point()), (None, None, None));
+    }
+
+    #[test]
+    fn nothing_impossible_is_sendable() {
+        let sound = MissionItem::waypoint(40.0, -3.0, 50.0);
+        assert_eq!(sound.check_sendable(MissionSeq(1)), Ok(()));
+        for (index, value) in [(0, f64::NAN), (1, f64::INFINITY), (2, 1e39), (4, 90.1), (5, 181.0), (6, 83_000.0)] {
+            let mut item = sound.clone();
+            item.params[index] = Some(value);
+            let error = item.check_sendable(MissionSeq(3)).unwrap_err();
+            assert!(error.to_string().starts_with("item 3 (NAV_WAYPOINT): "), "{error}");
+        }
+        let mut local = sound;
+        local.frame = MavFrame::Other(1);
+        assert!(local.check_sendable(MissionSeq(1)).is_err());
+        let mut raw = MissionItem::action(Command::DO_DIGICAM_CONTROL, [0.0; 4]);
+        raw.params[4] = Some(1e10);
+        assert!(raw.check_sendable(MissionSeq(1)).is_err());
+    }
+
+    #[test]
+    fn heights_arrive_as_the_centimetres_that_the_vehicle_keeps() {
+        let base = MissionItemInt { frame: 0, z: 600.089_97, ..wire(Command::NAV_WAYPOINT) };
+        assert_eq!(MissionItem::from_wire(&base).unwrap().alt_m(), Some(600.09));
+        for cm in [-1_600_001, -12_345, -1, 0, 1, 29, 7_777, 60_009, 1_234_567, 3_200_001] {
+            let sent = MissionItemInt { z: cm as f32 * 0.01, ..base };
+            let alt_m = MissionItem::from_wire(&sent).unwrap().alt_m().unwrap();
+            assert_eq!(alt_m, f64::from(cm) / 100.0);
+        }
+        let half = MissionItemInt { z: 0.125, ..base };
+        assert_eq!(MissionItem::from_wire(&half).unwrap().alt_m(), Some(0.125));
+    }
+
+    proptest! {
+        #[test]
+        fn any_sound_item_survives_the_wire(
+            command in prop::sample::select(crate::plan::command::COMMANDS.iter().map(|info| info.command).collect::<Vec<_>>()),
+            frame in prop::sample::select(vec![MavFrame::Global, MavFrame::GlobalRelativeAlt, MavFrame::GlobalTerrainAlt]),
+            params in prop::array::uniform4(-1e6_f32..1e6), x in -900_000_000..=900_000_000_i32,
+            y in -1_800_000_000..=1_800_000_000_i32, z_cm in -3_200_000..3_200_000_i32, autocontinue: bool,
+        ) {
+            let scale = if command.has_position() == Some(true) { 1e7 } else { 1.0 };
+            let [p1, p2, p3, p4] = params.map(|v| Some(f64_from_f32(v)));
+            let z = if scale == 1.0 { f64_from_f32(z_cm as f32) } else { f64::from(z_cm) / 100.0 };
+            let params = [p1, p2, p3, p4, Some(f64::from(x) / scale), Some(f64::from(y) / scale), Some(z)];
+            let item = MissionItem { command, frame, params, autocontinue };
+            prop_assert_eq!(item.check_sendable(MissionSeq(7)), Ok(()));
+            prop_assert_eq!(round_trip(&item), item);
+        }
+
+        #[test]
+        fn any_message_is_read_or_refused(
+            command: u16, frame: u8, params in prop::array::uniform4(any::<f32>()), x: i32, y: i32, z: f32,
+        ) {
+            let wire = MissionItemInt { frame, params, x, y, z, ..wire(Command(command)) };
+            if let Ok(item) = MissionItem::from_wire(&wire) {
+                let again = round_trip(&item);
+                prop_assert_eq!(again.command, item.command);
+                let _ = crate::plan::ardupilot_stored(&item);
+            }
+        }
+    }
 }
