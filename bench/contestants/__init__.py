@@ -1,0 +1,1 @@
+"""One program per library: the same tasks, each written as that library's own documentation would."""

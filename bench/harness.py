@@ -1,0 +1,181 @@
+"""Starts contestants and measures them from outside: time, processor, memory. Linux only (/proc)."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import IO, Any
+
+ROOT = Path(__file__).resolve().parents[1]
+OUT = ROOT / "bench/out"
+CONTESTANTS = ROOT / "bench/contestants"
+LOAD = ROOT / "target/release/vencejo-bench-load"
+FRAMES = OUT / "frames.bin"
+TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+
+
+class NotMeasured(Exception):
+    """A contestant could not take part; the text says why and goes into the table."""
+
+
+@dataclass(frozen=True)
+class Usage:
+    """What a process used over a window: share of one core (1 = all of it) and resident memory."""
+
+    cpu: float
+    rss_mb: float
+
+
+def free_port() -> int:
+    """Return a UDP port of the loopback interface that nobody uses now."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def contestant(name: str, task: str, **options: object) -> list[str]:
+    """Return the command line of one task of a program in bench/contestants."""
+    return [
+        sys.executable,
+        str(CONTESTANTS / f"{name}.py"),
+        task,
+        *(f"{key}={value}" for key, value in options.items()),
+    ]
+
+
+@contextlib.contextmanager
+def running(command: Sequence[str], **kwargs: Any) -> Iterator[subprocess.Popen[str]]:
+    """Run a program for the length of a block; it and its children are ended with it."""
+    environment = {**os.environ, "VENCEJO_DATA_DIR": str(OUT / "data")}
+    errors = (OUT / "last-errors.txt").open("w")
+    process = subprocess.Popen(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=errors,
+        text=True,
+        start_new_session=True,
+        cwd=OUT,
+        env=environment,
+        **kwargs,
+    )
+    try:
+        yield process
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGTERM)
+        try:
+            process.wait(timeout=5)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+        if process.stdout is not None:
+            process.stdout.close()
+        errors.close()
+
+
+def wait_line(process: subprocess.Popen[str], start: str, timeout_s: float) -> str:
+    """Return the next line of output that starts with ``start``."""
+    assert process.stdout is not None
+    until = time.monotonic() + timeout_s
+    while (left_s := until - time.monotonic()) > 0:
+        if not _readable(process.stdout, left_s):
+            break
+        line = process.stdout.readline()
+        if not line:
+            errors = (OUT / "last-errors.txt").read_text().strip().splitlines()
+            raise NotMeasured(
+                errors[-1].replace(f"{ROOT}/", "") if errors else f"ended with {process.wait()}"
+            )
+        if line.startswith(start):
+            return line
+    raise NotMeasured(f"no answer within {timeout_s:.0f} s")
+
+
+def result_of(process: subprocess.Popen[str], timeout_s: float) -> dict[str, Any]:
+    """Return the line of JSON that a contestant ends with."""
+    parsed: dict[str, Any] = json.loads(wait_line(process, "{", timeout_s))
+    return parsed
+
+
+def _readable(stream: IO[str], timeout_s: float) -> bool:
+    # Contestants say at most two lines, so nothing hides in the text buffer between two calls
+    # unless both came at once; then the next readline returns at once anyway.
+    return bool(select.select([stream], [], [], timeout_s)[0])
+
+
+def cpu_seconds(pid: int) -> float:
+    """Return the processor time that a process (all its threads) has used."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / TICKS_PER_S
+
+
+def rss_mb(pid: int) -> float:
+    """Return the resident memory of a process in MB."""
+    for line in Path(f"/proc/{pid}/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return int(line.split()[1]) / 1000
+    raise NotMeasured("it ended too early")
+
+
+def usage_over(pid: int, seconds: float) -> Usage:
+    """Watch a process for a while."""
+    before, began = cpu_seconds(pid), time.monotonic()
+    time.sleep(seconds)
+    used, lasted = cpu_seconds(pid) - before, time.monotonic() - began
+    return Usage(cpu=used / lasted, rss_mb=rss_mb(pid))
+
+
+def play(port: int, *, rate: float, seconds: float, systems: int = 1) -> list[str]:
+    """Return the command that plays the recorded stream to a UDP port."""
+    return [
+        str(LOAD), "send", "--frames", str(FRAMES), "--to", f"127.0.0.1:{port}",
+        "--rate", str(rate), "--seconds", str(seconds), "--systems", str(systems),
+    ]  # fmt: skip
+
+
+def quantile(values: Sequence[float], share: float) -> float:
+    """Return the value below which ``share`` of the samples lie."""
+    if not values:
+        raise NotMeasured("no samples")
+    ordered = sorted(values)
+    return ordered[min(len(ordered) - 1, int(len(ordered) * share))]
+
+
+def repeat(
+    runs: int, who: dict[str, Callable[[], dict[str, float]]]
+) -> dict[str, dict[str, float] | str]:
+    """Run every contestant ``runs`` times, in turn, and return the median of each figure.
+
+    In turn, so that a machine that slows down for a while slows everyone down. A contestant that
+    cannot take part gets its reason instead of figures.
+    """
+    collected: dict[str, list[dict[str, float]]] = {name: [] for name in who}
+    refused: dict[str, str] = {}
+    for run in range(runs):
+        for name, measure in who.items():
+            if name in refused:
+                continue
+            print(f"    {name} ({run + 1}/{runs})", flush=True)
+            try:
+                collected[name].append(measure())
+            except NotMeasured as reason:
+                refused[name] = str(reason)
+                print(f"      not measured: {reason}", flush=True)
+    return {
+        name: refused[name]
+        if name in refused
+        else {figure: median(run[figure] for run in runs_of) for figure in runs_of[0]}
+        for name, runs_of in collected.items()
+    }

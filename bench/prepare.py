@@ -1,0 +1,81 @@
+"""Turns the recorded stream into the frames file that bench/load plays (its format is stated there).
+
+The recording lasts 20 s. It is laid end to end, with the boot times moved on, so that a plane that
+flies for a minute is seen and not one that reboots every 20 s. RAW_IMU carries the time of sending.
+"""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from typing import Any
+
+CAPTURE = Path(__file__).parents[1] / "tests/fixtures/captures/arduplane-50hz-20s.mavlink"
+RAW_IMU = 27
+HEADER_BYTES = 10
+NO_STAMP = 0xFFFF
+LAP_MS = 20_000
+#: Parts of the recorder's own conversation; a plane that is only followed does not say them.
+LEFT_OUT = frozenset({"PARAM_VALUE", "TIMESYNC", "TERRAIN_REQUEST", "STATUSTEXT"})
+
+
+def prepare(output: Path, laps: int = 3) -> int:
+    """Write the frames file, unless it is there and newer than its sources.
+
+    Parameters
+    ----------
+    output
+        The file to write.
+    laps
+        How many times the recording is played in it.
+
+    Returns
+    -------
+    int
+        The number of frames in the file.
+    """
+    newest = max(CAPTURE.stat().st_mtime, Path(__file__).stat().st_mtime)
+    if output.exists() and output.stat().st_mtime > newest:
+        return count(output.read_bytes())
+
+    from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+    reader: Any = dialect.MAVLink(None)
+    reader.robust_parsing = True
+    messages = reader.parse_buffer(CAPTURE.read_bytes())
+    writer: Any = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
+    records: list[bytes] = []
+    for lap in range(laps):
+        for message in messages:
+            if message.get_type() in LEFT_OUT:
+                continue
+            for field, per_ms in (
+                ("time_boot_ms", 1),
+                ("time_usec", 1000),
+                ("time_unix_usec", 1000),
+            ):
+                value = getattr(message, field, 0)
+                if value:
+                    setattr(message, field, value + (LAP_MS * per_ms if lap else 0))
+            if message.get_msgId() == RAW_IMU:
+                # Keeps the eight bytes of the stamp from being cut off as trailing zeros.
+                message.temperature = message.temperature or 1
+            frame = bytes(message.pack(writer))
+            stamp_at = HEADER_BYTES if message.get_msgId() == RAW_IMU else NO_STAMP
+            records.append(struct.pack("<HBH", len(frame), message.crc_extra, stamp_at) + frame)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    output.write_bytes(b"".join(records))
+    return len(records)
+
+
+def count(data: bytes) -> int:
+    """Return how many frames a frames file holds."""
+    frames = at = 0
+    while at < len(data):
+        at += 5 + struct.unpack_from("<H", data, at)[0]
+        frames += 1
+    return frames
+
+
+if __name__ == "__main__":
+    print(prepare(Path(__file__).parent / "out/frames.bin"))

@@ -1,0 +1,153 @@
+"""Writes the measured figures as the tables of bench/RESULTS.md: figures, and the ratio to ours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Column:
+    """One figure of a table: its key in the results, its title, and how a value is written."""
+
+    key: str
+    title: str
+    write: Callable[[float], str]
+
+
+@dataclass(frozen=True)
+class Section:
+    """One table: what it measures, what we aim at, its columns; the first is the one compared."""
+
+    title: str
+    aim: str
+    columns: tuple[Column, ...]
+    more_is_better: bool = False
+
+
+def _big(value: float) -> str:
+    return f"{value / 1e6:.2f} M" if value >= 1e6 else f"{value:,.0f}"
+
+
+def _us(value: float) -> str:
+    return f"{value:.0f} µs"
+
+
+def _percent(value: float) -> str:
+    return f"{value:.1f} %"
+
+
+def _mb(value: float) -> str:
+    return f"{value:.0f} MB"
+
+
+def _s(value: float) -> str:
+    return f"{value:.3f} s"
+
+
+_FOLLOW = (
+    Column("median_us", "median", _us),
+    Column("p99_us", "99 %", _us),
+    Column("cpu_percent", "CPU of a core", _percent),
+    Column("rss_mb", "memory", _mb),
+    Column("messages_per_s", "handed to Python /s", _big),
+)
+
+SECTIONS: dict[str, Section] = {
+    "decode": Section(
+        "Decode a recorded stream (20,511 messages), whole receive path, one core",
+        "≥ 5 M messages/s",
+        (Column("messages_per_s", "messages/s", _big),),
+        more_is_better=True,
+    ),
+    "follow": Section(
+        "Follow one plane, 1,000 messages/s: frame at a UDP socket → Python callback, and what it costs",
+        "≤ 40 / 100 µs; ≤ 1 % of a core, ≤ 25 MB",
+        _FOLLOW,
+    ),
+    "fleet": Section(
+        "50 vehicles × 200 messages/s on one port",
+        "no loss, ≤ 8 % of a core",
+        (_FOLLOW[2], *_FOLLOW[:2], *_FOLLOW[3:]),
+    ),
+    "first_position": Section(
+        "Process start → first position", "≤ 0.12 s", (Column("seconds", "time", _s),)
+    ),
+    "forward": Section(
+        "Forward one UDP link to four, 1,000 messages/s; the most without loss",
+        "≤ 2.3 %, ≤ 39 µs, ≥ 45,000 messages/s",
+        (
+            Column("median_us", "median", _us),
+            Column("p99_us", "99 %", _us),
+            Column("cpu_percent", "CPU of a core", _percent),
+            Column("rss_mb", "memory", _mb),
+            Column("lost_percent", "lost", _percent),
+            Column("most_per_s", "most without loss /s", _big),
+        ),
+    ),
+    "mission": Section(
+        "650-item mission sent and read back (the simulated plane, no delay)",
+        "≤ 0.5 s",
+        (Column("seconds", "time", _s),),
+    ),
+    "params": Section(
+        "All parameters of the simulated plane (no delay)",
+        "≤ 0.1 s for 1,399",
+        (Column("seconds", "time", _s), Column("count", "parameters", _big)),
+    ),
+}
+
+_OURS = "vencejo"
+
+
+def render(results: dict[str, Any]) -> str:
+    """Return the whole of RESULTS.md.
+
+    Parameters
+    ----------
+    results
+        What bench/run.py collected: ``machine`` and, per section, ``runs``, ``date`` and ``figures``.
+    """
+    machine = results["machine"]
+    lines = [
+        "# Results",
+        "",
+        "Written by `make bench`; do not edit. What each row measures and how: [README.md](README.md).",
+        "Everything ran on one machine, contestants in turn; each figure is the median of the runs.",
+        "The ratio is what counts: absolute figures belong to the machine.",
+        "",
+        (
+            f"Machine: {machine['cores']} cores, {machine['system']}, {machine['architecture']}; "
+            f"Python {machine['python']}, pymavlink {machine['pymavlink']}, mavsdk {machine['mavsdk']}, "
+            f"MAVProxy {machine['MAVProxy']}."
+        ),
+    ]
+    for key, section in SECTIONS.items():
+        if key in results:
+            lines += ["", *_table(section, results[key])]
+    return "\n".join(lines) + "\n"
+
+
+def _table(section: Section, result: dict[str, Any]) -> list[str]:
+    figures: dict[str, dict[str, float] | str] = result["figures"]
+    first = section.columns[0]
+    ours = figures.get(_OURS)
+    base = ours[first.key] if isinstance(ours, dict) else None
+    lines = [
+        f"## {section.title}",
+        "",
+        f"Aim: {section.aim}. {result['runs']} runs, {result['date']}.",
+        "",
+        f"| | {' | '.join(column.title for column in section.columns)} | {first.title}, ours = 1 |",
+        "|---" * (len(section.columns) + 2) + "|",
+    ]
+    for name, found in figures.items():
+        if isinstance(found, str):
+            reason = found.replace("|", "/").replace("\n", " ")[:100]
+            lines.append(f"| {name} | not measured: {reason} |" + " |" * len(section.columns))
+            continue
+        ratio = "" if not base else f"{found[first.key] / base:.2f} ×"
+        cells = [column.write(found[column.key]) for column in section.columns]
+        lines.append(f"| {name} | {' | '.join(cells)} | {ratio} |")
+    return lines

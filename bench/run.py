@@ -1,0 +1,362 @@
+"""Runs every benchmark beside its peers and writes bench/RESULTS.md.
+
+``python bench/run.py [--runs N] [--only decode,follow,…] [--seconds S]``; `make bench` does that with
+everything built. A section that is left out keeps its last figures (bench/out/results.json).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from datetime import datetime, timezone
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from bench import prepare, report
+from bench.harness import (
+    FRAMES,
+    LOAD,
+    OUT,
+    ROOT,
+    NotMeasured,
+    contestant,
+    free_port,
+    play,
+    quantile,
+    repeat,
+    result_of,
+    running,
+    usage_over,
+    wait_line,
+)
+
+Figures = dict[str, float]
+Table = dict[str, "Figures | str"]
+
+PLANE_RATE = 1000.0
+#: Item 0 is home, as on a real ArduPlane.
+MISSION_ITEMS = 650
+EXAMPLES = ROOT / "target/release/examples"
+WARM_UP_S = 2.0
+
+
+def output_of(command: list[str], timeout_s: float = 120) -> dict[str, Any]:
+    """Run a program to its end and return its line of JSON."""
+    with running(command) as process:
+        return result_of(process, timeout_s)
+
+
+def built(path: Path) -> str:
+    """Return a program's path, or say that it is not there."""
+    if not path.exists():
+        raise NotMeasured(f"{path.relative_to(ROOT)} is not built")
+    return str(path)
+
+
+# --- decode -------------------------------------------------------------------------------------
+
+
+def decode(runs: int, _seconds: float) -> Table:
+    """Measure how many recorded messages a second each decodes, on one core."""
+
+    def ours() -> Figures:
+        found = output_of([built(EXAMPLES / "decode"), str(prepare.CAPTURE)])
+        return {"messages_per_s": found["messages"] / found["seconds"]}
+
+    def pymavlink() -> Figures:
+        found = output_of(contestant("pymavlink_peer", "decode", file=prepare.CAPTURE, laps=3))
+        return {"messages_per_s": found["messages"] / found["seconds"]}
+
+    return repeat(runs, {"vencejo": ours, "pymavlink": pymavlink})
+
+
+# --- following ----------------------------------------------------------------------------------
+
+
+def follow_once(name: str, seconds: float, rate: float, systems: int) -> Figures:
+    """Let one contestant follow the load; measure latency inside it and usage from outside."""
+    port = free_port()
+    command = contestant(
+        name, "follow", port=port, seconds=seconds, warm_up=WARM_UP_S, systems=systems
+    )
+    with running(command) as process:
+        wait_line(process, "READY", 20)
+        with running(play(port, rate=rate, seconds=seconds + 3 * WARM_UP_S, systems=systems)):
+            time.sleep(1.5 * WARM_UP_S)
+            usage = usage_over(process.pid, seconds - WARM_UP_S)
+            found = result_of(process, seconds + 20)
+    ages_us = found["ages_us"]
+    return {
+        "median_us": quantile(ages_us, 0.5),
+        "p99_us": quantile(ages_us, 0.99),
+        "cpu_percent": usage.cpu * 100,
+        "rss_mb": usage.rss_mb,
+        "messages_per_s": found["messages"] / seconds,
+    }
+
+
+def follow(runs: int, seconds: float) -> Table:
+    """Follow one plane that sends 1,000 messages a second."""
+    return repeat(
+        runs,
+        {
+            label: lambda name=name: follow_once(name, seconds, PLANE_RATE, 1)  # type: ignore[misc]
+            for label, name in PEERS.items()
+        },
+    )
+
+
+def fleet(runs: int, seconds: float) -> Table:
+    """Follow 50 vehicles of 200 messages a second each on one port."""
+    return repeat(
+        runs,
+        {
+            label: lambda name=name: follow_once(name, seconds, 50 * 200.0, 50)  # type: ignore[misc]
+            for label, name in PEERS.items()
+        },
+    )
+
+
+def first_position(runs: int, _seconds: float) -> Table:
+    """Measure from the start of a process to the first position it has."""
+
+    def once(name: str) -> Figures:
+        port = free_port()
+        with running(play(port, rate=PLANE_RATE, seconds=20)):
+            time.sleep(0.2)
+            began = time.monotonic()
+            with running(contestant(name, "first_position", port=port)) as process:
+                result_of(process, 15)
+                return {"seconds": time.monotonic() - began}
+
+    return repeat(
+        runs,
+        {label: lambda name=name: once(name) for label, name in PEERS.items()},  # type: ignore[misc]
+    )
+
+
+# --- forwarding ---------------------------------------------------------------------------------
+
+
+def forwarders() -> dict[str, Callable[[int, list[int]], list[str]]]:
+    """Return each forwarder's command line for a port to listen on and the ports to send to."""
+
+    def ours(port: int, outs: list[int]) -> list[str]:
+        links = [f"udpin:127.0.0.1:{port}", *(f"udpout:127.0.0.1:{out}" for out in outs)]
+        return [built(EXAMPLES / "forward"), *links]
+
+    def bare(port: int, outs: list[int]) -> list[str]:
+        program = OUT / "bare"
+        source = ROOT / "bench/forwarders/bare.c"
+        subprocess.run(["cc", "-O2", "-o", str(program), str(source)], check=True)
+        return [str(program), str(port), *map(str, outs)]
+
+    def mavproxy(port: int, outs: list[int]) -> list[str]:
+        program = Path(sys.executable).parent / "mavproxy.py"
+        if not program.exists():
+            raise NotMeasured("MAVProxy is not installed")
+        return [
+            sys.executable, str(program), f"--master=udpin:127.0.0.1:{port}", "--non-interactive",
+            "--daemon", "--default-modules=link", f"--state-basedir={OUT}",
+            *(f"--out=udpout:127.0.0.1:{out}" for out in outs),
+        ]  # fmt: skip
+
+    return {"vencejo": ours, "bare kernel calls (C)": bare, "MAVProxy": mavproxy}
+
+
+def forward_load(port: int, outs: list[int], rate: float, seconds: float) -> dict[str, Any]:
+    """Play through a running forwarder; return what came out and how late."""
+    command = [
+        str(LOAD), "forward", "--frames", str(FRAMES), "--to", f"127.0.0.1:{port}",
+        "--rate", str(rate), "--seconds", str(seconds), "--sinks", ",".join(map(str, outs)),
+    ]  # fmt: skip
+    return output_of(command)
+
+
+def forward(runs: int, seconds: float) -> Table:
+    """Forward one plane of 1,000 messages a second to four listeners; then as many as go."""
+
+    def once(make: Callable[[int, list[int]], list[str]]) -> Figures:
+        port, *outs = (free_port() for _ in range(5))
+        with running(make(port, outs)) as process:
+            time.sleep(WARM_UP_S)
+            forward_load(port, outs, PLANE_RATE, 1.0)
+            with running(
+                [
+                    str(LOAD),
+                    "forward",
+                    "--frames",
+                    str(FRAMES),
+                    "--to",
+                    f"127.0.0.1:{port}",
+                    "--rate",
+                    str(PLANE_RATE),
+                    "--seconds",
+                    str(seconds),
+                    "--sinks",
+                    ",".join(map(str, outs)),
+                ]
+            ) as load:
+                usage = usage_over(process.pid, seconds - 1)
+                found = result_of(load, seconds + 10)
+            if found["median_us"] is None:
+                raise NotMeasured("nothing came out")
+            expected = 4 * found["sent"]
+            return {
+                "cpu_percent": usage.cpu * 100,
+                "rss_mb": usage.rss_mb,
+                "median_us": found["median_us"],
+                "p99_us": found["p99_us"],
+                "lost_percent": 100 * (1 - sum(found["received"]) / expected),
+                "most_per_s": most_without_loss(port, outs),
+            }
+
+    return repeat(
+        runs,
+        {label: lambda make=make: once(make) for label, make in forwarders().items()},  # type: ignore[misc]
+    )
+
+
+def most_without_loss(port: int, outs: list[int]) -> float:
+    """Return the highest rate, of a ladder of +10 % steps, that two seconds of came out whole four times."""
+    rate, best = 2000.0, 0.0
+    while rate < 200_000:
+        found = forward_load(port, outs, rate, 2.0)
+        # The load itself may be what cannot keep up: then its own rate is the limit.
+        if sum(found["received"]) < 4 * found["sent"]:
+            break
+        best = found["sent"] / 2.0
+        rate *= 1.5 if rate < 15_000 else 1.1
+    return best
+
+
+# --- transfers ----------------------------------------------------------------------------------
+
+
+def with_plane(task: Callable[[str], Figures]) -> Figures:
+    """Do a task against a fresh simulated plane."""
+    command = Path(sys.executable).parent / "vencejo"
+    if not command.exists():
+        raise NotMeasured("the `vencejo` command is not installed")
+    port = free_port()
+    with running([str(command), "sim", "--link", f"tcpin:127.0.0.1:{port}"]) as plane:
+        time.sleep(6)  # ArduPlane, and so the simulated one, refuses missions right after boot
+        if plane.poll() is not None:
+            raise NotMeasured("the simulated plane did not start")
+        return task(str(port))
+
+
+def mission(runs: int, _seconds: float) -> Table:
+    """Send a long mission and read it back, item by item where the peer knows no better."""
+
+    def once(name: str, scheme: str) -> Figures:
+        def task(port: str) -> Figures:
+            command = contestant(
+                name, "mission", link=f"{scheme}127.0.0.1:{port}", items=MISSION_ITEMS, verify="yes"
+            )
+            return {"seconds": float(output_of(command, 180)["seconds"])}
+
+        return with_plane(task)
+
+    return repeat(runs, {label: lambda a=a: once(*a) for label, a in TCP_PEERS.items()})  # type: ignore[misc]
+
+
+def params(runs: int, _seconds: float) -> Table:
+    """Read every parameter of the simulated plane."""
+
+    def once(name: str, scheme: str) -> Figures:
+        def task(port: str) -> Figures:
+            found = output_of(contestant(name, "params", link=f"{scheme}127.0.0.1:{port}"), 120)
+            return {"seconds": float(found["seconds"]), "count": float(found["count"])}
+
+        return with_plane(task)
+
+    return repeat(runs, {label: lambda a=a: once(*a) for label, a in TCP_PEERS.items()})  # type: ignore[misc]
+
+
+PEERS = {"vencejo": "vencejo_peer", "pymavlink": "pymavlink_peer", "mavsdk": "mavsdk_peer"}
+TCP_PEERS = {
+    "vencejo": ("vencejo_peer", "tcp:"),
+    "pymavlink": ("pymavlink_peer", "tcp:"),
+    "mavsdk": ("mavsdk_peer", "tcpout://"),
+}
+SECTIONS: dict[str, Callable[[int, float], Table]] = {
+    "decode": decode,
+    "follow": follow,
+    "fleet": fleet,
+    "first_position": first_position,
+    "forward": forward,
+    "mission": mission,
+    "params": params,
+}
+
+
+def machine() -> dict[str, str]:
+    """Return what matters of the machine, and nothing that names it."""
+    versions = {}
+    for package in ("pymavlink", "mavsdk", "MAVProxy"):
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:
+            versions[package] = "not installed"
+    os_name = "Linux"
+    release = Path("/etc/os-release")
+    if release.exists():
+        for line in release.read_text().splitlines():
+            if line.startswith("PRETTY_NAME="):
+                os_name = line.partition("=")[2].strip('"')
+    return {
+        "cores": str(os.cpu_count()),
+        "system": os_name,
+        "architecture": platform.machine(),
+        "python": platform.python_version(),
+        **versions,
+    }
+
+
+def main() -> int:
+    """Run what was asked for and write the report."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--runs", type=int, default=5, help="runs of each contestant (median is kept)"
+    )
+    parser.add_argument(
+        "--seconds", type=float, default=8.0, help="length of a run that follows or forwards"
+    )
+    parser.add_argument("--only", default=",".join(SECTIONS), help="sections, with commas between")
+    options = parser.parse_args()
+    OUT.mkdir(parents=True, exist_ok=True)
+    if not LOAD.exists():
+        sys.exit(
+            "bench: the load generator is not built: cargo build --release -p vencejo-bench-load"
+        )
+    prepare.prepare(FRAMES)
+    store = OUT / "results.json"
+    results: dict[str, Any] = json.loads(store.read_text()) if store.exists() else {}
+    for name in options.only.split(","):
+        if name not in SECTIONS:
+            sys.exit(f"bench: no section {name!r}; there are {', '.join(SECTIONS)}")
+        print(f"{name}:", flush=True)
+        results[name] = {
+            "runs": options.runs,
+            "date": datetime.now(timezone.utc).date().isoformat(),
+            "figures": SECTIONS[name](options.runs, options.seconds),
+        }
+        results["machine"] = machine()
+        store.write_text(json.dumps(results, indent=1))
+        (ROOT / "bench/RESULTS.md").write_text(report.render(results), encoding="utf-8")
+    print("wrote bench/RESULTS.md")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
