@@ -1,0 +1,316 @@
+"""The same vehicle for asyncio: every waiting method is a coroutine over the same native calls.
+
+Examples
+--------
+>>> import asyncio
+>>> from vencejo import Plan, aio
+>>> async def main() -> None:
+...     async with await aio.connect("tcp:127.0.0.1:5760") as plane:
+...         await plane.upload(Plan.load("mission.waypoints"))
+...         await plane.arm()
+...         await plane.start_mission()
+...         async for telemetry in plane.stream(rate_hz=1):
+...             print(telemetry.position)
+>>> asyncio.run(main())  # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import time
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
+from types import TracebackType
+from typing import Any
+
+from vencejo import _native
+from vencejo.errors import CommandTimeout, InvalidRequest
+from vencejo.plan import Home, Plan
+from vencejo.station import Station
+from vencejo.telemetry import Telemetry
+from vencejo.vehicle import (
+    MavlinkMessage,
+    Parameter,
+    PlanKind,
+    PlanState,
+    ProgressCallback,
+    VehicleState,
+    _command_number,
+    _frame_of,
+    _joined,
+)
+
+__all__ = ["AsyncParameters", "AsyncVehicle", "connect", "wait_vehicle"]
+
+_POLL_S = 0.02
+
+
+async def _finished(pending: _native.Pending, progress: ProgressCallback | None = None) -> Any:
+    """Wait for an operation without blocking the loop; cancelling the task cancels the operation."""
+    loop = asyncio.get_running_loop()
+    ended = asyncio.Event()
+
+    def wake() -> None:
+        try:
+            loop.call_soon_threadsafe(ended.set)
+        except RuntimeError:  # the loop has been closed meanwhile
+            pass
+
+    pending.on_done(wake)
+    try:
+        while progress is not None and not ended.is_set():
+            step = pending.progress()
+            if step is not None and step[1]:
+                progress(*step)
+            try:
+                await asyncio.wait_for(ended.wait(), 0.1)
+            except asyncio.TimeoutError:
+                continue
+        await ended.wait()
+    except BaseException:
+        pending.cancel()
+        raise
+    return pending.wait(0.0)
+
+
+async def wait_vehicle(
+    station: Station, system_id: int | None = None, *, timeout_s: float | None = 30.0
+) -> AsyncVehicle:
+    """Wait for a vehicle's heartbeat on a station; see `Station.wait_vehicle`."""
+    pending = station._native.wait_vehicle(system_id)
+    try:
+        native = await asyncio.wait_for(_finished(pending), timeout_s)
+    except asyncio.TimeoutError:
+        pending.cancel()
+        native = pending.wait(0.0)
+    return AsyncVehicle(native, station)
+
+
+async def connect(
+    link: str,
+    *,
+    system_id: int | None = None,
+    timeout_s: float | None = 30.0,
+    rate_hz: float = 10.0,
+    message_rates: Mapping[str, float] | None = None,
+    record: bool | str | os.PathLike[str] = True,
+    own_system_id: int = 255,
+    own_component_id: int = 190,
+    forward_to: Iterable[str] = (),
+) -> AsyncVehicle:
+    """Connect to a vehicle and wait for its heartbeat; see `vencejo.connect`."""
+    station = Station(
+        link,
+        system_id=own_system_id,
+        component_id=own_component_id,
+        rate_hz=rate_hz,
+        message_rates=message_rates,
+        record=record,
+        forward_to=forward_to,
+    )
+    try:
+        return await wait_vehicle(station, system_id, timeout_s=timeout_s)
+    except BaseException:
+        station.close()
+        raise
+
+
+class AsyncVehicle(VehicleState):
+    """A vehicle for asyncio. Methods are those of `vencejo.Vehicle`, to be awaited; cancelling one cancels its work."""
+
+    async def __aenter__(self) -> AsyncVehicle:
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        await self.close()
+
+    async def close(self) -> None:
+        """Close the station behind this vehicle, and with it all links."""
+        await asyncio.get_running_loop().run_in_executor(None, self._station.close)
+
+    async def stream(self, *, rate_hz: float = 10.0) -> AsyncIterator[Telemetry]:
+        """Snapshots for ever, at most this many a second."""
+        if not 0.1 <= rate_hz <= 50.0:
+            raise InvalidRequest(f"rate_hz is {rate_hz}: it goes from 0.1 to 50")
+        while True:
+            yield self.telemetry
+            await asyncio.sleep(1.0 / rate_hz)
+
+    async def wait_until(
+        self, condition: Callable[[Telemetry], bool], *, timeout_s: float | None, what: str = "the condition"
+    ) -> Telemetry:
+        """Wait until a function of the telemetry is true; see `vencejo.Vehicle.wait_until`."""
+        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        while not condition(telemetry := self.telemetry):
+            if deadline is not None and time.monotonic() >= deadline:
+                raise CommandTimeout(f"{what} did not come true within {timeout_s:g} s")
+            await asyncio.sleep(_POLL_S)
+        return telemetry
+
+    async def arm(self, *, force: bool = False) -> None:
+        """Arm; see `vencejo.Vehicle.arm`."""
+        await _finished(self._native.arm(force))
+
+    async def disarm(self, *, force: bool = False) -> None:
+        """Disarm; see `vencejo.Vehicle.disarm`."""
+        await _finished(self._native.disarm(force))
+
+    async def set_mode(self, mode: str | int) -> None:
+        """Change the flight mode; see `vencejo.Vehicle.set_mode`."""
+        await _finished(self._native.set_mode(mode))
+
+    async def takeoff(self, *, alt_rel_home_m: float) -> None:
+        """Take off; see `vencejo.Vehicle.takeoff`."""
+        await _finished(self._native.takeoff(alt_rel_home_m))
+
+    async def goto(
+        self,
+        lat_deg: float,
+        lon_deg: float,
+        *,
+        alt_rel_home_m: float | None = None,
+        alt_amsl_m: float | None = None,
+        alt_terrain_m: float | None = None,
+        loiter_radius_m: float | None = None,
+        clockwise: bool = True,
+        speed_m_s: float | None = None,
+        change_mode: bool = True,
+    ) -> None:
+        """Fly to a position and circle there; see `vencejo.Vehicle.goto`."""
+        await _finished(
+            self._goto(
+                lat_deg,
+                lon_deg,
+                alt_rel_home_m,
+                alt_amsl_m,
+                alt_terrain_m,
+                loiter_radius_m,
+                clockwise,
+                speed_m_s,
+                change_mode,
+            )
+        )
+
+    async def set_airspeed(self, airspeed_m_s: float) -> None:
+        """Change the airspeed target."""
+        await _finished(self._native.change_speed("airspeed", airspeed_m_s))
+
+    async def set_groundspeed(self, groundspeed_m_s: float) -> None:
+        """Change the least ground speed."""
+        await _finished(self._native.change_speed("groundspeed", groundspeed_m_s))
+
+    async def set_altitude(self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None) -> None:
+        """Change the height of the present target."""
+        await _finished(self._native.change_altitude(*_frame_of(alt_rel_home_m, alt_amsl_m, None)))
+
+    async def loiter(self) -> None:
+        """Circle here (mode LOITER)."""
+        await _finished(self._native.loiter())
+
+    async def return_to_launch(self) -> None:
+        """Return home or to a rally point (mode RTL)."""
+        await _finished(self._native.return_to_launch())
+
+    async def land(self) -> None:
+        """Land; see `vencejo.Vehicle.land`."""
+        await _finished(self._native.land())
+
+    async def abort_landing(self, *, alt_rel_home_m: float | None = None) -> None:
+        """Abort a landing and climb."""
+        await _finished(self._native.abort_landing(alt_rel_home_m))
+
+    async def set_home(self, home: Home | None = None) -> None:
+        """Move home to a position, or to where the vehicle is."""
+        await _finished(self._set_home(home))
+
+    async def reboot(self) -> None:
+        """Restart the autopilot; only when it is disarmed."""
+        await _finished(self._native.reboot())
+
+    async def upload(
+        self, plan: Plan, *, kind: PlanKind = "mission", check: bool = True, progress: ProgressCallback | None = None
+    ) -> PlanState:
+        """Replace a plan on board and verify it; see `vencejo.Vehicle.upload`."""
+        await _finished(self._upload(plan, kind, check), progress)
+        return self.plan_state(kind)
+
+    async def download(
+        self, *, kinds: Sequence[PlanKind] = ("mission",), progress: ProgressCallback | None = None
+    ) -> Plan:
+        """Read plans from the vehicle; see `vencejo.Vehicle.download`."""
+        parts = {}
+        for kind in kinds:
+            parts[kind] = Plan._from_native(await _finished(self._native.download(kind), progress))
+        return _joined(parts)
+
+    async def clear(self, *, kind: PlanKind = "mission") -> None:
+        """Remove a plan; see `vencejo.Vehicle.clear`."""
+        await _finished(self._native.clear(kind))
+
+    async def start_mission(self, *, from_item: int | None = None) -> None:
+        """Begin the mission; see `vencejo.Vehicle.start_mission`."""
+        await _finished(self._native.mission_start(from_item))
+
+    async def pause_mission(self) -> None:
+        """Interrupt the mission (mode LOITER)."""
+        await _finished(self._native.mission_pause())
+
+    async def resume_mission(self) -> None:
+        """Go on with the mission where it stands (mode AUTO)."""
+        await _finished(self._native.mission_resume())
+
+    async def set_current_item(self, item: int) -> None:
+        """Make an item, counted from 1, the one in execution."""
+        await _finished(self._native.set_current_item(item))
+
+    async def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
+        """Upload, verify, arm and start; see `vencejo.Vehicle.send_and_fly`."""
+        await self.upload(plan, progress=progress)
+        await self.arm()
+        await self.start_mission()
+
+    @property
+    def params(self) -> AsyncParameters:
+        """The vehicle's parameters."""
+        return AsyncParameters(self)
+
+    async def command(self, command: int | str, *params: float) -> int:
+        """Send any command by COMMAND_LONG; see `vencejo.Vehicle.command`."""
+        return int(await _finished(self._native.command_long(_command_number(command), self._seven(params))) or 0)
+
+    async def command_int(
+        self, command: int | str, *params: float, frame: int, x: int = 0, y: int = 0, z: float = 0.0
+    ) -> int:
+        """Send any command by COMMAND_INT; see `vencejo.Vehicle.command_int`."""
+        pending = self._native.command_int(_command_number(command), frame, self._seven(params)[:4], x, y, z)
+        return int(await _finished(pending) or 0)
+
+    async def request_message(self, name: str) -> MavlinkMessage:
+        """Ask for one message once, and give it back."""
+        return MavlinkMessage(*await _finished(self._native.request_message(name)))
+
+    async def set_message_rate(self, name: str, rate_hz: float | None) -> None:
+        """Set how often the vehicle sends a message, up to 50 a second; ``None`` stops it."""
+        await _finished(self._native.set_message_rate(name, rate_hz))
+
+
+class AsyncParameters:
+    """The parameters of a vehicle, for asyncio; see `vencejo.Parameters`."""
+
+    def __init__(self, vehicle: AsyncVehicle) -> None:
+        self._vehicle = vehicle
+
+    async def get(self, name: str) -> Parameter:
+        """Read one."""
+        return Parameter(*await _finished(self._vehicle._native.param_read(name)))
+
+    async def set(self, name: str, value: float) -> Parameter:
+        """Write one; returns what the vehicle has then."""
+        return Parameter(*await _finished(self._vehicle._native.param_set(name, float(value))))
+
+    async def all(self, *, progress: ProgressCallback | None = None) -> dict[str, Parameter]:
+        """Read all, by name."""
+        found = await _finished(self._vehicle._native.param_list(), progress)
+        return {name: Parameter(name, value, kind) for name, value, kind in found}

@@ -1,0 +1,113 @@
+"""What can go wrong, as exceptions that say what the vehicle said.
+
+Every exception of this package is a `VencejoError`. The messages say what was wrong, where, and what to do.
+
+Examples
+--------
+>>> import vencejo
+>>> issubclass(vencejo.CommandRefused, vencejo.VencejoError)
+True
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from vencejo.plan import Finding
+
+
+class VencejoError(Exception):
+    """Base of all exceptions of this package."""
+
+
+class LinkError(VencejoError):
+    """A link string that cannot be read, or a link that cannot be opened."""
+
+
+class NoVehicleError(VencejoError):
+    """No autopilot was heard in time, or the one asked for is not there."""
+
+
+class VehicleLost(VencejoError):
+    """The vehicle has not been heard for too long to go on."""
+
+
+class ClosedError(VencejoError):
+    """The station or the link behind this object has been closed."""
+
+
+class Busy(VencejoError):
+    """The vehicle is occupied by another command or transfer of this station."""
+
+
+class Cancelled(VencejoError):
+    """The operation was cancelled by its caller. What the vehicle holds is unknown until it is read again."""
+
+
+class InvalidRequest(VencejoError, ValueError):
+    """A value that may not be sent to an aircraft: not finite, out of range, or unknown."""
+
+
+class CommandRefused(VencejoError):
+    """The vehicle answered a command with a refusal.
+
+    Attributes
+    ----------
+    command : str
+        Name of the MAV_CMD.
+    result : str
+        Name of the MAV_RESULT, such as ``"DENIED"``.
+    reasons : tuple[str, ...]
+        What the vehicle said about it in STATUSTEXT messages, for instance its pre-arm failures.
+    """
+
+    def __init__(self, message: str, command: str = "", result: str = "", reasons: tuple[str, ...] = ()) -> None:
+        super().__init__(message)
+        self.command = command
+        self.result = result
+        self.reasons = reasons
+
+
+class CommandTimeout(VencejoError, TimeoutError):
+    """The vehicle did not answer, or never showed the state that was asked for."""
+
+
+class TransferError(VencejoError):
+    """A plan, parameter or file transfer failed. What the vehicle holds is unknown until it is read again."""
+
+
+class PlanMismatch(TransferError):
+    """The vehicle took the plan but reads back something else.
+
+    Attributes
+    ----------
+    differences : tuple[str, ...]
+        One line for each field that differs: item, field, sent and kept value.
+    """
+
+    def __init__(self, message: str, differences: tuple[str, ...] = ()) -> None:
+        super().__init__(message)
+        self.differences = differences
+
+
+class ParameterError(VencejoError):
+    """A parameter that the vehicle does not have, or a value that it did not take."""
+
+
+class FileFormatError(VencejoError, ValueError):
+    """A plan or parameter file that cannot be read; the message names the line or the JSON path."""
+
+
+class PlanRefused(VencejoError):
+    """A plan that the checks found unsafe or impossible, refused before anything was sent.
+
+    Attributes
+    ----------
+    findings : tuple[Finding, ...]
+        All findings, warnings included.
+    """
+
+    def __init__(self, message: str, findings: tuple[Finding, ...] = ()) -> None:
+        super().__init__(message)
+        self.findings = findings

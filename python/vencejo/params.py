@@ -1,0 +1,34 @@
+"""Parameter files: ``.param`` and ``.parm`` (Mission Planner, MAVProxy), ``.params`` (QGroundControl)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from vencejo import _native
+from vencejo.errors import FileFormatError
+
+__all__ = ["load_params", "save_params"]
+
+
+def load_params(path: str | os.PathLike[str]) -> dict[str, float]:
+    """Read a parameter file of any of the known kinds, told apart by content.
+
+    Raises
+    ------
+    FileFormatError
+        When it cannot be read; the message names the line.
+    """
+    path = Path(path)
+    try:
+        return dict(_native.parse_params(path.read_bytes()))
+    except OSError as error:
+        raise FileFormatError(f"{path}: {error.strerror or error}") from error
+    except FileFormatError as error:
+        raise FileFormatError(f"{path}: {error}") from None
+
+
+def save_params(path: str | os.PathLike[str], params: Mapping[str, float]) -> None:
+    """Write a ``.param`` file: one ``NAME,value`` a line, sorted by name."""
+    Path(path).write_text(_native.format_params(sorted(params.items())), encoding="utf-8", newline="")

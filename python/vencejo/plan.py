@@ -1,0 +1,514 @@
+"""Plans: missions, fences and rally points, as files and as the vehicle has them.
+
+A `Plan` is an immutable value. Items never include home: the first item is item 1 on an ArduPilot vehicle,
+whose item 0 is home.
+
+Examples
+--------
+>>> from vencejo import MissionItem, Plan
+>>> plan = Plan(
+...     items=(
+...         MissionItem.takeoff(40.3332, -3.7978, alt_rel_home_m=50.0, pitch_deg=15.0),
+...         MissionItem.waypoint(40.3362, -3.7978, alt_rel_home_m=80.0),
+...         MissionItem.return_to_launch(),
+...     )
+... )
+>>> len(plan.items)
+3
+>>> [finding.code for finding in plan.check() if finding.severity == "error"]
+[]
+"""
+
+from __future__ import annotations
+
+import enum
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+from vencejo import _native
+from vencejo.errors import FileFormatError, PlanRefused
+
+__all__ = [
+    "Circle",
+    "Command",
+    "Fence",
+    "Finding",
+    "Frame",
+    "GeoPoint",
+    "Home",
+    "MissionItem",
+    "Plan",
+    "Polygon",
+    "RallyPoint",
+]
+
+NativeItem: TypeAlias = tuple[int, int, tuple[float | None, ...], bool]
+NativeZone: TypeAlias = tuple[bool, list[tuple[float, float]], float | None]
+NativePlan: TypeAlias = tuple[
+    tuple[float, float, float] | None,
+    list[NativeItem],
+    list[NativeZone],
+    tuple[float, float, float] | None,
+    list[tuple[float, float, float, int]],
+]
+
+
+class Frame(enum.IntEnum):
+    """What an item's altitude is counted from (MAV_FRAME)."""
+
+    GLOBAL = 0
+    """Above mean sea level."""
+    MISSION = 2
+    """The item has no position."""
+    GLOBAL_RELATIVE_ALT = 3
+    """Above home."""
+    GLOBAL_TERRAIN_ALT = 10
+    """Above the terrain below the plane."""
+
+
+class Command(enum.IntEnum):
+    """The mission commands used most (MAV_CMD). Any other number is taken too."""
+
+    NAV_WAYPOINT = 16
+    NAV_LOITER_UNLIM = 17
+    NAV_LOITER_TURNS = 18
+    NAV_LOITER_TIME = 19
+    NAV_RETURN_TO_LAUNCH = 20
+    NAV_LAND = 21
+    NAV_TAKEOFF = 22
+    NAV_CONTINUE_AND_CHANGE_ALT = 30
+    NAV_LOITER_TO_ALT = 31
+    NAV_DELAY = 93
+    CONDITION_DELAY = 112
+    CONDITION_DISTANCE = 114
+    DO_JUMP = 177
+    DO_CHANGE_SPEED = 178
+    DO_SET_HOME = 179
+    DO_RETURN_PATH_START = 188
+    DO_LAND_START = 189
+    DO_SET_CAM_TRIGG_DIST = 206
+    DO_FENCE_ENABLE = 207
+
+
+@dataclass(frozen=True)
+class GeoPoint:
+    """A position on the WGS-84 ellipsoid.
+
+    Attributes
+    ----------
+    lat_deg, lon_deg : float
+        Degrees; latitude from -90 to 90, longitude from -180 to 180.
+    """
+
+    lat_deg: float
+    lon_deg: float
+
+
+@dataclass(frozen=True)
+class Home:
+    """Where heights above home are counted from.
+
+    Attributes
+    ----------
+    lat_deg, lon_deg : float
+        Degrees, WGS-84.
+    alt_amsl_m : float
+        Metres above mean sea level.
+    """
+
+    lat_deg: float
+    lon_deg: float
+    alt_amsl_m: float
+
+
+@dataclass(frozen=True)
+class MissionItem:
+    """One item of a mission: a MAV_CMD with its frame and seven parameters.
+
+    Attributes
+    ----------
+    command : int
+        MAV_CMD; see `Command` for the common ones.
+    frame : Frame or int
+        MAV_FRAME of the altitude.
+    params : tuple of seven (float or None)
+        Parameters 1 to 4 and then x, y, z: latitude and longitude in degrees and altitude in metres when the
+        command has a position. ``None`` where a value is not given.
+    autocontinue : bool
+        Whether the vehicle goes on to the next item by itself.
+    """
+
+    command: int
+    frame: int
+    params: tuple[float | None, ...]
+    autocontinue: bool = True
+
+    def __post_init__(self) -> None:
+        if len(self.params) != 7:
+            raise ValueError(f"a mission item has seven parameters, not {len(self.params)}; use None for absent ones")
+
+    @property
+    def name(self) -> str:
+        """Name of the command in MAVLink, such as ``"NAV_WAYPOINT"``."""
+        return _native.command_name(self.command)
+
+    @property
+    def has_position(self) -> bool:
+        """Whether the command uses latitude, longitude and altitude."""
+        return _native.command_has_position(self.command)
+
+    @property
+    def lat_deg(self) -> float | None:
+        """Latitude in degrees, ``None`` when the command has no position."""
+        return self.params[4] if self.has_position else None
+
+    @property
+    def lon_deg(self) -> float | None:
+        """Longitude in degrees, ``None`` when the command has no position."""
+        return self.params[5] if self.has_position else None
+
+    @property
+    def alt_m(self) -> float | None:
+        """Altitude in metres, counted as `frame` says; ``None`` when the command has no position."""
+        return self.params[6] if self.has_position else None
+
+    def with_altitude(self, alt_m: float) -> MissionItem:
+        """The same item at another altitude (metres, in the item's frame)."""
+        return replace(self, params=(*self.params[:6], alt_m))
+
+    @classmethod
+    def at(
+        cls,
+        command: int,
+        lat_deg: float,
+        lon_deg: float,
+        *,
+        alt_rel_home_m: float,
+        params: Sequence[float | None] = (0.0, 0.0, 0.0, 0.0),
+    ) -> MissionItem:
+        """An item with a position, its altitude above home."""
+        p1, p2, p3, p4 = params
+        return cls(int(command), Frame.GLOBAL_RELATIVE_ALT, (p1, p2, p3, p4, lat_deg, lon_deg, alt_rel_home_m))
+
+    @classmethod
+    def action(cls, command: int, *params: float | None) -> MissionItem:
+        """An item without a position; parameters that are not given are 0."""
+        if len(params) > 7:
+            raise ValueError(f"a mission item has seven parameters, not {len(params)}")
+        return cls(int(command), Frame.MISSION, (*params, *(0.0,) * (7 - len(params))))
+
+    @classmethod
+    def waypoint(
+        cls, lat_deg: float, lon_deg: float, *, alt_rel_home_m: float, acceptance_radius_m: float = 0.0
+    ) -> MissionItem:
+        """Fly to a point. With radius 0 the vehicle's own (WP_RADIUS) counts."""
+        return cls.at(
+            Command.NAV_WAYPOINT,
+            lat_deg,
+            lon_deg,
+            alt_rel_home_m=alt_rel_home_m,
+            params=(0.0, acceptance_radius_m, 0.0, 0.0),
+        )
+
+    @classmethod
+    def takeoff(cls, lat_deg: float, lon_deg: float, *, alt_rel_home_m: float, pitch_deg: float = 15.0) -> MissionItem:
+        """Take off and climb to a height, at least with this pitch."""
+        return cls.at(
+            Command.NAV_TAKEOFF, lat_deg, lon_deg, alt_rel_home_m=alt_rel_home_m, params=(pitch_deg, 0.0, 0.0, 0.0)
+        )
+
+    @classmethod
+    def land(cls, lat_deg: float, lon_deg: float, *, alt_rel_home_m: float = 0.0) -> MissionItem:
+        """Land at a point; the leg that leads to it is the final approach."""
+        return cls.at(Command.NAV_LAND, lat_deg, lon_deg, alt_rel_home_m=alt_rel_home_m)
+
+    @classmethod
+    def land_start(cls, lat_deg: float, lon_deg: float, *, alt_rel_home_m: float = 0.0) -> MissionItem:
+        """Mark the beginning of a landing sequence, which RTL can use."""
+        return cls.at(Command.DO_LAND_START, lat_deg, lon_deg, alt_rel_home_m=alt_rel_home_m)
+
+    @classmethod
+    def loiter_turns(
+        cls, lat_deg: float, lon_deg: float, *, alt_rel_home_m: float, turns: float, radius_m: float
+    ) -> MissionItem:
+        """Fly full circles round a point. A negative radius turns counter-clockwise."""
+        return cls.at(
+            Command.NAV_LOITER_TURNS,
+            lat_deg,
+            lon_deg,
+            alt_rel_home_m=alt_rel_home_m,
+            params=(turns, 0.0, radius_m, 1.0),
+        )
+
+    @classmethod
+    def loiter_time(
+        cls, lat_deg: float, lon_deg: float, *, alt_rel_home_m: float, time_s: float, radius_m: float = 0.0
+    ) -> MissionItem:
+        """Circle round a point for a time. ArduPlane keeps only the radius' sign: its size is WP_LOITER_RAD."""
+        return cls.at(
+            Command.NAV_LOITER_TIME,
+            lat_deg,
+            lon_deg,
+            alt_rel_home_m=alt_rel_home_m,
+            params=(time_s, 0.0, radius_m, 1.0),
+        )
+
+    @classmethod
+    def loiter_to_altitude(
+        cls, lat_deg: float, lon_deg: float, *, alt_rel_home_m: float, radius_m: float = 0.0
+    ) -> MissionItem:
+        """Circle round a point until this height is reached."""
+        return cls.at(
+            Command.NAV_LOITER_TO_ALT,
+            lat_deg,
+            lon_deg,
+            alt_rel_home_m=alt_rel_home_m,
+            params=(0.0, radius_m, 0.0, 1.0),
+        )
+
+    @classmethod
+    def loiter(cls, lat_deg: float, lon_deg: float, *, alt_rel_home_m: float, radius_m: float = 0.0) -> MissionItem:
+        """Circle round a point until told otherwise."""
+        return cls.at(
+            Command.NAV_LOITER_UNLIM, lat_deg, lon_deg, alt_rel_home_m=alt_rel_home_m, params=(0.0, 0.0, radius_m, 0.0)
+        )
+
+    @classmethod
+    def return_to_launch(cls) -> MissionItem:
+        """Return home, or to the nearest rally point, and circle there."""
+        return cls.action(Command.NAV_RETURN_TO_LAUNCH)
+
+    @classmethod
+    def change_airspeed(cls, airspeed_m_s: float) -> MissionItem:
+        """Fly at this airspeed from here on."""
+        return cls.action(Command.DO_CHANGE_SPEED, 0.0, airspeed_m_s, -1.0)
+
+    @classmethod
+    def jump(cls, item: int, *, repeats: int = -1) -> MissionItem:
+        """Go on at another item, counted from 1 as the plan's items are; -1 repeats for ever."""
+        return cls.action(Command.DO_JUMP, float(item), float(repeats))
+
+
+@dataclass(frozen=True)
+class Polygon:
+    """A fence polygon of at least three corners, to stay inside or outside of."""
+
+    points: tuple[GeoPoint, ...]
+    inclusion: bool = True
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A fence circle, to stay inside or outside of. Radius in metres."""
+
+    center: GeoPoint
+    radius_m: float
+    inclusion: bool = True
+
+
+@dataclass(frozen=True)
+class Fence:
+    """Where to stay.
+
+    Attributes
+    ----------
+    zones : tuple of Polygon or Circle
+    return_point : Home or None
+        Where to go on a breach; ``None`` leaves it to the vehicle.
+    """
+
+    zones: tuple[Polygon | Circle, ...] = ()
+    return_point: Home | None = None
+
+
+@dataclass(frozen=True)
+class RallyPoint:
+    """A point to return to instead of home. Altitude in metres, as `frame` says."""
+
+    lat_deg: float
+    lon_deg: float
+    alt_m: float
+    frame: int = Frame.GLOBAL_RELATIVE_ALT
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something that a check of a plan found.
+
+    Attributes
+    ----------
+    severity : {"error", "warning"}
+        A plan with an error is not sent.
+    code : str
+        Stable name of the finding.
+    item : int or None
+        The item concerned, counted from 1.
+    message, remedy : str
+        What is wrong, and what to do about it.
+    """
+
+    severity: Literal["error", "warning"]
+    code: str
+    item: int | None
+    message: str
+    remedy: str
+
+    def __str__(self) -> str:
+        where = f"item {self.item}: " if self.item is not None else ""
+        return f"{where}{self.message}" + (f" {self.remedy}" if self.remedy else "")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a vehicle is to fly, where it shall stay, and where it may return to.
+
+    Attributes
+    ----------
+    items : tuple of MissionItem
+        The mission, without home.
+    home : Home or None
+        Planned home. The vehicle sets its own when it arms.
+    fence : Fence
+    rally : tuple of RallyPoint
+    """
+
+    items: tuple[MissionItem, ...] = ()
+    home: Home | None = None
+    fence: Fence = field(default_factory=Fence)
+    rally: tuple[RallyPoint, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "items", tuple(self.items))
+        object.__setattr__(self, "rally", tuple(self.rally))
+
+    def __iter__(self) -> Iterator[MissionItem]:
+        return iter(self.items)
+
+    def __len__(self) -> int:
+        return len(self.items)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Plan:
+        """Read a ``.waypoints`` (QGC WPL 110) or ``.plan`` (QGroundControl) file, told apart by content.
+
+        Raises
+        ------
+        FileFormatError
+            When the file cannot be read; the message names the line or the JSON path.
+        """
+        path = Path(path)
+        try:
+            data = path.read_bytes()
+        except OSError as error:
+            raise FileFormatError(f"{path}: {error.strerror or error}") from error
+        try:
+            return cls._from_native(_native.parse_plan(data, path.name))
+        except FileFormatError as error:
+            raise FileFormatError(f"{path}: {error}") from None
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a ``.waypoints`` or ``.plan`` file; the name's ending says which.
+
+        A ``.waypoints`` file holds the mission alone.
+
+        Raises
+        ------
+        FileFormatError
+            For another ending, or a plan that the format cannot hold.
+        """
+        path = Path(path)
+        suffix = path.suffix.lower()
+        if suffix == ".plan":
+            text = _native.format_plan_json(self._to_native())
+        elif suffix in (".waypoints", ".txt"):
+            text = _native.format_waypoints(self._to_native())
+        else:
+            raise FileFormatError(f"{path}: a plan is saved as .plan or .waypoints, not '{suffix}'; rename it")
+        path.write_text(text, encoding="utf-8", newline="")
+
+    def check(self, *, position: GeoPoint | Home | None = None, on_ground: bool | None = None) -> tuple[Finding, ...]:
+        """Look for what would make the plan fail or be refused.
+
+        Parameters
+        ----------
+        position : GeoPoint or Home, optional
+            Where the vehicle or its home is; finds plans for another place.
+        on_ground : bool, optional
+            Whether the vehicle is on the ground; then the mission must begin with a take-off.
+
+        Returns
+        -------
+        tuple of Finding
+            Errors first.
+        """
+        at = None if position is None else (position.lat_deg, position.lon_deg)
+        found = _native.check_plan(self._to_native(), at, on_ground)
+        findings = [
+            Finding("error" if is_error else "warning", code, item, message, remedy)
+            for is_error, code, item, message, remedy in found
+        ]
+        return tuple(sorted(findings, key=lambda finding: finding.severity != "error"))
+
+    def require_sound(
+        self, *, position: GeoPoint | Home | None = None, on_ground: bool | None = None
+    ) -> tuple[Finding, ...]:
+        """Check the plan and refuse it if there is an error; give back the warnings.
+
+        Raises
+        ------
+        PlanRefused
+        """
+        findings = self.check(position=position, on_ground=on_ground)
+        errors = [str(finding) for finding in findings if finding.severity == "error"]
+        if errors:
+            raise PlanRefused("the plan was not sent: " + "; ".join(errors), findings)
+        return findings
+
+    @property
+    def length_m(self) -> float:
+        """Length of the legs between the mission's positions, in metres, home included when it is known."""
+        return _native.mission_length_m(self._to_native())
+
+    def _to_native(self) -> NativePlan:
+        return (
+            _home_tuple(self.home),
+            [(int(item.command), int(item.frame), item.params, item.autocontinue) for item in self.items],
+            [_zone_tuple(zone) for zone in self.fence.zones],
+            _home_tuple(self.fence.return_point),
+            [(point.lat_deg, point.lon_deg, point.alt_m, int(point.frame)) for point in self.rally],
+        )
+
+    @classmethod
+    def _from_native(cls, native: NativePlan) -> Plan:
+        home, items, zones, return_point, rally = native
+        return cls(
+            items=tuple(MissionItem(*item) for item in items),
+            home=None if home is None else Home(*home),
+            fence=Fence(tuple(_zone(zone) for zone in zones), None if return_point is None else Home(*return_point)),
+            rally=tuple(RallyPoint(*point) for point in rally),
+        )
+
+
+def _home_tuple(home: Home | None) -> tuple[float, float, float] | None:
+    return None if home is None else (home.lat_deg, home.lon_deg, home.alt_amsl_m)
+
+
+def _zone_tuple(zone: Polygon | Circle) -> NativeZone:
+    if isinstance(zone, Circle):
+        return (zone.inclusion, [(zone.center.lat_deg, zone.center.lon_deg)], zone.radius_m)
+    return (zone.inclusion, [(point.lat_deg, point.lon_deg) for point in zone.points], None)
+
+
+def _zone(zone: NativeZone) -> Polygon | Circle:
+    inclusion, points, radius_m = zone
+    corners = _points(points)
+    if radius_m is not None:
+        return Circle(corners[0], radius_m, inclusion)
+    return Polygon(corners, inclusion)
+
+
+def _points(points: Iterable[tuple[float, float]]) -> tuple[GeoPoint, ...]:
+    return tuple(GeoPoint(lat_deg, lon_deg) for lat_deg, lon_deg in points)

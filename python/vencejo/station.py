@@ -1,0 +1,283 @@
+"""The station: links, recording, and the vehicles that are heard on them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Literal
+
+from vencejo import _native
+from vencejo.vehicle import Vehicle
+
+__all__ = ["LinkInfo", "RecorderInfo", "Station", "connect", "default_record_dir"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkInfo:
+    """A link and what went over it.
+
+    Attributes
+    ----------
+    id : int
+    name, address : str
+        The name given to it, and its link string in canonical form.
+    state : str
+        ``"connecting"``, ``"up"``, ``"down"`` or ``"ended"``.
+    detail : str or None
+        Why it is not up: the last error.
+    frames_received, frames_sent, bytes_received, bytes_sent : int
+    bad_crc, garbage_bytes : int
+        Frames with a wrong checksum, and bytes that belonged to no frame.
+    frames_lost : int
+        Missing by the senders' frame counters.
+    loss_pct : float or None
+        Lost frames of all that should have come.
+    round_trip_ms : float or None
+        Of the newest TIMESYNC exchange.
+    age_s : float or None
+        Since the newest frame.
+    """
+
+    id: int
+    name: str
+    address: str
+    state: Literal["connecting", "up", "down", "ended"]
+    detail: str | None
+    frames_received: int
+    frames_sent: int
+    bytes_received: int
+    bytes_sent: int
+    bad_crc: int
+    garbage_bytes: int
+    frames_lost: int
+    loss_pct: float | None
+    round_trip_ms: float | None
+    age_s: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecorderInfo:
+    """The recording of this session.
+
+    Attributes
+    ----------
+    path : Path or None
+        The ``.tlog`` being written.
+    is_recording : bool
+    frames, bytes, dropped : int
+        Written so far, and frames that the disk was too slow for.
+    problem : str or None
+        Why nothing is recorded.
+    """
+
+    path: Path | None
+    is_recording: bool
+    frames: int
+    bytes: int
+    dropped: int
+    problem: str | None
+
+
+def default_record_dir() -> Path:
+    """Where telemetry logs go: ``$VENCEJO_DATA/telemetry``, else the user's data folder (XDG base directories)."""
+    own = os.environ.get("VENCEJO_DATA")
+    if own:
+        return Path(own) / "telemetry"
+    base = os.environ.get("XDG_DATA_HOME")
+    return (Path(base) if base else Path.home() / ".local" / "share") / "vencejo" / "telemetry"
+
+
+class Station:
+    """A ground station: some links, and the vehicles on them.
+
+    Parameters
+    ----------
+    *links : str
+        Link strings, such as ``"udpin:0.0.0.0:14550"``, ``"tcp:127.0.0.1:5760"`` or ``"/dev/ttyACM0,115200"``.
+    system_id, component_id : int, optional
+        Our MAVLink address; 255/190 is a ground station.
+    rate_hz : float, optional
+        How often each vehicle is asked to send its state, 4 to 50, default 10.
+    message_rates : mapping of str to float, optional
+        Other rates for single messages by name, such as ``{"ATTITUDE": 50}``.
+    request_streams : bool, optional
+        Whether to ask for rates at all; ``False`` only listens.
+    heartbeat : bool, optional
+        Whether to send our heartbeat each second. The vehicle's ground-station failsafe counts it.
+    record : bool or path, optional
+        Record every frame to a ``.tlog``: ``True`` in the user's data folder, a path for another folder.
+    forward_to : iterable of str, optional
+        More links, for other ground stations: what the vehicles and they say is passed on untouched.
+
+    Raises
+    ------
+    LinkError
+        For a link string that cannot be read, or an address that cannot be listened on.
+
+    Examples
+    --------
+    >>> import vencejo
+    >>> with vencejo.Station("udpin:127.0.0.1:0", record=False) as station:
+    ...     station.vehicles
+    []
+    """
+
+    def __init__(
+        self,
+        *links: str,
+        system_id: int = 255,
+        component_id: int = 190,
+        rate_hz: float = 10.0,
+        message_rates: Mapping[str, float] | None = None,
+        request_streams: bool = True,
+        heartbeat: bool = True,
+        record: bool | str | os.PathLike[str] = True,
+        forward_to: Iterable[str] = (),
+    ) -> None:
+        if record is True:
+            record_dir: str | None = str(default_record_dir())
+        elif record is False:
+            record_dir = None
+        else:
+            record_dir = os.fspath(record)
+        self._native = _native.Station(
+            system_id=system_id,
+            component_id=component_id,
+            heartbeat=heartbeat,
+            rate_hz=rate_hz,
+            message_rates=dict(message_rates or {}),
+            record_dir=record_dir,
+            request_streams=request_streams,
+        )
+        self._vehicles: dict[int, Vehicle] = {}
+        try:
+            for link in links:
+                self.open_link(link)
+            for link in forward_to:
+                self.open_link(link, forward=True)
+        except BaseException:
+            self.close()
+            raise
+
+    def open_link(self, address: str, *, forward: bool = False, name: str | None = None) -> int:
+        """Open one more link and give back its id. It reconnects by itself for ever.
+
+        With `forward`, frames between it and the other links are passed on, for another ground station.
+        """
+        return self._native.open_link(address, forward=forward, name=name)
+
+    def close_link(self, link: int) -> None:
+        """Close a link by its id."""
+        self._native.close_link(link)
+
+    @property
+    def links(self) -> list[LinkInfo]:
+        """The links and their counters."""
+        return [LinkInfo(**info) for info in self._native.links()]
+
+    @property
+    def recorder(self) -> RecorderInfo | None:
+        """The recording, ``None`` when it is off."""
+        info = self._native.recorder()
+        return None if info is None else RecorderInfo(**info)
+
+    @property
+    def vehicles(self) -> list[Vehicle]:
+        """The vehicles heard so far, by system id."""
+        return [self._vehicle(self._native.wait_vehicle(id).wait(0.0)) for id in self._native.vehicle_ids()]
+
+    def wait_vehicle(self, system_id: int | None = None, *, timeout_s: float | None = 30.0) -> Vehicle:
+        """Wait for a vehicle's heartbeat.
+
+        Parameters
+        ----------
+        system_id : int, optional
+            Which one; the first that is heard when not given.
+        timeout_s : float or None
+            ``None`` waits for ever.
+
+        Raises
+        ------
+        NoVehicleError
+            When none is heard in time.
+        """
+        return self._vehicle(self._native.wait_vehicle(system_id).wait(timeout_s))
+
+    def _vehicle(self, native: _native.Vehicle) -> Vehicle:
+        return self._vehicles.setdefault(native.system_id, Vehicle(native, self))
+
+    def set_heartbeat(self, enabled: bool) -> None:
+        """Start or stop our heartbeat, which the vehicle's ground-station failsafe counts."""
+        self._native.set_heartbeat(enabled)
+
+    def close(self) -> None:
+        """Close all links and end the recording. What is under way ends with `ClosedError`. Can be called again."""
+        self._native.close()
+
+    def __enter__(self) -> Station:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def connect(
+    link: str,
+    *,
+    system_id: int | None = None,
+    timeout_s: float | None = 30.0,
+    rate_hz: float = 10.0,
+    message_rates: Mapping[str, float] | None = None,
+    record: bool | str | os.PathLike[str] = True,
+    own_system_id: int = 255,
+    own_component_id: int = 190,
+    forward_to: Iterable[str] = (),
+) -> Vehicle:
+    """Connect to a vehicle and wait for its heartbeat.
+
+    Nothing is armed, started or changed by it; the vehicle is asked to send its state.
+
+    Parameters
+    ----------
+    link : str
+        A link string, such as ``"udpin:0.0.0.0:14550"``, ``"tcp:127.0.0.1:5760"`` or ``"/dev/ttyACM0,115200"``.
+    system_id : int, optional
+        Which vehicle; the first that is heard when not given.
+    timeout_s : float or None, optional
+        How long to wait for it, default 30 s; ``None`` for ever.
+    rate_hz, message_rates, record, forward_to
+        See `Station`.
+    own_system_id, own_component_id : int, optional
+        Our MAVLink address, default 255/190.
+
+    Returns
+    -------
+    Vehicle
+        Close it, or use it in a ``with`` statement.
+
+    Raises
+    ------
+    LinkError
+        For a link string that cannot be read.
+    NoVehicleError
+        When no vehicle is heard in time.
+    """
+    station = Station(
+        link,
+        system_id=own_system_id,
+        component_id=own_component_id,
+        rate_hz=rate_hz,
+        message_rates=message_rates,
+        record=record,
+        forward_to=forward_to,
+    )
+    try:
+        return station.wait_vehicle(system_id, timeout_s=timeout_s)
+    except BaseException:
+        station.close()
+        raise

@@ -1,0 +1,665 @@
+"""A vehicle: what it says, what it is asked to do, and what it answers.
+
+Uploading, arming, changing the mode and starting are separate acts: no method does another's as a side effect, except
+`Vehicle.send_and_fly`, which says so. A method returns when the vehicle has done it, or shows it, and raises with the
+vehicle's own words when it does not.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Literal
+
+from vencejo import _native
+from vencejo.errors import CommandTimeout, InvalidRequest
+from vencejo.plan import Finding, GeoPoint, Home, Plan
+from vencejo.telemetry import Telemetry
+
+if TYPE_CHECKING:
+    from vencejo.station import Station
+
+__all__ = [
+    "Event",
+    "MavlinkMessage",
+    "MissionProgress",
+    "Parameter",
+    "Parameters",
+    "PlanState",
+    "StatusText",
+    "Vehicle",
+]
+
+PlanKind = Literal["mission", "fence", "rally"]
+ProgressCallback = Callable[[int, int], None]
+
+SEVERITIES = ("emergency", "alert", "critical", "error", "warning", "notice", "info", "debug")
+"""Names of MAV_SEVERITY, 0 to 7."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MissionProgress:
+    """Where the vehicle stands in its mission.
+
+    Attributes
+    ----------
+    item : int or None
+        Item in execution, counted from 1 as a plan's items are; ``None`` when there is none.
+    total : int or None
+        Items on board.
+    reached : tuple of int
+        Items reached since the mission began, in order.
+    is_complete : bool
+        Whether the mission was flown to its end.
+    distance_m : float or None
+        Way to go to the end of the mission.
+    time_s : float or None
+        Time to go at the present ground speed.
+    leg_distance_m : float or None
+        Way to go to the item in execution.
+    """
+
+    item: int | None
+    total: int | None
+    reached: tuple[int, ...]
+    is_complete: bool
+    distance_m: float | None
+    time_s: float | None
+    leg_distance_m: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanState:
+    """What is known of a plan on board; only a read-back makes it known.
+
+    Attributes
+    ----------
+    state : {"unknown", "empty", "verified"}
+    count : int or None
+        Items, without home, when verified.
+    hash : str or None
+        Fingerprint of the items as the vehicle holds them.
+    detail : str
+        The state in words.
+    """
+
+    state: Literal["unknown", "empty", "verified"]
+    count: int | None
+    hash: str | None
+    detail: str
+
+
+@dataclass(frozen=True)
+class StatusText:
+    """A text that the vehicle wrote.
+
+    Attributes
+    ----------
+    time_s : float
+        When it arrived, on the clock of `Telemetry.time_s`.
+    severity : int
+        MAV_SEVERITY: 0 emergency to 7 debug.
+    text : str
+    """
+
+    time_s: float
+    severity: int
+    text: str
+
+    @property
+    def severity_name(self) -> str:
+        """The severity in words."""
+        return SEVERITIES[self.severity] if 0 <= self.severity < len(SEVERITIES) else "unknown"
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened to a vehicle.
+
+    Attributes
+    ----------
+    kind : str
+        Such as ``"mode"``, ``"armed"``, ``"disarmed"``, ``"text"``, ``"item_reached"``, ``"lost"``, ``"regained"``.
+    time_s : float
+        On the clock of `Telemetry.time_s`.
+    detail : mapping of str to object
+        What the kind needs: ``{"mode": "AUTO"}``, ``{"item": 3}``…
+    """
+
+    kind: str
+    time_s: float
+    detail: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class MavlinkMessage:
+    """A raw MAVLink message.
+
+    Attributes
+    ----------
+    name : str
+        Such as ``"ATTITUDE"``.
+    system_id, component_id : int
+        Its sender.
+    fields : mapping of str to object
+        As the message definition names them, in the units of the wire.
+    time_s : float
+        When it arrived, on the clock of `Telemetry.time_s`.
+    """
+
+    name: str
+    system_id: int
+    component_id: int
+    fields: Mapping[str, Any]
+    time_s: float
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter as the vehicle has it.
+
+    Attributes
+    ----------
+    name : str
+    value : float
+    type : int
+        MAV_PARAM_TYPE: 9 is a float, others are integers.
+    """
+
+    name: str
+    value: float
+    type: int
+
+
+def _frame_of(
+    alt_rel_home_m: float | None, alt_amsl_m: float | None, alt_terrain_m: float | None
+) -> tuple[float, Literal["amsl", "home", "terrain"]]:
+    given: list[tuple[float, Literal["amsl", "home", "terrain"]]] = []
+    if alt_rel_home_m is not None:
+        given.append((alt_rel_home_m, "home"))
+    if alt_amsl_m is not None:
+        given.append((alt_amsl_m, "amsl"))
+    if alt_terrain_m is not None:
+        given.append((alt_terrain_m, "terrain"))
+    if len(given) != 1:
+        raise InvalidRequest("give the height once: as alt_rel_home_m, alt_amsl_m or alt_terrain_m")
+    return given[0]
+
+
+class VehicleState:
+    """What `Vehicle` and `vencejo.aio.AsyncVehicle` know without asking: everything here returns at once."""
+
+    def __init__(self, native: _native.Vehicle, station: Station) -> None:
+        self._native = native
+        self._station = station
+
+    @property
+    def system_id(self) -> int:
+        """The vehicle's MAVLink system id."""
+        return self._native.system_id
+
+    @property
+    def station(self) -> Station:
+        """The station that hears it."""
+        return self._station
+
+    @property
+    def telemetry(self) -> Telemetry:
+        """A snapshot of everything that it said, each value with its age."""
+        return Telemetry(self._native.telemetry())
+
+    @property
+    def texts(self) -> list[StatusText]:
+        """The newest texts that it wrote, oldest first."""
+        return [StatusText(*text) for text in self._native.texts()]
+
+    @property
+    def mission_progress(self) -> MissionProgress:
+        """Where it stands in its mission."""
+        return MissionProgress(**self._native.progress())
+
+    def plan_state(self, kind: PlanKind = "mission") -> PlanState:
+        """What is known of the mission, the fence or the rally points on board."""
+        return PlanState(**self._native.plan_state(kind))
+
+    @property
+    def mode_names(self) -> list[str]:
+        """Names of the modes that this kind of vehicle has."""
+        heartbeat = self.telemetry.heartbeat
+        return [] if heartbeat is None else _native.mode_names(heartbeat.mav_type, heartbeat.autopilot)
+
+    def on_message(
+        self, callback: Callable[[MavlinkMessage], None], *, names: Iterable[str] | None = None, capacity: int = 1024
+    ) -> _native.Subscription:
+        """Call a function for each raw message of this vehicle, in one thread of its own.
+
+        Parameters
+        ----------
+        callback : function of a MavlinkMessage
+            A slow one loses the oldest messages (`Subscription.dropped`), it never delays the link.
+        names : iterable of str, optional
+            Only these messages.
+        capacity : int, optional
+            Messages that wait for the callback at most.
+
+        Returns
+        -------
+        Subscription
+            Close it to end the calls.
+        """
+        subscription = self._native.subscribe_messages(None if names is None else list(names), capacity)
+        subscription.on_item(lambda item: callback(MavlinkMessage(*item)))
+        return subscription
+
+    def on_event(self, callback: Callable[[Event], None], *, capacity: int = 1024) -> _native.Subscription:
+        """Call a function for each event of this vehicle, in one thread of its own."""
+        subscription = self._native.subscribe_events(capacity)
+        subscription.on_item(lambda item: callback(Event(*item)))
+        return subscription
+
+    def send_message(self, name: str, **fields: Any) -> None:
+        """Send any message of the dialect: the escape hatch.
+
+        Fields are named as in the message definition, in the units of the wire; those not given are 0. The vehicle is
+        put into ``target_system`` and ``target_component`` when these are not given. There is no answer and no check.
+
+        Raises
+        ------
+        InvalidRequest
+            For a message or field that the dialect does not have.
+        """
+        self._native.send_message(name, fields)
+
+    def _planned_position(self) -> GeoPoint | None:
+        position, home = self.telemetry.position, self.telemetry.home
+        if home is not None:
+            return GeoPoint(home.lat_deg, home.lon_deg)
+        if position is None or position.lat_deg is None or position.lon_deg is None:
+            return None
+        return GeoPoint(position.lat_deg, position.lon_deg)
+
+    def check_plan(self, plan: Plan) -> tuple[Finding, ...]:
+        """Check a plan against where this vehicle is. Errors first."""
+        return plan.check(position=self._planned_position(), on_ground=self.telemetry.is_on_ground)
+
+    # Each operation as it starts; the front doors below only differ in how they wait for the end.
+
+    def _goto(
+        self,
+        lat_deg: float,
+        lon_deg: float,
+        alt_rel_home_m: float | None,
+        alt_amsl_m: float | None,
+        alt_terrain_m: float | None,
+        radius_m: float | None,
+        clockwise: bool,
+        speed_m_s: float | None,
+        change_mode: bool,
+    ) -> _native.Pending:
+        alt_m, frame = _frame_of(alt_rel_home_m, alt_amsl_m, alt_terrain_m)
+        return self._native.reposition(lat_deg, lon_deg, alt_m, frame, radius_m, clockwise, speed_m_s, change_mode)
+
+    def _upload(self, plan: Plan, kind: PlanKind, check: bool) -> _native.Pending:
+        if check and kind == "mission":
+            plan.require_sound(position=self._planned_position(), on_ground=None)
+        return self._native.upload(kind, plan._to_native())
+
+    def _set_home(self, home: Home | None) -> _native.Pending:
+        return self._native.set_home(None if home is None else (home.lat_deg, home.lon_deg, home.alt_amsl_m))
+
+    @staticmethod
+    def _seven(params: Sequence[float]) -> list[float]:
+        if len(params) > 7:
+            raise InvalidRequest(f"a command has seven parameters, not {len(params)}")
+        return [*map(float, params), *(0.0,) * (7 - len(params))]
+
+    def __repr__(self) -> str:
+        heartbeat = self.telemetry.heartbeat
+        state = "not heard yet" if heartbeat is None else f"{heartbeat.mode}{', armed' if heartbeat.is_armed else ''}"
+        return f"<{type(self).__name__} {self.system_id}: {state}>"
+
+
+class Vehicle(VehicleState):
+    """A vehicle, for synchronous programs. Made by `vencejo.connect` or `Station.wait_vehicle`.
+
+    Every method that waits can be interrupted with Ctrl-C; what it had begun is then cancelled.
+
+    Examples
+    --------
+    >>> import vencejo
+    >>> with vencejo.connect("tcp:127.0.0.1:5760") as plane:  # doctest: +SKIP
+    ...     plane.upload(vencejo.Plan.load("mission.waypoints"))
+    ...     plane.arm()
+    ...     plane.start_mission()
+    """
+
+    def close(self) -> None:
+        """Close the station behind this vehicle, and with it all links."""
+        self._station.close()
+
+    def __enter__(self) -> Vehicle:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _wait(self, pending: _native.Pending, progress: ProgressCallback | None = None) -> Any:
+        try:
+            if progress is not None:
+                seen = 0
+                while (step := pending.wait_progress(0.25, seen)) is not None:
+                    seen, done, total = step
+                    if total:
+                        progress(done, total)
+            return pending.wait(None)
+        except BaseException:
+            pending.cancel()
+            raise
+
+    # Watching ------------------------------------------------------------------------------------------------------
+
+    def stream(self, *, rate_hz: float = 10.0, timeout_s: float | None = None) -> Iterator[Telemetry]:
+        """Snapshots for ever, at most this many a second, each when something new has arrived.
+
+        Parameters
+        ----------
+        rate_hz : float, optional
+            From 0.1 to 50.
+        timeout_s : float, optional
+            Ends the stream when nothing new has arrived for so long. Without it a lost vehicle's stream waits.
+        """
+        if not 0.1 <= rate_hz <= 50.0:
+            raise InvalidRequest(f"rate_hz is {rate_hz}: it goes from 0.1 to 50")
+        while True:
+            began = time.monotonic()
+            waited_s = 0.0
+            while not self._native.wait_telemetry(0.2):
+                waited_s += 0.2
+                if timeout_s is not None and waited_s >= timeout_s:
+                    return
+            yield self.telemetry
+            rest_s = 1.0 / rate_hz - (time.monotonic() - began)
+            if rest_s > 0.0:
+                time.sleep(rest_s)
+
+    def wait_until(
+        self, condition: Callable[[Telemetry], bool], *, timeout_s: float | None, what: str = "the condition"
+    ) -> Telemetry:
+        """Wait until a function of the telemetry is true, and give back the snapshot that made it so.
+
+        Raises
+        ------
+        CommandTimeout
+            When it is not true in time.
+        """
+        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        while not condition(telemetry := self.telemetry):
+            rest_s = 0.2 if deadline is None else min(0.2, deadline - time.monotonic())
+            if rest_s <= 0.0:
+                raise CommandTimeout(f"{what} did not come true within {timeout_s:g} s")
+            self._native.wait_telemetry(rest_s)
+        return telemetry
+
+    # Arming and modes ----------------------------------------------------------------------------------------------
+
+    def arm(self, *, force: bool = False) -> None:
+        """Arm; returns when the vehicle shows it. `force` skips its own checks.
+
+        Raises
+        ------
+        CommandRefused
+            With the vehicle's pre-arm reasons.
+        """
+        self._wait(self._native.arm(force))
+
+    def disarm(self, *, force: bool = False) -> None:
+        """Disarm; returns when the vehicle shows it. `force` stops the motor even in the air."""
+        self._wait(self._native.disarm(force))
+
+    def set_mode(self, mode: str | int) -> None:
+        """Change the flight mode by name (``"AUTO"``, ``"fbwa"``…) or number; returns when the vehicle shows it."""
+        self._wait(self._native.set_mode(mode))
+
+    # Flying --------------------------------------------------------------------------------------------------------
+
+    def takeoff(self, *, alt_rel_home_m: float) -> None:
+        """Take off and climb to a height above home. Does not arm.
+
+        An ArduPlane gets its take-off height and mode TAKEOFF: it begins to roll when it is armed.
+        """
+        self._wait(self._native.takeoff(alt_rel_home_m))
+
+    def goto(
+        self,
+        lat_deg: float,
+        lon_deg: float,
+        *,
+        alt_rel_home_m: float | None = None,
+        alt_amsl_m: float | None = None,
+        alt_terrain_m: float | None = None,
+        loiter_radius_m: float | None = None,
+        clockwise: bool = True,
+        speed_m_s: float | None = None,
+        change_mode: bool = True,
+    ) -> None:
+        """Fly to a position and circle there (mode GUIDED, entered unless `change_mode` is false).
+
+        Give the height once, by what it is counted from.
+        """
+        self._wait(
+            self._goto(
+                lat_deg,
+                lon_deg,
+                alt_rel_home_m,
+                alt_amsl_m,
+                alt_terrain_m,
+                loiter_radius_m,
+                clockwise,
+                speed_m_s,
+                change_mode,
+            )
+        )
+
+    def set_airspeed(self, airspeed_m_s: float) -> None:
+        """Change the airspeed target."""
+        self._wait(self._native.change_speed("airspeed", airspeed_m_s))
+
+    def set_groundspeed(self, groundspeed_m_s: float) -> None:
+        """Change the least ground speed."""
+        self._wait(self._native.change_speed("groundspeed", groundspeed_m_s))
+
+    def set_altitude(self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None) -> None:
+        """Change the height of the present target."""
+        self._wait(self._native.change_altitude(*_frame_of(alt_rel_home_m, alt_amsl_m, None)))
+
+    def loiter(self) -> None:
+        """Circle here (mode LOITER)."""
+        self._wait(self._native.loiter())
+
+    def return_to_launch(self) -> None:
+        """Return home or to a rally point (mode RTL)."""
+        self._wait(self._native.return_to_launch())
+
+    def land(self) -> None:
+        """Land: an ArduPlane goes to the landing sequence of its mission, others to mode LAND."""
+        self._wait(self._native.land())
+
+    def abort_landing(self, *, alt_rel_home_m: float | None = None) -> None:
+        """Abort a landing and climb."""
+        self._wait(self._native.abort_landing(alt_rel_home_m))
+
+    def set_home(self, home: Home | None = None) -> None:
+        """Move home to a position, or to where the vehicle is."""
+        self._wait(self._set_home(home))
+
+    def reboot(self) -> None:
+        """Restart the autopilot; only when it is disarmed."""
+        self._wait(self._native.reboot())
+
+    # Missions ------------------------------------------------------------------------------------------------------
+
+    def upload(
+        self,
+        plan: Plan,
+        *,
+        kind: PlanKind = "mission",
+        check: bool = True,
+        progress: ProgressCallback | None = None,
+    ) -> PlanState:
+        """Replace the mission (or fence, or rally points) on board; returns when it has been read back and compared.
+
+        Nothing is armed or started.
+
+        Parameters
+        ----------
+        plan : Plan
+        kind : {"mission", "fence", "rally"}, optional
+            Which part of the plan.
+        check : bool, optional
+            Refuse a mission with errors before anything is sent.
+        progress : function of (done, total), optional
+            Called while it runs.
+
+        Raises
+        ------
+        PlanRefused
+            When the checks find an error.
+        TransferError
+            When it fails; what the vehicle holds is then unknown.
+        """
+        self._wait(self._upload(plan, kind, check), progress)
+        return self.plan_state(kind)
+
+    def download(self, *, kinds: Sequence[PlanKind] = ("mission",), progress: ProgressCallback | None = None) -> Plan:
+        """Read the mission (and fence, and rally points when asked) from the vehicle."""
+        parts = {kind: Plan._from_native(self._wait(self._native.download(kind), progress)) for kind in kinds}
+        return _joined(parts)
+
+    def clear(self, *, kind: PlanKind = "mission") -> None:
+        """Remove the mission (or fence, or rally points); returns when the vehicle says that it is gone."""
+        self._wait(self._native.clear(kind))
+
+    def start_mission(self, *, from_item: int | None = None) -> None:
+        """Begin the mission (mode AUTO), at an item counted from 1 when given. Does not arm."""
+        self._wait(self._native.mission_start(from_item))
+
+    def pause_mission(self) -> None:
+        """Interrupt the mission (mode LOITER)."""
+        self._wait(self._native.mission_pause())
+
+    def resume_mission(self) -> None:
+        """Go on with the mission where it stands (mode AUTO)."""
+        self._wait(self._native.mission_resume())
+
+    def set_current_item(self, item: int) -> None:
+        """Make an item, counted from 1, the one in execution."""
+        self._wait(self._native.set_current_item(item))
+
+    def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
+        """Upload a mission, verify it, arm and start it: the one operation that does all of it.
+
+        Raises
+        ------
+        VencejoError
+            Whatever step fails; later steps are then not taken.
+        """
+        self.upload(plan, progress=progress)
+        self.arm()
+        self.start_mission()
+
+    # Parameters ----------------------------------------------------------------------------------------------------
+
+    @property
+    def params(self) -> Parameters:
+        """The vehicle's parameters."""
+        return Parameters(self)
+
+    # Escape hatch --------------------------------------------------------------------------------------------------
+
+    def command(self, command: int | str, *params: float) -> int:
+        """Send any command by COMMAND_LONG and give back its ``result_param2``. Missing parameters are 0.
+
+        Raises
+        ------
+        CommandRefused, CommandTimeout
+        """
+        return int(self._wait(self._native.command_long(_command_number(command), self._seven(params))) or 0)
+
+    def command_int(
+        self, command: int | str, *params: float, frame: int, x: int = 0, y: int = 0, z: float = 0.0
+    ) -> int:
+        """Send any command by COMMAND_INT, its position as scaled integers of the frame (degE7 in a global one)."""
+        pending = self._native.command_int(_command_number(command), frame, self._seven(params)[:4], x, y, z)
+        return int(self._wait(pending) or 0)
+
+    def request_message(self, name: str) -> MavlinkMessage:
+        """Ask for one message once, and give it back."""
+        return MavlinkMessage(*self._wait(self._native.request_message(name)))
+
+    def set_message_rate(self, name: str, rate_hz: float | None) -> None:
+        """Set how often the vehicle sends a message, up to 50 a second; ``None`` stops it."""
+        self._wait(self._native.set_message_rate(name, rate_hz))
+
+
+class Parameters:
+    """The parameters of a vehicle, read and written one by one or all at once.
+
+    Examples
+    --------
+    >>> plane.params["AIRSPEED_CRUISE"]  # doctest: +SKIP
+    22.0
+    >>> plane.params["AIRSPEED_CRUISE"] = 18  # doctest: +SKIP
+    """
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        self._vehicle = vehicle
+
+    def get(self, name: str) -> Parameter:
+        """Read one.
+
+        Raises
+        ------
+        ParameterError
+            When the vehicle does not have it.
+        """
+        return Parameter(*self._vehicle._wait(self._vehicle._native.param_read(name)))
+
+    def set(self, name: str, value: float) -> Parameter:
+        """Write one; returns what the vehicle has then.
+
+        Raises
+        ------
+        ParameterError
+            When the vehicle does not have it, or keeps another value.
+        """
+        return Parameter(*self._vehicle._wait(self._vehicle._native.param_set(name, float(value))))
+
+    def all(self, *, progress: ProgressCallback | None = None) -> dict[str, Parameter]:
+        """Read all, by name."""
+        found = self._vehicle._wait(self._vehicle._native.param_list(), progress)
+        return {name: Parameter(name, value, kind) for name, value, kind in found}
+
+    def __getitem__(self, name: str) -> float:
+        return self.get(name).value
+
+    def __setitem__(self, name: str, value: float) -> None:
+        self.set(name, value)
+
+
+def _command_number(command: int | str) -> int:
+    if isinstance(command, str):
+        number = _native.command_number(command)
+        if number is None:
+            raise InvalidRequest(f"'{command}' is no MAV_CMD; give its name, such as 'DO_CHANGE_SPEED', or number")
+        return number
+    return int(command)
+
+
+def _joined(parts: Mapping[PlanKind, Plan]) -> Plan:
+    empty = Plan()
+    mission, fence, rally = (parts.get(kind, empty) for kind in ("mission", "fence", "rally"))
+    return Plan(items=mission.items, home=mission.home, fence=fence.fence, rally=rally.rally)
