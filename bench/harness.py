@@ -95,9 +95,7 @@ def wait_line(process: subprocess.Popen[str], start: str, timeout_s: float) -> s
         line = process.stdout.readline()
         if not line:
             errors = (OUT / "last-errors.txt").read_text().strip().splitlines()
-            raise NotMeasured(
-                errors[-1].replace(f"{ROOT}/", "") if errors else f"ended with {process.wait()}"
-            )
+            raise NotMeasured(errors[-1].replace(f"{ROOT}/", "") if errors else f"ended with {process.wait()}")
         if line.startswith(start):
             return line
     raise NotMeasured(f"no answer within {timeout_s:.0f} s")
@@ -153,9 +151,7 @@ def quantile(values: Sequence[float], share: float) -> float:
     return ordered[min(len(ordered) - 1, int(len(ordered) * share))]
 
 
-def repeat(
-    runs: int, who: dict[str, Callable[[], dict[str, float]]]
-) -> dict[str, dict[str, float] | str]:
+def repeat(runs: int, who: dict[str, Callable[[], dict[str, float]]]) -> dict[str, dict[str, float] | str]:
     """Run every contestant ``runs`` times, in turn, and return the median of each figure.
 
     In turn, so that a machine that slows down for a while slows everyone down. A contestant that

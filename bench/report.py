@@ -71,9 +71,7 @@ SECTIONS: dict[str, Section] = {
         "no loss, ≤ 8 % of a core",
         (_FOLLOW[2], *_FOLLOW[:2], *_FOLLOW[3:]),
     ),
-    "first_position": Section(
-        "Process start → first position", "≤ 0.12 s", (Column("seconds", "time", _s),)
-    ),
+    "first_position": Section("Process start → first position", "≤ 0.12 s", (Column("seconds", "time", _s),)),
     "forward": Section(
         "Forward one UDP link to four, 1,000 messages/s; the most without loss",
         "≤ 2.3 %, ≤ 39 µs, ≥ 45,000 messages/s",

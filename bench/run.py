@@ -85,9 +85,7 @@ def decode(runs: int, _seconds: float) -> Table:
 def follow_once(name: str, seconds: float, rate: float, systems: int) -> Figures:
     """Let one contestant follow the load; measure latency inside it and usage from outside."""
     port = free_port()
-    command = contestant(
-        name, "follow", port=port, seconds=seconds, warm_up=WARM_UP_S, systems=systems
-    )
+    command = contestant(name, "follow", port=port, seconds=seconds, warm_up=WARM_UP_S, systems=systems)
     with running(command) as process:
         wait_line(process, "READY", 20)
         with running(play(port, rate=rate, seconds=seconds + 3 * WARM_UP_S, systems=systems)):
@@ -260,9 +258,7 @@ def mission(runs: int, _seconds: float) -> Table:
 
     def once(name: str, scheme: str) -> Figures:
         def task(port: str) -> Figures:
-            command = contestant(
-                name, "mission", link=f"{scheme}127.0.0.1:{port}", items=MISSION_ITEMS, verify="yes"
-            )
+            command = contestant(name, "mission", link=f"{scheme}127.0.0.1:{port}", items=MISSION_ITEMS, verify="yes")
             return {"seconds": float(output_of(command, 180)["seconds"])}
 
         return with_plane(task)
@@ -326,19 +322,13 @@ def machine() -> dict[str, str]:
 def main() -> int:
     """Run what was asked for and write the report."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument(
-        "--runs", type=int, default=5, help="runs of each contestant (median is kept)"
-    )
-    parser.add_argument(
-        "--seconds", type=float, default=8.0, help="length of a run that follows or forwards"
-    )
+    parser.add_argument("--runs", type=int, default=5, help="runs of each contestant (median is kept)")
+    parser.add_argument("--seconds", type=float, default=8.0, help="length of a run that follows or forwards")
     parser.add_argument("--only", default=",".join(SECTIONS), help="sections, with commas between")
     options = parser.parse_args()
     OUT.mkdir(parents=True, exist_ok=True)
     if not LOAD.exists():
-        sys.exit(
-            "bench: the load generator is not built: cargo build --release -p vencejo-bench-load"
-        )
+        sys.exit("bench: the load generator is not built: cargo build --release -p vencejo-bench-load")
     prepare.prepare(FRAMES)
     store = OUT / "results.json"
     results: dict[str, Any] = json.loads(store.read_text()) if store.exists() else {}

@@ -20,9 +20,7 @@ import mavsdk
 
 def connect(link: str, timeout_s: float = 20.0) -> tuple[Any, Any]:
     """Open a link and wait for the autopilot."""
-    library = mavsdk.Mavsdk(
-        mavsdk.Configuration.create_with_component_type(mavsdk.ComponentType.GROUND_STATION)
-    )
+    library = mavsdk.Mavsdk(mavsdk.Configuration.create_with_component_type(mavsdk.ComponentType.GROUND_STATION))
     result = library.add_any_connection(link)
     if result != mavsdk.ConnectionResult.SUCCESS:
         raise RuntimeError(f"{link}: {result.name}")

@@ -102,9 +102,7 @@ def mission(link: str, items: str, verify: str = "no") -> dict[str, Any]:
     if answer is None or answer.count != count:
         raise RuntimeError(f"mission read-back: {answer}")
     for seq in range(count):
-        vehicle.mav.mission_request_int_send(
-            vehicle.target_system, vehicle.target_component, seq, 0
-        )
+        vehicle.mav.mission_request_int_send(vehicle.target_system, vehicle.target_component, seq, 0)
         item = vehicle.recv_match(
             type="MISSION_ITEM_INT",
             condition=f"MISSION_ITEM_INT.seq=={seq}",

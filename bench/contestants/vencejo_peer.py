@@ -1,0 +1,99 @@
+"""The tasks of the benchmarks with Vencejo, in the manner of its own examples.
+
+Usage: ``vencejo_peer.py TASK NAME=VALUE…``; ends with one line of JSON. See bench/README.md.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import threading
+import time
+from array import array
+from collections.abc import Callable
+from typing import Any
+
+import vencejo
+
+
+def follow(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> dict[str, Any]:
+    """Have every message of every vehicle called back; note how old each RAW_IMU was in its callback."""
+    ages_us = array("q")
+    messages = 0
+    counts_from = math.inf
+
+    def on_message(message: vencejo.MavlinkMessage) -> None:
+        nonlocal messages
+        now_us = time.monotonic_ns() // 1000
+        if now_us < counts_from * 1e6:
+            return
+        messages += 1
+        if message.name == "RAW_IMU":
+            ages_us.append(now_us - message.fields["time_usec"])
+
+    with vencejo.Station(f"udpin:127.0.0.1:{port}", record=False) as station:
+        print("READY", flush=True)
+        station.wait_vehicle(timeout_s=20)
+        give_up_at = time.monotonic() + float(warm_up)
+        while len(station.vehicles) < int(systems) and time.monotonic() < give_up_at:
+            time.sleep(0.01)
+        counts_from = time.monotonic() + float(warm_up)
+        subscriptions = [vehicle.on_message(on_message) for vehicle in station.vehicles]
+        time.sleep(float(warm_up) + float(seconds))
+        dropped = sum(subscription.dropped for subscription in subscriptions)
+        lost = sum(link.frames_lost for link in station.links)
+    return {"messages": messages, "ages_us": ages_us.tolist(), "dropped": dropped, "lost": lost}
+
+
+def first_position(port: str) -> dict[str, Any]:
+    """Wait for the first position, then end."""
+    with vencejo.connect(f"udpin:127.0.0.1:{port}", record=False) as plane:
+        arrived = threading.Event()
+        plane.on_message(lambda _: arrived.set(), names=["GLOBAL_POSITION_INT"])
+        arrived.wait()
+        print(json.dumps({"arrived": True}), flush=True)
+    return {"arrived": True}
+
+
+def mission(link: str, items: str, verify: str = "yes") -> dict[str, Any]:
+    """Send a mission; it is always read back and compared."""
+    del verify
+    spiral = [
+        vencejo.MissionItem.waypoint(*place(seq), alt_rel_home_m=100.0)
+        for seq in range(1, int(items))  # item 0 is home, which the plan holds apart
+    ]
+    with vencejo.connect(link, record=False) as plane:
+        began = time.perf_counter()
+        plane.upload(vencejo.Plan(items=spiral), check=False)
+        return {"seconds": time.perf_counter() - began, "verified": True}
+
+
+def place(seq: int) -> tuple[float, float]:
+    """Return where item ``seq`` of the long mission lies: a spiral about the usual home."""
+    angle_rad = seq * 0.2
+    radius_deg = 0.002 + 0.00002 * seq
+    return (
+        40.3332 + radius_deg * math.cos(angle_rad),
+        -3.7978 + radius_deg * math.sin(angle_rad),
+    )
+
+
+def params(link: str) -> dict[str, Any]:
+    """Read every parameter."""
+    with vencejo.connect(link, record=False) as plane:
+        began = time.perf_counter()
+        found = plane.params.all()
+        return {"seconds": time.perf_counter() - began, "count": len(found)}
+
+
+TASKS: dict[str, Callable[..., dict[str, Any]]] = {
+    "follow": follow,
+    "first_position": first_position,
+    "mission": mission,
+    "params": params,
+}
+
+if __name__ == "__main__":
+    result = TASKS[sys.argv[1]](**dict(part.split("=", 1) for part in sys.argv[2:]))
+    print(json.dumps(result), flush=True)
