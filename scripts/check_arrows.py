@@ -119,9 +119,7 @@ def crate_dependencies(metadata: str) -> dict[str, set[str]]:
     """Return, from the output of ``cargo metadata --no-deps``, each crate's dependencies without our prefix."""
     packages = json.loads(metadata)["packages"]
     return {
-        short(package["name"]): {
-            short(dependency["name"]) for dependency in package["dependencies"]
-        }
+        short(package["name"]): {short(dependency["name"]) for dependency in package["dependencies"]}
         for package in packages
     }
 
