@@ -1,0 +1,125 @@
+"""The arrows of the checkout hold, and the check that says so notices when they do not."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.house.support import ROOT, load, table_rows
+
+arrows = load("scripts/check_arrows.py")
+
+
+def test_the_checkout_follows_its_arrows() -> None:
+    found = subprocess.run(
+        [sys.executable, "scripts/check_arrows.py"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert found.returncode == 0, found.stdout + found.stderr
+    assert "0 failed" in found.stdout
+
+
+def test_drawn_arrows_mean_the_table() -> None:
+    assert arrows.closure(arrows.DRAWN_CRATES) == arrows.CRATES
+
+
+def test_a_circle_is_refused() -> None:
+    with pytest.raises(ValueError, match="circle"):
+        arrows.closure({"a": ("b",), "b": ("a",)})
+
+
+@pytest.mark.parametrize(
+    ("crate", "uses", "says"),
+    [
+        ("proto", "vencejo-link", "must not depend on link"),
+        ("vehicle", "tokio", "only link, py, station may use `tokio`"),
+        ("flight", "pyo3", "only py may use"),
+        ("vehicle", "mavlink", "only proto may use"),
+        ("novelty", "serde", "not in the table"),
+    ],
+)
+def test_a_wrong_dependency_is_found(crate: str, uses: str, says: str) -> None:
+    dependencies = {name: set[str]() for name in arrows.CRATES}
+    package = {"name": f"vencejo-{crate}", "dependencies": [{"name": uses}]}
+    dependencies.update(arrows.crate_dependencies(json.dumps({"packages": [package]})))
+    report = arrows.Report()
+    arrows.check_crates(dependencies, report)
+    assert any(says in fault for fault in report.faults), report.faults
+
+
+def test_a_missing_crate_is_found() -> None:
+    report = arrows.Report()
+    arrows.check_crates({}, report)
+    assert len(report.faults) == len(arrows.CRATES)
+
+
+@pytest.mark.parametrize(
+    ("file", "source", "fault"),
+    [
+        ("sim/plane.py", "import vencejo", "must not import `vencejo`"),
+        ("sim/plane.py", "from vencejo import connect", "must not import"),
+        ("sim/plane.py", "from ..plan import Plan", "must not import"),
+        ("sim/plane.py", "from vencejo import _native", "must not import"),
+        ("sim/plane.py", "from vencejo._native import guidance", None),
+        ("sim/autopilot/core.py", "from ..params import Params", None),
+        ("cli/fly.py", "import vencejo", None),
+        ("cli/fly.py", "from vencejo import _native", "must not import"),
+        ("cli/fly.py", "def run():\n    from vencejo.sim import Plane", "must not import"),
+        ("cli/sim.py", "def run():\n    from vencejo.sim import Plane", None),
+        ("cli/sim.py", "from vencejo.sim import Plane", "must not import"),
+        ("cli/fly.py", "import pymavlink.mavutil", "only room sim"),
+        ("plan.py", "from vencejo import _native", None),
+        ("plan.py", "from vencejo.cli import main", "must not import"),
+        ("plan.py", "import rich", "only room cli"),
+    ],
+)
+def test_python_rooms(tmp_path: Path, file: str, source: str, fault: str | None) -> None:
+    path = tmp_path / "vencejo" / file
+    path.parent.mkdir(parents=True)
+    path.write_text(source)
+    package = ".".join(path.parent.relative_to(tmp_path).parts)
+    report = arrows.Report()
+    arrows.check_module(path, file, package, report)
+    if fault is None:
+        assert report.faults == []
+    else:
+        assert len(report.faults) == 1, report.faults
+        assert fault in report.faults[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "opens"),
+    [
+        ("a.rs", "//! Owns a.\n", True),
+        ("a.rs", "// Owns a.\n", False),
+        ("a.rs", "", False),
+        ("a.py", '#!/usr/bin/env python3\n"""Owns a."""\n', True),
+        ("a.py", "import os\n", False),
+        ("a.sh", "#!/bin/sh\n# Owns a.\n", True),
+        ("a.sh", "#!/bin/sh\nset -e\n", False),
+    ],
+)
+def test_files_open_by_saying_what_they_own(tmp_path: Path, name: str, text: str, opens: bool) -> None:
+    path = tmp_path / name
+    path.write_text(text)
+    assert arrows.opens_with_doc(path) is opens
+
+
+def test_architecture_shows_the_same_tables() -> None:
+    page = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+
+    def shown(header: str, second: str) -> dict[str, frozenset[str]]:
+        sections = page.split(f"| {header} | {second} |")
+        assert len(sections) == 2, f"ARCHITECTURE.md: no table `{header} | {second}`"
+        rows = table_rows(f"| {header} | {second} |" + sections[1].partition("\n\n")[0], first_header=header)
+        return {
+            name: frozenset[str]() if cell == "nothing of ours" else frozenset(cell.split(", ")) for name, cell in rows
+        }
+
+    drawn = {crate: frozenset(others) for crate, others in arrows.DRAWN_CRATES.items()}
+    assert shown("crate", "may depend on") == drawn
+    assert shown("external crate", "only in") == arrows.FENCED
+    assert shown("Python room", "may import") == arrows.ROOMS

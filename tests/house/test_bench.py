@@ -1,0 +1,65 @@
+"""The benchmarks' own parts work: the load's frames, the reading of /proc, the report."""
+
+from __future__ import annotations
+
+import os
+import struct
+from pathlib import Path
+
+import pytest
+
+from bench import harness, prepare, report
+
+
+def test_prepared_frames_are_mavlink_and_the_clock_goes_on(tmp_path: Path) -> None:
+    from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+    file = tmp_path / "frames.bin"
+    frames = prepare.prepare(file, laps=2)
+    data = file.read_bytes()
+    assert frames == prepare.count(data) > 40_000
+    at, stream, stamps = 0, bytearray(), 0
+    while at < len(data):
+        length, _crc_extra, stamp_at = struct.unpack_from("<HBH", data, at)
+        stream += data[at + 5 : at + 5 + length]
+        stamps += stamp_at != prepare.NO_STAMP
+        at += 5 + length
+    parser = dialect.MAVLink(None)
+    messages = parser.parse_buffer(bytes(stream))
+    assert len(messages) == frames
+    boots = [message.time_boot_ms for message in messages if message.get_type() == "GLOBAL_POSITION_INT"]
+    assert len(boots) == 2 * 771
+    assert boots == sorted(boots), "the plane must not seem to reboot between two laps"
+    assert stamps == 2 * 771
+    written = file.stat().st_mtime_ns
+    assert prepare.prepare(file) == frames
+    assert file.stat().st_mtime_ns == written, "made again although nothing changed"
+
+
+def test_usage_of_this_process() -> None:
+    assert harness.cpu_seconds(os.getpid()) > 0
+    assert harness.rss_mb(os.getpid()) > 5
+
+
+def test_quantile_and_repeat() -> None:
+    assert harness.quantile([3, 1, 2], 0.5) == 2
+    assert harness.quantile([3, 1, 2], 0.99) == 3
+    with pytest.raises(harness.NotMeasured):
+        harness.quantile([], 0.5)
+    values = iter([5.0, 1.0, 3.0])
+
+    def absent() -> dict[str, float]:
+        raise harness.NotMeasured("not built")
+
+    found = harness.repeat(3, {"a": lambda: {"seconds": next(values)}, "b": absent})
+    assert found == {"a": {"seconds": 3.0}, "b": "not built"}
+
+
+def test_report_shows_ratios_and_reasons() -> None:
+    machine = dict.fromkeys(("cores", "system", "architecture", "python", "pymavlink", "mavsdk", "MAVProxy"), "x")
+    figures = {"vencejo": {"seconds": 0.1}, "pymavlink": {"seconds": 0.25}, "mavsdk": "not there"}
+    page = report.render({"machine": machine, "first_position": {"runs": 5, "date": "2026-11-21", "figures": figures}})
+    assert "| pymavlink | 0.250 s | 2.50 × |" in page
+    assert "| mavsdk | not measured: not there |" in page
+    rows = [line for line in page.splitlines() if line.startswith("|")]
+    assert len({row.count("|") for row in rows}) == 1, "a row with another number of cells"

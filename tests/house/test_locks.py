@@ -1,0 +1,59 @@
+"""What is installed is pinned and hashed, the two locks agree, and crates share one set of lints."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.house.support import ROOT, tracked
+
+PIN = re.compile(
+    r"^([A-Za-z0-9._-]+)==([^ \\]+)(?: ; (.*?))? \\\n((?:    --hash=sha256:[0-9a-f]{64}(?: \\)?\n)+)", re.MULTILINE
+)
+
+
+def pins(name: str) -> set[tuple[str, str, str]]:
+    """Return the packages of a lock: name, version, and for which Pythons."""
+    text = (ROOT / f"requirements/{name}.lock").read_text(encoding="utf-8")
+    return {(package, version, marker or "") for package, version, marker, _ in PIN.findall(text)}
+
+
+def canonical(name: str) -> str:
+    """Return a package name as the registries compare it."""
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+@pytest.mark.parametrize("name", ["run", "dev"])
+def test_every_package_is_pinned_and_hashed(name: str) -> None:
+    text = (ROOT / f"requirements/{name}.lock").read_text(encoding="utf-8")
+    named = re.findall(r"^([A-Za-z0-9][^ =;]*)", text, re.MULTILINE)
+    assert len(named) > 10
+    assert sorted(named) == sorted(package for package, _, _ in pins(name))
+    assert "://" not in text, "a lock must not say where packages come from"
+    assert "index-url" not in text
+
+
+def test_the_development_lock_holds_all_of_the_other() -> None:
+    # Which Pythons a package is for may be said differently; what is installed must not differ.
+    run = {(package, version) for package, version, _ in pins("run")}
+    dev = {(package, version) for package, version, _ in pins("dev")}
+    assert run <= dev, f"run `make lock`: {sorted(run - dev)}"
+
+
+def test_what_the_project_depends_on_is_locked() -> None:
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    dependencies = re.search(r"^dependencies = \[(.*?)\]", text, re.MULTILINE | re.DOTALL)
+    assert dependencies is not None
+    wanted = {canonical(name) for name in re.findall(r'"([A-Za-z0-9._-]+)', dependencies[1])}
+    assert wanted
+    assert wanted <= {canonical(package) for package, _, _ in pins("run")}, "run `make lock`"
+
+
+def test_every_crate_takes_the_lints_of_the_workspace() -> None:
+    manifests = tracked("crates/*/Cargo.toml", "bench/*/Cargo.toml")
+    assert len(manifests) >= 7
+    for manifest in manifests:
+        text = manifest.read_text(encoding="utf-8")
+        assert "[lints]\nworkspace = true" in text, f"{manifest.relative_to(ROOT)}: no [lints] workspace = true"
+        assert "license.workspace = true" in text, manifest

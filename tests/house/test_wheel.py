@@ -1,0 +1,71 @@
+"""The wheel works where there is no checkout: built, installed in a clean environment, run from elsewhere."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from tests.house.support import ROOT, tracked
+
+
+def run(*command: str | Path, cwd: Path, **environment: str) -> str:
+    """Run a program without anything of the checkout in its environment; return what it printed."""
+    clean = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
+    found = subprocess.run(
+        list(map(str, command)),
+        cwd=cwd,
+        env={**clean, "NO_COLOR": "1", "COLUMNS": "100", **environment},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert found.returncode == 0, f"{command}\n{found.stdout}\n{found.stderr}"
+    return found.stdout
+
+
+@pytest.mark.wheel
+@pytest.mark.timeout(900)
+def test_wheel_runs_in_a_clean_environment_elsewhere(tmp_path: Path) -> None:
+    maturin = Path(sys.executable).parent / "maturin"
+    dist = tmp_path / "dist"
+    # Shares target/release with `maturin develop`, so this is packing rather than compiling.
+    run(
+        maturin, "build", "--release", "--locked", "--quiet", "--out", dist,
+        cwd=ROOT, VIRTUAL_ENV=str(Path(sys.executable).parents[1]),
+    )  # fmt: skip
+    wheels = list(dist.glob("*.whl"))
+    assert len(wheels) == 1
+    wheel = wheels[0]
+    assert "-cp310-abi3-" in wheel.name, "one wheel for every Python from 3.10"
+
+    packed = set(zipfile.ZipFile(wheel).namelist())
+    ours = {str(path.relative_to(ROOT / "python")) for path in tracked("python/vencejo")}
+    assert len(ours) > 5
+    assert ours <= packed, f"not in the wheel: {sorted(ours - packed)}"
+    assert any(name.startswith("vencejo/_native.") and name.endswith(".so") for name in packed)
+    assert {Path(name).name for name in packed} >= {"LICENSE-MIT", "LICENSE-APACHE"}
+    strange = {name for name in packed if name.partition("/")[0].partition("-")[0] not in {"vencejo", "vencejo.libs"}}
+    assert strange == set(), "the wheel brings along what is not the package"
+
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    environment = tmp_path / "environment"
+    run(sys.executable, "-m", "venv", environment, cwd=elsewhere)
+    python = environment / "bin/python"
+    pip: list[str | Path] = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    run(*pip, "--require-hashes", "--no-deps", "-r", ROOT / "requirements/run.lock", cwd=elsewhere)
+    run(*pip, "--no-deps", "--no-index", wheel, cwd=elsewhere)
+    run(python, "-m", "pip", "check", cwd=elsewhere)
+
+    shown = run(python, "-c", "import vencejo; print(vencejo.__file__, vencejo.__version__)", cwd=elsewhere)
+    assert str(environment) in shown
+    assert shown.split()[1] == wheel.name.split("-")[1]
+    command = environment / "bin/vencejo"
+    assert "fly" in run(command, "--help", cwd=elsewhere)
+    assert "--help" in run(command, "sim", "--help", cwd=elsewhere)
