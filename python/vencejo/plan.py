@@ -316,12 +316,12 @@ class Fence:
     Attributes
     ----------
     zones : tuple of Polygon or Circle
-    return_point : Home or None
-        Where to go on a breach; ``None`` leaves it to the vehicle.
+    return_point : RallyPoint or None
+        Where to go on a breach, its altitude above home; ``None`` leaves it to the vehicle.
     """
 
     zones: tuple[Polygon | Circle, ...] = ()
-    return_point: Home | None = None
+    return_point: RallyPoint | None = None
 
 
 @dataclass(frozen=True)
@@ -473,11 +473,12 @@ class Plan:
         return _native.mission_length_m(self._to_native())
 
     def _to_native(self) -> NativePlan:
+        back = self.fence.return_point
         return (
             _home_tuple(self.home),
             [(int(item.command), int(item.frame), item.params, item.autocontinue) for item in self.items],
             [_zone_tuple(zone) for zone in self.fence.zones],
-            _home_tuple(self.fence.return_point),
+            None if back is None else (back.lat_deg, back.lon_deg, back.alt_m),
             [(point.lat_deg, point.lon_deg, point.alt_m, int(point.frame)) for point in self.rally],
         )
 
@@ -487,7 +488,9 @@ class Plan:
         return cls(
             items=tuple(MissionItem(*item) for item in items),
             home=None if home is None else Home(*home),
-            fence=Fence(tuple(_zone(zone) for zone in zones), None if return_point is None else Home(*return_point)),
+            fence=Fence(
+                tuple(_zone(zone) for zone in zones), None if return_point is None else RallyPoint(*return_point)
+            ),
             rally=tuple(RallyPoint(*point) for point in rally),
         )
 

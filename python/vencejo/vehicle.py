@@ -10,11 +10,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal
 
 from vencejo import _native
 from vencejo.errors import CommandTimeout, InvalidRequest
+from vencejo.mavlink import decode_payload, encode_payload, field_names
 from vencejo.plan import Finding, GeoPoint, Home, Plan
 from vencejo.telemetry import Telemetry
 
@@ -140,20 +142,28 @@ class MavlinkMessage:
     Attributes
     ----------
     name : str
-        Such as ``"ATTITUDE"``.
+        Such as ``"ATTITUDE"``; ``"UNKNOWN_12345"`` when the dialect does not have it.
     system_id, component_id : int
         Its sender.
-    fields : mapping of str to object
-        As the message definition names them, in the units of the wire.
     time_s : float
         When it arrived, on the clock of `Telemetry.time_s`.
+    id : int
+        Message id.
+    payload : bytes
+        As it came: MAVLink 2 cuts zeros off its end.
     """
 
     name: str
     system_id: int
     component_id: int
-    fields: Mapping[str, Any]
     time_s: float
+    id: int
+    payload: bytes
+
+    @cached_property
+    def fields(self) -> Mapping[str, Any]:
+        """The fields as the message definition names them, in the units of the wire; read at first use."""
+        return decode_payload(self.id, self.payload)
 
 
 @dataclass(frozen=True)
@@ -270,7 +280,11 @@ class VehicleState:
         InvalidRequest
             For a message or field that the dialect does not have.
         """
-        self._native.send_message(name, fields)
+        system, component = self._native.address()
+        known = field_names(name)
+        addressed = {"target_system": system, "target_component": component}
+        fields = {**{key: value for key, value in addressed.items() if key in known}, **fields}
+        self._native.send_payload(*encode_payload(name, fields))
 
     def _planned_position(self) -> GeoPoint | None:
         position, home = self.telemetry.position, self.telemetry.home
@@ -351,7 +365,7 @@ class Vehicle(VehicleState):
         try:
             if progress is not None:
                 seen = 0
-                while (step := pending.wait_progress(0.25, seen)) is not None:
+                while (step := pending.wait_progress(seen)) is not None:
                     seen, done, total = step
                     if total:
                         progress(done, total)

@@ -41,8 +41,11 @@ pub enum Message {
 }
 
 impl Message {
-    /// Reads a message from its payload.
-    pub(crate) fn from_payload(version: MavVersion, id: u32, payload: &[u8]) -> Result<Self, DecodeError> {
+    /// Reads a message from its payload; bytes missing at the end read as zero.
+    ///
+    /// # Errors
+    /// [`DecodeError`] when the dialect does not have the id, or a field holds a value that it does not allow.
+    pub fn from_payload(version: MavVersion, id: u32, payload: &[u8]) -> Result<Self, DecodeError> {
         Ok(match id {
             Heartbeat::ID => Self::Heartbeat(Heartbeat::read(payload)),
             CommandLong::ID => Self::CommandLong(CommandLong::read(payload)),
