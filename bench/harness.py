@@ -57,7 +57,7 @@ def contestant(name: str, task: str, **options: object) -> list[str]:
 @contextlib.contextmanager
 def running(command: Sequence[str], **kwargs: Any) -> Iterator[subprocess.Popen[str]]:
     """Run a program for the length of a block; it and its children are ended with it."""
-    environment = {**os.environ, "VENCEJO_DATA_DIR": str(OUT / "data")}
+    environment = {**os.environ, "VENCEJO_DATA": str(OUT / "data")}
     errors = (OUT / "last-errors.txt").open("w")
     process = subprocess.Popen(
         command,
