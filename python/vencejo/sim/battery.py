@@ -1,0 +1,57 @@
+"""The flight battery: voltage that falls with charge and sags with current, and what has been drawn.
+
+A four-cell lithium-polymer pack. The open-circuit curve is the usual one of the chemistry at rest; the internal
+resistance is that of a 25 C pack of this size in good order.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+
+__all__ = ["AVIONICS_A", "Battery", "CELLS"]
+
+CELLS = 4
+AVIONICS_A = 0.45
+"""Autopilot, radio, receiver and idle servos, amperes."""
+
+_SOC = (0.0, 0.05, 0.10, 0.20, 0.30, 0.40, 0.50, 0.60, 0.70, 0.80, 0.90, 1.0)
+_CELL_V = (3.20, 3.50, 3.62, 3.70, 3.74, 3.77, 3.81, 3.87, 3.94, 4.02, 4.10, 4.20)
+_CELL_OHM = 0.006
+
+
+@dataclass(slots=True)
+class Battery:
+    """State of the pack.
+
+    Parameters
+    ----------
+    capacity_mah : float
+        Charge when full, mAh, above 0.
+    """
+
+    capacity_mah: float = 3300.0
+    consumed_mah: float = 0.0
+    consumed_j: float = 0.0
+    current_a: float = AVIONICS_A
+    voltage_v: float = CELLS * _CELL_V[-1]
+
+    @property
+    def remaining(self) -> float:
+        """Charge left, 0 to 1."""
+        return min(1.0, max(0.0, 1.0 - self.consumed_mah / max(1.0, self.capacity_mah)))
+
+    def draw(self, motor_a: float, dt_s: float) -> None:
+        """Draw the motor's current and the avionics' for ``dt_s`` seconds."""
+        current = max(0.0, motor_a) + AVIONICS_A
+        soc = self.remaining
+        upper = min(len(_SOC) - 1, max(1, bisect_right(_SOC, soc)))
+        low, high = _SOC[upper - 1], _SOC[upper]
+        part = (soc - low) / (high - low)
+        open_v = CELLS * (_CELL_V[upper - 1] + part * (_CELL_V[upper] - _CELL_V[upper - 1]))
+        self.current_a = current
+        # The pack answers to a step of current within a second: surface charge and the smoothing of a power module.
+        target = max(6.0, open_v - current * CELLS * _CELL_OHM)
+        self.voltage_v += (target - self.voltage_v) * min(1.0, dt_s / 0.3)
+        self.consumed_mah += current * dt_s / 3.6
+        self.consumed_j += current * self.voltage_v * dt_s
