@@ -86,8 +86,7 @@ def mission(link: str, items: str, verify: str = "no") -> dict[str, Any]:
     """Send a mission; read it back when told to."""
     from mavsdk.plugins.mission_raw import MissionItem, MissionRaw
 
-    library, system = connect(link)
-    del library
+    _library, system = connect(link)
     plugin = MissionRaw(system)
     waypoints = []
     for seq in range(int(items)):
@@ -131,8 +130,7 @@ def params(link: str) -> dict[str, Any]:
     """Read every parameter."""
     from mavsdk.plugins.param import Param
 
-    library, system = connect(link)
-    del library
+    _library, system = connect(link)
     plugin = Param(system)
     began = time.perf_counter()
     found = plugin.get_all_params()
