@@ -1,1 +1,85 @@
-//! Under construction.
+//! Links of Vencejo: endpoints that connect again by themselves, the hub that routes between them, and the recorder.
+//!
+//! # The way of a frame
+//!
+//! Each link has one task. It reads its socket until nothing is left, turns bytes into frames and gives each to the
+//! [`Hub`], which in that same task, without waiting for anything,
+//!
+//! 1. counts it ([`LinkStats`]) and learns where its sender is,
+//! 2. puts it into the [`Recorder`]'s queue,
+//! 3. calls the listeners ([`FrameSink`]), and
+//! 4. passes the raw frame on to the links that the MAVLink routing rules name: straight into the socket for UDP, into
+//!    a bounded queue in front of a writer for TCP and serial.
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use vencejo_link::{Hub, LinkAddress, LinkOptions, Route, SinkScope, SystemClock};
+//! use vencejo_proto::{Address, Heartbeat, MavVersion, Message};
+//!
+//! # #[tokio::main(flavor = "current_thread")]
+//! # async fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let us = Address::new(255, 190);
+//! let hub = Hub::new(vec![us], Arc::new(SystemClock::new()));
+//! hub.add_sink(SinkScope::All, Arc::new(|link, frame, _now| {
+//!     println!("{link}: message {} from {}", frame.message_id(), frame.source());
+//! }));
+//!
+//! let address: LinkAddress = "udpin:127.0.0.1:0".parse()?;
+//! let mut link = hub.open(address, LinkOptions::default())?;
+//! link.wait_for(|state| state.is_up()).await;
+//!
+//! let heartbeat = Message::Heartbeat(Heartbeat::default());
+//! let report = hub.send_message(&heartbeat, us, MavVersion::V2, Route::All);
+//! assert!(!report.is_sent(), "nobody has spoken to us yet");
+//!
+//! link.close().await;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Links
+//!
+//! [`LinkAddress`] reads every link string of the MAVLink family. [`Hub::open`] returns at once; the [`LinkHandle`]
+//! tells the [`LinkState`] and closes the link. A link that breaks is opened again, after 0.25 s at first and 5 s at
+//! most, for ever. Garbage is counted and skipped.
+//!
+//! A tee for other ground stations is one more link, opened with [`LinkOptions::tee`].
+//!
+//! # Time
+//!
+//! Everything measured or awaited follows the injected [`Clock`] and tokio's timer; wall time only names and stamps
+//! recordings.
+//!
+//! # What this crate never does
+//!
+//! It decodes no payload and knows no vehicle: it looks at headers and target fields. It changes no frame that it
+//! passes on. It never waits for a slow link, a slow listener is the listener's fault, and a slow disk only costs
+//! recorded frames.
+
+mod address;
+mod address_index;
+mod clock;
+mod endpoint;
+mod hub;
+mod outlet;
+mod recorder;
+mod router;
+mod stats;
+mod systems;
+#[cfg(test)]
+mod testing;
+mod tlog;
+
+pub use address::{
+    AddressError, DEFAULT_BAUD, DEFAULT_TCP_PORT, DEFAULT_UDP_PORT, DEFAULT_USB_BAUD, HostPort, LinkAddress,
+};
+pub use clock::{Clock, SystemClock};
+pub use endpoint::{LinkHandle, LinkState};
+pub use hub::{FrameSink, Hub, LinkError, LinkId, LinkInfo, LinkOptions, Route, SendReport, SinkId, SinkScope};
+pub use recorder::{
+    Folder, Recorder, RecorderConfig, RecorderHandle, RecorderState, RecorderStatus, Storage, StorageFile, StoredFile,
+};
+pub use router::MAX_LINKS;
+pub use stats::{LinkStats, MAX_SOURCES_PER_LINK, Rates, RoundTrip, SourceStats, Traffic};
+pub use tlog::{SkippedBytes, TlogDecoder, TlogEntry, TlogReader, write_entry};

@@ -1,0 +1,330 @@
+//! Owns the life of a link: connecting, connecting again for ever, its state, and its end. Each kind of endpoint has a
+//! file of its own.
+
+mod serial;
+mod stream;
+mod tcp;
+mod tlog;
+mod udp;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+use tokio_util::sync::CancellationToken;
+use vencejo_proto::MonoTime;
+
+use crate::address::{HostPort, LinkAddress};
+use crate::hub::{Hub, LinkError, LinkId, LinkOptions, Port};
+use crate::outlet::{NoOutlet, Outlet, StreamQueue};
+
+/// The first wait before connecting again.
+const FIRST_WAIT: Duration = Duration::from_millis(250);
+/// The longest.
+const LONGEST_WAIT: Duration = Duration::from_secs(5);
+/// A connection that lived so long was a good one: the next wait is the first again.
+const GOOD_LIFE: Duration = Duration::from_secs(5);
+/// How long connecting may take.
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// How a link is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LinkState {
+    /// On its way up, for the `attempt`th time since it was last up.
+    Connecting {
+        /// 1 for the first.
+        attempt: u32,
+        /// What went wrong the last time.
+        last_error: Option<String>,
+    },
+    /// Open. Nobody needs to have spoken yet.
+    Up {
+        /// Since when.
+        since: MonoTime,
+        /// How many are at the other end: for links that listen, those heard lately; otherwise 1.
+        peers: usize,
+    },
+    /// Closed by us.
+    Down,
+    /// A replay is over.
+    Ended {
+        /// What was wrong with the recording, if anything.
+        remark: Option<String>,
+    },
+}
+
+impl LinkState {
+    /// Whether it is [`LinkState::Up`].
+    pub fn is_up(&self) -> bool {
+        matches!(self, Self::Up { .. })
+    }
+}
+
+/// An open link. Dropping the handle closes the link in the background; [`Self::close`] waits for it.
+#[derive(Debug)]
+pub struct LinkHandle {
+    id: LinkId,
+    address: LinkAddress,
+    local: watch::Receiver<Option<std::net::SocketAddr>>,
+    state: watch::Receiver<LinkState>,
+    cancel: CancellationToken,
+    task: Option<JoinHandle<()>>,
+}
+
+impl LinkHandle {
+    /// The link's id in the hub.
+    pub fn id(&self) -> LinkId {
+        self.id
+    }
+
+    /// Where it goes.
+    pub fn address(&self) -> &LinkAddress {
+        &self.address
+    }
+
+    /// Its state now.
+    pub fn state(&self) -> LinkState {
+        self.state.borrow().clone()
+    }
+
+    /// Its state as it changes.
+    pub fn watch(&self) -> watch::Receiver<LinkState> {
+        self.state.clone()
+    }
+
+    /// Waits until its state is as wanted. Returns the state; also when the link is closed meanwhile.
+    pub async fn wait_for(&mut self, wanted: impl FnMut(&LinkState) -> bool) -> LinkState {
+        let found = self.state.wait_for(wanted).await.map(|state| state.clone());
+        found.unwrap_or(LinkState::Down)
+    }
+
+    /// The address of its own socket while it is up: tells the port when it was opened with port 0.
+    pub fn local_address(&self) -> Option<std::net::SocketAddr> {
+        *self.local.borrow()
+    }
+
+    /// Closes the link and waits until its tasks have ended.
+    pub async fn close(mut self) {
+        self.cancel.cancel();
+        if let Some(task) = self.task.take() {
+            // The task ends by itself; that it panicked has been reported by the runtime.
+            let _ = task.await;
+        }
+    }
+}
+
+impl Drop for LinkHandle {
+    fn drop(&mut self) {
+        self.cancel.cancel();
+    }
+}
+
+/// What an endpoint works with.
+pub(crate) struct Context {
+    pub(crate) hub: Hub,
+    pub(crate) port: Arc<Port>,
+    pub(crate) cancel: CancellationToken,
+    state: watch::Sender<LinkState>,
+    local: watch::Sender<Option<std::net::SocketAddr>>,
+    up_since: std::sync::Mutex<Option<MonoTime>>,
+}
+
+impl Context {
+    /// Says that the link is open.
+    pub(crate) fn up(&self, local: Option<std::net::SocketAddr>, peers: usize) {
+        let since = self.hub.clock().now();
+        *self.up_since.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(since);
+        self.hub.on_connected(&self.port);
+        self.local.send_replace(local);
+        self.state.send_replace(LinkState::Up { since, peers });
+    }
+
+    /// Says how many peers there are now.
+    pub(crate) fn peers(&self, count: usize) {
+        self.state.send_if_modified(|state| match state {
+            LinkState::Up { peers, .. } if *peers != count => {
+                *peers = count;
+                true
+            }
+            _ => false,
+        });
+    }
+}
+
+/// Why a connection ended.
+#[derive(Debug)]
+pub(crate) enum End {
+    /// We closed the link.
+    Closed,
+    /// It broke; connect again.
+    Broken(String),
+    /// There is nothing more to come.
+    Over(Option<String>),
+}
+
+impl From<std::io::Error> for End {
+    fn from(error: std::io::Error) -> Self {
+        Self::Broken(error.to_string())
+    }
+}
+
+enum Endpoint {
+    Udp(udp::Udp),
+    TcpClient(tcp::Client),
+    TcpServer(tcp::Server),
+    Serial(serial::Serial),
+    Tlog(tlog::Replay),
+}
+
+impl Endpoint {
+    /// Connects, and serves the connection until its end.
+    async fn run(&mut self, context: &Arc<Context>) -> End {
+        match self {
+            Self::Udp(udp) => udp.run(context).await,
+            Self::TcpClient(client) => client.run(context).await,
+            Self::TcpServer(server) => server.run(context).await,
+            Self::Serial(serial) => serial.run(context).await,
+            Self::Tlog(replay) => replay.run(context).await,
+        }
+    }
+
+    /// Waits for whatever it has started.
+    async fn finish(&mut self) {
+        if let Self::TcpServer(server) = self {
+            server.finish().await;
+        }
+    }
+}
+
+pub(crate) fn open(hub: &Hub, address: LinkAddress, options: LinkOptions) -> Result<LinkHandle, LinkError> {
+    let (endpoint, outlet): (Endpoint, Arc<dyn Outlet>) = match &address {
+        LinkAddress::UdpIn { bind } => {
+            let udp = udp::Udp::listen(bind.clone());
+            let outlet = udp.outlet();
+            (Endpoint::Udp(udp), outlet)
+        }
+        LinkAddress::UdpOut { remote, bind: Some(bind) } => {
+            let udp = udp::Udp::listen_and_call(bind.clone(), remote.clone());
+            let outlet = udp.outlet();
+            (Endpoint::Udp(udp), outlet)
+        }
+        LinkAddress::UdpOut { remote, bind: None } => {
+            let udp = udp::Udp::connect(remote.clone());
+            let outlet = udp.outlet();
+            (Endpoint::Udp(udp), outlet)
+        }
+        LinkAddress::UdpBroadcast { remote } => {
+            let udp = udp::Udp::broadcast(remote.clone());
+            let outlet = udp.outlet();
+            (Endpoint::Udp(udp), outlet)
+        }
+        LinkAddress::TcpClient { remote } => {
+            let queue = Arc::new(StreamQueue::default());
+            (Endpoint::TcpClient(tcp::Client::new(remote.clone(), queue.clone())), queue)
+        }
+        LinkAddress::TcpServer { bind } => {
+            let server = tcp::Server::new(bind.clone());
+            let outlet = server.outlet();
+            (Endpoint::TcpServer(server), outlet)
+        }
+        LinkAddress::Serial { path, baud } => {
+            let queue = Arc::new(StreamQueue::default());
+            (Endpoint::Serial(serial::Serial::new(path.clone(), *baud, queue.clone())), queue)
+        }
+        LinkAddress::Tlog { path, speed, repeat } => {
+            (Endpoint::Tlog(tlog::Replay::new(path.clone(), *speed, *repeat)), Arc::new(NoOutlet))
+        }
+    };
+    let (state, state_watch) = watch::channel(LinkState::Connecting { attempt: 1, last_error: None });
+    let (local, local_watch) = watch::channel(None);
+    let port = hub.attach(address.clone(), options, outlet, state_watch.clone())?;
+    let cancel = CancellationToken::new();
+    let id = port.id;
+    let context = Arc::new(Context {
+        hub: hub.clone(),
+        port,
+        cancel: cancel.clone(),
+        state,
+        local,
+        up_since: std::sync::Mutex::new(None),
+    });
+    let task = tokio::spawn(live(endpoint, context));
+    Ok(LinkHandle { id, address, local: local_watch, state: state_watch, cancel, task: Some(task) })
+}
+
+/// The one task of a link.
+async fn live(mut endpoint: Endpoint, context: Arc<Context>) {
+    let mut attempt = 1;
+    let last = loop {
+        let end = tokio::select! {
+            biased;
+            () = context.cancel.cancelled() => End::Closed,
+            end = endpoint.run(&context) => end,
+        };
+        context.local.send_replace(None);
+        let up_since = context.up_since.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take();
+        let error = match end {
+            End::Closed => break LinkState::Down,
+            End::Over(remark) => break LinkState::Ended { remark },
+            End::Broken(error) => error,
+        };
+        if let Some(since) = up_since {
+            tracing::info!(link = %context.port.id, %error, "the link broke");
+            if context.hub.clock().now().since(since) >= GOOD_LIFE {
+                attempt = 1;
+            }
+        } else {
+            tracing::debug!(link = %context.port.id, attempt, %error, "could not connect");
+        }
+        let wait = backoff(attempt, chance());
+        attempt = attempt.saturating_add(1);
+        context.state.send_replace(LinkState::Connecting { attempt, last_error: Some(error) });
+        tokio::select! {
+            biased;
+            () = context.cancel.cancelled() => break LinkState::Down,
+            () = tokio::time::sleep(wait) => {}
+        }
+    };
+    endpoint.finish().await;
+    drop(endpoint);
+    context.hub.detach(&context.port);
+    context.state.send_replace(last);
+}
+
+/// The wait before attempt `attempt` + 1: it doubles from 0.25 s to 5 s, and is cut at random to no less than half, so
+/// that links that broke together do not come back together.
+fn backoff(attempt: u32, chance: f64) -> Duration {
+    let doubled = FIRST_WAIT.saturating_mul(1 << attempt.saturating_sub(1).min(8)).min(LONGEST_WAIT);
+    doubled.mul_f64(0.5 + 0.5 * chance).max(FIRST_WAIT)
+}
+
+/// A number from 0 to 1, different each time and in each process.
+fn chance() -> f64 {
+    use std::hash::{BuildHasher, RandomState};
+    (RandomState::new().hash_one(0u8) >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// Looks a place up, anew each time.
+async fn resolve(place: &HostPort) -> Result<std::net::SocketAddr, End> {
+    let found = tokio::time::timeout(CONNECT_TIMEOUT, tokio::net::lookup_host((place.host.as_str(), place.port))).await;
+    let Ok(found) = found else { return Err(End::Broken(format!("looking up {} took too long", place.host))) };
+    let mut addresses = found.map_err(|error| End::Broken(format!("cannot find {}: {error}", place.host)))?;
+    addresses.next().ok_or_else(|| End::Broken(format!("{} has no address", place.host)))
+}
+
+/// Says which socket could not be opened, and what to do about the usual reasons.
+fn bind_error(place: &HostPort, error: &std::io::Error) -> End {
+    let hint = match error.kind() {
+        std::io::ErrorKind::AddrInUse => "; another program listens there (another ground station?)",
+        std::io::ErrorKind::AddrNotAvailable => {
+            "; this machine does not have that address: to send there write `udpout:` or `tcp:`, to listen write 0.0.0.0"
+        }
+        std::io::ErrorKind::PermissionDenied => "; ports below 1024 are the administrator's",
+        _ => "",
+    };
+    End::Broken(format!("cannot listen on {place}: {error}{hint}"))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,362 @@
+//! Owns UDP links: listening, calling one place, and broadcasting until somebody answers.
+//!
+//! A listening link answers everyone who has spoken MAVLink to it within the last minute; who sends anything else is
+//! not answered. Each peer has its own decoder, for some bridges cut frames anywhere.
+
+use std::io::ErrorKind;
+use std::net::SocketAddr;
+use std::sync::{Arc, PoisonError, RwLock};
+use std::time::Duration;
+
+use smallvec::SmallVec;
+use socket2::{Domain, Protocol, SockAddr, Socket, Type};
+use tokio::net::UdpSocket;
+use vencejo_proto::{Frame, MonoTime, SystemId};
+
+use super::{Context, End, bind_error, resolve};
+use crate::address::HostPort;
+use crate::hub::Intake;
+use crate::outlet::{Class, Outlet, Sent};
+use crate::systems::SystemSet;
+
+/// Peers of one link. Beyond, who has never spoken MAVLink makes room; if all have, newcomers are ignored.
+pub(crate) const MAX_PEERS: usize = 128;
+/// A peer that was silent so long is not answered any more.
+pub(crate) const PEER_LIFE: Duration = Duration::from_secs(60);
+/// Datagrams read before other tasks have their turn.
+const READ_BURST: usize = 256;
+/// The largest datagram.
+const DATAGRAM_BYTES: usize = 65_536;
+/// Asked for the socket's receive buffer; the system may give less.
+const RECEIVE_BUFFER_BYTES: usize = 4 * 1024 * 1024;
+
+/// Whom a link talks to.
+enum Mode {
+    /// Whoever speaks to us.
+    Listen { bind: HostPort },
+    /// A place, until somebody speaks to us.
+    Call { bind: Option<HostPort>, remote: HostPort, broadcast: bool },
+    /// One place and no other.
+    Connect { remote: HostPort },
+}
+
+/// Somebody at the other end.
+struct Peer {
+    place: SocketAddr,
+    systems: Arc<SystemSet>,
+}
+
+/// What the reading task and the senders share.
+#[derive(Default)]
+struct Door {
+    socket: Option<Arc<UdpSocket>>,
+    /// The socket is connected to its one peer.
+    connected: bool,
+    /// Where to send while nobody has spoken.
+    fallback: Option<SocketAddr>,
+    /// Those who have spoken MAVLink.
+    peers: Vec<Peer>,
+}
+
+#[derive(Default)]
+struct UdpOutlet {
+    door: RwLock<Door>,
+}
+
+impl UdpOutlet {
+    fn change(&self, change: impl FnOnce(&mut Door)) {
+        change(&mut self.door.write().unwrap_or_else(PoisonError::into_inner));
+    }
+}
+
+impl Outlet for UdpOutlet {
+    fn send(&self, frame: &Frame, to: Option<SystemId>, _: Class) -> Sent {
+        let door = self.door.read().unwrap_or_else(PoisonError::into_inner);
+        let Some(socket) = &door.socket else { return Sent::NobodyThere };
+        if door.connected {
+            return outcome(send_connected(socket, frame.bytes()));
+        }
+        let mut places: SmallVec<[SocketAddr; 8]> = SmallVec::new();
+        if let Some(system) = to {
+            places.extend(door.peers.iter().filter(|peer| peer.systems.contains(system)).map(|peer| peer.place));
+        }
+        if places.is_empty() {
+            places.extend(door.peers.iter().map(|peer| peer.place));
+        }
+        if places.is_empty() {
+            places.extend(door.fallback);
+        }
+        let socket = socket.clone();
+        drop(door);
+        let mut result = Sent::NobodyThere;
+        for place in places {
+            let sent = outcome(again_after_refusal(|| socket.try_send_to(frame.bytes(), place)));
+            if result != (Sent::Accepted { displaced: 0 }) {
+                result = sent;
+            }
+        }
+        result
+    }
+}
+
+fn send_connected(socket: &UdpSocket, bytes: &[u8]) -> std::io::Result<usize> {
+    again_after_refusal(|| socket.try_send(bytes))
+}
+
+/// An earlier datagram's refusal (ICMP) is reported by a later call, which then sends nothing: call again.
+fn again_after_refusal(send: impl Fn() -> std::io::Result<usize>) -> std::io::Result<usize> {
+    match send() {
+        Err(error) if is_refusal(&error) => send(),
+        result => result,
+    }
+}
+
+fn is_refusal(error: &std::io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::ConnectionRefused | ErrorKind::ConnectionReset)
+}
+
+/// The errors that say "not now" or "nobody there yet" about one datagram, not that the socket is broken.
+fn is_passing(error: &std::io::Error) -> bool {
+    is_refusal(error)
+        || matches!(
+            error.kind(),
+            ErrorKind::Interrupted
+                | ErrorKind::HostUnreachable
+                | ErrorKind::NetworkUnreachable
+                | ErrorKind::NetworkDown
+        )
+}
+
+fn outcome(result: std::io::Result<usize>) -> Sent {
+    match result {
+        Ok(_) => Sent::Accepted { displaced: 0 },
+        Err(error) if error.kind() == ErrorKind::WouldBlock => Sent::Full,
+        Err(_) => Sent::NobodyThere,
+    }
+}
+
+/// A UDP link.
+pub(super) struct Udp {
+    mode: Mode,
+    outlet: Arc<UdpOutlet>,
+}
+
+impl Udp {
+    pub(super) fn listen(bind: HostPort) -> Self {
+        Self::new(Mode::Listen { bind })
+    }
+
+    pub(super) fn listen_and_call(bind: HostPort, remote: HostPort) -> Self {
+        Self::new(Mode::Call { bind: Some(bind), remote, broadcast: false })
+    }
+
+    pub(super) fn connect(remote: HostPort) -> Self {
+        Self::new(Mode::Connect { remote })
+    }
+
+    pub(super) fn broadcast(remote: HostPort) -> Self {
+        Self::new(Mode::Call { bind: None, remote, broadcast: true })
+    }
+
+    fn new(mode: Mode) -> Self {
+        Self { mode, outlet: Arc::default() }
+    }
+
+    pub(super) fn outlet(&self) -> Arc<dyn Outlet> {
+        self.outlet.clone()
+    }
+
+    pub(super) async fn run(&mut self, context: &Context) -> End {
+        let socket = match self.open().await {
+            Ok(socket) => socket,
+            Err(end) => return end,
+        };
+        let listens = !matches!(self.mode, Mode::Connect { .. });
+        context.up(socket.local_addr().ok(), usize::from(!listens));
+        let end = if listens { self.hear_many(context, &socket).await } else { self.hear_one(context, &socket).await };
+        self.outlet.change(|door| *door = Door::default());
+        end.into()
+    }
+
+    async fn open(&self) -> Result<Arc<UdpSocket>, End> {
+        let (bind, remote) = match &self.mode {
+            Mode::Listen { bind } => (Some(bind), None),
+            Mode::Call { bind, remote, .. } => (bind.as_ref(), Some(remote)),
+            Mode::Connect { remote } => (None, Some(remote)),
+        };
+        let remote = match remote {
+            Some(remote) => Some(resolve(remote).await?),
+            None => None,
+        };
+        let place = match bind {
+            Some(bind) => resolve(bind).await?,
+            None if remote.is_some_and(|remote| remote.is_ipv6()) => SocketAddr::from(([0u16; 8], 0)),
+            None => SocketAddr::from(([0u8; 4], 0)),
+        };
+        let socket = Socket::new(Domain::for_address(place), Type::DGRAM, Some(Protocol::UDP))?;
+        socket.set_nonblocking(true)?;
+        // Bursts of telemetry must not be lost while we work; less than asked for is fine.
+        let _ = socket.set_recv_buffer_size(RECEIVE_BUFFER_BYTES);
+        if matches!(self.mode, Mode::Call { broadcast: true, .. }) {
+            socket.set_broadcast(true)?;
+        }
+        socket.bind(&SockAddr::from(place)).map_err(|error| {
+            bind_error(bind.unwrap_or(&HostPort::new(place.ip().to_string(), place.port())), &error)
+        })?;
+        let connected = matches!(self.mode, Mode::Connect { .. });
+        if let (true, Some(remote)) = (connected, remote) {
+            socket.connect(&SockAddr::from(remote))?;
+        }
+        let socket = Arc::new(UdpSocket::from_std(socket.into())?);
+        self.outlet.change(|door| {
+            *door = Door { socket: Some(socket.clone()), connected, fallback: remote, peers: Vec::new() };
+        });
+        Ok(socket)
+    }
+
+    /// Reads a connected socket until it breaks.
+    async fn hear_one(&self, context: &Context, socket: &UdpSocket) -> std::io::Error {
+        let mut intake = Intake::new();
+        let mut buffer = vec![0; DATAGRAM_BYTES];
+        loop {
+            if let Err(error) = socket.readable().await {
+                return error;
+            }
+            let now = context.hub.clock().now();
+            for _ in 0..READ_BURST {
+                match socket.try_recv(&mut buffer) {
+                    Ok(count) => intake
+                        .feed(&context.port, &buffer[..count], |frame| context.hub.receive(&context.port, frame, now)),
+                    Err(error) if error.kind() == ErrorKind::WouldBlock => break,
+                    Err(error) if is_passing(&error) => {}
+                    Err(error) => return error,
+                }
+            }
+            tokio::task::consume_budget().await;
+        }
+    }
+
+    /// Reads a socket that anybody may send to, until it breaks.
+    async fn hear_many(&self, context: &Context, socket: &UdpSocket) -> std::io::Error {
+        let mut callers = Callers::default();
+        let mut buffer = vec![0; DATAGRAM_BYTES];
+        let mut sweep = tokio::time::interval(PEER_LIFE / 12);
+        loop {
+            tokio::select! {
+                ready = socket.readable() => if let Err(error) = ready { return error },
+                _ = sweep.tick() => {
+                    callers.forget_silent(context.hub.clock().now());
+                    self.publish(context, &callers);
+                    continue;
+                }
+            }
+            let now = context.hub.clock().now();
+            for _ in 0..READ_BURST {
+                match socket.try_recv_from(&mut buffer) {
+                    Ok((count, place)) => {
+                        let Some(caller) = callers.find_or_add(place, now) else {
+                            Intake::ignore(&context.port, count);
+                            continue;
+                        };
+                        let mut is_new = false;
+                        let Caller { intake, systems, spoke, .. } = caller;
+                        // The place must be known before the hub answers what it hears.
+                        intake.feed(&context.port, &buffer[..count], |frame| {
+                            if frame.is_known() {
+                                systems.insert(frame.source().system);
+                                if !*spoke {
+                                    *spoke = true;
+                                    is_new = true;
+                                    self.outlet.change(|door| {
+                                        door.peers.push(Peer { place, systems: systems.clone() });
+                                    });
+                                }
+                            }
+                            context.hub.receive(&context.port, frame, now);
+                        });
+                        if is_new {
+                            self.publish(context, &callers);
+                        }
+                    }
+                    Err(error) if error.kind() == ErrorKind::WouldBlock => break,
+                    Err(error) if is_passing(&error) => {}
+                    Err(error) => return error,
+                }
+            }
+            tokio::task::consume_budget().await;
+        }
+    }
+
+    /// Tells the senders and the link's state who is there.
+    fn publish(&self, context: &Context, callers: &Callers) {
+        let peers: Vec<Peer> = callers.spoken().collect();
+        context.peers(peers.len());
+        self.outlet.change(|door| door.peers = peers);
+    }
+}
+
+impl Drop for Udp {
+    fn drop(&mut self) {
+        self.outlet.change(|door| *door = Door::default());
+    }
+}
+
+/// Somebody who sends to us, MAVLink or not.
+struct Caller {
+    place: SocketAddr,
+    intake: Intake,
+    systems: Arc<SystemSet>,
+    heard_at: MonoTime,
+    /// Whether a valid frame has come.
+    spoke: bool,
+}
+
+/// Those who sent to us lately, at most [`MAX_PEERS`].
+#[derive(Default)]
+struct Callers {
+    list: Vec<Caller>,
+    /// The one who sent last will probably send next.
+    last: usize,
+}
+
+impl Callers {
+    fn find_or_add(&mut self, place: SocketAddr, now: MonoTime) -> Option<&mut Caller> {
+        let found = match self.list.get(self.last) {
+            Some(caller) if caller.place == place => Some(self.last),
+            _ => self.list.iter().position(|caller| caller.place == place),
+        };
+        let index = match found {
+            Some(index) => index,
+            None => {
+                if self.list.len() >= MAX_PEERS {
+                    let unspoken = self.list.iter().enumerate().filter(|(_, caller)| !caller.spoke);
+                    let (index, _) = unspoken.min_by_key(|(_, caller)| caller.heard_at)?;
+                    self.list.swap_remove(index);
+                }
+                self.list.push(Caller {
+                    place,
+                    intake: Intake::new(),
+                    systems: Arc::default(),
+                    heard_at: now,
+                    spoke: false,
+                });
+                self.list.len() - 1
+            }
+        };
+        self.last = index;
+        let caller = &mut self.list[index];
+        caller.heard_at = now;
+        Some(caller)
+    }
+
+    fn forget_silent(&mut self, now: MonoTime) {
+        self.list.retain(|caller| now.since(caller.heard_at) < PEER_LIFE);
+    }
+
+    fn spoken(&self) -> impl Iterator<Item = Peer> {
+        self.list
+            .iter()
+            .filter(|caller| caller.spoke)
+            .map(|caller| Peer { place: caller.place, systems: caller.systems.clone() })
+    }
+}

@@ -1,0 +1,513 @@
+//! Owns the meeting point of all links: it counts, routes, forwards, records and hands every frame to its listeners,
+//! all in the task that read it.
+
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use smallvec::SmallVec;
+use tokio::sync::watch;
+use vencejo_proto::{Address, DecoderStats, Frame, FrameDecoder, Header, MavVersion, Message, MonoTime, SystemId};
+
+use crate::address::LinkAddress;
+use crate::clock::Clock;
+use crate::endpoint::{self, LinkHandle, LinkState};
+use crate::outlet::{Class, Outlet, Sent};
+use crate::recorder::RecorderHandle;
+use crate::router::{MAX_LINKS, Router, Slot, SlotSet, Verdict};
+use crate::stats::{LinkMeter, LinkStats, PortCounters};
+
+/// Names one open link; never used again for another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct LinkId(pub u32);
+
+impl fmt::Display for LinkId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "link {}", self.0)
+    }
+}
+
+/// How a link takes part.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct LinkOptions {
+    /// A name for people; the link string by default.
+    pub name: Option<String>,
+    /// Whether frames are passed on between this link and every other one. Two links pass frames to each other when
+    /// at least one of them forwards: open a tee for another ground station with `forwards`, and leave it off (the
+    /// default) on the links of vehicles, so that the vehicles' telemetry does not fill each other's radios.
+    pub forwards: bool,
+}
+
+impl LinkOptions {
+    /// The options of a tee: a link that other ground stations join the vehicles through.
+    pub fn tee() -> Self {
+        Self { forwards: true, ..Self::default() }
+    }
+}
+
+/// Where a frame of our own goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Route {
+    /// By the message's target: to all links when it is for everyone, otherwise to one link on which the target was
+    /// heard. That link is kept while the target is heard on it, else the one on which it was heard last takes over.
+    Target,
+    /// To this link alone.
+    Link(LinkId),
+    /// To all links.
+    All,
+}
+
+/// What became of a frame of our own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[must_use = "a command that went nowhere must fail loudly"]
+pub struct SendReport {
+    /// Links that took it.
+    pub accepted: u32,
+    /// Links that should have taken it and could not: nobody connected, or no room.
+    pub refused: u32,
+}
+
+impl SendReport {
+    /// Whether it went anywhere.
+    pub fn is_sent(self) -> bool {
+        self.accepted > 0
+    }
+}
+
+/// Which received frames a listener wants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SinkScope {
+    /// Every frame of every link, also those addressed to others. Copies (loops, redundant links) come once.
+    All,
+    /// Frames for everyone and frames addressed to one of our own addresses.
+    ForUs,
+}
+
+/// A listener. Called in the task that read the frame, so it must be quick and must not block. It may call the hub.
+pub type FrameSink = Arc<dyn Fn(LinkId, &Frame, MonoTime) + Send + Sync>;
+
+/// Names a listener.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct SinkId(u32);
+
+/// One open link, as a list of links shows it.
+#[derive(Debug, Clone)]
+pub struct LinkInfo {
+    /// Its id.
+    pub id: LinkId,
+    /// Its name.
+    pub name: String,
+    /// Its link string.
+    pub address: LinkAddress,
+    /// Whether it forwards.
+    pub forwards: bool,
+    /// Its state.
+    pub state: LinkState,
+}
+
+/// Why a link could not be opened. Whatever can change by itself (no such device, no route) is no reason: the link is
+/// opened and keeps trying.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LinkError {
+    /// All places are taken.
+    #[error("{MAX_LINKS} links are open already; close one first")]
+    TooManyLinks,
+    /// There is no such link (any more).
+    #[error("{0} is not open; `links()` lists those that are")]
+    UnknownLink(LinkId),
+}
+
+/// The hub's side of one open link, shared with its tasks.
+pub(crate) struct Port {
+    pub(crate) id: LinkId,
+    slot: Slot,
+    name: String,
+    address: LinkAddress,
+    forwards: bool,
+    outlet: Arc<dyn Outlet>,
+    state: watch::Receiver<LinkState>,
+    counters: PortCounters,
+}
+
+impl Port {
+    fn send(&self, frame: &Frame, to: Option<SystemId>, class: Class) -> bool {
+        match self.outlet.send(frame, to, class) {
+            Sent::Accepted { displaced } => {
+                self.counters.add_sent(frame.bytes().len());
+                self.counters.add_dropped(displaced);
+                true
+            }
+            Sent::NobodyThere | Sent::Full => {
+                self.counters.add_dropped(1);
+                false
+            }
+        }
+    }
+}
+
+struct OpenLink {
+    port: Arc<Port>,
+    meter: LinkMeter,
+    /// The number of the next frame that [`Hub::send_message`] writes for this link.
+    next_sequence: u8,
+}
+
+type Sinks = Vec<(SinkId, SinkScope, FrameSink)>;
+
+struct Inner {
+    links: Vec<Option<OpenLink>>,
+    router: Router,
+    sinks: Arc<Sinks>,
+    recorder: Option<RecorderHandle>,
+    next_id: u32,
+}
+
+impl Inner {
+    fn open_slots(&self) -> SlotSet {
+        self.links.iter().enumerate().filter(|(_, link)| link.is_some()).map(|(slot, _)| slot as Slot).collect()
+    }
+
+    fn link(&self, slot: Slot) -> Option<&OpenLink> {
+        self.links.get(usize::from(slot))?.as_ref()
+    }
+
+    fn find(&self, id: LinkId) -> Result<&OpenLink, LinkError> {
+        self.links.iter().flatten().find(|link| link.port.id == id).ok_or(LinkError::UnknownLink(id))
+    }
+
+    fn find_mut(&mut self, id: LinkId) -> Result<&mut OpenLink, LinkError> {
+        self.links.iter_mut().flatten().find(|link| link.port.id == id).ok_or(LinkError::UnknownLink(id))
+    }
+}
+
+struct Shared {
+    inner: Mutex<Inner>,
+    clock: Arc<dyn Clock>,
+}
+
+/// The meeting point of all links. Clones are handles of the same hub.
+#[derive(Clone)]
+pub struct Hub {
+    shared: Arc<Shared>,
+}
+
+impl Hub {
+    /// A hub without links. `locals` are our own addresses (on the ground usually 255/190).
+    pub fn new(locals: Vec<Address>, clock: Arc<dyn Clock>) -> Self {
+        let inner = Inner {
+            links: Vec::new(),
+            router: Router::new(locals),
+            sinks: Arc::new(Vec::new()),
+            recorder: None,
+            next_id: 1,
+        };
+        Self { shared: Arc::new(Shared { inner: Mutex::new(inner), clock }) }
+    }
+
+    fn inner(&self) -> MutexGuard<'_, Inner> {
+        self.shared.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The hub's clock.
+    pub fn clock(&self) -> &Arc<dyn Clock> {
+        &self.shared.clock
+    }
+
+    /// Opens a link and keeps it open until [`LinkHandle::close`]: it connects, and connects again, by itself.
+    /// Must be called within a tokio runtime.
+    ///
+    /// # Errors
+    /// [`LinkError::TooManyLinks`] only; anything that can go wrong on the way shows in the link's state.
+    pub fn open(&self, address: LinkAddress, options: LinkOptions) -> Result<LinkHandle, LinkError> {
+        endpoint::open(self, address, options)
+    }
+
+    /// Gives a link its place.
+    pub(crate) fn attach(
+        &self,
+        address: LinkAddress,
+        options: LinkOptions,
+        outlet: Arc<dyn Outlet>,
+        state: watch::Receiver<LinkState>,
+    ) -> Result<Arc<Port>, LinkError> {
+        let mut inner = self.inner();
+        let free = inner.links.iter().position(Option::is_none);
+        let slot = match free {
+            Some(slot) => slot,
+            None if inner.links.len() < MAX_LINKS => {
+                inner.links.push(None);
+                inner.links.len() - 1
+            }
+            None => return Err(LinkError::TooManyLinks),
+        };
+        let id = LinkId(inner.next_id);
+        inner.next_id += 1;
+        let port = Arc::new(Port {
+            id,
+            slot: slot as Slot,
+            name: options.name.unwrap_or_else(|| address.to_string()),
+            address,
+            forwards: options.forwards,
+            outlet,
+            state,
+            counters: PortCounters::default(),
+        });
+        inner.links[slot] = Some(OpenLink { port: port.clone(), meter: LinkMeter::new(), next_sequence: 0 });
+        Ok(port)
+    }
+
+    /// Takes a link's place back, and forgets who was heard there.
+    pub(crate) fn detach(&self, port: &Port) {
+        let mut inner = self.inner();
+        inner.links[usize::from(port.slot)] = None;
+        inner.router.forget(port.slot);
+    }
+
+    /// Adds a listener.
+    pub fn add_sink(&self, scope: SinkScope, sink: FrameSink) -> SinkId {
+        let mut inner = self.inner();
+        let id = SinkId(inner.next_id);
+        inner.next_id += 1;
+        let mut sinks = inner.sinks.as_ref().clone();
+        sinks.push((id, scope, sink));
+        inner.sinks = Arc::new(sinks);
+        id
+    }
+
+    /// Removes a listener. A frame that is being handled at this moment may still reach it.
+    pub fn remove_sink(&self, id: SinkId) {
+        let mut inner = self.inner();
+        let sinks: Sinks = inner.sinks.iter().filter(|(sink, _, _)| *sink != id).cloned().collect();
+        inner.sinks = Arc::new(sinks);
+    }
+
+    /// Records every frame from now on, or no more.
+    pub fn set_recorder(&self, recorder: Option<RecorderHandle>) {
+        self.inner().recorder = recorder;
+    }
+
+    /// Our own addresses from now on.
+    pub fn set_locals(&self, locals: Vec<Address>) {
+        self.inner().router.set_locals(locals);
+    }
+
+    /// Our own addresses.
+    pub fn locals(&self) -> Vec<Address> {
+        self.inner().router.locals().to_vec()
+    }
+
+    /// Sends a frame as it is. Never waits: frames that find no room are refused, and the report says so.
+    pub fn send(&self, frame: &Frame, route: Route) -> SendReport {
+        let now = self.shared.clock.now();
+        let (ports, recorder) = {
+            let mut inner = self.inner();
+            let ports = own_ports(&mut inner, frame, route, now);
+            if !ports.is_empty() {
+                inner.router.on_sent(frame, now);
+            }
+            (ports, inner.recorder.clone())
+        };
+        send_to(&ports, frame, recorder.as_ref(), now)
+    }
+
+    /// Writes a message with each link's own frame counter, so that whoever is there sees no loss that is none, and
+    /// sends it. Never waits.
+    pub fn send_message(&self, message: &Message, source: Address, version: MavVersion, route: Route) -> SendReport {
+        let now = self.shared.clock.now();
+        let unnumbered = message.encode(Header { sequence: 0, source, version });
+        let mut outgoing: SmallVec<[(Arc<Port>, Frame); 4]> = SmallVec::new();
+        let recorder = {
+            let mut inner = self.inner();
+            for port in own_ports(&mut inner, &unnumbered, route, now) {
+                let Some(link) = inner.links[usize::from(port.slot)].as_mut() else { continue };
+                let sequence = link.next_sequence;
+                link.next_sequence = sequence.wrapping_add(1);
+                let frame = if sequence == 0 {
+                    unnumbered.clone()
+                } else {
+                    message.encode(Header { sequence, source, version })
+                };
+                inner.router.on_sent(&frame, now);
+                outgoing.push((port, frame));
+            }
+            inner.recorder.clone()
+        };
+        let mut report = SendReport::default();
+        for (port, frame) in outgoing {
+            let one = send_to(&[port], &frame, recorder.as_ref(), now);
+            report.accepted += one.accepted;
+            report.refused += one.refused;
+        }
+        report
+    }
+
+    /// The links on which a system was heard and when, best first: the first is the one that [`Route::Target`] takes.
+    pub fn links_of(&self, system: SystemId) -> Vec<(LinkId, MonoTime)> {
+        let now = self.shared.clock.now();
+        let mut inner = self.inner();
+        let links = inner.router.links_of(system, now);
+        links.into_iter().filter_map(|(slot, heard)| Some((inner.link(slot)?.port.id, heard))).collect()
+    }
+
+    /// All open links, in the order they were opened.
+    pub fn links(&self) -> Vec<LinkInfo> {
+        let mut links: Vec<_> = self
+            .inner()
+            .links
+            .iter()
+            .flatten()
+            .map(|link| {
+                let port = &link.port;
+                LinkInfo {
+                    id: port.id,
+                    name: port.name.clone(),
+                    address: port.address.clone(),
+                    forwards: port.forwards,
+                    state: port.state.borrow().clone(),
+                }
+            })
+            .collect();
+        links.sort_by_key(|link| link.id);
+        links
+    }
+
+    /// What was counted on a link.
+    ///
+    /// # Errors
+    /// [`LinkError::UnknownLink`] when it is closed.
+    pub fn stats(&self, id: LinkId) -> Result<LinkStats, LinkError> {
+        let now = self.shared.clock.now();
+        let inner = self.inner();
+        let link = inner.find(id)?;
+        Ok(link.meter.snapshot(&link.port.counters, now))
+    }
+
+    /// Notes how long a question on this link took to be answered (the station asks by TIMESYNC).
+    ///
+    /// # Errors
+    /// [`LinkError::UnknownLink`] when it is closed.
+    pub fn note_round_trip(&self, id: LinkId, round_trip: Duration) -> Result<(), LinkError> {
+        let now = self.shared.clock.now();
+        self.inner().find_mut(id)?.meter.on_round_trip(round_trip, now);
+        Ok(())
+    }
+
+    /// A connection was made (again).
+    pub(crate) fn on_connected(&self, port: &Port) {
+        if let Some(link) = self.inner().links[usize::from(port.slot)].as_mut() {
+            link.meter.on_connected();
+        }
+    }
+
+    /// Takes in a frame that a link's task has read; the whole way of a frame through the hub.
+    pub(crate) fn receive(&self, port: &Port, frame: &Frame, now: MonoTime) {
+        let known = frame.is_known();
+        let (verdict, ports, sinks, recorder) = {
+            let mut inner = self.inner();
+            let all = SlotSet(u64::MAX);
+            let Some(link) = inner.links.get_mut(usize::from(port.slot)).and_then(Option::as_mut) else { return };
+            if link.port.id != port.id {
+                return;
+            }
+            link.meter.on_frame(frame, known, now);
+            let verdict = inner.router.on_received(port.slot, frame, known, all, now);
+            let mut ports: SmallVec<[Arc<Port>; 8]> = SmallVec::new();
+            match verdict {
+                Verdict::Handle { forward, .. } => {
+                    let open = SlotSet(forward.0 & mask(inner.links.len()));
+                    let ready = open.iter().filter_map(|slot| inner.link(slot)).map(|link| &link.port);
+                    ports.extend(ready.filter(|other| other.forwards || port.forwards).cloned());
+                }
+                Verdict::Copy => {
+                    if let Some(link) = inner.links[usize::from(port.slot)].as_mut() {
+                        link.meter.on_copy();
+                    }
+                }
+            }
+            (verdict, ports, inner.sinks.clone(), inner.recorder.clone())
+        };
+        if let Some(recorder) = &recorder {
+            recorder.record(port.id, frame, now);
+        }
+        let Verdict::Handle { for_us, .. } = verdict else { return };
+        for (_, scope, sink) in sinks.iter() {
+            if for_us || *scope == SinkScope::All {
+                sink(port.id, frame, now);
+            }
+        }
+        if !ports.is_empty() {
+            let to = frame.target().named_system();
+            for other in ports {
+                other.send(frame, to, Class::Forwarded);
+            }
+        }
+    }
+}
+
+impl fmt::Debug for Hub {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Hub").field("links", &self.links()).finish_non_exhaustive()
+    }
+}
+
+/// The lowest `count` slots.
+fn mask(count: usize) -> u64 {
+    if count >= 64 { u64::MAX } else { (1 << count) - 1 }
+}
+
+fn own_ports(inner: &mut Inner, frame: &Frame, route: Route, now: MonoTime) -> SmallVec<[Arc<Port>; 4]> {
+    let all = inner.open_slots();
+    let slots = match route {
+        Route::Target => inner.router.route_own(frame, all, now),
+        Route::All => all,
+        Route::Link(id) => return inner.find(id).map(|link| link.port.clone()).into_iter().collect(),
+    };
+    slots.iter().filter_map(|slot| inner.link(slot)).map(|link| link.port.clone()).collect()
+}
+
+fn send_to(ports: &[Arc<Port>], frame: &Frame, recorder: Option<&RecorderHandle>, now: MonoTime) -> SendReport {
+    let to = frame.target().named_system();
+    let mut report = SendReport::default();
+    for port in ports {
+        if port.send(frame, to, Class::Own) {
+            if report.accepted == 0
+                && let Some(recorder) = recorder
+            {
+                recorder.record(port.id, frame, now);
+            }
+            report.accepted += 1;
+        } else {
+            report.refused += 1;
+        }
+    }
+    report
+}
+
+/// Turns what a socket gives into frames for the hub, and counts what was none.
+pub(crate) struct Intake {
+    decoder: FrameDecoder,
+    counted: DecoderStats,
+}
+
+impl Intake {
+    pub(crate) fn new() -> Self {
+        Self { decoder: FrameDecoder::new(), counted: DecoderStats::default() }
+    }
+
+    /// Takes in bytes; calls `each` with every frame in them.
+    pub(crate) fn feed(&mut self, port: &Port, bytes: &[u8], mut each: impl FnMut(&Frame)) {
+        self.decoder.push(bytes);
+        while let Some(frame) = self.decoder.next_frame() {
+            each(&frame);
+        }
+        let stats = self.decoder.stats();
+        port.counters.add_decoded(self.counted, stats);
+        self.counted = stats;
+    }
+
+    /// Bytes that came from somebody to whom we do not listen.
+    pub(crate) fn ignore(port: &Port, bytes: usize) {
+        port.counters.add_garbage(bytes);
+    }
+}

@@ -1,0 +1,194 @@
+//! Owns the way out of a link: the trait that the hub sends through, and the bounded queue in front of a stream's writer.
+
+use std::collections::VecDeque;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use tokio::sync::Notify;
+use vencejo_proto::{Frame, SystemId};
+
+/// Bytes that may wait for a stream in each class, frames of our own and forwarded ones.
+const QUEUE_BYTES: usize = 64 * 1024;
+
+/// What became of a frame given to a link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sent {
+    /// It is on its way. `displaced` older frames were dropped for it.
+    Accepted { displaced: u64 },
+    /// Nobody is connected.
+    NobodyThere,
+    /// No room.
+    Full,
+}
+
+/// Where a frame comes from: what we say ourselves goes first and is never displaced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Class {
+    Own,
+    Forwarded,
+}
+
+/// The sending side of an endpoint. Lives as long as the link, through all its connections.
+pub(crate) trait Outlet: Send + Sync + 'static {
+    /// Sends a frame without ever waiting. `to` is the system that it is addressed to, if it names one.
+    fn send(&self, frame: &Frame, to: Option<SystemId>, class: Class) -> Sent;
+}
+
+/// The outlet of links that cannot send.
+pub(crate) struct NoOutlet;
+
+impl Outlet for NoOutlet {
+    fn send(&self, _: &Frame, _: Option<SystemId>, _: Class) -> Sent {
+        Sent::NobodyThere
+    }
+}
+
+#[derive(Default)]
+struct Waiting {
+    frames: VecDeque<Frame>,
+    bytes: usize,
+}
+
+impl Waiting {
+    fn push(&mut self, frame: Frame) {
+        self.bytes += frame.bytes().len();
+        self.frames.push_back(frame);
+    }
+
+    fn pop(&mut self) -> Option<Frame> {
+        let frame = self.frames.pop_front()?;
+        self.bytes -= frame.bytes().len();
+        Some(frame)
+    }
+
+    fn has_room(&self, frame: &Frame) -> bool {
+        self.bytes + frame.bytes().len() <= QUEUE_BYTES
+    }
+}
+
+#[derive(Default)]
+struct Queues {
+    open: bool,
+    own: Waiting,
+    forwarded: Waiting,
+}
+
+/// Frames on their way to a stream's writer, 64 KiB of our own and 64 KiB of forwarded ones.
+///
+/// Overflow: of the forwarded the oldest are dropped (telemetry, the newest counts); our own are refused, so that a
+/// command fails loudly. While the stream is not connected everything is refused and nothing old waits for it.
+#[derive(Default)]
+pub(crate) struct StreamQueue {
+    queues: Mutex<Queues>,
+    filled: Notify,
+}
+
+impl StreamQueue {
+    fn queues(&self) -> MutexGuard<'_, Queues> {
+        self.queues.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes frames from now on.
+    pub(crate) fn open(&self) {
+        *self.queues() = Queues { open: true, ..Queues::default() };
+    }
+
+    /// Refuses frames from now on, and forgets those that wait.
+    pub(crate) fn close(&self) {
+        *self.queues() = Queues::default();
+    }
+
+    /// Puts a frame into the queue.
+    pub(crate) fn push(&self, frame: &Frame, class: Class) -> Sent {
+        let mut queues = self.queues();
+        if !queues.open {
+            return Sent::NobodyThere;
+        }
+        let mut displaced = 0;
+        let waiting = match class {
+            Class::Own if !queues.own.has_room(frame) => return Sent::Full,
+            Class::Own => &mut queues.own,
+            Class::Forwarded => {
+                while !queues.forwarded.has_room(frame) && queues.forwarded.pop().is_some() {
+                    displaced += 1;
+                }
+                &mut queues.forwarded
+            }
+        };
+        waiting.push(frame.clone());
+        drop(queues);
+        self.filled.notify_one();
+        Sent::Accepted { displaced }
+    }
+
+    /// Waits until there may be something to take.
+    pub(crate) async fn filled(&self) {
+        self.filled.notified().await;
+    }
+
+    /// Appends whole frames to `batch`, our own first, until it holds `enough` bytes.
+    pub(crate) fn take(&self, batch: &mut Vec<u8>, enough: usize) {
+        let mut queues = self.queues();
+        while batch.len() < enough {
+            let Some(frame) = queues.own.pop().or_else(|| queues.forwarded.pop()) else { return };
+            batch.extend_from_slice(frame.bytes());
+        }
+    }
+}
+
+impl Outlet for StreamQueue {
+    fn send(&self, frame: &Frame, _: Option<SystemId>, class: Class) -> Sent {
+        self.push(frame, class)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::heartbeat;
+
+    fn taken(queue: &StreamQueue, enough: usize) -> Vec<u8> {
+        let mut batch = Vec::new();
+        queue.take(&mut batch, enough);
+        batch
+    }
+
+    #[test]
+    fn a_closed_queue_refuses_and_keeps_nothing() {
+        let queue = StreamQueue::default();
+        assert_eq!(queue.push(&heartbeat(1, 1, 0), Class::Own), Sent::NobodyThere);
+        queue.open();
+        assert_eq!(queue.push(&heartbeat(1, 1, 0), Class::Own), Sent::Accepted { displaced: 0 });
+        queue.close();
+        queue.open();
+        assert!(taken(&queue, 1000).is_empty(), "a command of before the break is not sent after it");
+    }
+
+    #[test]
+    fn our_own_go_first() {
+        let queue = StreamQueue::default();
+        queue.open();
+        queue.push(&heartbeat(1, 1, 0), Class::Forwarded);
+        queue.push(&heartbeat(255, 190, 0), Class::Own);
+        let expected = [heartbeat(255, 190, 0).bytes(), heartbeat(1, 1, 0).bytes()].concat();
+        assert_eq!(taken(&queue, 1000), expected);
+    }
+
+    #[test]
+    fn overflow_drops_the_oldest_forwarded_and_refuses_our_own() {
+        let queue = StreamQueue::default();
+        queue.open();
+        let (mut displaced, mut refused) = (0, 0);
+        let each = heartbeat(1, 1, 0).bytes().len();
+        let room = QUEUE_BYTES / each;
+        for n in 0..room + 10 {
+            if let Sent::Accepted { displaced: more } = queue.push(&heartbeat(1, 1, n as u8), Class::Forwarded) {
+                displaced += more;
+            }
+            refused += usize::from(queue.push(&heartbeat(255, 190, n as u8), Class::Own) == Sent::Full);
+        }
+        assert_eq!((displaced, refused), (10, 10));
+        let all = taken(&queue, usize::MAX);
+        assert_eq!(all.len(), 2 * room * each);
+        assert_eq!(&all[room * each..(room + 1) * each], heartbeat(1, 1, 10).bytes(), "the oldest forwarded are gone");
+    }
+}

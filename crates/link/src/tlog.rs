@@ -1,0 +1,383 @@
+//! Owns the `.tlog` format: 8 bytes of big-endian microseconds since the UNIX epoch, then the raw frame, again and
+//! again. (Mission Planner, QGroundControl, MAVProxy and pymavlink write and read it; some of them take the lowest two
+//! bits of the time as the number of the link.)
+//!
+//! [`TlogReader`] reads a file of any condition: bytes that are no entry are skipped and counted, a torn end too.
+
+use std::io::{self, Read};
+
+use vencejo_proto::{Frame, FrameDecoder, MavVersion};
+
+/// Bytes of the time stamp.
+const STAMP_LEN: usize = 8;
+const STX_V1: u8 = 0xfe;
+const STX_V2: u8 = 0xfd;
+const IFLAG_SIGNED: u8 = 0x01;
+const SIGNATURE_LEN: usize = 13;
+/// The longest entry: a signed MAVLink 2 frame with 255 bytes of payload.
+const LONGEST_ENTRY: usize = STAMP_LEN + 10 + 255 + 2 + SIGNATURE_LEN;
+/// The length of a frame is known after so many of its bytes.
+const FRAME_START_LEN: usize = 10;
+
+/// One entry of a recording.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TlogEntry {
+    /// Microseconds since the UNIX epoch, as recorded.
+    pub unix_us: u64,
+    /// The frame.
+    pub frame: Frame,
+}
+
+/// What a reader could not use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SkippedBytes {
+    /// In the middle: damaged, or of another format.
+    pub garbage: u64,
+    /// At the end: the beginning of an entry that was never written out.
+    pub torn_tail: u64,
+}
+
+impl SkippedBytes {
+    /// Both.
+    pub fn total(self) -> u64 {
+        self.garbage + self.torn_tail
+    }
+}
+
+/// Reads entries from bytes that come in pieces.
+#[derive(Debug, Default)]
+pub struct TlogDecoder {
+    buffer: Vec<u8>,
+    /// Where the next entry may begin.
+    at: usize,
+    ended: bool,
+    /// Whether the entry before this place was a good one.
+    in_step: bool,
+    /// Checks one frame at a time.
+    checker: FrameDecoder,
+    skipped: SkippedBytes,
+}
+
+enum Candidate {
+    Entry(TlogEntry, usize),
+    Incomplete,
+    No,
+}
+
+impl TlogDecoder {
+    /// A decoder at the beginning of a recording.
+    pub fn new() -> Self {
+        Self { in_step: true, ..Self::default() }
+    }
+
+    /// Takes in the next bytes. Call [`Self::next_entry`] until it returns `None` before the next push.
+    pub fn push(&mut self, bytes: &[u8]) {
+        self.buffer.drain(..self.at);
+        self.at = 0;
+        self.buffer.extend_from_slice(bytes);
+    }
+
+    /// Says that nothing more will come.
+    pub fn finish(&mut self) {
+        self.ended = true;
+    }
+
+    /// The next entry. `None` when more bytes are needed or, after [`Self::finish`], at the end.
+    pub fn next_entry(&mut self) -> Option<TlogEntry> {
+        loop {
+            match self.candidate() {
+                Candidate::Entry(entry, len) => {
+                    self.at += len;
+                    self.in_step = true;
+                    return Some(entry);
+                }
+                Candidate::Incomplete if !self.ended => return None,
+                Candidate::Incomplete => {
+                    let left = self.buffer.len() - self.at;
+                    if left == 0 {
+                        return None;
+                    }
+                    // A torn end, or garbage that looks like the beginning of an entry and hides the last good ones.
+                    if !self.holds_entry_after(1) {
+                        self.skipped.torn_tail += left as u64;
+                        self.at = self.buffer.len();
+                        return None;
+                    }
+                    self.skip();
+                }
+                Candidate::No => self.skip(),
+            }
+        }
+    }
+
+    /// What could not be used so far.
+    pub fn skipped(&self) -> SkippedBytes {
+        self.skipped
+    }
+
+    fn skip(&mut self) {
+        self.at += 1;
+        self.skipped.garbage += 1;
+        self.in_step = false;
+    }
+
+    fn holds_entry_after(&mut self, offset: usize) -> bool {
+        let (at, in_step) = (self.at, self.in_step);
+        self.in_step = false;
+        let found = (at + offset..self.buffer.len()).any(|candidate| {
+            self.at = candidate;
+            matches!(self.candidate(), Candidate::Entry(..))
+        });
+        (self.at, self.in_step) = (at, in_step);
+        found
+    }
+
+    fn candidate(&mut self) -> Candidate {
+        let rest = &self.buffer[self.at..];
+        match rest.get(STAMP_LEN) {
+            None => return Candidate::Incomplete,
+            Some(&STX_V1 | &STX_V2) => {}
+            Some(_) => return Candidate::No,
+        }
+        let Some(len) = frame_len(&rest[STAMP_LEN..]) else { return Candidate::Incomplete };
+        let Some(bytes) = rest.get(STAMP_LEN..STAMP_LEN + len) else { return Candidate::Incomplete };
+        self.checker.push(bytes);
+        let frame = match self.checker.next_frame() {
+            Some(frame) if frame.bytes().len() == len => frame,
+            _ => {
+                self.checker = FrameDecoder::new();
+                return Candidate::No;
+            }
+        };
+        // Nothing vouches for a message that the dialect does not have but its place among others.
+        let follows = rest.get(STAMP_LEN + len + STAMP_LEN).is_none_or(|byte| matches!(*byte, STX_V1 | STX_V2));
+        let vouched_for = frame.is_known() || (self.in_step && follows);
+        if !vouched_for {
+            return Candidate::No;
+        }
+        let mut stamp = [0; STAMP_LEN];
+        stamp.copy_from_slice(&rest[..STAMP_LEN]);
+        Candidate::Entry(TlogEntry { unix_us: u64::from_be_bytes(stamp), frame }, STAMP_LEN + len)
+    }
+}
+
+/// The length of a frame from its first bytes; `None` while there are too few.
+fn frame_len(bytes: &[u8]) -> Option<usize> {
+    match *bytes {
+        [STX_V1, payload, ..] => Some(6 + usize::from(payload) + 2),
+        [STX_V2, payload, flags, ..] => {
+            let signature = if flags & IFLAG_SIGNED != 0 { SIGNATURE_LEN } else { 0 };
+            Some(FRAME_START_LEN + usize::from(payload) + 2 + signature)
+        }
+        _ => None,
+    }
+}
+
+/// Reads a recording, entry by entry.
+///
+/// ```
+/// use vencejo_link::TlogReader;
+/// # fn main() -> std::io::Result<()> {
+/// let bytes: &[u8] = b"not a recording";
+/// let mut reader = TlogReader::new(bytes);
+/// assert_eq!(reader.by_ref().count(), 0);
+/// assert_eq!(reader.skipped().total(), 15);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct TlogReader<R> {
+    source: R,
+    decoder: TlogDecoder,
+    ended: bool,
+}
+
+impl<R: Read> TlogReader<R> {
+    /// Reads from `source`, in large pieces: it needs no buffer of its own.
+    pub fn new(source: R) -> Self {
+        Self { source, decoder: TlogDecoder::new(), ended: false }
+    }
+
+    /// What could not be used so far.
+    pub fn skipped(&self) -> SkippedBytes {
+        self.decoder.skipped()
+    }
+}
+
+impl<R: Read> Iterator for TlogReader<R> {
+    type Item = io::Result<TlogEntry>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(entry) = self.decoder.next_entry() {
+                return Some(Ok(entry));
+            }
+            if self.ended {
+                return None;
+            }
+            let mut piece = [0; 8 * 1024];
+            match self.source.read(&mut piece) {
+                Ok(0) => {
+                    self.ended = true;
+                    self.decoder.finish();
+                }
+                Ok(count) => self.decoder.push(&piece[..count]),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => {
+                    self.ended = true;
+                    self.decoder.finish();
+                    return Some(Err(error));
+                }
+            }
+        }
+    }
+}
+
+/// Appends an entry to `out`. A signature is taken off: with many signatures of known frames a key can be searched for,
+/// and a signed frame could be replayed. The frame stays valid: its signed flag is cleared and its checksum computed anew.
+pub fn write_entry(out: &mut Vec<u8>, unix_us: u64, frame: &Frame) {
+    out.reserve(LONGEST_ENTRY);
+    out.extend_from_slice(&unix_us.to_be_bytes());
+    if !frame.is_signed() {
+        out.extend_from_slice(frame.bytes());
+        return;
+    }
+    debug_assert_eq!(frame.version(), MavVersion::V2);
+    let start = out.len();
+    let unsigned = &frame.bytes()[..frame.bytes().len() - SIGNATURE_LEN];
+    out.extend_from_slice(unsigned);
+    let end = out.len() - 2;
+    let checksum = u16::from_le_bytes([out[end], out[end + 1]]);
+    // The checksum ends with a seed that depends on the message id. It follows from the checksum that was there, so
+    // messages that we do not know stay valid too.
+    let seed = (0..=u8::MAX).find(|seed| crc_accumulate(crc(&out[start + 1..end]), *seed) == checksum);
+    out[start + 2] &= !IFLAG_SIGNED;
+    if let Some(seed) = seed {
+        let renewed = crc_accumulate(crc(&out[start + 1..end]), seed);
+        out[end..].copy_from_slice(&renewed.to_le_bytes());
+    }
+}
+
+/// CRC-16/MCRF4XX (mavlink.io, "Checksum").
+fn crc(bytes: &[u8]) -> u16 {
+    bytes.iter().fold(0xffff, |crc, byte| crc_accumulate(crc, *byte))
+}
+
+fn crc_accumulate(crc: u16, byte: u8) -> u16 {
+    let mut tmp = byte ^ (crc as u8);
+    tmp ^= tmp << 4;
+    (crc >> 8) ^ (u16::from(tmp) << 8) ^ (u16::from(tmp) << 3) ^ (u16::from(tmp) >> 4)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::rngs::StdRng;
+    use rand::{Rng, SeedableRng};
+
+    use super::*;
+    use crate::testing::{heartbeat, signed, unknown};
+
+    fn recording(count: u8) -> (Vec<u8>, Vec<TlogEntry>) {
+        let mut bytes = Vec::new();
+        let entries: Vec<_> = (0..count)
+            .map(|n| {
+                let frame = if n % 5 == 4 { unknown(9, 9, n) } else { heartbeat(1, 1, n) };
+                TlogEntry { unix_us: 1_700_000_000_000_000 + u64::from(n) * 1000, frame }
+            })
+            .collect();
+        for entry in &entries {
+            write_entry(&mut bytes, entry.unix_us, &entry.frame);
+        }
+        (bytes, entries)
+    }
+
+    fn read(bytes: &[u8]) -> (Vec<TlogEntry>, SkippedBytes) {
+        let mut reader = TlogReader::new(bytes);
+        let entries = reader.by_ref().map(Result::unwrap).collect();
+        (entries, reader.skipped())
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let (bytes, entries) = recording(100);
+        assert_eq!(read(&bytes), (entries, SkippedBytes::default()));
+    }
+
+    #[test]
+    fn a_torn_tail_costs_the_last_entry_only() {
+        let (bytes, entries) = recording(6);
+        let last = STAMP_LEN + entries[5].frame.bytes().len();
+        for cut in 1..last {
+            let (found, skipped) = read(&bytes[..bytes.len() - cut]);
+            assert_eq!(found, entries[..5], "cut {cut}");
+            assert_eq!(skipped, SkippedBytes { garbage: 0, torn_tail: (last - cut) as u64 });
+        }
+    }
+
+    #[test]
+    fn garbage_is_skipped_and_counted() {
+        let (bytes, entries) = recording(9);
+        let split = bytes.len() / 3;
+        let at =
+            (0..).find(|at| *at >= split && bytes[at + STAMP_LEN] == STX_V2 && bytes[at + STAMP_LEN + 1] == 9).unwrap();
+        let mut random = StdRng::seed_from_u64(7);
+        for len in [1, 7, 8, 9, 100, 5000] {
+            let noise: Vec<u8> = (0..len).map(|_| random.random()).collect();
+            let damaged = [&bytes[..at], &noise, &bytes[at..]].concat();
+            let (found, skipped) = read(&damaged);
+            assert_eq!(found, entries, "{len} bytes of noise");
+            assert_eq!(skipped.total(), len as u64);
+        }
+    }
+
+    #[test]
+    fn noise_holds_no_entries() {
+        let mut random = StdRng::seed_from_u64(8);
+        let noise: Vec<u8> = (0..1 << 18).map(|_| random.random()).collect();
+        let (found, skipped) = read(&noise);
+        assert_eq!(found.len(), 0);
+        assert_eq!(skipped.total(), 1 << 18);
+    }
+
+    #[test]
+    fn a_whole_flight_is_read_from_every_piece_size() {
+        let bytes = include_bytes!("../../../tests/fixtures/captures/fence-and-rally-upload.tlog");
+        let (entries, skipped) = read(bytes);
+        assert!(entries.len() > 50, "{}", entries.len());
+        assert_eq!(skipped, SkippedBytes::default());
+        for size in [1, 3, 64, 1000] {
+            let mut decoder = TlogDecoder::new();
+            let mut found = Vec::new();
+            for piece in bytes.chunks(size) {
+                decoder.push(piece);
+                found.extend(std::iter::from_fn(|| decoder.next_entry()));
+            }
+            decoder.finish();
+            assert_eq!(decoder.next_entry(), None);
+            assert_eq!(found, entries, "pieces of {size}");
+        }
+        let mut again = Vec::new();
+        for entry in &entries {
+            write_entry(&mut again, entry.unix_us, &entry.frame);
+        }
+        assert_eq!(again, bytes, "and written it is the same");
+    }
+
+    #[test]
+    fn signatures_are_taken_off_and_frames_stay_valid() {
+        for plain in [heartbeat(1, 1, 3), unknown(1, 1, 3)] {
+            let frame = signed(&plain);
+            assert!(frame.is_signed());
+            let mut bytes = Vec::new();
+            write_entry(&mut bytes, 5, &frame);
+            let (entries, skipped) = read(&bytes);
+            assert_eq!(skipped.total(), 0);
+            assert_eq!(entries.len(), 1);
+            assert!(!entries[0].frame.is_signed());
+            assert_eq!(entries[0].frame.payload(), plain.payload());
+            if plain.is_known() {
+                assert_eq!(entries[0].frame, plain);
+            }
+        }
+    }
+}
