@@ -1,0 +1,262 @@
+//! Tests of the checks: each finding once provoked, and a sound plan that gives none.
+
+use proptest::prelude::*;
+use vencejo_proto::MissionSeq;
+
+use super::*;
+use crate::geodesy::direct;
+use crate::plan::{Fence, MavFrame, Mission, Rally, RallyPoint};
+
+const HOME: Home = Home { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 600.0 };
+
+fn at(bearing_deg: f64, distance_m: f64) -> GeoPoint {
+    direct(HOME.point().unwrap(), bearing_deg, distance_m)
+}
+
+fn waypoint(bearing_deg: f64, distance_m: f64, alt_m: f64) -> MissionItem {
+    let point = at(bearing_deg, distance_m);
+    MissionItem::waypoint(point.lat_deg(), point.lon_deg(), alt_m)
+}
+
+/// A sound mission: up, round, and down on a slope of 7.5 %. Indices of `sound`: 0 take-off, 1 to 3
+/// waypoints, 4 start of landing, 5 approach, 6 landing.
+fn sound() -> Vec<MissionItem> {
+    let takeoff = at(270.0, 300.0);
+    let touch_down = at(90.0, 60.0);
+    vec![
+        MissionItem::takeoff(takeoff.lat_deg(), takeoff.lon_deg(), 60.0, 12.0),
+        waypoint(270.0, 700.0, 80.0),
+        waypoint(0.0, 700.0, 100.0),
+        waypoint(90.0, 1_400.0, 70.0),
+        MissionItem::land_start(0.0, 0.0, 0.0),
+        waypoint(90.0, 600.0, 40.0),
+        MissionItem::land(touch_down.lat_deg(), touch_down.lon_deg(), 0.0),
+    ]
+}
+
+fn context() -> CheckContext {
+    CheckContext { position: Some(HOME.point().unwrap()), on_ground: Some(true), ..CheckContext::default() }
+}
+
+fn plan(items: Vec<MissionItem>) -> Plan {
+    Plan::from_mission(Mission { home: Some(HOME), items })
+}
+
+fn found(plan: &Plan) -> Vec<(FindingCode, Severity, Option<usize>)> {
+    check_plan(plan, &context()).into_iter().map(|f| (f.code, f.severity, f.item)).collect()
+}
+
+/// Changes the sound mission and expects exactly one finding.
+fn check(change: impl FnOnce(&mut Vec<MissionItem>), code: FindingCode, severity: Severity, item: Option<usize>) {
+    let mut items = sound();
+    change(&mut items);
+    assert_eq!(found(&plan(items)), [(code, severity, item)]);
+}
+
+#[test]
+fn a_sound_plan_has_no_findings() {
+    assert_eq!(check_plan(&plan(sound()), &context()), []);
+}
+
+#[test]
+fn the_recorded_mission_is_accepted() {
+    // captures/mission-upload-items.tlog, which a real ArduPlane flew
+    let flown = "QGC WPL 110\n\
+        0 1 0 16 0 0 0 0 40.3332 -3.7978 600 1\n1 0 3 22 12 0 0 0 40.3332 -3.8013352 60 1\n\
+        2 0 3 16 0 0 0 0 40.3332 -3.806049 80 1\n3 0 3 16 0 0 0 0 40.3376915 -3.8084058 100 1\n\
+        4 0 3 16 0 0 0 0 40.3412848 -3.8013352 100 1\n5 0 3 16 0 0 0 0 40.3394881 -3.7919078 90 1\n\
+        6 0 3 16 0 0 0 0 40.3332 -3.7883725 80 1\n7 0 3 18 1 0 80 1 40.330505 -3.7907294 80 1\n\
+        8 0 3 178 0 14 -1 0 0 0 0 1\n9 0 3 189 0 0 0 0 40.3323016 -3.7871941 60 1\n\
+        10 0 3 16 0 0 0 0 40.3332 -3.7901401 40 1\n11 0 3 21 0 0 0 1 40.3332 -3.7970929 0 1\n";
+    let mission = crate::formats::read_waypoints(flown.as_bytes()).unwrap();
+    assert_eq!(check_plan(&Plan::from_mission(mission), &context()), []);
+}
+
+#[test]
+fn values_and_commands() {
+    use FindingCode::*;
+    use Severity::{Error, Warning};
+    check(|items| items[1].params[4] = Some(f64::NAN), BadValue, Error, Some(1));
+    check(|items| items[2].params[6] = Some(90_000.0), BadValue, Error, Some(2));
+    check(|items| items[2].frame = MavFrame::Other(1), BadValue, Error, Some(2));
+    check(|items| items.insert(2, MissionItem::action(Command(82), [0.0; 4])), UnsupportedCommand, Error, Some(2));
+    check(|items| items.insert(2, MissionItem::action(Command(5001), [0.0; 4])), UnsupportedCommand, Error, Some(2));
+    check(|items| items.insert(2, MissionItem::action(Command(9999), [0.0; 4])), UnsupportedCommand, Error, Some(2));
+    check(
+        |items| items.insert(2, MissionItem::action(Command::CONDITION_YAW, [0.0; 4])),
+        IgnoredCommand,
+        Warning,
+        Some(2),
+    );
+    check(
+        |items| items.insert(2, MissionItem::action(Command::DO_VTOL_TRANSITION, [3.0, 0.0, 0.0, 0.0])),
+        IgnoredCommand,
+        Warning,
+        Some(2),
+    );
+    check(|items| items[1].params[1] = Some(300.0), ParamOutOfRange, Error, Some(1));
+    check(|items| items[1].params[1] = Some(2.5), ParamChanged, Warning, Some(1));
+    check(|items| items[1].params[0] = Some(10.0), ParamChanged, Warning, Some(1));
+    check(|items| items[1].params[6] = None, MissingPosition, Error, Some(1));
+}
+
+#[test]
+fn places() {
+    use FindingCode::*;
+    use Severity::{Error, Warning};
+    let moved = |index: usize, point: GeoPoint| {
+        move |items: &mut Vec<MissionItem>| {
+            items[index].params[4] = Some(point.lat_deg());
+            items[index].params[5] = Some(point.lon_deg());
+        }
+    };
+    check(|items| items[2].params[4..6].fill(Some(0.0)), ZeroCoordinates, Error, Some(2));
+    check(|items| items[2].params[4..6].fill(None), MissingPosition, Error, Some(2));
+    check(moved(2, at(0.0, 21_000.0)), FarFromHome, Warning, Some(2));
+    check(moved(1, at(0.0, 6_000.0)), FarFirst, Warning, Some(1));
+    check(moved(2, at(270.0, 730.0)), ShortLeg, Warning, Some(2));
+    check(|items| items[2].params[6] = Some(0.0), BelowHome, Warning, Some(2));
+    check(
+        |items| {
+            items[2].frame = MavFrame::Global;
+            items[2].params[6] = Some(599.0);
+        },
+        BelowHome,
+        Warning,
+        Some(2),
+    );
+    check(|items| items[0].params[6] = Some(0.0), TakeoffTooLow, Error, Some(0));
+}
+
+#[test]
+fn beginning_and_end() {
+    use FindingCode::*;
+    use Severity::{Error, Warning};
+    check(|items| drop(items.remove(0)), NoTakeoff, Error, Some(0));
+    check(|items| items.truncate(4), NoLanding, Warning, Some(3));
+    check(|items| items.push(waypoint(0.0, 900.0, 80.0)), ItemsAfterLanding, Warning, Some(6));
+    check(|items| items[6] = MissionItem::return_to_launch(), LandStartWithoutLanding, Error, Some(4));
+    check(|items| items[5].params[6] = Some(80.0), SteepApproach, Warning, Some(6));
+    check(|items| items[5].params[6] = Some(0.5), FlatApproach, Warning, Some(6));
+
+    let mut items = sound();
+    items.remove(0);
+    let in_the_air = CheckContext { on_ground: Some(false), ..context() };
+    assert_eq!(check_plan(&plan(items), &in_the_air), []);
+    let mut two_landings = sound();
+    two_landings.extend_from_slice(&sound()[4..]);
+    assert_eq!(found(&plan(two_landings)), []);
+}
+
+#[test]
+fn jumps() {
+    use FindingCode::*;
+    use Severity::{Error, Warning};
+    let insert = |target, repeats| {
+        move |items: &mut Vec<MissionItem>| items.insert(4, MissionItem::jump(MissionSeq(target), repeats))
+    };
+    let mut items = sound();
+    insert(2, 3)(&mut items);
+    assert_eq!(found(&plan(items)), []);
+    check(insert(0, 1), JumpTarget, Error, Some(4));
+    check(insert(99, 1), JumpTarget, Error, Some(4));
+    check(insert(2, -1), EndlessJump, Warning, Some(4));
+    check(insert(5, 2), IdleJump, Error, Some(4));
+    check(
+        |items| items.insert(4, MissionItem::action(Command::DO_JUMP_TAG, [3.0, 1.0, 0.0, 0.0])),
+        JumpTarget,
+        Error,
+        Some(4),
+    );
+    check(
+        |items| (0..16).for_each(|_| items.insert(4, MissionItem::jump(MissionSeq(2), 1))),
+        TooManyJumps,
+        Warning,
+        None,
+    );
+}
+
+#[test]
+fn sizes() {
+    assert_eq!(found(&Plan::default()), [(FindingCode::EmptyMission, Severity::Error, None)]);
+    let rally =
+        Rally { points: vec![RallyPoint { point: at(0.0, 100.0), alt_m: 60.0, frame: MavFrame::GlobalRelativeAlt }] };
+    let rally_alone = Plan { rally, ..Plan::default() };
+    assert_eq!(found(&rally_alone), [(FindingCode::EmptyMission, Severity::Warning, None)]);
+    let mut items = sound();
+    let more = std::iter::repeat_n(waypoint(0.0, 700.0, 100.0), 650);
+    items.splice(2..2, more);
+    assert_eq!(found(&plan(items)), [(FindingCode::TooManyItems, Severity::Error, None)]);
+}
+
+#[test]
+fn fences() {
+    use FindingCode::{BadFence, BadRally, LegCrossesFence, OutsideFence};
+    let circle = |inclusion, center, radius_m| FenceZone { inclusion, shape: FenceShape::Circle { center, radius_m } };
+    let square = |inclusion, center: GeoPoint, half_deg: f64| FenceZone {
+        inclusion,
+        shape: FenceShape::Polygon {
+            vertices: [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)]
+                .map(|(lat, lon)| {
+                    GeoPoint::new(center.lat_deg() + lat * half_deg, center.lon_deg() + lon * half_deg).unwrap()
+                })
+                .to_vec(),
+        },
+    };
+    let home = HOME.point().unwrap();
+    let fenced = |zone: FenceZone| Plan { fence: Fence { zones: vec![zone], return_point: None }, ..plan(sound()) };
+    let codes = |zone| found(&fenced(zone)).into_iter().map(|(code, _, item)| (code, item)).collect::<Vec<_>>();
+    assert_eq!(codes(circle(true, home, 2_000.0)), []);
+    assert_eq!(codes(square(true, home, 0.05)), []);
+    assert_eq!(codes(circle(true, home, 1_000.0)), [(OutsideFence, Some(3))]);
+    assert_eq!(codes(square(true, home, 0.01)), [(OutsideFence, Some(3))]);
+    // on the leg from item 1 (west) to item 2 (north)
+    let middle = at(315.0, 495.0);
+    assert_eq!(codes(circle(false, middle, 50.0)), [(LegCrossesFence, Some(2))]);
+    assert_eq!(codes(square(false, middle, 0.0005)), [(LegCrossesFence, Some(2))]);
+    assert_eq!(codes(circle(false, at(180.0, 500.0), 50.0)), []);
+    assert_eq!(codes(circle(true, at(0.0, 5_000.0), 1_000.0))[0], (OutsideFence, None));
+    assert_eq!(codes(circle(true, home, 0.0)), [(BadFence, None)]);
+
+    let mut low = plan(sound());
+    low.rally.points = vec![RallyPoint { point: home, alt_m: -5.0, frame: MavFrame::GlobalRelativeAlt }];
+    assert_eq!(found(&low), [(BadRally, Severity::Warning, None)]);
+    low.rally.points[0].alt_m = 40_000.0;
+    assert_eq!(found(&low), [(BadRally, Severity::Error, None)]);
+}
+
+#[test]
+fn messages_call_items_by_their_seq_and_say_what_to_do() {
+    let mut items = sound();
+    items[2].params[4..6].fill(Some(0.0));
+    let findings = check_plan(&plan(items), &context());
+    assert!(has_errors(&findings));
+    assert_eq!(findings[0].to_string(), "item 3 (NAV_WAYPOINT) lies at 0/0, in the Atlantic: place it on the map");
+}
+
+#[test]
+fn codes_are_unique() {
+    let texts: HashSet<_> = FindingCode::ALL.iter().map(|code| code.as_str()).collect();
+    assert_eq!(texts.len(), FindingCode::ALL.len());
+}
+
+proptest! {
+    #[test]
+    fn any_plan_is_checked(
+        items in prop::collection::vec(
+            (any::<u16>().prop_map(|n| n % 260), any::<u8>(), prop::array::uniform7(prop::option::of(any::<f64>()))),
+            0..60,
+        ),
+    ) {
+        let items: Vec<_> = items.into_iter().map(|(command, frame, params)| MissionItem {
+            command: Command(command), frame: frame.into(), params, autocontinue: true,
+        }).collect();
+        let plan = plan(items);
+        // whatever the checks let through can be sent
+        if !has_errors(&check_plan(&plan, &context())) {
+            let wire = plan.mission.to_wire(vencejo_proto::Address::new(1, 1), true);
+            prop_assert!(wire.is_ok());
+        }
+        let _ = crate::progress::mission_length_m(&plan.mission, &crate::progress::ProgressOptions::default());
+    }
+}

@@ -1,0 +1,305 @@
+//! How far and how long a mission still is.
+//!
+//! The route is walked item by item as ArduPlane would fly it: legs are geodesics, circles count with their
+//! circumference, jumps are followed. What cannot be known is `None`, never a guess at zero.
+
+use std::collections::HashMap;
+
+use crate::geodesy::{GeoPoint, distance_m};
+use crate::plan::{Command, MavFrame, Mission, MissionItem};
+
+/// Ground speed below which no time is given, metres per second: the plane stands or hangs in the wind.
+pub const MIN_GROUND_SPEED_M_S: f64 = 1.0;
+
+/// Most items that a walk visits, repeats of jumps included; a longer mission has no known length.
+const MAX_STEPS: usize = 100_000;
+
+/// What the walk must know of the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProgressOptions {
+    /// Radius of circles that give none, metres. Default 60 (`WP_LOITER_RAD` of ArduPlane).
+    pub loiter_radius_m: f64,
+    /// Speed of climb and descent in a loiter-to-height, metres per second. Default 2.5.
+    pub climb_rate_m_s: f64,
+}
+
+impl Default for ProgressOptions {
+    fn default() -> Self {
+        Self { loiter_radius_m: 60.0, climb_rate_m_s: 2.5 }
+    }
+}
+
+/// What is left of a mission.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Remaining {
+    /// Distance to the end of the mission, metres. `None` when it has no end (a jump for ever), needs a
+    /// home that is unknown, or holds an item of unknown length.
+    pub distance_m: Option<f64>,
+    /// Time to the end, seconds. `None` when the distance is, or without ground speed.
+    pub time_s: Option<f64>,
+    /// Distance to the current destination, metres. `None` when there is none.
+    pub leg_m: Option<f64>,
+}
+
+/// What is left from a position, with the item in execution at `current_index` of `mission.items` (on
+/// ArduPilot the seq of `MISSION_CURRENT` minus 1).
+///
+/// The mission ends at its first landing, at a loiter without end, at a return to launch, or after its last
+/// item. Repeats of jumps that are already flown are not known and count as still to come; so do the turns
+/// and the time of the loiter in execution. A take-off counts no distance: its place is not flown to.
+/// Changes of speed on the way are taken as ground speeds.
+#[must_use]
+pub fn remaining(
+    mission: &Mission,
+    current_index: usize,
+    position: GeoPoint,
+    ground_speed_m_s: Option<f64>,
+    options: &ProgressOptions,
+) -> Remaining {
+    let leg_m = destination(mission, current_index).map(|point| distance_m(position, point));
+    let Some((distance_m, time_s)) = walk(mission, current_index, position, ground_speed_m_s, options) else {
+        return Remaining { leg_m, ..Remaining::default() };
+    };
+    Remaining { distance_m: Some(distance_m), time_s, leg_m }
+}
+
+/// Length of a whole mission from home, or from its first destination when home is unknown; metres.
+/// `None` as in [`Remaining::distance_m`], and for a mission without destination.
+#[must_use]
+pub fn mission_length_m(mission: &Mission, options: &ProgressOptions) -> Option<f64> {
+    let home = mission.home.and_then(|home| home.point().ok());
+    let start = home.or_else(|| mission.items.iter().find_map(target))?;
+    walk(mission, 0, start, None, options).map(|(distance_m, _)| distance_m)
+}
+
+/// Where the plane flies to at an item: its own place, or that of the next item that has one.
+fn destination(mission: &Mission, index: usize) -> Option<GeoPoint> {
+    for item in mission.items.get(index..)? {
+        if let Some(point) = target(item) {
+            return Some(point);
+        }
+        if item.command == Command::NAV_RETURN_TO_LAUNCH {
+            return mission.home?.point().ok();
+        }
+        if item.command == Command::DO_JUMP || item.command == Command::DO_JUMP_TAG {
+            return None;
+        }
+    }
+    None
+}
+
+/// The place of an item that a plane flies to.
+pub(crate) fn target(item: &MissionItem) -> Option<GeoPoint> {
+    if item.command.is_destination() { item.point() } else { None }
+}
+
+/// Height above mean sea level of an item with a position, metres; `None` above terrain or without home.
+pub(crate) fn alt_amsl_m(item: &MissionItem, home_alt_amsl_m: Option<f64>) -> Option<f64> {
+    let alt_m = item.alt_m()?;
+    match item.frame {
+        MavFrame::Global | MavFrame::Mission => Some(alt_m),
+        MavFrame::GlobalRelativeAlt => home_alt_amsl_m.map(|home_m| home_m + alt_m),
+        MavFrame::GlobalTerrainAlt | MavFrame::Other(_) => None,
+    }
+}
+
+/// Distance and time along the mission; `None` when the distance is unknown.
+fn walk(
+    mission: &Mission,
+    start_index: usize,
+    start: GeoPoint,
+    ground_speed_m_s: Option<f64>,
+    options: &ProgressOptions,
+) -> Option<(f64, Option<f64>)> {
+    let home_alt_amsl_m = mission.home.map(|home| home.alt_amsl_m);
+    let mut point = start;
+    let mut alt_m = None;
+    let mut speed_m_s = ground_speed_m_s.filter(|speed| *speed >= MIN_GROUND_SPEED_M_S);
+    let mut distance_total_m = 0.0;
+    let mut time_total_s = Some(0.0);
+    let mut repeats_left: HashMap<usize, u32> = HashMap::new();
+    let mut index = start_index;
+
+    for _ in 0..MAX_STEPS {
+        let Some(item) = mission.items.get(index) else {
+            return Some((distance_total_m, time_total_s));
+        };
+        index += 1;
+        let mut way_m = 0.0;
+        let mut wait_s = 0.0;
+        let mut ends = false;
+        if let Some(place) = target(item) {
+            way_m = distance_m(point, place);
+            point = place;
+        }
+        match item.command {
+            Command::NAV_RETURN_TO_LAUNCH => {
+                way_m = distance_m(point, mission.home?.point().ok()?);
+                ends = true;
+            }
+            Command::NAV_LAND | Command::NAV_VTOL_LAND | Command::NAV_LOITER_UNLIM => ends = true,
+            Command::NAV_LOITER_TURNS => {
+                let radius_m = item.param(3).map(f64::abs).filter(|radius| *radius > 0.0);
+                let radius_m = radius_m.unwrap_or(options.loiter_radius_m);
+                way_m += item.param(1).unwrap_or(0.0).max(0.0) * std::f64::consts::TAU * radius_m;
+            }
+            Command::NAV_LOITER_TIME | Command::NAV_DELAY => {
+                wait_s = item.param(1).unwrap_or(0.0).max(0.0);
+            }
+            Command::NAV_SCRIPT_TIME => wait_s = item.param(2).unwrap_or(0.0).max(0.0),
+            Command::NAV_LOITER_TO_ALT => {
+                let change_m = alt_amsl_m(item, home_alt_amsl_m)
+                    .zip(alt_m)
+                    .map_or(0.0, |(to_m, from_m): (f64, f64)| (to_m - from_m).abs());
+                if options.climb_rate_m_s > 0.0 {
+                    let climb_s = change_m / options.climb_rate_m_s;
+                    // it climbs on the leg already
+                    wait_s = speed_m_s.map_or(0.0, |speed| (climb_s - way_m / speed).max(0.0));
+                }
+            }
+            Command::NAV_CONTINUE_AND_CHANGE_ALT | Command::NAV_ALTITUDE_WAIT => return None,
+            Command::DO_CHANGE_SPEED => {
+                let kind = item.param(1).unwrap_or(0.0);
+                if let Some(speed) = item.param(2).filter(|v| *v >= MIN_GROUND_SPEED_M_S && kind < 2.0) {
+                    speed_m_s = speed_m_s.map(|_| speed);
+                }
+            }
+            Command::DO_JUMP | Command::DO_JUMP_TAG => {
+                let to = jump_index(mission, item)?;
+                let repeats = item.param(2).unwrap_or(0.0);
+                if repeats < 0.0 {
+                    return None; // for ever
+                }
+                let left = repeats_left.entry(index).or_insert(repeats as u32);
+                if *left > 0 {
+                    *left -= 1;
+                    index = to;
+                }
+                continue;
+            }
+            _ => {}
+        }
+        alt_m = alt_amsl_m(item, home_alt_amsl_m).or(alt_m);
+        distance_total_m += way_m + speed_m_s.map_or(0.0, |speed| speed * wait_s);
+        time_total_s = time_total_s.zip(speed_m_s).map(|(time_s, speed)| time_s + way_m / speed + wait_s);
+        if ends {
+            return Some((distance_total_m, time_total_s));
+        }
+    }
+    None
+}
+
+/// Index in `mission.items` of the target of a jump; `None` when there is no such item.
+pub(crate) fn jump_index(mission: &Mission, jump: &MissionItem) -> Option<usize> {
+    let target = jump.param(1).filter(|target| target.fract() == 0.0 && *target >= 0.0)?;
+    if jump.command == Command::DO_JUMP_TAG {
+        return mission
+            .items
+            .iter()
+            .position(|item| item.command == Command::JUMP_TAG && item.param(1) == Some(target));
+    }
+    // seq 0 is home
+    let index = (target as usize).checked_sub(1)?;
+    (index < mission.items.len()).then_some(index)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geodesy::direct;
+    use crate::plan::Home;
+    use vencejo_proto::MissionSeq;
+
+    const HOME: Home = Home { lat_deg: 40.0, lon_deg: -3.0, alt_amsl_m: 600.0 };
+
+    fn north(distance_m: f64) -> (f64, f64) {
+        let point = direct(HOME.point().unwrap(), 0.0, distance_m);
+        (point.lat_deg(), point.lon_deg())
+    }
+
+    fn waypoint(distance_m: f64) -> MissionItem {
+        let (lat_deg, lon_deg) = north(distance_m);
+        MissionItem::waypoint(lat_deg, lon_deg, 100.0)
+    }
+
+    fn check(items: Vec<MissionItem>, expected: Option<(f64, f64)>) {
+        let mission = Mission { home: Some(HOME), items };
+        let found = remaining(&mission, 0, HOME.point().unwrap(), Some(10.0), &ProgressOptions::default());
+        match expected {
+            None => assert_eq!((found.distance_m, found.time_s), (None, None)),
+            Some((distance_m, time_s)) => {
+                assert!((found.distance_m.unwrap() - distance_m).abs() < 0.01, "{found:?}");
+                assert!((found.time_s.unwrap() - time_s).abs() < 0.01, "{found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn legs_add_up_and_the_landing_ends() {
+        let (lat_deg, lon_deg) = north(500.0);
+        let land = MissionItem::land(lat_deg, lon_deg, 0.0);
+        check(vec![waypoint(1_000.0), waypoint(2_000.0), land, waypoint(9_000.0)], Some((3_500.0, 350.0)));
+        check(vec![], Some((0.0, 0.0)));
+    }
+
+    #[test]
+    fn a_take_off_counts_nothing_and_a_return_counts_to_home() {
+        let takeoff = MissionItem::takeoff(41.0, -3.0, 50.0, 12.0);
+        check(vec![takeoff, waypoint(1_000.0), MissionItem::return_to_launch()], Some((2_000.0, 200.0)));
+    }
+
+    #[test]
+    fn circles_and_waiting_count() {
+        let (lat_deg, lon_deg) = north(1_000.0);
+        let turns = MissionItem::loiter_turns(lat_deg, lon_deg, 100.0, 2.0, -50.0);
+        let circles_m = 2.0 * std::f64::consts::TAU * 50.0;
+        check(vec![turns], Some((1_000.0 + circles_m, (1_000.0 + circles_m) / 10.0)));
+        let time = MissionItem::loiter_time(lat_deg, lon_deg, 100.0, 30.0, true);
+        check(vec![time], Some((1_300.0, 130.0)));
+        let unlimited = MissionItem::loiter_unlimited(lat_deg, lon_deg, 100.0, 0.0);
+        check(vec![unlimited, waypoint(5_000.0)], Some((1_000.0, 100.0)));
+        // 300 m up at 2.5 m/s are 120 s, of which 10 pass on the leg of 100 m
+        let (lat_deg, lon_deg) = north(1_100.0);
+        let to_alt = MissionItem::loiter_to_alt(lat_deg, lon_deg, 400.0, 60.0);
+        check(vec![waypoint(1_000.0), to_alt], Some((2_200.0, 220.0)));
+    }
+
+    #[test]
+    fn jumps_are_followed() {
+        let lap = |repeats| vec![waypoint(1_000.0), waypoint(2_000.0), MissionItem::jump(MissionSeq(1), repeats)];
+        check(lap(0), Some((2_000.0, 200.0)));
+        check(lap(2), Some((6_000.0, 600.0)));
+        check(lap(-1), None);
+        check(vec![MissionItem::jump(MissionSeq(9), 1)], None);
+        // nothing but jumps ends too
+        check(vec![MissionItem::jump(MissionSeq(1), 32_767)], Some((0.0, 0.0)));
+        let tag = MissionItem::action(Command::JUMP_TAG, [7.0, 0.0, 0.0, 0.0]);
+        let to_tag = MissionItem::action(Command::DO_JUMP_TAG, [7.0, 1.0, 0.0, 0.0]);
+        check(vec![tag, waypoint(1_000.0), waypoint(2_000.0), to_tag], Some((4_000.0, 400.0)));
+    }
+
+    #[test]
+    fn speed_changes_and_no_speed() {
+        check(vec![waypoint(1_000.0), MissionItem::change_airspeed(20.0), waypoint(2_000.0)], Some((2_000.0, 150.0)));
+        let mission = Mission { home: Some(HOME), items: vec![waypoint(1_000.0), waypoint(3_000.0)] };
+        let here = HOME.point().unwrap();
+        for speed in [None, Some(0.3)] {
+            let found = remaining(&mission, 1, here, speed, &ProgressOptions::default());
+            assert_eq!(found.time_s, None);
+            assert!((found.distance_m.unwrap() - 3_000.0).abs() < 0.01);
+            assert!((found.leg_m.unwrap() - 3_000.0).abs() < 0.01);
+        }
+        let past_the_end = remaining(&mission, 7, here, Some(10.0), &ProgressOptions::default());
+        assert_eq!(past_the_end, Remaining { distance_m: Some(0.0), time_s: Some(0.0), leg_m: None });
+    }
+
+    #[test]
+    fn a_whole_mission_has_a_length() {
+        let mut mission = Mission { home: Some(HOME), items: vec![waypoint(1_000.0), waypoint(3_000.0)] };
+        let length_m = |mission: &Mission| mission_length_m(mission, &ProgressOptions::default());
+        assert!((length_m(&mission).unwrap() - 3_000.0).abs() < 0.01);
+        mission.home = None;
+        assert!((length_m(&mission).unwrap() - 2_000.0).abs() < 0.01);
+        assert_eq!(length_m(&Mission::default()), None);
+    }
+}
