@@ -134,7 +134,9 @@ pub enum TransferError {
         reason: &'static str,
     },
     /// The vehicle kept another value than the one that was sent.
-    #[error("parameter {name}: the vehicle keeps {kept} instead of {asked}; it may be read-only, limited, or set by another station")]
+    #[error(
+        "parameter {name}: the vehicle keeps {kept} instead of {asked}; it may be read-only, limited, or set by another station"
+    )]
     ParamNotKept {
         /// Its name.
         name: ParamName,

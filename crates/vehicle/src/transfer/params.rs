@@ -1,5 +1,611 @@
-//! Parameters of a vehicle: all of them, one of them, and setting one.
-//! (sketch: signatures only, bodies follow)
-// ParamList::new(config: &TransferConfig, now)                         Value = Vec<Param>
-// ParamRead::new(config, name: ParamName, now)                         Value = Param
-// ParamSet::new(config, name: ParamName, value: f64, now)              Value = Param (type and range checked against what the vehicle says)
+//! Parameters of a vehicle: all of them, one of them, and setting one
+//! (<https://mavlink.io/en/services/parameter.html>).
+
+use std::collections::BTreeMap;
+
+use vencejo_proto::dialect::{
+    MavMessage, MavParamError, MavParamType, PARAM_REQUEST_LIST_DATA, PARAM_REQUEST_READ_DATA, PARAM_SET_DATA,
+    PARAM_VALUE_DATA,
+};
+use vencejo_proto::param::{Param, ParamName, ParamType, ParamValue, decode_packed_params};
+use vencejo_proto::{Address, Message, MonoTime};
+
+use super::ftp::{FTP_ABSENT, FileEnd, FileRead};
+use super::items::Outbox;
+use super::timing::{
+    ITEM_TIMEOUT, MESSAGE_TIMEOUT, PARAM_ANSWER_LIMIT, PARAM_TIMEOUT, RESTARTS, RoundTrip, SILENCE_LIMIT,
+};
+use super::{Transfer, TransferConfig, TransferError, TransferOutput};
+
+const PACKED_PATH: &str = "@PARAM/param.pck";
+/// Most bytes of a packed parameter file: 24 for each of the most parameters.
+const PACKED_MAX: usize = 24 * MAX_PARAMS;
+/// Most parameters taken; the largest autopilots have about 2,000.
+const MAX_PARAMS: usize = 10_000;
+/// Parameters asked for at once when gaps are filled: ArduPilot queues 20 requests.
+const MAX_REQUESTS: usize = 10;
+/// The index of a PARAM_VALUE that answers a name, or that nobody asked for.
+const NO_INDEX: u16 = u16::MAX;
+
+/// The name and value that a PARAM_VALUE carries; `None` when either cannot be.
+fn read(config: &TransferConfig, message: &PARAM_VALUE_DATA) -> Option<Param> {
+    let name = ParamName::from_field(&message.param_id)?;
+    let param_type = ParamType::from_mav(message.param_type)?;
+    let value = ParamValue::from_wire(message.param_value, param_type, config.param_encoding)?;
+    Some(Param { name, value })
+}
+
+fn request_read(config: &TransferConfig, name: Option<ParamName>, index: i16) -> TransferOutput {
+    TransferOutput::Send(Message::Dialect(MavMessage::PARAM_REQUEST_READ(PARAM_REQUEST_READ_DATA {
+        param_index: index,
+        target_system: config.vehicle.system.0,
+        target_component: config.vehicle.component.0,
+        param_id: name.map_or([0; 16], ParamName::to_field).into(),
+    })))
+}
+
+/// Reads all parameters: over MAVFTP as one packed file where the vehicle is an ArduPilot that has it, else as a stream of
+/// PARAM_VALUE whose gaps are asked for again. Its value is in the vehicle's order.
+#[derive(Debug)]
+pub struct ParamList {
+    config: TransferConfig,
+    by: ListBy,
+    result: Option<Result<Vec<Param>, TransferError>>,
+    is_over: bool,
+    out: Outbox,
+}
+
+#[derive(Debug)]
+enum ListBy {
+    File(Box<FileRead>, u32),
+    Messages(Messages),
+}
+
+/// The stream of PARAM_VALUE.
+#[derive(Debug)]
+struct Messages {
+    /// By index. A map, because the vehicle says how many there are.
+    params: BTreeMap<u16, Option<Param>>,
+    count: Option<u16>,
+    count_changes: u32,
+    /// How often the whole list was asked for, and when.
+    asked: u32,
+    asked_at: MonoTime,
+    /// When something new came last.
+    progressed: MonoTime,
+    /// Indexes asked for one by one, and when.
+    reads: BTreeMap<u16, MonoTime>,
+    /// Where to look for the next gap.
+    cursor: u16,
+    is_filling: bool,
+    round_trip: RoundTrip,
+}
+
+impl ParamList {
+    /// Begins to read.
+    pub fn new(config: &TransferConfig, now: MonoTime) -> Self {
+        let by = ListBy::Messages(Messages::new(config, now));
+        let mut list = Self { config: config.clone(), by, result: None, is_over: false, out: Outbox::new() };
+        if config.is_ardupilot && config.has_ftp {
+            list.by = ListBy::File(Box::new(Self::file(config, now)), 0);
+            list.advance(now);
+        } else {
+            list.by_messages(now);
+        }
+        list
+    }
+
+    fn file(config: &TransferConfig, now: MonoTime) -> FileRead {
+        let end_of = Box::new(|_: &[u8]| Ok(FileEnd::WhenShort));
+        FileRead::new(config, PACKED_PATH, PACKED_MAX, end_of, None, now)
+    }
+
+    fn by_messages(&mut self, now: MonoTime) {
+        self.by = ListBy::Messages(Messages::new(&self.config, now));
+        self.out.push_back(self.request_list());
+    }
+
+    fn request_list(&self) -> TransferOutput {
+        TransferOutput::Send(Message::Dialect(MavMessage::PARAM_REQUEST_LIST(PARAM_REQUEST_LIST_DATA {
+            target_system: self.config.vehicle.system.0,
+            target_component: self.config.vehicle.component.0,
+        })))
+    }
+
+    fn end(&mut self, result: Result<Vec<Param>, TransferError>) {
+        self.is_over = true;
+        self.result = Some(result);
+    }
+
+    /// Moves on what the file's reader put out, and what comes of its end.
+    fn advance(&mut self, now: MonoTime) {
+        let ListBy::File(file, attempts) = &mut self.by else { return };
+        while let Some(output) = file.poll_output() {
+            self.out.push_back(output);
+        }
+        let attempts = *attempts;
+        match file.result() {
+            None => {}
+            Some(Ok(bytes)) => match decode_packed_params(&bytes) {
+                Ok(params) if params.len() <= MAX_PARAMS => self.end(Ok(params)),
+                // A parameter was added while it was read, or the file is nonsense.
+                _ if attempts == 0 => {
+                    self.by = ListBy::File(Box::new(Self::file(&self.config, now)), attempts + 1);
+                    self.advance(now);
+                }
+                _ => self.by_messages(now),
+            },
+            Some(Err(TransferError::Cancelled)) => self.end(Err(TransferError::Cancelled)),
+            Some(Err(TransferError::Timeout { step, waited })) if step != FTP_ABSENT => {
+                self.end(Err(TransferError::Timeout { step, waited }));
+            }
+            Some(Err(error)) => {
+                tracing::debug!(%error, "reading parameters message by message instead");
+                self.by_messages(now);
+            }
+        }
+    }
+
+    fn on_value(&mut self, value: &PARAM_VALUE_DATA, now: MonoTime) {
+        let ListBy::Messages(messages) = &mut self.by else { return };
+        let (index, count) = (value.param_index, value.param_count);
+        // A parameter that changed meanwhile: nobody asked for it by its index.
+        if index == NO_INDEX {
+            if let Some(changed) = read(&self.config, value) {
+                let same_name = |param: &&mut Option<Param>| param.is_some_and(|param| param.name == changed.name);
+                if let Some(kept) = messages.params.values_mut().find(same_name) {
+                    *kept = Some(changed);
+                }
+            }
+            return;
+        }
+        if usize::from(count) > MAX_PARAMS {
+            let (count, limit) = (u64::from(count), MAX_PARAMS as u64);
+            return self.end(Err(TransferError::TooMany { what: "parameters", count, limit }));
+        }
+        if index >= count {
+            return;
+        }
+        if messages.count != Some(count) {
+            if messages.count.is_some() {
+                messages.count_changes += 1;
+                // Another number of parameters shifts all indexes.
+                messages.params.clear();
+                messages.reads.clear();
+                messages.cursor = 0;
+                if messages.count_changes > RESTARTS {
+                    let attempts = messages.count_changes;
+                    let step = "reading parameters while their number keeps changing";
+                    return self.end(Err(TransferError::NoProgress { step, attempts }));
+                }
+            }
+            messages.count = Some(count);
+        }
+        if let Some(asked) = messages.reads.remove(&index) {
+            messages.round_trip.sample(now.since(asked));
+        }
+        if messages.params.insert(index, read(&self.config, value)).is_none() {
+            messages.progressed = now;
+        }
+        let (done, total) = (messages.params.len() as u32, u32::from(count));
+        self.out.push_back(TransferOutput::Progress { done, total });
+        if done == total {
+            // A value that cannot be (NaN, a number that its type cannot hold) is absent, not a reason to fail.
+            let params = std::mem::take(&mut messages.params).into_values().flatten().collect();
+            return self.end(Ok(params));
+        }
+        if messages.is_filling {
+            self.fill(now);
+        }
+    }
+
+    /// Asks for missing parameters one by one, a few at a time.
+    fn fill(&mut self, now: MonoTime) {
+        let ListBy::Messages(messages) = &mut self.by else { return };
+        let Some(count) = messages.count else { return };
+        for _ in 0..count {
+            if messages.reads.len() >= MAX_REQUESTS {
+                break;
+            }
+            let index = messages.cursor % count;
+            messages.cursor = (index + 1) % count;
+            if !messages.params.contains_key(&index) && !messages.reads.contains_key(&index) {
+                messages.reads.insert(index, now);
+                self.out.push_back(request_read(&self.config, None, index as i16));
+            }
+        }
+    }
+}
+
+impl Messages {
+    fn new(config: &TransferConfig, now: MonoTime) -> Self {
+        Self {
+            params: BTreeMap::new(),
+            count: None,
+            count_changes: 0,
+            asked: 1,
+            asked_at: now,
+            progressed: now,
+            reads: BTreeMap::new(),
+            cursor: 0,
+            is_filling: false,
+            round_trip: RoundTrip::new(config.round_trip, MESSAGE_TIMEOUT),
+        }
+    }
+
+    /// When to ask again: for the whole list while nothing has come, else for what is missing.
+    fn retry_at(&self) -> MonoTime {
+        let timeout = self.round_trip.timeout();
+        match self.reads.values().min() {
+            Some(oldest) => *oldest + timeout,
+            None if self.params.is_empty() => self.asked_at + timeout.max(MESSAGE_TIMEOUT),
+            // The stream has stopped. ArduPilot sends it with a third of the line, so parts may be far apart.
+            None => self.progressed + (2 * ITEM_TIMEOUT).max(timeout),
+        }
+    }
+}
+
+impl Transfer for ParamList {
+    type Value = Vec<Param>;
+
+    fn on_message(&mut self, from: Address, message: &Message, now: MonoTime) {
+        if self.is_over {
+            return;
+        }
+        match &mut self.by {
+            ListBy::File(file, _) => {
+                file.on_message(from, message, now);
+                self.advance(now);
+            }
+            ListBy::Messages(_) => {
+                if let Message::Dialect(MavMessage::PARAM_VALUE(value)) = message
+                    && self.config.concerns_us(from, message)
+                {
+                    self.on_value(value, now);
+                }
+            }
+        }
+    }
+
+    fn on_time(&mut self, now: MonoTime) {
+        if self.is_over {
+            return;
+        }
+        let messages = match &mut self.by {
+            ListBy::File(file, _) => {
+                file.on_time(now);
+                return self.advance(now);
+            }
+            ListBy::Messages(messages) => messages,
+        };
+        let waited = now.since(messages.progressed);
+        if waited >= SILENCE_LIMIT {
+            return self.end(Err(TransferError::Timeout { step: "PARAM_REQUEST_LIST", waited }));
+        }
+        if now < messages.retry_at() {
+            return;
+        }
+        if messages.params.is_empty() {
+            messages.asked += 1;
+            messages.asked_at = now;
+            messages.reads.clear();
+            let request = self.request_list();
+            self.out.push_back(request);
+            return;
+        }
+        let timeout = messages.round_trip.timeout();
+        let before = messages.reads.len();
+        messages.reads.retain(|_, at| now < *at + timeout);
+        if messages.reads.len() < before {
+            messages.round_trip.timed_out();
+        }
+        messages.is_filling = true;
+        self.fill(now);
+    }
+
+    fn deadline(&self) -> Option<MonoTime> {
+        if self.is_over {
+            return None;
+        }
+        match &self.by {
+            ListBy::File(file, _) => file.deadline(),
+            ListBy::Messages(messages) => Some(messages.retry_at().min(messages.progressed + SILENCE_LIMIT)),
+        }
+    }
+
+    fn poll_output(&mut self) -> Option<TransferOutput> {
+        self.out.pop_front()
+    }
+
+    fn result(&mut self) -> Option<Result<Vec<Param>, TransferError>> {
+        self.result.take()
+    }
+
+    fn cancel(&mut self, now: MonoTime) {
+        if self.is_over {
+            return;
+        }
+        if let ListBy::File(file, _) = &mut self.by {
+            file.cancel(now);
+            return self.advance(now);
+        }
+        self.end(Err(TransferError::Cancelled));
+    }
+}
+
+/// What a PARAM_ERROR says about a parameter; `None` when it is about another one, or none.
+fn refusal(message: &Message, name: ParamName) -> Option<TransferError> {
+    let Message::Dialect(MavMessage::PARAM_ERROR(error)) = message else { return None };
+    if ParamName::from_field(&error.param_id) != Some(name) {
+        return None;
+    }
+    let reason = match error.error {
+        MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST => return Some(TransferError::UnknownParam { name, told: true }),
+        MavParamError::MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE => "the value is out of range",
+        MavParamError::MAV_PARAM_ERROR_PERMISSION_DENIED => "this station may not set it",
+        MavParamError::MAV_PARAM_ERROR_READ_ONLY => "it is read-only",
+        MavParamError::MAV_PARAM_ERROR_TYPE_UNSUPPORTED => "its type is not supported",
+        MavParamError::MAV_PARAM_ERROR_TYPE_MISMATCH => "its type is another one",
+        MavParamError::MAV_PARAM_ERROR_READ_FAIL => "it could not be read",
+        MavParamError::MAV_PARAM_ERROR_COMPONENT_NOT_FOUND => "the component does not exist",
+        MavParamError::MAV_PARAM_ERROR_NO_ERROR => return None,
+    };
+    Some(TransferError::ParamRefused { name, reason })
+}
+
+/// Reads one parameter by its name.
+#[derive(Debug)]
+pub struct ParamRead {
+    config: TransferConfig,
+    name: ParamName,
+    began: MonoTime,
+    retry_at: Option<MonoTime>,
+    round_trip: RoundTrip,
+    result: Option<Result<Param, TransferError>>,
+    out: Outbox,
+}
+
+impl ParamRead {
+    /// Begins to read.
+    pub fn new(config: &TransferConfig, name: ParamName, now: MonoTime) -> Self {
+        let mut read = Self {
+            config: config.clone(),
+            name,
+            began: now,
+            retry_at: None,
+            round_trip: RoundTrip::new(config.round_trip, PARAM_TIMEOUT),
+            result: None,
+            out: Outbox::new(),
+        };
+        read.ask(now);
+        read
+    }
+
+    fn ask(&mut self, now: MonoTime) {
+        self.out.push_back(request_read(&self.config, Some(self.name), -1));
+        self.retry_at = Some(now + self.round_trip.timeout());
+    }
+
+    fn end(&mut self, result: Result<Param, TransferError>) {
+        self.retry_at = None;
+        self.result = Some(result);
+    }
+}
+
+impl Transfer for ParamRead {
+    type Value = Param;
+
+    fn on_message(&mut self, from: Address, message: &Message, _now: MonoTime) {
+        if self.retry_at.is_none() || !self.config.concerns_us(from, message) {
+            return;
+        }
+        if let Some(error) = refusal(message, self.name) {
+            return self.end(Err(error));
+        }
+        if let Message::Dialect(MavMessage::PARAM_VALUE(value)) = message
+            && let Some(param) = read(&self.config, value)
+            && param.name == self.name
+        {
+            self.end(Ok(param));
+        }
+    }
+
+    fn on_time(&mut self, now: MonoTime) {
+        if self.retry_at.is_none_or(|at| now < at) {
+            return;
+        }
+        if now.since(self.began) >= PARAM_ANSWER_LIMIT {
+            self.end(Err(TransferError::UnknownParam { name: self.name, told: false }));
+        } else {
+            self.round_trip.timed_out();
+            self.ask(now);
+        }
+    }
+
+    fn deadline(&self) -> Option<MonoTime> {
+        self.retry_at.map(|at| at.min(self.began + PARAM_ANSWER_LIMIT))
+    }
+
+    fn poll_output(&mut self) -> Option<TransferOutput> {
+        self.out.pop_front()
+    }
+
+    fn result(&mut self) -> Option<Result<Param, TransferError>> {
+        self.result.take()
+    }
+
+    fn cancel(&mut self, _now: MonoTime) {
+        if self.retry_at.is_some() {
+            self.end(Err(TransferError::Cancelled));
+        }
+    }
+}
+
+/// Sets one parameter: reads it, so that its type is known and the value can be checked; sends the value; and is done when
+/// the vehicle then says that it has it.
+#[derive(Debug)]
+pub struct ParamSet {
+    config: TransferConfig,
+    name: ParamName,
+    wanted: f64,
+    step: Set,
+    round_trip: RoundTrip,
+    out: Outbox,
+}
+
+#[derive(Debug)]
+enum Set {
+    Reading(ParamRead),
+    Setting {
+        value: ParamValue,
+        began: MonoTime,
+        sent: MonoTime,
+        retry_at: MonoTime,
+        /// Another value that the vehicle says it has, and how often it did.
+        other: Option<(ParamValue, u32)>,
+    },
+    Over(Option<Result<Param, TransferError>>),
+}
+
+impl ParamSet {
+    /// Begins to set. A value that is not finite ends at once.
+    pub fn new(config: &TransferConfig, name: ParamName, value: f64, now: MonoTime) -> Self {
+        let step = match ParamValue::new(ParamType::F32, value) {
+            Ok(_) => Set::Reading(ParamRead::new(config, name, now)),
+            Err(error) => Set::Over(Some(Err(error.into()))),
+        };
+        let round_trip = RoundTrip::new(config.round_trip, PARAM_TIMEOUT);
+        let mut set = Self { config: config.clone(), name, wanted: value, step, round_trip, out: Outbox::new() };
+        set.advance(now);
+        set
+    }
+
+    fn advance(&mut self, now: MonoTime) {
+        let Set::Reading(reading) = &mut self.step else { return };
+        while let Some(output) = reading.poll_output() {
+            self.out.push_back(output);
+        }
+        match reading.result() {
+            None => {}
+            Some(Err(error)) => self.step = Set::Over(Some(Err(error))),
+            Some(Ok(param)) => match ParamValue::new(param.value.param_type(), self.wanted) {
+                Err(error) => self.step = Set::Over(Some(Err(error.into()))),
+                Ok(value) => {
+                    let retry_at = now + self.round_trip.timeout();
+                    self.step = Set::Setting { value, began: now, sent: now, retry_at, other: None };
+                    self.send(value);
+                }
+            },
+        }
+    }
+
+    fn send(&mut self, value: ParamValue) {
+        let param_type: MavParamType = value.param_type().to_mav();
+        self.out.push_back(TransferOutput::Send(Message::Dialect(MavMessage::PARAM_SET(PARAM_SET_DATA {
+            param_value: value.to_wire(self.config.param_encoding),
+            target_system: self.config.vehicle.system.0,
+            target_component: self.config.vehicle.component.0,
+            param_id: self.name.to_field().into(),
+            param_type,
+        }))));
+    }
+
+    fn on_value(&mut self, param: Param, now: MonoTime) {
+        let Set::Setting { value, sent, retry_at, other, .. } = &mut self.step else { return };
+        // As it came over the wire: a C-cast integer above 2^24 has lost its last bits both ways.
+        let wire = |value: ParamValue| value.to_wire(self.config.param_encoding).to_bits();
+        if wire(param.value) == wire(*value) {
+            self.step = Set::Over(Some(Ok(param)));
+            return;
+        }
+        // The old value may be a late answer to what was read before. Ask once more, and believe what it says then.
+        let round_trip = now.since(*sent);
+        let times = other.map_or(0, |(kept, times)| if kept == param.value { times } else { 0 }) + 1;
+        *other = Some((param.value, times));
+        if times >= 3 {
+            let (name, asked) = (self.name, *value);
+            self.step = Set::Over(Some(Err(TransferError::ParamNotKept { name, asked, kept: param.value })));
+        } else {
+            *retry_at = now + self.round_trip.timeout().min(round_trip.max(ITEM_TIMEOUT));
+        }
+    }
+}
+
+impl Transfer for ParamSet {
+    type Value = Param;
+
+    fn on_message(&mut self, from: Address, message: &Message, now: MonoTime) {
+        match &mut self.step {
+            Set::Reading(reading) => {
+                reading.on_message(from, message, now);
+                self.advance(now);
+            }
+            Set::Setting { .. } => {
+                if !self.config.concerns_us(from, message) {
+                    return;
+                }
+                if let Some(error) = refusal(message, self.name) {
+                    self.step = Set::Over(Some(Err(error)));
+                } else if let Message::Dialect(MavMessage::PARAM_VALUE(value)) = message
+                    && let Some(param) = read(&self.config, value)
+                    && param.name == self.name
+                {
+                    self.on_value(param, now);
+                }
+            }
+            Set::Over(_) => {}
+        }
+    }
+
+    fn on_time(&mut self, now: MonoTime) {
+        match &mut self.step {
+            Set::Reading(reading) => {
+                reading.on_time(now);
+                self.advance(now);
+            }
+            Set::Setting { value, began, retry_at, other, .. } if now >= *retry_at => {
+                if now.since(*began) >= PARAM_ANSWER_LIMIT {
+                    let (name, asked) = (self.name, *value);
+                    self.step = Set::Over(Some(Err(match *other {
+                        Some((kept, _)) => TransferError::ParamNotKept { name, asked, kept },
+                        None => TransferError::Timeout { step: "PARAM_SET", waited: now.since(*began) },
+                    })));
+                    return;
+                }
+                self.round_trip.timed_out();
+                *retry_at = now + self.round_trip.timeout();
+                if other.is_some() {
+                    self.out.push_back(request_read(&self.config, Some(self.name), -1));
+                } else {
+                    // ArduPilot may keep silent when nothing changes: set and read in one go.
+                    let value = *value;
+                    self.send(value);
+                    self.out.push_back(request_read(&self.config, Some(self.name), -1));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn deadline(&self) -> Option<MonoTime> {
+        match &self.step {
+            Set::Reading(reading) => reading.deadline(),
+            Set::Setting { retry_at, .. } => Some(*retry_at),
+            Set::Over(_) => None,
+        }
+    }
+
+    fn poll_output(&mut self) -> Option<TransferOutput> {
+        self.out.pop_front()
+    }
+
+    fn result(&mut self) -> Option<Result<Param, TransferError>> {
+        if let Set::Over(result) = &mut self.step { result.take() } else { None }
+    }
+
+    fn cancel(&mut self, _now: MonoTime) {
+        if !matches!(self.step, Set::Over(_)) {
+            self.step = Set::Over(Some(Err(TransferError::Cancelled)));
+        }
+    }
+}

@@ -1,10 +1,640 @@
-//! Plans to and from the vehicle: which way, in which order, and whether the vehicle has what was sent.
-//! (sketch: signatures only, bodies follow)
-// All implement `Transfer`.
-// PlanUpload::new(config: &TransferConfig, kind: PlanKind, items: Vec<MissionItemInt>, now) -> Self    Value = VerifiedPlan
-//   `items` as on the wire, home included for an ArduPilot mission (Mission::to_wire(target, with_home)).
-// PlanDownload::new(config, kind, now)   Value = DownloadedPlan
-// PlanClear::new(config, kind, now)      Value = ()
-// pub struct VerifiedPlan { pub kind: PlanKind, pub items: Vec<MissionItemInt> /* as read back, home included */, pub route: PlanRoute }
-// pub struct DownloadedPlan { pub kind: PlanKind, pub items: Vec<MissionItemInt>, pub route: PlanRoute }
-// pub enum PlanRoute { Ftp, Items }
+//! Plans to and from the vehicle: by which protocol, and whether the vehicle has what was sent.
+//!
+//! An upload succeeds only when the list read back is the list that was sent, as the vehicle stores it (law 2 of the
+//! design: until then the plan is unknown).
+
+use vencejo_flight::plan::{Difference, Field, MavFrame, MissionItem, PlanKind, plans_equal_as_stored};
+use vencejo_proto::dialect::{MISSION_CLEAR_ALL_DATA, MavMessage};
+use vencejo_proto::plan_file::{PLAN_FILE_ITEM_LEN, PlanFileHeader, decode_plan_file, encode_plan_file};
+use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
+
+use super::ftp::{FTP_ABSENT, FileEnd, FileRead, FileWrite, abandon};
+use super::items::{ItemDownload, ItemUpload, ItemsSent, Outbox, mav_mission_type};
+use super::timing::{DENIED_WAIT, MESSAGE_TIMEOUT, RoundTrip, SILENCE_LIMIT};
+use super::{MissionResult, Transfer, TransferConfig, TransferError, TransferOutput};
+
+/// By which protocol a plan goes.
+///
+/// The policy: an ArduPilot that announces MAVFTP gets the whole plan as a file, which is many times faster and replaces
+/// the old plan at once. Everything else, and an ArduPilot whose MAVFTP does not answer, refuses, is used by another
+/// station, or did not take the file as it was, goes item by item; there the vehicle names the item that it refuses. An
+/// empty plan goes item by item too. A vehicle that falls silent is not asked again by another route.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum PlanRoute {
+    /// As a plan file over MAVFTP.
+    Ftp,
+    /// By the item protocol.
+    Items,
+}
+
+impl PlanRoute {
+    /// The route to try first.
+    pub fn first(config: &TransferConfig) -> Self {
+        if config.is_ardupilot && config.has_ftp { Self::Ftp } else { Self::Items }
+    }
+
+    /// The route to try after this one failed, if there is one.
+    pub fn after(self, error: &TransferError) -> Option<Self> {
+        let by_items = matches!(
+            error,
+            TransferError::Ftp { .. }
+                | TransferError::FtpBusy { .. }
+                | TransferError::BadFile { .. }
+                | TransferError::TooMany { .. }
+                | TransferError::NoProgress { .. }
+                | TransferError::NotAsSent { .. }
+        ) || matches!(error, TransferError::Timeout { step, .. } if *step == FTP_ABSENT);
+        (self == Self::Ftp && by_items).then_some(Self::Items)
+    }
+}
+
+/// A plan that the vehicle has, read back from it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VerifiedPlan {
+    /// Which.
+    pub kind: PlanKind,
+    /// The list as the vehicle holds it, seq 0 upwards, home included where it is item 0.
+    pub items: Vec<MissionItemInt>,
+    /// How it was sent.
+    pub route: PlanRoute,
+}
+
+/// A plan read from the vehicle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DownloadedPlan {
+    /// Which.
+    pub kind: PlanKind,
+    /// The list as the vehicle holds it, seq 0 upwards, home included where it is item 0.
+    pub items: Vec<MissionItemInt>,
+    /// How it was read.
+    pub route: PlanRoute,
+}
+
+fn path(kind: PlanKind) -> &'static str {
+    match kind {
+        PlanKind::Mission => "@MISSION/mission.dat",
+        PlanKind::Fence => "@MISSION/fence.dat",
+        PlanKind::Rally => "@MISSION/rally.dat",
+    }
+}
+
+/// Most bytes of a plan file.
+const MAX_FILE: usize = 10 + vencejo_flight::plan::MAX_ITEMS * PLAN_FILE_ITEM_LEN;
+
+/// A plan file's length from its first bytes; an error text when it is no plan file of this kind.
+fn file_len(kind: PlanKind, front: &[u8]) -> Result<FileEnd, String> {
+    let header = PlanFileHeader::decode(front).map_err(|error| error.to_string())?;
+    if header.mission_type != u16::from(kind.mission_type()) || header.first != 0 {
+        return Err(format!(
+            "it is plan kind {} from item {}, not the whole {kind}",
+            header.mission_type, header.first
+        ));
+    }
+    Ok(FileEnd::At(header.file_len()))
+}
+
+/// Any of the two ways to read a plan.
+#[derive(Debug)]
+enum Read {
+    Ftp(FileRead),
+    Items(ItemDownload),
+}
+
+impl Read {
+    fn begin(route: PlanRoute, config: &TransferConfig, kind: PlanKind, closing: Option<u8>, now: MonoTime) -> Self {
+        match route {
+            PlanRoute::Items => Self::Items(ItemDownload::new(config, kind, now)),
+            PlanRoute::Ftp => {
+                let end = Box::new(move |front: &[u8]| file_len(kind, front));
+                Self::Ftp(FileRead::new(config, path(kind), MAX_FILE, end, closing, now))
+            }
+        }
+    }
+
+    fn route(&self) -> PlanRoute {
+        match self {
+            Self::Ftp(_) => PlanRoute::Ftp,
+            Self::Items(_) => PlanRoute::Items,
+        }
+    }
+
+    fn take_result(&mut self, kind: PlanKind) -> Option<Result<Vec<MissionItemInt>, TransferError>> {
+        match self {
+            Self::Items(read) => read.result(),
+            Self::Ftp(read) => Some(read.result()?.and_then(|file| {
+                let bad = |problem: String| TransferError::BadFile { path: path(kind).to_owned(), problem };
+                let (_, items) = decode_plan_file(&file).map_err(|error| bad(error.to_string()))?;
+                let in_order = |(index, item): (usize, &MissionItemInt)| {
+                    usize::from(item.seq) == index && item.mission_type == kind.mission_type()
+                };
+                if !items.iter().enumerate().all(in_order) {
+                    return Err(bad("its items are not numbered from 0 or of another kind".to_owned()));
+                }
+                Ok(items)
+            })),
+        }
+    }
+}
+
+/// Calls a method of whichever machine runs.
+macro_rules! running {
+    ($self:expr, $machine:ident => $call:expr) => {
+        match $self {
+            Read::Ftp($machine) => $call,
+            Read::Items($machine) => $call,
+        }
+    };
+}
+
+/// Reads a plan by the best route. See the [module](self).
+#[derive(Debug)]
+pub struct PlanDownload {
+    config: TransferConfig,
+    kind: PlanKind,
+    read: Read,
+    result: Option<Result<DownloadedPlan, TransferError>>,
+    is_over: bool,
+    out: Outbox,
+}
+
+impl PlanDownload {
+    /// Begins to read.
+    pub fn new(config: &TransferConfig, kind: PlanKind, now: MonoTime) -> Self {
+        Self::by(PlanRoute::first(config), config, kind, None, now)
+    }
+
+    /// Begins to read; `closing` is the MAVFTP session of an upload that is to be ended first.
+    fn by(route: PlanRoute, config: &TransferConfig, kind: PlanKind, closing: Option<u8>, now: MonoTime) -> Self {
+        let read = Read::begin(route, config, kind, closing, now);
+        let mut download =
+            Self { config: config.clone(), kind, read, result: None, is_over: false, out: Outbox::new() };
+        download.advance(now);
+        download
+    }
+
+    /// Moves on what the machine below has put out, and takes the other route when one failed.
+    fn advance(&mut self, now: MonoTime) {
+        if self.is_over {
+            return;
+        }
+        while let Some(output) = running!(&mut self.read, read => read.poll_output()) {
+            // The file's progress is in bytes.
+            let output = match (output, self.read.route()) {
+                (TransferOutput::Progress { done, total }, PlanRoute::Ftp) => {
+                    let items = |bytes: u32| bytes.saturating_sub(10) / PLAN_FILE_ITEM_LEN as u32;
+                    TransferOutput::Progress { done: items(done), total: items(total) }
+                }
+                (output, _) => output,
+            };
+            self.out.push_back(output);
+        }
+        let route = self.read.route();
+        match self.read.take_result(self.kind) {
+            None => {}
+            Some(result) => match result.as_ref().err().and_then(|error| route.after(error)) {
+                Some(next) => {
+                    tracing::debug!(kind = %self.kind, error = ?result.err(), "reading item by item instead");
+                    self.read = Read::begin(next, &self.config, self.kind, None, now);
+                    self.advance(now);
+                }
+                None => {
+                    self.is_over = true;
+                    self.result = Some(result.map(|items| DownloadedPlan { kind: self.kind, items, route }));
+                }
+            },
+        }
+    }
+}
+
+impl Transfer for PlanDownload {
+    type Value = DownloadedPlan;
+
+    fn on_message(&mut self, from: Address, message: &Message, now: MonoTime) {
+        running!(&mut self.read, read => read.on_message(from, message, now));
+        self.advance(now);
+    }
+
+    fn on_time(&mut self, now: MonoTime) {
+        running!(&mut self.read, read => read.on_time(now));
+        self.advance(now);
+    }
+
+    fn deadline(&self) -> Option<MonoTime> {
+        running!(&self.read, read => read.deadline())
+    }
+
+    fn poll_output(&mut self) -> Option<TransferOutput> {
+        self.out.pop_front()
+    }
+
+    fn result(&mut self) -> Option<Result<DownloadedPlan, TransferError>> {
+        self.result.take()
+    }
+
+    fn cancel(&mut self, now: MonoTime) {
+        running!(&mut self.read, read => read.cancel(now));
+        self.advance(now);
+    }
+}
+
+/// Replaces a plan by the best route, reads it back and compares. See the [module](self).
+#[derive(Debug)]
+pub struct PlanUpload {
+    config: TransferConfig,
+    kind: PlanKind,
+    items: Vec<MissionItemInt>,
+    route: PlanRoute,
+    /// The MAVFTP session that carried the file.
+    session: Option<u8>,
+    step: Step,
+    result: Option<Result<VerifiedPlan, TransferError>>,
+    out: Outbox,
+}
+
+#[derive(Debug)]
+enum Step {
+    SendFile(FileWrite),
+    SendItems(ItemUpload),
+    ReadBack(PlanDownload),
+    Over,
+}
+
+impl PlanUpload {
+    /// Begins to send `items`: the list as on the wire, seq 0 upwards, home included where the vehicle has it as item 0
+    /// (`Mission::to_wire`). Whom the items are addressed to is set here.
+    pub fn new(config: &TransferConfig, kind: PlanKind, mut items: Vec<MissionItemInt>, now: MonoTime) -> Self {
+        for item in &mut items {
+            item.target = config.vehicle;
+        }
+        let route = if items.is_empty() { PlanRoute::Items } else { PlanRoute::first(config) };
+        let mut upload = Self {
+            config: config.clone(),
+            kind,
+            items,
+            route,
+            session: None,
+            step: Step::Over,
+            result: None,
+            out: Outbox::new(),
+        };
+        match upload.check() {
+            Ok(()) => upload.send(route, now),
+            Err(error) => upload.result = Some(Err(error)),
+        }
+        upload
+    }
+
+    /// Whether the list may be sent: numbered, of one kind, and every number in it finite and in range.
+    fn check(&self) -> Result<(), TransferError> {
+        let limit = u64::from(u16::MAX);
+        if self.items.len() as u64 > limit {
+            return Err(TransferError::TooMany { what: "items of a plan", count: self.items.len() as u64, limit });
+        }
+        for (index, item) in self.items.iter().enumerate() {
+            if usize::from(item.seq) != index || item.mission_type != self.kind.mission_type() {
+                return Err(TransferError::BadList { index, seq: item.seq, mission_type: item.mission_type });
+            }
+            MissionItem::from_wire(item)?.check_sendable(vencejo_proto::MissionSeq(item.seq))?;
+        }
+        Ok(())
+    }
+
+    fn send(&mut self, route: PlanRoute, now: MonoTime) {
+        self.route = route;
+        self.step = match route {
+            PlanRoute::Items => Step::SendItems(ItemUpload::new(&self.config, self.kind, self.items.clone(), now)),
+            PlanRoute::Ftp => {
+                // Whole items in each write: what is lost leaves an item of zeros, and ArduPilot refuses the file.
+                let file = encode_plan_file(self.kind.mission_type(), &self.items);
+                Step::SendFile(FileWrite::new(&self.config, path(self.kind), file, PLAN_FILE_ITEM_LEN, 10, now))
+            }
+        };
+        self.advance(now);
+    }
+
+    fn end(&mut self, result: Result<VerifiedPlan, TransferError>) {
+        self.step = Step::Over;
+        self.result = Some(result);
+    }
+
+    fn advance(&mut self, now: MonoTime) {
+        let total = 2 * self.items.len() as u32;
+        let mut put = |output, before: u32, per_item: u32| {
+            self.out.push_back(match output {
+                TransferOutput::Progress { done, .. } => {
+                    TransferOutput::Progress { done: (before + done / per_item).min(total), total }
+                }
+                send => send,
+            });
+        };
+        match &mut self.step {
+            Step::SendItems(send) => {
+                while let Some(output) = send.poll_output() {
+                    put(output, 0, 1);
+                }
+                match send.result() {
+                    None => {}
+                    Some(Ok(ItemsSent { acknowledged })) => {
+                        if !acknowledged {
+                            tracing::debug!(kind = %self.kind, "no final MISSION_ACK; the read-back decides");
+                        }
+                        self.read_back(None, now);
+                    }
+                    Some(Err(error)) => self.end(Err(error)),
+                }
+            }
+            Step::SendFile(send) => {
+                while let Some(output) = send.poll_output() {
+                    put(output, 0, PLAN_FILE_ITEM_LEN as u32);
+                }
+                match send.result() {
+                    None => {}
+                    Some(Ok(session)) => self.read_back(Some(session), now),
+                    Some(Err(error)) => self.fail_or_reroute(error, now),
+                }
+            }
+            Step::ReadBack(read) => {
+                while let Some(output) = read.poll_output() {
+                    put(output, total / 2, 1);
+                }
+                match read.result() {
+                    None => {}
+                    Some(Ok(plan)) => match compare(&self.config, self.kind, &self.items, &plan.items) {
+                        Ok(()) => {
+                            let (kind, route) = (self.kind, self.route);
+                            self.end(Ok(VerifiedPlan { kind, items: plan.items, route }));
+                        }
+                        Err(error) => self.fail_or_reroute(error, now),
+                    },
+                    Some(Err(TransferError::Cancelled)) => self.end(Err(TransferError::Cancelled)),
+                    Some(Err(reason)) => {
+                        let kind = self.kind;
+                        self.end(Err(TransferError::Unverified { kind, reason: Box::new(reason) }));
+                    }
+                }
+            }
+            Step::Over => {}
+        }
+    }
+
+    fn read_back(&mut self, closing: Option<u8>, now: MonoTime) {
+        self.session = closing;
+        self.step = Step::ReadBack(PlanDownload::by(self.route, &self.config, self.kind, closing, now));
+        self.advance(now);
+    }
+
+    fn fail_or_reroute(&mut self, error: TransferError, now: MonoTime) {
+        match self.route.after(&error) {
+            Some(next) => {
+                tracing::debug!(kind = %self.kind, %error, "sending item by item instead");
+                // Were the upload's session still open, whoever uses MAVFTP next would make its file the plan.
+                if let Some(session) = self.session.take() {
+                    self.out.extend(abandon(&self.config, session).map(TransferOutput::Send));
+                }
+                self.send(next, now);
+            }
+            None => self.end(Err(error)),
+        }
+    }
+}
+
+impl Transfer for PlanUpload {
+    type Value = VerifiedPlan;
+
+    fn on_message(&mut self, from: Address, message: &Message, now: MonoTime) {
+        match &mut self.step {
+            Step::SendFile(step) => step.on_message(from, message, now),
+            Step::SendItems(step) => step.on_message(from, message, now),
+            Step::ReadBack(step) => step.on_message(from, message, now),
+            Step::Over => {}
+        }
+        self.advance(now);
+    }
+
+    fn on_time(&mut self, now: MonoTime) {
+        match &mut self.step {
+            Step::SendFile(step) => step.on_time(now),
+            Step::SendItems(step) => step.on_time(now),
+            Step::ReadBack(step) => step.on_time(now),
+            Step::Over => {}
+        }
+        self.advance(now);
+    }
+
+    fn deadline(&self) -> Option<MonoTime> {
+        match &self.step {
+            Step::SendFile(step) => step.deadline(),
+            Step::SendItems(step) => step.deadline(),
+            Step::ReadBack(step) => step.deadline(),
+            Step::Over => None,
+        }
+    }
+
+    fn poll_output(&mut self) -> Option<TransferOutput> {
+        self.out.pop_front()
+    }
+
+    fn result(&mut self) -> Option<Result<VerifiedPlan, TransferError>> {
+        self.result.take()
+    }
+
+    fn cancel(&mut self, now: MonoTime) {
+        match &mut self.step {
+            Step::SendFile(step) => step.cancel(now),
+            Step::SendItems(step) => step.cancel(now),
+            Step::ReadBack(step) => step.cancel(now),
+            Step::Over => {}
+        }
+        self.advance(now);
+    }
+}
+
+/// Whether the list read back is the list sent, as the vehicle stores it.
+fn compare(
+    config: &TransferConfig,
+    kind: PlanKind,
+    sent: &[MissionItemInt],
+    read_back: &[MissionItemInt],
+) -> Result<(), TransferError> {
+    let parse = |items: &[MissionItemInt]| items.iter().map(MissionItem::from_wire).collect::<Result<Vec<_>, _>>();
+    let unreadable = |error| TransferError::Unverified { kind, reason: Box::new(TransferError::Item(error)) };
+    let (sent, read_back) = (parse(sent)?, parse(read_back).map_err(unreadable)?);
+    let differences = if config.is_ardupilot {
+        plans_equal_as_stored(&sent, &read_back, kind).err().unwrap_or_default()
+    } else {
+        differences(&sent, &read_back)
+    };
+    if differences.is_empty() { Ok(()) } else { Err(TransferError::NotAsSent { kind, differences }) }
+}
+
+/// Differences between two lists for a vehicle that stores items as they are. Frames without a position may differ, and
+/// unset may come back as 0.
+fn differences(sent: &[MissionItem], read_back: &[MissionItem]) -> Vec<Difference> {
+    let mut differences = Vec::new();
+    for seq in 0..sent.len().max(read_back.len()) {
+        let mut differ = |field, sent, kept| differences.push(Difference { seq, field, sent, kept });
+        let number = |item: &MissionItem| f64::from(item.command.0);
+        let (sent, kept) = match (sent.get(seq), read_back.get(seq)) {
+            (Some(sent), Some(kept)) => (sent, kept),
+            (sent, kept) => {
+                differ(Field::Item, sent.map(number), kept.map(number));
+                continue;
+            }
+        };
+        if sent.command != kept.command {
+            differ(Field::Command, Some(number(sent)), Some(number(kept)));
+        }
+        let frame = |frame: MavFrame| Some(f64::from(frame.number()));
+        if sent.frame != kept.frame && sent.has_position() {
+            differ(Field::Frame, frame(sent.frame), frame(kept.frame));
+        }
+        for (index, (sent, kept)) in sent.params.iter().zip(kept.params).enumerate() {
+            let (a, b) = (sent.unwrap_or(0.0), kept.unwrap_or(0.0));
+            // Half a unit of degE7 for positions, a few units in the last place of a float for the rest.
+            let tolerance = if (4..6).contains(&index) { 0.5e-7 } else { 1e-6 * a.abs().max(1e-3) };
+            if (a - b).abs() > tolerance {
+                differ(Field::Param(index as u8), *sent, kept);
+            }
+        }
+    }
+    differences
+}
+
+/// Removes a plan and checks that it is gone. See the [module](self).
+#[derive(Debug)]
+pub struct PlanClear {
+    config: TransferConfig,
+    kind: PlanKind,
+    step: Clear,
+    heard: MonoTime,
+    began: MonoTime,
+    round_trip: RoundTrip,
+    out: Outbox,
+}
+
+#[derive(Debug)]
+enum Clear {
+    Asking { retry_at: MonoTime },
+    Checking(ItemDownload),
+    Over(Option<Result<(), TransferError>>),
+}
+
+impl PlanClear {
+    /// Begins to clear.
+    pub fn new(config: &TransferConfig, kind: PlanKind, now: MonoTime) -> Self {
+        let mut clear = Self {
+            config: config.clone(),
+            kind,
+            step: Clear::Over(None),
+            heard: now,
+            began: now,
+            round_trip: RoundTrip::new(config.round_trip, MESSAGE_TIMEOUT),
+            out: Outbox::new(),
+        };
+        clear.ask(now);
+        clear
+    }
+
+    fn ask(&mut self, now: MonoTime) {
+        self.out.push_back(TransferOutput::Send(Message::Dialect(MavMessage::MISSION_CLEAR_ALL(
+            MISSION_CLEAR_ALL_DATA {
+                target_system: self.config.vehicle.system.0,
+                target_component: self.config.vehicle.component.0,
+                mission_type: mav_mission_type(self.kind),
+            },
+        ))));
+        self.step = Clear::Asking { retry_at: now + self.round_trip.timeout() };
+    }
+
+    fn advance(&mut self) {
+        let Clear::Checking(check) = &mut self.step else { return };
+        while let Some(output) = check.poll_output() {
+            if matches!(output, TransferOutput::Send(_)) {
+                self.out.push_back(output);
+            }
+        }
+        let Some(result) = check.result() else { return };
+        let kind = self.kind;
+        // ArduPilot keeps home as item 0 of a mission.
+        let home = u16::from(self.config.is_ardupilot && kind == PlanKind::Mission);
+        self.step = Clear::Over(Some(match result {
+            Ok(items) => match (items.len() as u16).saturating_sub(home) {
+                0 => Ok(()),
+                count => Err(TransferError::NotCleared { kind, count }),
+            },
+            Err(TransferError::Cancelled) => Err(TransferError::Cancelled),
+            Err(reason) => Err(TransferError::Unverified { kind, reason: Box::new(reason) }),
+        }));
+    }
+}
+
+impl Transfer for PlanClear {
+    type Value = ();
+
+    fn on_message(&mut self, from: Address, message: &Message, now: MonoTime) {
+        match (&mut self.step, message) {
+            (Clear::Asking { retry_at }, Message::MissionAck(ack))
+                if self.config.concerns_us(from, message) && ack.mission_type == self.kind.mission_type() =>
+            {
+                self.heard = now;
+                match MissionResult(ack.result) {
+                    MissionResult::ACCEPTED => {
+                        self.step = Clear::Checking(ItemDownload::new(&self.config, self.kind, now));
+                    }
+                    // Left over from an upload before this.
+                    MissionResult::INVALID_SEQUENCE | MissionResult::OPERATION_CANCELLED => {}
+                    MissionResult::DENIED if now.since(self.began) < SILENCE_LIMIT => *retry_at = now + DENIED_WAIT,
+                    result => {
+                        self.step =
+                            Clear::Over(Some(Err(TransferError::Refused { kind: self.kind, result, seq: None })));
+                    }
+                }
+            }
+            (Clear::Checking(check), _) => check.on_message(from, message, now),
+            _ => {}
+        }
+        self.advance();
+    }
+
+    fn on_time(&mut self, now: MonoTime) {
+        match &mut self.step {
+            Clear::Asking { retry_at } if now >= *retry_at => {
+                let waited = now.since(self.heard);
+                if waited >= SILENCE_LIMIT {
+                    self.step = Clear::Over(Some(Err(TransferError::Timeout { step: "MISSION_CLEAR_ALL", waited })));
+                } else {
+                    self.round_trip.timed_out();
+                    self.ask(now);
+                }
+            }
+            Clear::Checking(check) => check.on_time(now),
+            _ => {}
+        }
+        self.advance();
+    }
+
+    fn deadline(&self) -> Option<MonoTime> {
+        match &self.step {
+            Clear::Asking { retry_at } => Some(*retry_at),
+            Clear::Checking(check) => check.deadline(),
+            Clear::Over(_) => None,
+        }
+    }
+
+    fn poll_output(&mut self) -> Option<TransferOutput> {
+        self.out.pop_front()
+    }
+
+    fn result(&mut self) -> Option<Result<(), TransferError>> {
+        if let Clear::Over(result) = &mut self.step { result.take() } else { None }
+    }
+
+    fn cancel(&mut self, now: MonoTime) {
+        match &mut self.step {
+            Clear::Asking { .. } => self.step = Clear::Over(Some(Err(TransferError::Cancelled))),
+            Clear::Checking(check) => check.cancel(now),
+            Clear::Over(_) => {}
+        }
+        self.advance();
+    }
+}

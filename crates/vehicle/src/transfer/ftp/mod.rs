@@ -1,0 +1,305 @@
+//! Files of a vehicle over MAVFTP (<https://mavlink.io/en/services/ftp.html>): reading, writing, and what both share.
+//!
+//! What ArduPilot does, and why the clients are as they are (`GCS_FTP.cpp`, captures/mission-upload-ftp.tlog):
+//!
+//! - One session for all channels and stations. Whoever has a file open keeps it until 3 s without an answer have passed;
+//!   others get InvalidSession. So each of our sessions has an id of its own ([`super::FtpSessions`]), and when a
+//!   good-bye of ours was lost, the next session ends the one before it.
+//! - Requests are worked off in order, so several can be on the way: also those that follow an open that is not answered
+//!   yet. Five are queued in each turn of the main loop, a sixth is dropped: [`Pace`].
+//! - A repeated request (same number as the last one answered) gets the last answer again. An open is therefore repeated
+//!   with its number; reads and writes, which may be done twice, get a new one.
+
+mod pace;
+mod read;
+mod write;
+
+pub use read::FtpGet;
+pub(crate) use read::{FileEnd, FileRead};
+pub(crate) use write::FileWrite;
+
+use std::time::Duration;
+
+use vencejo_proto::ftp::{FtpError, FtpOpcode, FtpPayload};
+use vencejo_proto::{Address, Message, MonoTime};
+
+use super::config::FtpLease;
+use super::items::Outbox;
+use super::timing::{FTP_ABSENT_AFTER, FTP_BUSY_LIMIT, FTP_FIRST_TIMEOUT, RESTARTS, RoundTrip, SILENCE_LIMIT};
+use super::{TransferConfig, TransferError, TransferOutput};
+
+/// Step of a timeout that means: MAVFTP never answered.
+pub(crate) const FTP_ABSENT: &str = "opening a file by MAVFTP";
+
+/// Wait before asking again while another station has a file open.
+const BUSY_RETRY: Duration = Duration::from_millis(250);
+
+/// Messages that end an upload's session so that the vehicle does not take its file, should it still be open: the magic
+/// number at its front is overwritten first.
+pub(crate) fn abandon(config: &TransferConfig, session: u8) -> [Message; 2] {
+    let sequence = config.ftp_sessions.lease().sequence;
+    [
+        FtpPayload::request(FtpOpcode::WRITE_FILE, session, sequence, 0, &[0; 10]),
+        FtpPayload::request(FtpOpcode::TERMINATE_SESSION, session, sequence.wrapping_add(1), 0, &[]),
+    ]
+    .map(|payload| payload.to_message(config.vehicle))
+}
+
+/// One file on one vehicle: numbers, opening with all its ways to fail, and when to give up.
+#[derive(Debug)]
+struct Session {
+    config: TransferConfig,
+    path: String,
+    lease: FtpLease,
+    /// The session's id as the vehicle counts: ours on ArduPilot, else the one that it gave.
+    id: u8,
+    next_sequence: u16,
+    opcode: FtpOpcode,
+    opening: Opening,
+    /// A session to end before opening: an upload of ours, or one whose good-bye was lost.
+    closing: Option<u8>,
+    round_trip: RoundTrip,
+    began: MonoTime,
+    /// When the transfer last got on.
+    progressed: MonoTime,
+    was_heard: bool,
+    busy_since: Option<MonoTime>,
+    restarts: u32,
+    out: Outbox,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Opening {
+    /// Asked for with this number, so often; to be repeated at a time.
+    Asked { sequence: u16, first: MonoTime, tries: u32, retry_at: MonoTime },
+    /// Another session is open; ask anew at a time.
+    Busy { retry_at: MonoTime },
+    /// Open since.
+    Open { since: MonoTime },
+}
+
+/// What an answer meant for the session.
+#[derive(Debug, PartialEq)]
+enum Event {
+    /// Nothing.
+    None,
+    /// The file is open now.
+    Opened,
+    /// The open was refused because of another session; requests that went with it are void.
+    Busy,
+    /// Everything is to be done again in a new session.
+    Restart,
+    /// An answer to a request of the reader or writer.
+    Answer(FtpPayload),
+    /// It is over.
+    Failed(TransferError),
+}
+
+impl Session {
+    fn new(config: &TransferConfig, path: &str, opcode: FtpOpcode, closing: Option<u8>, now: MonoTime) -> Self {
+        let lease = config.ftp_sessions.lease();
+        let mut session = Self {
+            config: config.clone(),
+            path: path.to_owned(),
+            lease,
+            id: lease.session,
+            next_sequence: lease.sequence,
+            opcode,
+            opening: Opening::Busy { retry_at: now },
+            closing,
+            round_trip: RoundTrip::new(config.round_trip, FTP_FIRST_TIMEOUT),
+            began: now,
+            progressed: now,
+            was_heard: false,
+            busy_since: None,
+            restarts: 0,
+            out: Outbox::new(),
+        };
+        session.open(now);
+        session
+    }
+
+    fn is_open(&self) -> bool {
+        matches!(self.opening, Opening::Open { .. })
+    }
+
+    /// Whether requests may follow the open without waiting for its answer.
+    fn may_follow(&self) -> bool {
+        self.is_open() || (self.config.is_ardupilot && matches!(self.opening, Opening::Asked { .. }))
+    }
+
+    /// Sends a request with a new number, which is returned.
+    fn send(&mut self, make: impl FnOnce(u8, u16) -> FtpPayload) -> u16 {
+        let sequence = self.next_sequence;
+        self.next_sequence = sequence.wrapping_add(1);
+        let message = make(self.id, sequence).to_message(self.config.vehicle);
+        self.out.push_back(TransferOutput::Send(message));
+        sequence
+    }
+
+    fn terminate(&mut self, session: u8) {
+        self.send(|_, sequence| FtpPayload::request(FtpOpcode::TERMINATE_SESSION, session, sequence, 0, &[]));
+    }
+
+    /// Asks to open the file, with a new number.
+    fn open(&mut self, now: MonoTime) {
+        if let Some(session) = self.closing {
+            self.terminate(session);
+        }
+        let (opcode, path) = (self.opcode, self.path.clone());
+        let sequence = self.send(|id, sequence| FtpPayload::request(opcode, id, sequence, 0, path.as_bytes()));
+        let retry_at = now + self.round_trip.timeout();
+        self.opening = Opening::Asked { sequence, first: now, tries: 1, retry_at };
+    }
+
+    /// Begins anew in a session of its own; the error when that was done too often.
+    fn restart(&mut self, now: MonoTime) -> Result<(), TransferError> {
+        self.restarts += 1;
+        if self.restarts > RESTARTS {
+            return Err(TransferError::NoProgress { step: "transferring a file by MAVFTP", attempts: self.restarts });
+        }
+        self.closing = Some(self.id);
+        self.lease = self.config.ftp_sessions.lease();
+        self.id = self.lease.session;
+        self.next_sequence = self.lease.sequence;
+        self.open(now);
+        Ok(())
+    }
+
+    fn opened(&mut self, now: MonoTime) {
+        self.closing = None;
+        self.busy_since = None;
+        self.progress(now);
+        self.opening = Opening::Open { since: now };
+    }
+
+    fn failed(&self, step: &'static str, error: FtpError) -> TransferError {
+        TransferError::Ftp { step, path: self.path.clone(), error }
+    }
+
+    /// Sorts an incoming message.
+    fn on_message(&mut self, from: Address, message: &Message, now: MonoTime) -> Event {
+        if !self.config.concerns_us(from, message) {
+            return Event::None;
+        }
+        let Some((_, answer)) = FtpPayload::from_message(message) else { return Event::None };
+        if answer.opcode != FtpOpcode::ACK && answer.opcode != FtpOpcode::NAK {
+            return Event::None;
+        }
+        if answer.req_opcode == FtpOpcode::TERMINATE_SESSION {
+            if self.closing == Some(answer.session) {
+                self.closing = None;
+                self.was_heard = true;
+            }
+            return Event::None;
+        }
+        if answer.req_opcode == self.opcode {
+            return self.on_opened(&answer, now);
+        }
+        if answer.session != self.id {
+            return Event::None;
+        }
+        self.was_heard = true;
+        // An answer to what followed the open says that the open was done, though its own answer may be lost.
+        if answer.opcode == FtpOpcode::ACK && self.config.is_ardupilot && !self.is_open() {
+            self.opened(now);
+        }
+        Event::Answer(answer)
+    }
+
+    /// Something new came of it: the transfer is alive.
+    fn progress(&mut self, now: MonoTime) {
+        self.progressed = now;
+    }
+
+    fn on_opened(&mut self, answer: &FtpPayload, now: MonoTime) -> Event {
+        let Opening::Asked { sequence, first, tries, .. } = self.opening else { return Event::None };
+        if answer.sequence != sequence.wrapping_add(1) || (self.config.is_ardupilot && answer.session != self.id) {
+            return Event::None;
+        }
+        self.was_heard = true;
+        if tries == 1 {
+            self.round_trip.sample(now.since(first));
+        }
+        match answer.error() {
+            None => {
+                self.id = answer.session;
+                self.opened(now);
+                Event::Opened
+            }
+            // It is open already, and in our session: a repeated request of ours.
+            Some(error) if error.code == FtpError::FAIL && self.config.is_ardupilot => {
+                self.opened(now);
+                Event::Opened
+            }
+            Some(error) if error.code == FtpError::INVALID_SESSION || error.code == FtpError::NO_SESSIONS_AVAILABLE => {
+                self.on_busy(now)
+            }
+            Some(error) => Event::Failed(self.failed("opening", error)),
+        }
+    }
+
+    fn on_busy(&mut self, now: MonoTime) -> Event {
+        let since = *self.busy_since.get_or_insert(now);
+        if now.since(since) >= FTP_BUSY_LIMIT {
+            return Event::Failed(TransferError::FtpBusy { path: self.path.clone() });
+        }
+        // Most likely it is ours: the session whose good-bye was lost. Then it is free at once.
+        let retry_at = if since == now { now } else { now + BUSY_RETRY };
+        self.closing.get_or_insert(self.lease.previous);
+        self.opening = Opening::Busy { retry_at };
+        Event::Busy
+    }
+
+    /// A file that was open is no longer, or a request came before the open.
+    fn on_not_open(&mut self, now: MonoTime) -> Event {
+        match &mut self.opening {
+            Opening::Asked { retry_at, .. } => {
+                *retry_at = now;
+                Event::None
+            }
+            Opening::Busy { .. } => Event::None,
+            // A late answer to what followed an open that was lost.
+            Opening::Open { since } if now.since(*since) < self.round_trip.timeout() => Event::None,
+            Opening::Open { .. } => Event::Restart,
+        }
+    }
+
+    /// Lets time pass; `Event::Opened` when the open was asked for anew.
+    fn on_time(&mut self, now: MonoTime) -> Event {
+        let waited = now.since(self.progressed);
+        if !self.was_heard && now.since(self.began) >= FTP_ABSENT_AFTER {
+            return Event::Failed(TransferError::Timeout { step: FTP_ABSENT, waited });
+        }
+        if waited >= SILENCE_LIMIT {
+            return Event::Failed(TransferError::Timeout { step: "transferring a file by MAVFTP", waited });
+        }
+        match self.opening {
+            Opening::Asked { sequence, first, tries, retry_at } if now >= retry_at => {
+                self.round_trip.timed_out();
+                if let Some(session) = self.closing {
+                    self.terminate(session);
+                }
+                let open = FtpPayload::request(self.opcode, self.id, sequence, 0, self.path.as_bytes());
+                self.out.push_back(TransferOutput::Send(open.to_message(self.config.vehicle)));
+                let retry_at = now + self.round_trip.timeout();
+                self.opening = Opening::Asked { sequence, first, tries: tries + 1, retry_at };
+                Event::Opened
+            }
+            Opening::Busy { retry_at } if now >= retry_at => {
+                self.open(now);
+                Event::Opened
+            }
+            _ => Event::None,
+        }
+    }
+
+    fn deadline(&self) -> MonoTime {
+        let gone = self.progressed + SILENCE_LIMIT;
+        let gone = if self.was_heard { gone } else { gone.min(self.began + FTP_ABSENT_AFTER) };
+        match self.opening {
+            Opening::Asked { retry_at, .. } | Opening::Busy { retry_at } => gone.min(retry_at),
+            Opening::Open { .. } => gone,
+        }
+    }
+}

@@ -1,0 +1,611 @@
+//! The item protocol: a plan to or from the vehicle, one message for each item
+//! (<https://mavlink.io/en/services/mission.html>).
+//!
+//! What the vehicle holds after an upload is not checked here; [`super::plan`] reads it back.
+
+use std::collections::VecDeque;
+
+use vencejo_flight::plan::{MAX_ITEMS, PlanKind};
+use vencejo_proto::dialect::{
+    MISSION_COUNT_DATA, MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MavMessage, MavMissionType,
+};
+use vencejo_proto::{Address, Message, MissionAck, MissionItemInt, MissionSeq, MonoTime};
+
+use super::timing::{
+    DENIED_WAIT, DUPLICATE_WINDOW, ITEM_TIMEOUT, MESSAGE_TIMEOUT, PROGRESS_LIMIT, REQUEST_REPEAT, RESTARTS, RoundTrip,
+    SILENCE_LIMIT, STALL_LIMIT,
+};
+use super::{MissionResult, Transfer, TransferConfig, TransferError, TransferOutput};
+
+/// Most items asked for at once from an ArduPilot.
+const MAX_REQUESTS: usize = 32;
+/// Items asked for at once to begin with.
+const FIRST_REQUESTS: usize = 4;
+/// An item counts as lost when this many asked for after it have come.
+const OVERTAKEN: u32 = 3;
+
+/// What a machine puts out. Bounded by its owner, who drains it after every call: a call adds at most a window of items.
+pub(crate) type Outbox = VecDeque<TransferOutput>;
+
+pub(crate) fn mav_mission_type(kind: PlanKind) -> MavMissionType {
+    match kind {
+        PlanKind::Mission => MavMissionType::MAV_MISSION_TYPE_MISSION,
+        PlanKind::Fence => MavMissionType::MAV_MISSION_TYPE_FENCE,
+        PlanKind::Rally => MavMissionType::MAV_MISSION_TYPE_RALLY,
+    }
+}
+
+/// Our MISSION_ACK to the vehicle.
+pub(crate) fn ack(config: &TransferConfig, kind: PlanKind, result: MissionResult) -> Message {
+    Message::MissionAck(MissionAck {
+        target: config.vehicle,
+        result: result.0,
+        mission_type: kind.mission_type(),
+        opaque_id: 0,
+    })
+}
+
+/// How an item upload ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ItemsSent {
+    /// Whether the vehicle's final MISSION_ACK came. Without it, every item was sent and the vehicle asks for none again.
+    pub acknowledged: bool,
+}
+
+/// Sends a list, item by item.
+#[derive(Debug)]
+pub(crate) struct ItemUpload {
+    config: TransferConfig,
+    kind: PlanKind,
+    items: Vec<MissionItemInt>,
+    state: Upload,
+    /// When something about this transfer came last, or when it began.
+    heard: MonoTime,
+    began: MonoTime,
+    /// When it last got further, and the item it got to.
+    progressed: MonoTime,
+    furthest: u16,
+    restarts: u32,
+    round_trip: RoundTrip,
+    out: Outbox,
+}
+
+#[derive(Debug)]
+enum Upload {
+    /// MISSION_COUNT was sent.
+    Counting {
+        sent: MonoTime,
+        tries: u32,
+        retry_at: MonoTime,
+    },
+    /// The vehicle asks for items.
+    Sending {
+        /// The item it asked for last.
+        asked: u16,
+        /// When we answered that request.
+        answered: MonoTime,
+        /// Items before this one were sent.
+        sent: u16,
+        /// Items sent ahead of its requests, plus the one it asks for.
+        window: u16,
+        /// It complained about an item out of order; it asks again, or has given up.
+        complained: Option<MonoTime>,
+    },
+    Over(Option<Result<ItemsSent, TransferError>>),
+}
+
+impl ItemUpload {
+    /// `items` are numbered from 0, of one kind, at most 65,535.
+    pub(crate) fn new(config: &TransferConfig, kind: PlanKind, items: Vec<MissionItemInt>, now: MonoTime) -> Self {
+        let mut upload = Self {
+            config: config.clone(),
+            kind,
+            items,
+            state: Upload::Over(None),
+            heard: now,
+            began: now,
+            progressed: now,
+            furthest: 0,
+            restarts: 0,
+            round_trip: RoundTrip::new(config.round_trip, MESSAGE_TIMEOUT),
+            out: Outbox::new(),
+        };
+        upload.send_count(1, now);
+        upload
+    }
+
+    fn count(&self) -> u16 {
+        self.items.len() as u16
+    }
+
+    fn send_count(&mut self, tries: u32, now: MonoTime) {
+        self.out.push_back(TransferOutput::Send(Message::Dialect(MavMessage::MISSION_COUNT(MISSION_COUNT_DATA {
+            count: self.count(),
+            target_system: self.config.vehicle.system.0,
+            target_component: self.config.vehicle.component.0,
+            mission_type: mav_mission_type(self.kind),
+            ..Default::default()
+        }))));
+        self.state = Upload::Counting { sent: now, tries, retry_at: now + self.round_trip.timeout() };
+    }
+
+    fn end(&mut self, result: Result<ItemsSent, TransferError>) {
+        self.state = Upload::Over(Some(result));
+    }
+
+    fn restart(&mut self, now: MonoTime) {
+        self.restarts += 1;
+        self.furthest = 0;
+        if self.restarts > RESTARTS {
+            self.end(Err(TransferError::NoProgress { step: "sending a plan item by item", attempts: self.restarts }));
+        } else {
+            self.send_count(1, now);
+        }
+    }
+
+    fn send_items(&mut self, from: u16, to: u16) {
+        for item in &self.items[usize::from(from)..usize::from(to)] {
+            self.out.push_back(TransferOutput::Send(Message::MissionItemInt(*item)));
+        }
+        self.out.push_back(TransferOutput::Progress { done: u32::from(from), total: u32::from(self.count()) });
+    }
+
+    fn on_request(&mut self, seq: u16, now: MonoTime) {
+        let count = self.count();
+        if seq >= count {
+            return;
+        }
+        let step = match self.state {
+            // Any other number is a request of an upload before this one.
+            Upload::Counting { sent, tries, .. } if seq == 0 => {
+                if tries == 1 {
+                    self.round_trip.sample(now.since(sent));
+                }
+                let window = if self.config.is_ardupilot { self.config.item_window.clamp(1, 64) } else { 1 };
+                Some((0, window))
+            }
+            // It asks for the next item only when it has the one before: a lower number is late, a higher one not for us.
+            Upload::Sending { asked, answered, sent, window, .. } => {
+                if seq == asked {
+                    // Asked again: the item was lost. Go back to it, and no longer send ahead.
+                    (now.since(answered) >= DUPLICATE_WINDOW).then_some((seq, 1))
+                } else if seq > asked && seq <= sent {
+                    Some((sent, window))
+                } else {
+                    None
+                }
+            }
+            _ => None,
+        };
+        self.heard = now;
+        if seq > self.furthest {
+            (self.furthest, self.progressed) = (seq, now);
+        }
+        if let Some((from, window)) = step {
+            let to = count.min(seq.saturating_add(window)).max(from);
+            self.send_items(from, to);
+            self.state = Upload::Sending { asked: seq, answered: now, sent: to, window, complained: None };
+        }
+    }
+
+    fn on_ack(&mut self, result: MissionResult, now: MonoTime) {
+        let (counting, all_sent, last) = match self.state {
+            Upload::Counting { .. } => (true, self.items.is_empty(), None),
+            Upload::Sending { asked, sent, .. } => (false, sent == self.count(), Some(MissionSeq(asked))),
+            Upload::Over(_) => return,
+        };
+        self.heard = now;
+        match result {
+            MissionResult::ACCEPTED if all_sent => self.end(Ok(ItemsSent { acknowledged: true })),
+            // Accepted before all was sent: of an upload before this one, or a lie. The read-back would find out.
+            MissionResult::ACCEPTED => {}
+            MissionResult::INVALID_SEQUENCE => match &mut self.state {
+                Upload::Sending { window, complained, .. } if self.config.is_ardupilot => {
+                    *window = 1;
+                    complained.get_or_insert(now);
+                }
+                Upload::Sending { .. } => self.restart(now),
+                _ => {}
+            },
+            MissionResult::DENIED if counting => {
+                if now.since(self.began) >= SILENCE_LIMIT {
+                    self.end(Err(TransferError::Refused { kind: self.kind, result, seq: None }));
+                } else if let Upload::Counting { retry_at, .. } = &mut self.state {
+                    *retry_at = now + DENIED_WAIT;
+                }
+            }
+            MissionResult::DENIED => self.restart(now),
+            // The vehicle gave up waiting; while counting, it is the end of the upload before.
+            MissionResult::OPERATION_CANCELLED => {
+                if !counting {
+                    self.restart(now);
+                }
+            }
+            result => self.end(Err(TransferError::Refused { kind: self.kind, result, seq: last })),
+        }
+    }
+
+    /// When the state ends by itself, and whether that begins the upload anew.
+    fn patience(&self) -> Option<MonoTime> {
+        let limit = self.progressed + PROGRESS_LIMIT;
+        match self.state {
+            Upload::Counting { retry_at, .. } => Some(retry_at.min(limit)),
+            Upload::Sending { sent, complained, .. } => {
+                let silence = self.heard + STALL_LIMIT;
+                let repeat = REQUEST_REPEAT + ITEM_TIMEOUT + self.round_trip.timeout();
+                let complained = complained.map(|at| at + repeat);
+                let finished = (sent == self.count()).then(|| self.heard + repeat);
+                [Some(silence), Some(limit), complained, finished].into_iter().flatten().min()
+            }
+            Upload::Over(_) => None,
+        }
+    }
+}
+
+impl Transfer for ItemUpload {
+    type Value = ItemsSent;
+
+    #[allow(deprecated, reason = "ArduPilot asks with MISSION_REQUEST, also for MISSION_ITEM_INT")]
+    fn on_message(&mut self, from: Address, message: &Message, now: MonoTime) {
+        if !self.config.concerns_us(from, message) {
+            return;
+        }
+        let kind = mav_mission_type(self.kind);
+        match message {
+            Message::Dialect(MavMessage::MISSION_REQUEST_INT(request)) if request.mission_type == kind => {
+                self.on_request(request.seq, now);
+            }
+            Message::Dialect(MavMessage::MISSION_REQUEST(request)) if request.mission_type == kind => {
+                self.on_request(request.seq, now);
+            }
+            Message::MissionAck(ack) if ack.mission_type == self.kind.mission_type() => {
+                self.on_ack(MissionResult(ack.result), now);
+            }
+            _ => {}
+        }
+    }
+
+    fn on_time(&mut self, now: MonoTime) {
+        let Some(at) = self.patience() else { return };
+        if now < at {
+            return;
+        }
+        if now >= self.progressed + PROGRESS_LIMIT {
+            let attempts = self.restarts + 1;
+            return self.end(Err(TransferError::NoProgress { step: "sending a plan item by item", attempts }));
+        }
+        match self.state {
+            Upload::Counting { tries, .. } => {
+                let waited = now.since(self.heard);
+                if waited >= SILENCE_LIMIT {
+                    self.end(Err(TransferError::Timeout { step: "MISSION_COUNT", waited }));
+                } else {
+                    self.round_trip.timed_out();
+                    self.send_count(tries + 1, now);
+                }
+            }
+            // Every item was sent and none is asked for again: the final MISSION_ACK was lost.
+            Upload::Sending { sent, complained: None, .. } if sent == self.count() => {
+                self.end(Ok(ItemsSent { acknowledged: false }));
+            }
+            Upload::Sending { .. } => self.restart(now),
+            Upload::Over(_) => {}
+        }
+    }
+
+    fn deadline(&self) -> Option<MonoTime> {
+        self.patience()
+    }
+
+    fn poll_output(&mut self) -> Option<TransferOutput> {
+        self.out.pop_front()
+    }
+
+    fn result(&mut self) -> Option<Result<ItemsSent, TransferError>> {
+        if let Upload::Over(result) = &mut self.state { result.take() } else { None }
+    }
+
+    fn cancel(&mut self, _now: MonoTime) {
+        if !matches!(self.state, Upload::Over(_)) {
+            self.out.clear();
+            self.out.push_back(TransferOutput::Send(ack(&self.config, self.kind, MissionResult::OPERATION_CANCELLED)));
+            self.end(Err(TransferError::Cancelled));
+        }
+    }
+}
+
+/// Reads a list, item by item.
+#[derive(Debug)]
+pub(crate) struct ItemDownload {
+    config: TransferConfig,
+    kind: PlanKind,
+    state: Download,
+    heard: MonoTime,
+    began: MonoTime,
+    /// When it last got further.
+    progressed: MonoTime,
+    restarts: u32,
+    round_trip: RoundTrip,
+    out: Outbox,
+}
+
+#[derive(Debug)]
+enum Download {
+    Listing { sent: MonoTime, tries: u32, retry_at: MonoTime },
+    Reading(Reading),
+    Over(Option<Result<Vec<MissionItemInt>, TransferError>>),
+}
+
+#[derive(Debug)]
+struct Reading {
+    items: Vec<Option<MissionItemInt>>,
+    have: usize,
+    /// Items before this one were asked for.
+    next: usize,
+    /// Asked for and not there yet, in the order of asking.
+    asked: VecDeque<Asked>,
+    /// How many may be asked for at once.
+    window: usize,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    seq: u16,
+    at: MonoTime,
+    again: bool,
+    overtaken: u32,
+}
+
+impl ItemDownload {
+    pub(crate) fn new(config: &TransferConfig, kind: PlanKind, now: MonoTime) -> Self {
+        let mut download = Self {
+            config: config.clone(),
+            kind,
+            state: Download::Over(None),
+            heard: now,
+            began: now,
+            progressed: now,
+            restarts: 0,
+            round_trip: RoundTrip::new(config.round_trip, MESSAGE_TIMEOUT),
+            out: Outbox::new(),
+        };
+        download.send_list(1, now);
+        download
+    }
+
+    fn send_list(&mut self, tries: u32, now: MonoTime) {
+        self.out.push_back(TransferOutput::Send(Message::Dialect(MavMessage::MISSION_REQUEST_LIST(
+            MISSION_REQUEST_LIST_DATA {
+                target_system: self.config.vehicle.system.0,
+                target_component: self.config.vehicle.component.0,
+                mission_type: mav_mission_type(self.kind),
+            },
+        ))));
+        self.state = Download::Listing { sent: now, tries, retry_at: now + self.round_trip.timeout() };
+    }
+
+    fn end(&mut self, result: Result<Vec<MissionItemInt>, TransferError>) {
+        self.state = Download::Over(Some(result));
+    }
+
+    fn restart(&mut self, error: TransferError, now: MonoTime) {
+        self.restarts += 1;
+        if self.restarts > RESTARTS {
+            self.end(Err(error));
+        } else {
+            self.send_list(1, now);
+        }
+    }
+
+    fn on_count(&mut self, count: u16, now: MonoTime) {
+        self.heard = now;
+        match &self.state {
+            Download::Listing { sent, tries, .. } => {
+                if *tries == 1 {
+                    self.round_trip.sample(now.since(*sent));
+                }
+            }
+            // The plan changed while it was read.
+            Download::Reading(reading) if reading.items.len() != usize::from(count) => {
+                self.restarts += 1;
+                if self.restarts > RESTARTS {
+                    let attempts = self.restarts;
+                    return self
+                        .end(Err(TransferError::NoProgress { step: "reading a plan that keeps changing", attempts }));
+                }
+            }
+            _ => return,
+        }
+        if usize::from(count) > MAX_ITEMS {
+            return self.end(Err(TransferError::TooMany {
+                what: "items of a plan",
+                count: u64::from(count),
+                limit: MAX_ITEMS as u64,
+            }));
+        }
+        let window = if self.config.is_ardupilot { FIRST_REQUESTS } else { 1 };
+        let items = vec![None; usize::from(count)];
+        self.state = Download::Reading(Reading { items, have: 0, next: 0, asked: VecDeque::new(), window });
+        self.ask(now);
+    }
+
+    /// Asks for as many items as the window lets, or ends when all are there.
+    fn ask(&mut self, now: MonoTime) {
+        let Download::Reading(reading) = &mut self.state else { return };
+        let (have, total) = (reading.have, reading.items.len());
+        if have == total {
+            let items = std::mem::take(&mut reading.items).into_iter().flatten().collect();
+            self.out.push_back(TransferOutput::Send(ack(&self.config, self.kind, MissionResult::ACCEPTED)));
+            return self.end(Ok(items));
+        }
+        while reading.asked.len() < reading.window && reading.next < total {
+            let asked = Asked { seq: reading.next as u16, at: now, again: false, overtaken: 0 };
+            reading.next += 1;
+            if reading.items[usize::from(asked.seq)].is_none() {
+                reading.asked.push_back(asked);
+                self.out.push_back(TransferOutput::Send(request(&self.config, self.kind, asked.seq)));
+            }
+        }
+    }
+
+    /// Asks again for items that are late or were overtaken.
+    fn ask_again(&mut self, now: MonoTime) {
+        let timeout = self.round_trip.timeout();
+        let Download::Reading(reading) = &mut self.state else { return };
+        let mut late = false;
+        let mut again = Vec::new();
+        reading.asked.retain(|asked| {
+            let is_late = now >= asked.at + timeout;
+            let is_lost = is_late || asked.overtaken >= OVERTAKEN;
+            late |= is_late;
+            if is_lost {
+                again.push(asked.seq);
+            }
+            !is_lost
+        });
+        for seq in again {
+            reading.asked.push_back(Asked { seq, at: now, again: true, overtaken: 0 });
+            self.out.push_back(TransferOutput::Send(request(&self.config, self.kind, seq)));
+        }
+        if late {
+            reading.window = (reading.window / 2).max(1);
+            self.round_trip.timed_out();
+        }
+    }
+
+    fn on_item(&mut self, item: &MissionItemInt, now: MonoTime) {
+        let Download::Reading(reading) = &mut self.state else { return };
+        let Some(slot) = reading.items.get_mut(usize::from(item.seq)) else { return };
+        self.heard = now;
+        if slot.is_some() {
+            return;
+        }
+        *slot = Some(*item);
+        self.progressed = now;
+        reading.have += 1;
+        if let Some(place) = reading.asked.iter().position(|asked| asked.seq == item.seq) {
+            let answered = reading.asked.remove(place).expect("invariant: the place was just found");
+            if !answered.again {
+                self.round_trip.sample(now.since(answered.at));
+            }
+            for earlier in reading.asked.iter_mut().take(place) {
+                earlier.overtaken += 1;
+            }
+        }
+        if self.config.is_ardupilot {
+            reading.window = (reading.window + 1).min(MAX_REQUESTS);
+        }
+        let (done, total) = (reading.have as u32, reading.items.len() as u32);
+        self.out.push_back(TransferOutput::Progress { done, total });
+        self.ask_again(now);
+        self.ask(now);
+    }
+
+    fn on_ack(&mut self, result: MissionResult, now: MonoTime) {
+        let kind = self.kind;
+        let refused = TransferError::Refused { kind, result, seq: None };
+        match (&mut self.state, result) {
+            (Download::Over(_), _) | (_, MissionResult::ACCEPTED) => {}
+            // Another station is uploading.
+            (Download::Listing { retry_at, .. }, MissionResult::DENIED | MissionResult::OPERATION_CANCELLED) => {
+                self.heard = now;
+                if now.since(self.began) >= SILENCE_LIMIT {
+                    self.end(Err(refused));
+                } else {
+                    *retry_at = now + DENIED_WAIT;
+                }
+            }
+            // Left over from an upload before this.
+            (Download::Listing { .. }, MissionResult::INVALID_SEQUENCE) => {}
+            (Download::Listing { .. }, _) => self.end(Err(refused)),
+            // The plan got shorter, or another station began to upload: from the beginning.
+            (Download::Reading(_), _) => {
+                self.heard = now;
+                self.restart(refused, now);
+            }
+        }
+    }
+}
+
+fn request(config: &TransferConfig, kind: PlanKind, seq: u16) -> Message {
+    Message::Dialect(MavMessage::MISSION_REQUEST_INT(MISSION_REQUEST_INT_DATA {
+        seq,
+        target_system: config.vehicle.system.0,
+        target_component: config.vehicle.component.0,
+        mission_type: mav_mission_type(kind),
+    }))
+}
+
+impl Transfer for ItemDownload {
+    type Value = Vec<MissionItemInt>;
+
+    fn on_message(&mut self, from: Address, message: &Message, now: MonoTime) {
+        if !self.config.concerns_us(from, message) {
+            return;
+        }
+        let kind = self.kind.mission_type();
+        match message {
+            Message::Dialect(MavMessage::MISSION_COUNT(count)) if count.mission_type as u8 == kind => {
+                self.on_count(count.count, now);
+            }
+            Message::MissionItemInt(item) if item.mission_type == kind => self.on_item(item, now),
+            Message::MissionAck(ack) if ack.mission_type == kind => self.on_ack(MissionResult(ack.result), now),
+            _ => {}
+        }
+    }
+
+    fn on_time(&mut self, now: MonoTime) {
+        if self.deadline().is_none_or(|at| now < at) {
+            return;
+        }
+        let waited = now.since(self.heard);
+        if now >= self.progressed + PROGRESS_LIMIT {
+            let attempts = self.restarts + 1;
+            return self.end(Err(TransferError::NoProgress { step: "reading a plan item by item", attempts }));
+        }
+        match self.state {
+            Download::Listing { .. } if waited >= SILENCE_LIMIT => {
+                self.end(Err(TransferError::Timeout { step: "MISSION_REQUEST_LIST", waited }));
+            }
+            Download::Reading(_) if waited >= SILENCE_LIMIT => {
+                self.end(Err(TransferError::Timeout { step: "MISSION_REQUEST_INT", waited }));
+            }
+            Download::Listing { tries, .. } => {
+                self.round_trip.timed_out();
+                self.send_list(tries + 1, now);
+            }
+            Download::Reading(_) => self.ask_again(now),
+            Download::Over(_) => {}
+        }
+    }
+
+    fn deadline(&self) -> Option<MonoTime> {
+        let limit = self.progressed + PROGRESS_LIMIT;
+        match &self.state {
+            Download::Listing { retry_at, .. } => Some((*retry_at).min(limit)),
+            Download::Reading(reading) => {
+                let timeout = self.round_trip.timeout();
+                let late = reading.asked.iter().map(|asked| asked.at + timeout).min();
+                let gone = (self.heard + SILENCE_LIMIT).min(limit);
+                Some(late.map_or(gone, |late| late.min(gone)))
+            }
+            Download::Over(_) => None,
+        }
+    }
+
+    fn poll_output(&mut self) -> Option<TransferOutput> {
+        self.out.pop_front()
+    }
+
+    fn result(&mut self) -> Option<Result<Vec<MissionItemInt>, TransferError>> {
+        if let Download::Over(result) = &mut self.state { result.take() } else { None }
+    }
+
+    fn cancel(&mut self, _now: MonoTime) {
+        if !matches!(self.state, Download::Over(_)) {
+            self.out.clear();
+            self.out.push_back(TransferOutput::Send(ack(&self.config, self.kind, MissionResult::OPERATION_CANCELLED)));
+            self.end(Err(TransferError::Cancelled));
+        }
+    }
+}

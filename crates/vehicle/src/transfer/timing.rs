@@ -1,0 +1,148 @@
+//! How long a transfer waits for what. Every timeout of the transfers is here, with where it comes from.
+
+use std::time::Duration;
+
+/// Wait for an answer before asking again, when nothing is known of the link.
+/// <https://mavlink.io/en/services/mission.html>, "Timeouts and Retries": 1500 ms.
+pub(crate) const MESSAGE_TIMEOUT: Duration = Duration::from_millis(1500);
+
+/// Wait for one item before asking again. Same place: 250 ms.
+pub(crate) const ITEM_TIMEOUT: Duration = Duration::from_millis(250);
+
+/// A vehicle from which nothing that concerns the transfer came for this long is gone. The mission protocol gives up
+/// after 5 retries of 1500 ms (7.5 s); ArduPilot ends an upload 8 s after the last item. A bit longer than both, so that
+/// it is the vehicle that ends first, and short enough to fail cleanly within 15 s (facts, fault 3).
+pub(crate) const SILENCE_LIMIT: Duration = Duration::from_secs(10);
+
+/// A transfer that hears the vehicle but gets no further for this long is given up. With 30 % of all packets lost each way
+/// ArduPilot's repeated requests (each second) get through with an item about every second time.
+pub(crate) const PROGRESS_LIMIT: Duration = Duration::from_secs(30);
+
+/// How often a transfer is begun anew before it is given up (facts, fault 1: at most 3).
+pub(crate) const RESTARTS: u32 = 3;
+
+/// ArduPlane reads its links in its main loop, 50 times a second (`SCHED_LOOP_RATE`): no answer comes faster than that.
+pub(crate) const VEHICLE_TICK: Duration = Duration::from_millis(20);
+
+/// ArduPilot asks again for an item that does not come after 1 s (`MissionItemProtocol::update`;
+/// captures/mission-upload-abandoned.tlog).
+pub(crate) const REQUEST_REPEAT: Duration = Duration::from_millis(1000);
+
+/// An upload in which the vehicle asks for nothing more is begun anew after this: four of ArduPilot's repeated requests
+/// must have been lost, and the vehicle itself still waits.
+pub(crate) const STALL_LIMIT: Duration = Duration::from_millis(4500);
+
+/// The same request again within this time is a duplicate made by the link: no vehicle asks again as fast
+/// (PX4 after 250 ms, ArduPilot after 1 s).
+pub(crate) const DUPLICATE_WINDOW: Duration = Duration::from_millis(100);
+
+/// Wait before asking again when another station is uploading.
+pub(crate) const DENIED_WAIT: Duration = Duration::from_millis(1000);
+
+/// A vehicle that announces MAVFTP but answers nothing for this long has it switched off (`BRD_OPTIONS`).
+pub(crate) const FTP_ABSENT_AFTER: Duration = Duration::from_secs(3);
+
+/// ArduPilot closes a MAVFTP session that was idle for 3 s when another one asks (`FTP_SESSION_TIMEOUT`): wait a bit longer
+/// for another station to be done.
+pub(crate) const FTP_BUSY_LIMIT: Duration = Duration::from_millis(4500);
+
+/// First wait for a MAVFTP answer when nothing is known of the link: the requests may be repeated without harm.
+pub(crate) const FTP_FIRST_TIMEOUT: Duration = Duration::from_millis(500);
+
+/// ArduPlane works off a MAVFTP request in about 4 ms: its main loop runs each 20 ms and queues 5.
+pub(crate) const FTP_REQUEST_SPACING: Duration = Duration::from_millis(4);
+
+/// MAVFTP requests that ArduPilot queues; a further one is dropped (`ObjectBuffer<pending_ftp>(5)`).
+pub(crate) const FTP_QUEUE: usize = 5;
+
+/// A parameter that the vehicle says nothing about for this long does not exist: older ArduPilots have no PARAM_ERROR.
+/// Enough for four tries from [`PARAM_TIMEOUT`] on, each twice as long.
+pub(crate) const PARAM_ANSWER_LIMIT: Duration = Duration::from_secs(5);
+
+/// First wait for one parameter's answer when nothing is known of the link.
+pub(crate) const PARAM_TIMEOUT: Duration = Duration::from_millis(500);
+
+/// Shortest wait before asking again: three turns of the vehicle's main loop.
+const MIN_TIMEOUT: Duration = Duration::from_millis(60);
+/// Longest wait before asking again.
+const MAX_TIMEOUT: Duration = Duration::from_millis(4000);
+/// Least allowance for variation: two turns of the main loop.
+const MIN_VARIATION: Duration = Duration::from_millis(40);
+
+/// The round trip as measured, and the timeout that follows from it (RFC 6298, with ArduPlane's 20 ms loop as the
+/// granularity).
+#[derive(Debug, Clone)]
+pub(crate) struct RoundTrip {
+    /// Smoothed round trip and its variation.
+    estimate: Option<(Duration, Duration)>,
+    /// Shortest round trip seen: the link without queues.
+    least: Option<Duration>,
+    /// Timeout while nothing is known.
+    unknown: Duration,
+    /// Doublings since the last answer that was certainly to a first request (Karn's algorithm).
+    backoff: u32,
+}
+
+impl RoundTrip {
+    pub(crate) fn new(known: Option<Duration>, unknown: Duration) -> Self {
+        let estimate = known.map(|round_trip| (round_trip + VEHICLE_TICK, round_trip / 4));
+        Self { estimate, least: known.map(|round_trip| round_trip + VEHICLE_TICK), unknown, backoff: 0 }
+    }
+
+    /// An answer to a request that was sent once, so long ago.
+    pub(crate) fn sample(&mut self, took: Duration) {
+        self.backoff = 0;
+        self.least = Some(self.least.map_or(took, |least| least.min(took)));
+        self.estimate = Some(match self.estimate {
+            None => (took, took / 2),
+            Some((smoothed, variation)) => {
+                (smoothed * 7 / 8 + took / 8, variation * 3 / 4 + smoothed.abs_diff(took) / 4)
+            }
+        });
+    }
+
+    /// A request was not answered in time.
+    pub(crate) fn timed_out(&mut self) {
+        self.backoff = (self.backoff + 1).min(6);
+    }
+
+    /// How long to wait for an answer now.
+    pub(crate) fn timeout(&self) -> Duration {
+        let base = match self.estimate {
+            None => self.unknown,
+            Some((smoothed, variation)) => (smoothed + (variation * 4).max(MIN_VARIATION)).max(MIN_TIMEOUT),
+        };
+        (base * (1 << self.backoff)).min(MAX_TIMEOUT.max(base))
+    }
+
+    /// Shortest round trip seen.
+    pub(crate) fn least(&self) -> Option<Duration> {
+        self.least
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_timeout_follows_the_round_trip() {
+        let ms = Duration::from_millis;
+        let mut round_trip = RoundTrip::new(None, MESSAGE_TIMEOUT);
+        assert_eq!(round_trip.timeout(), MESSAGE_TIMEOUT);
+        round_trip.timed_out();
+        assert_eq!(round_trip.timeout(), ms(3000));
+        for _ in 0..50 {
+            round_trip.sample(ms(200));
+        }
+        assert!((ms(235)..ms(260)).contains(&round_trip.timeout()), "{:?}", round_trip.timeout());
+        let near = RoundTrip::new(Some(Duration::ZERO), MESSAGE_TIMEOUT);
+        assert_eq!(near.timeout(), MIN_TIMEOUT);
+        let mut slow = RoundTrip::new(Some(ms(2000)), MESSAGE_TIMEOUT);
+        assert!(slow.timeout() >= ms(4000));
+        for _ in 0..40 {
+            slow.timed_out();
+        }
+        assert_eq!(slow.timeout(), MAX_TIMEOUT.max(ms(4020)));
+    }
+}
