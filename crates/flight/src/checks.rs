@@ -327,7 +327,9 @@ impl<'a> Check<'a> {
         let Some(info) = item.command.info() else { return };
         let stored = ardupilot_stored(item);
         for (number, param) in info.params.iter().enumerate() {
-            let Some(value) = item.params[number].filter(|_| param.is_used()) else { continue };
+            // the target of a jump has checks of its own
+            let checked = param.is_used() && param.unit != Unit::Item;
+            let Some(value) = item.params[number].filter(|_| checked) else { continue };
             let position = matches!(param.storage, Storage::DegE7 | Storage::Centimetres);
             let unit = param.unit.symbol();
             let label = param.label;

@@ -132,12 +132,24 @@ fn places() {
 fn beginning_and_end() {
     use FindingCode::*;
     use Severity::{Error, Warning};
-    check(|items| drop(items.remove(0)), NoTakeoff, Error, Some(0));
+    check(
+        |items| {
+            items.remove(0);
+        },
+        NoTakeoff,
+        Error,
+        Some(0),
+    );
     check(|items| items.truncate(4), NoLanding, Warning, Some(3));
-    check(|items| items.push(waypoint(0.0, 900.0, 80.0)), ItemsAfterLanding, Warning, Some(6));
+    check(
+        |items| items.extend([waypoint(0.0, 900.0, 80.0), MissionItem::return_to_launch()]),
+        ItemsAfterLanding,
+        Warning,
+        Some(6),
+    );
     check(|items| items[6] = MissionItem::return_to_launch(), LandStartWithoutLanding, Error, Some(4));
     check(|items| items[5].params[6] = Some(80.0), SteepApproach, Warning, Some(6));
-    check(|items| items[5].params[6] = Some(0.5), FlatApproach, Warning, Some(6));
+    check(|items| items[6].params[6] = Some(50.0), FlatApproach, Warning, Some(6));
 
     let mut items = sound();
     items.remove(0);

@@ -1,4 +1,57 @@
-//! Flight: plans, their file formats and checks, geodesy and plane guidance. Pure functions, no I/O, no clock.
+//! Flight: what to fly and where, without a vehicle at hand.
+//!
+//! Pure functions over plain values: no I/O, no clock, no task. Of our crates only `vencejo-proto` is used,
+//! for ids and `MISSION_ITEM_INT`.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`plan`] | missions, fences, rally points; the table of commands; what an ArduPlane keeps of them |
+//! | [`formats`] | `.plan`, `.waypoints` and parameter files |
+//! | [`checks`] | what is wrong or doubtful in a plan, before it is sent |
+//! | [`progress`] | how far and how long a mission still is |
+//! | [`geodesy`] | distances, bearings, legs, local frames, polygons on WGS-84 |
+//! | [`guidance`] | the laws that steer a plane: lateral, height and speed, attitude |
+//!
+//! # From a file to the wire and back
+//!
+//! ```
+//! use vencejo_flight::checks::{CheckContext, check_plan, has_errors};
+//! use vencejo_flight::formats::read_plan;
+//! use vencejo_flight::plan::{MissionItem, PlanKind, ardupilot_stored, items_from_wire, plans_equal_as_stored};
+//! use vencejo_proto::{Address, MissionSeq};
+//!
+//! let file = "QGC WPL 110\n\
+//!     0 1 0 16 0 0 0 0 40.3332 -3.7978 600 1\n\
+//!     1 0 3 22 12 0 0 0 40.3332 -3.8013 60 1\n\
+//!     2 0 3 16 0 0 0 0 40.3377 -3.8084 77.77 1\n\
+//!     3 0 2 20 0 0 0 0 0 0 0 1\n";
+//! let plan = read_plan(file.as_bytes(), Some("round.waypoints"))?.plan;
+//!
+//! // Before an upload: nothing that the vehicle would refuse, nothing that nobody can want.
+//! let findings = check_plan(&plan, &CheckContext { on_ground: Some(true), ..CheckContext::default() });
+//! assert!(!has_errors(&findings), "{findings:?}");
+//!
+//! // As sent: on ArduPilot item 0 is home, so `plan.mission.items[0]` has seq 1.
+//! let wire = plan.mission.to_wire(Address::new(1, 1), true)?;
+//! assert_eq!((wire[1].command, wire[1].x), (22, 403_332_000));
+//!
+//! // After the upload the list is read back and compared with what ArduPlane keeps: whole centimetres.
+//! let sent = items_from_wire(&wire, PlanKind::Mission)?;
+//! let kept: Vec<MissionItem> = sent.iter().map(ardupilot_stored).collect();
+//! assert_eq!(kept[2].alt_m(), Some(77.76));
+//! assert_eq!(plans_equal_as_stored(&sent, &kept, PlanKind::Mission), Ok(()));
+//! # Ok::<(), vencejo_flight::FlightError>(())
+//! ```
+//!
+//! # Conventions
+//!
+//! - Latitude and longitude in degrees on WGS-84, north and east positive; bearings in degrees clockwise from
+//!   true north; heights in metres with their datum in the name (`alt_amsl_m`, `alt_rel_home_m`) or in the
+//!   item's [`plan::MavFrame`].
+//! - `plan.mission.items` does not hold home. "Item 3" in a message is the seq on ArduPilot, index + 1.
+//! - Absent is `None`. NaN exists on the wire alone.
+//! - What comes from a file or a vehicle is untrusted: every reader is bounded and returns [`FlightError`],
+//!   which says where, what is wrong and how to mend it.
 
 pub mod checks;
 pub mod error;
