@@ -1,6 +1,14 @@
-//! Frames for tests.
+//! What tests share: frames, a hub that tells what it hears, folders.
 
-use vencejo_proto::{Address, Frame, FrameDecoder, Header, Heartbeat, MavVersion, Message, dialect};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
+
+use tokio::sync::mpsc;
+use vencejo_proto::{Address, CommandLong, Frame, FrameDecoder, Header, Heartbeat, MavVersion, Message, dialect};
+
+use crate::{Hub, LinkHandle, LinkId, LinkOptions, LinkState, Route, SendReport, SinkScope, SystemClock};
 
 fn header(system: u8, component: u8, sequence: u8) -> Header {
     Header { sequence, source: Address::new(system, component), version: MavVersion::V2 }
@@ -47,4 +55,79 @@ pub(crate) fn signed(frame: &Frame) -> Frame {
         }
     }
     found.expect("one checksum fits")
+}
+
+/// A hub of the address 255/190 with everything that it hears.
+pub(crate) struct Listening {
+    pub(crate) hub: Hub,
+    heard: mpsc::UnboundedReceiver<(LinkId, Frame)>,
+}
+
+impl Listening {
+    pub(crate) fn new() -> Self {
+        let hub = Hub::new(vec![US], Arc::new(SystemClock::new()));
+        let (sender, heard) = mpsc::unbounded_channel();
+        hub.add_sink(
+            SinkScope::All,
+            Arc::new(move |link, frame, _| {
+                // A test that has seen enough does not listen any more.
+                let _ = sender.send((link, frame.clone()));
+            }),
+        );
+        Self { hub, heard }
+    }
+
+    /// Opens a link and waits until it is up.
+    pub(crate) async fn open(&self, text: &str) -> LinkHandle {
+        let mut link = self.hub.open(text.parse().unwrap(), LinkOptions::default()).unwrap();
+        in_time(link.wait_for(LinkState::is_up)).await;
+        link
+    }
+
+    /// The next frame that is heard.
+    pub(crate) async fn next(&mut self) -> Frame {
+        in_time(self.heard.recv()).await.expect("the hub lives").1
+    }
+
+    /// Whether nothing waits to be read.
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.heard.is_empty()
+    }
+}
+
+pub(crate) const US: Address = Address::new(255, 190);
+
+/// Waits, but not for ever: a test that hangs should say where.
+pub(crate) async fn in_time<T>(future: impl Future<Output = T>) -> T {
+    tokio::time::timeout(Duration::from_secs(20), future).await.expect("it happens within 20 s")
+}
+
+/// Our heartbeat with any number, sent on all links.
+pub(crate) fn say_something(hub: &Hub) -> SendReport {
+    hub.send_message(&Message::Heartbeat(Heartbeat::default()), US, MavVersion::V2, Route::All)
+}
+
+/// A command to a system, to be told from others by `command`.
+pub(crate) fn command_to(system: u8, command: u16) -> Message {
+    let target = Address::new(system, 1);
+    Message::CommandLong(CommandLong { target, command, confirmation: 0, params: [0.0; 7] })
+}
+
+/// A folder of its own, gone afterwards.
+pub(crate) struct TempDir(pub(crate) PathBuf);
+
+impl TempDir {
+    pub(crate) fn new() -> Self {
+        static NEXT: AtomicU32 = AtomicU32::new(0);
+        let name = format!("vencejo-link-{}-{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
+        let path = std::env::temp_dir().join(name);
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+}
+
+impl Drop for TempDir {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
 }

@@ -106,3 +106,121 @@ impl Claim {
         Ok(())
     }
 }
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::io::{Read, Write};
+    use std::path::Path;
+
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+
+    use crate::testing::{Listening, TempDir, US, heartbeat, in_time, say_something};
+    use crate::{LinkOptions, LinkState};
+    use vencejo_proto::{Frame, FrameDecoder};
+
+    /// The other end of a serial line; the link opens `port`.
+    struct Line {
+        master: std::fs::File,
+        port: String,
+    }
+
+    impl Line {
+        fn new() -> Self {
+            let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+            grantpt(&master).unwrap();
+            unlockpt(&master).unwrap();
+            let port = ptsname(&master, Vec::new()).unwrap().into_string().unwrap();
+            Self { master: master.into(), port }
+        }
+
+        /// Plugs the line in under a name that stays.
+        fn plug(path: &Path) -> Self {
+            let line = Self::new();
+            let _ = std::fs::remove_file(path);
+            std::os::unix::fs::symlink(&line.port, path).unwrap();
+            line
+        }
+
+        async fn hears(&self) -> Frame {
+            let mut master = self.master.try_clone().unwrap();
+            let read = tokio::task::spawn_blocking(move || {
+                let mut decoder = FrameDecoder::new();
+                loop {
+                    let mut byte = [0];
+                    master.read_exact(&mut byte).unwrap();
+                    decoder.push(&byte);
+                    if let Some(frame) = decoder.next_frame() {
+                        return frame;
+                    }
+                }
+            });
+            in_time(read).await.unwrap()
+        }
+    }
+
+    #[tokio::test]
+    async fn frames_go_both_ways_raw() {
+        let mut listening = Listening::new();
+        let mut line = Line::new();
+        let link = listening.open(&format!("serial:{}:115200", line.port)).await;
+        // All byte values that a terminal would change or act on occur here.
+        let bytes: Vec<u8> = (0..=255).collect();
+        line.master.write_all(&bytes).unwrap();
+        for sequence in 0..=255 {
+            line.master.write_all(heartbeat(1, 1, sequence).bytes()).unwrap();
+        }
+        // What looks like the start of a frame at the end of the ramp swallows at most the first few.
+        let mut heard = Vec::new();
+        while heard.last() != Some(&255) {
+            let frame = listening.next().await;
+            if frame.is_known() {
+                heard.push(frame.sequence());
+            }
+        }
+        let expected: Vec<u8> = (heard[0]..=255).collect();
+        assert_eq!(heard, expected);
+        assert!(heard[0] < 14, "{}", heard[0]);
+        for _ in 0..30 {
+            assert!(say_something(&listening.hub).is_sent());
+        }
+        for sequence in 0..30 {
+            let frame = line.hears().await;
+            assert_eq!((frame.source(), frame.sequence()), (US, sequence));
+        }
+        link.close().await;
+    }
+
+    #[tokio::test]
+    async fn a_port_is_ours_alone_and_free_afterwards() {
+        let listening = Listening::new();
+        let line = Line::new();
+        let address = format!("serial:{}:57600", line.port);
+        let first = listening.open(&address).await;
+        let mut second = listening.hub.open(address.parse().unwrap(), LinkOptions::default()).unwrap();
+        let state =
+            in_time(second.wait_for(|state| matches!(state, LinkState::Connecting { last_error: Some(_), .. }))).await;
+        assert!(format!("{state:?}").contains("another program uses it"), "{state:?}");
+        first.close().await;
+        in_time(second.wait_for(LinkState::is_up)).await;
+        second.close().await;
+    }
+
+    #[tokio::test]
+    async fn unplugged_and_plugged_in_again() {
+        let mut listening = Listening::new();
+        let folder = TempDir::new();
+        let path = folder.0.join("ttyACM0");
+        let mut line = Line::plug(&path);
+        let mut link = listening.open(&format!("serial:{}:57600", path.display())).await;
+        for round in 0..3 {
+            line.master.write_all(heartbeat(1, 1, round).bytes()).unwrap();
+            assert_eq!(listening.next().await, heartbeat(1, 1, round));
+            drop(line);
+            in_time(link.wait_for(|state| !state.is_up())).await;
+            assert!(!say_something(&listening.hub).is_sent(), "nothing is kept for later");
+            line = Line::plug(&path);
+            in_time(link.wait_for(LinkState::is_up)).await;
+        }
+        link.close().await;
+    }
+}

@@ -198,3 +198,136 @@ async fn serve_client(context: Arc<Context>, clients: Arc<Clients>, stream: TcpS
     tracing::debug!(link = %context.port.id, %place, ?end, "a client left");
     context.peers(clients.remove(&queue));
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::rngs::StdRng;
+    use rand::{Rng, SeedableRng};
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    use vencejo_proto::{FrameDecoder, MavVersion};
+
+    use super::*;
+    use crate::testing::{Listening, US, command_to, heartbeat, in_time, say_something};
+    use crate::{LinkState, Route};
+
+    /// The next frame of a stream that carries one at a time.
+    async fn hears(stream: &mut TcpStream) -> Frame {
+        let mut decoder = FrameDecoder::new();
+        loop {
+            if let Some(frame) = decoder.next_frame() {
+                return frame;
+            }
+            decoder.push(&[in_time(stream.read_u8()).await.expect("the link is open")]);
+        }
+    }
+
+    #[tokio::test]
+    async fn a_client_comes_back_after_the_server_went() {
+        let mut listening = Listening::new();
+        let server = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let place = server.local_addr().unwrap();
+        let link = listening.hub.open(format!("tcp:{place}").parse().unwrap(), crate::LinkOptions::default()).unwrap();
+        for round in 0..3 {
+            let (mut stream, _) = in_time(server.accept()).await.unwrap();
+            stream.write_all(heartbeat(1, 1, round).bytes()).await.unwrap();
+            assert_eq!(listening.next().await, heartbeat(1, 1, round));
+            assert!(say_something(&listening.hub).is_sent());
+            assert_eq!(hears(&mut stream).await.source(), US);
+            // Half a frame at the end of a connection does not harm the next.
+            stream.write_all(&heartbeat(1, 1, 99).bytes()[..9]).await.unwrap();
+        }
+        let stats = listening.hub.stats(link.id()).unwrap();
+        assert_eq!((stats.received.frames, stats.sent.frames, stats.lost), (3, 3, 0));
+        link.close().await;
+    }
+
+    #[tokio::test]
+    async fn a_server_has_several_clients() {
+        let mut listening = Listening::new();
+        let mut link = listening.open("tcpin:127.0.0.1:0").await;
+        let place = link.local_address().unwrap();
+        let mut clients = Vec::new();
+        for system in 1..=3u8 {
+            let mut client = TcpStream::connect(place).await.unwrap();
+            client.write_all(heartbeat(system, 1, 0).bytes()).await.unwrap();
+            assert_eq!(listening.next().await.source().system.0, system);
+            clients.push(client);
+        }
+        assert_eq!(say_something(&listening.hub).accepted, 1);
+        for client in &mut clients {
+            assert_eq!(hears(client).await.source(), US);
+        }
+        let _ = listening.hub.send_message(&command_to(2, 400), US, MavVersion::V2, Route::Target);
+        say_something(&listening.hub);
+        assert_eq!(hears(&mut clients[0]).await.message_id(), 0, "not addressed to it");
+        assert_eq!(hears(&mut clients[1]).await.message_id(), 76);
+        clients.remove(0);
+        in_time(link.wait_for(|state| matches!(state, LinkState::Up { peers: 2, .. }))).await;
+        link.close().await;
+        assert_eq!(in_time(clients[1].read_to_end(&mut Vec::new())).await.is_ok(), true, "closed with the link");
+    }
+
+    #[tokio::test]
+    async fn too_many_clients_are_turned_away() {
+        let listening = Listening::new();
+        let mut link = listening.open("tcpin:127.0.0.1:0").await;
+        let place = link.local_address().unwrap();
+        let mut clients = Vec::new();
+        for _ in 0..MAX_CLIENTS {
+            clients.push(TcpStream::connect(place).await.unwrap());
+        }
+        in_time(link.wait_for(|state| matches!(state, LinkState::Up { peers: MAX_CLIENTS, .. }))).await;
+        let mut late = TcpStream::connect(place).await.unwrap();
+        assert_eq!(in_time(late.read(&mut [0])).await.unwrap_or(0), 0);
+        link.close().await;
+    }
+
+    /// 100,000 pieces of noise change nothing but the garbage counters.
+    #[tokio::test]
+    async fn noise_changes_nothing() {
+        let mut listening = Listening::new();
+        let link = listening.open("tcpin:127.0.0.1:0").await;
+        let mut vehicle = TcpStream::connect(link.local_address().unwrap()).await.unwrap();
+        vehicle.write_all(heartbeat(1, 1, 0).bytes()).await.unwrap();
+        assert_eq!(listening.next().await, heartbeat(1, 1, 0));
+        let state = link.state();
+
+        let mut random = StdRng::seed_from_u64(2026);
+        let good = heartbeat(1, 1, 1);
+        let mut noise = Vec::new();
+        for n in 0..100_000 {
+            if n % 2 == 0 {
+                let len = random.random_range(1..60);
+                noise.extend((0..len).map(|_| random.random::<u8>()));
+            } else {
+                // A frame with one bit turned over, behind its start.
+                let mut damaged = good.bytes().to_vec();
+                let at = random.random_range(8..damaged.len() * 8);
+                damaged[at / 8] ^= 1 << (at % 8);
+                noise.extend(damaged);
+            }
+        }
+        let (mut reader, mut writer) = vehicle.split();
+        writer.write_all(&noise).await.unwrap();
+        // What looks like the start of a frame may hide what follows, but not for longer than a frame.
+        for sequence in 1..=40 {
+            writer.write_all(heartbeat(1, 1, sequence).bytes()).await.unwrap();
+        }
+        loop {
+            let frame = listening.next().await;
+            if frame == heartbeat(1, 1, 40) {
+                break;
+            }
+            assert!(!frame.is_known() || frame.source() == heartbeat(1, 1, 0).source(), "{frame:?}");
+        }
+        assert_eq!(link.state(), state);
+        let stats = listening.hub.stats(link.id()).unwrap();
+        assert_eq!(stats.sources.len(), 1, "{:?}", stats.sources);
+        assert!(stats.sources[0].received.frames >= 28, "{}", stats.sources[0].received.frames);
+        assert!(stats.bad_crc > 40_000, "{}", stats.bad_crc);
+        assert!(stats.garbage_bytes > 2_000_000, "{}", stats.garbage_bytes);
+        assert!(say_something(&listening.hub).is_sent());
+        assert!(in_time(reader.read(&mut [0; 300])).await.unwrap() > 0);
+        link.close().await;
+    }
+}

@@ -103,3 +103,83 @@ impl Pace {
 fn name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
+
+#[cfg(test)]
+mod tests {
+    use tokio::time::Instant;
+
+    use crate::testing::{Listening, TempDir, heartbeat};
+    use crate::tlog::write_entry;
+    use crate::{LinkOptions, LinkState};
+
+    /// A recording of heartbeats at these milliseconds, numbered from 0.
+    fn recording(folder: &TempDir, times_ms: &[u64], tail: &[u8]) -> String {
+        let mut bytes = Vec::new();
+        for (sequence, ms) in times_ms.iter().enumerate() {
+            write_entry(&mut bytes, 1_700_000_000_000_000 + ms * 1000, &heartbeat(1, 1, sequence as u8));
+        }
+        bytes.extend_from_slice(tail);
+        let path = folder.0.join("flight.tlog");
+        std::fs::write(&path, bytes).unwrap();
+        path.display().to_string()
+    }
+
+    async fn times(listening: &mut Listening, count: usize) -> Vec<u128> {
+        let start = Instant::now();
+        let mut times = Vec::new();
+        for _ in 0..count {
+            listening.next().await;
+            times.push(start.elapsed().as_millis());
+        }
+        times
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn frames_come_at_the_recorded_pace_and_then_it_ends() {
+        let folder = TempDir::new();
+        let path = recording(&folder, &[0, 100, 100, 1000, 4000], &[]);
+        let mut listening = Listening::new();
+        let mut link = listening.hub.open(format!("tlog:{path}").parse().unwrap(), LinkOptions::default()).unwrap();
+        assert_eq!(times(&mut listening, 5).await, [0, 100, 100, 1000, 4000]);
+        let ended = link.wait_for(|state| matches!(state, LinkState::Ended { .. })).await;
+        assert_eq!(ended, LinkState::Ended { remark: None });
+        assert!(listening.hub.links().is_empty());
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn faster_and_over_a_clock_that_was_set() {
+        let folder = TempDir::new();
+        let year_ms = 365 * 24 * 3600 * 1000;
+        let path = recording(&folder, &[1000, 2000, year_ms, year_ms + 500, 10, 510], b"torn");
+        let mut listening = Listening::new();
+        let address = format!("tlog:{path}?speed=10").parse().unwrap();
+        let mut link = listening.hub.open(address, LinkOptions::default()).unwrap();
+        assert_eq!(times(&mut listening, 6).await, [0, 100, 100, 150, 150, 200]);
+        let ended = link.wait_for(|state| matches!(state, LinkState::Ended { .. })).await;
+        assert_eq!(ended, LinkState::Ended { remark: Some("4 bytes of flight.tlog could not be read".to_owned()) });
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn again_and_again_when_asked() {
+        let folder = TempDir::new();
+        let path = recording(&folder, &[0, 10], &[]);
+        let mut listening = Listening::new();
+        let address = format!("tlog:{path}?loop=true").parse().unwrap();
+        let link = listening.hub.open(address, LinkOptions::default()).unwrap();
+        for _ in 0..200 {
+            // The wait between rounds is less than a second: equal frames a round apart are told from copies.
+            assert_eq!(listening.next().await, heartbeat(1, 1, 0));
+            assert_eq!(listening.next().await, heartbeat(1, 1, 1));
+        }
+        link.close().await;
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_missing_file_ends_it_with_the_reason() {
+        let listening = Listening::new();
+        let mut link =
+            listening.hub.open("tlog:/nowhere/flight.tlog".parse().unwrap(), LinkOptions::default()).unwrap();
+        let ended = link.wait_for(|state| matches!(state, LinkState::Ended { .. })).await;
+        assert!(format!("{ended:?}").contains("cannot read /nowhere/flight.tlog"), "{ended:?}");
+    }
+}

@@ -360,3 +360,176 @@ impl Callers {
             .map(|caller| Peer { place: caller.place, systems: caller.systems.clone() })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{Listening, US, command_to, heartbeat, in_time, say_something};
+    use crate::{LinkState, Route};
+    use vencejo_proto::{FrameDecoder, MavVersion};
+
+    async fn peer() -> UdpSocket {
+        UdpSocket::bind("127.0.0.1:0").await.unwrap()
+    }
+
+    /// The frames of the next datagram.
+    async fn hears(socket: &UdpSocket) -> Frame {
+        let mut buffer = [0; 300];
+        let count = in_time(socket.recv(&mut buffer)).await.unwrap();
+        let mut decoder = FrameDecoder::new();
+        decoder.push(&buffer[..count]);
+        decoder.next_frame().expect("a frame")
+    }
+
+    fn hears_nothing(socket: &UdpSocket) -> bool {
+        socket.try_recv(&mut [0; 300]).is_err_and(|error| error.kind() == ErrorKind::WouldBlock)
+    }
+
+    #[tokio::test]
+    async fn a_listening_link_answers_those_who_speak() {
+        let mut listening = Listening::new();
+        let mut link = listening.open("udpin:127.0.0.1:0").await;
+        let place = link.local_address().unwrap();
+        let (one, two, noisy) = (peer().await, peer().await, peer().await);
+        assert!(!say_something(&listening.hub).is_sent(), "nobody is there");
+
+        noisy.send_to(b"GET / HTTP/1.1\r\n\r\n", place).await.unwrap();
+        for (system, socket) in [(1, &one), (2, &two)] {
+            socket.send_to(heartbeat(system, 1, 0).bytes(), place).await.unwrap();
+            assert_eq!(listening.next().await, heartbeat(system, 1, 0));
+        }
+        in_time(link.wait_for(|state| matches!(state, LinkState::Up { peers: 2, .. }))).await;
+        assert_eq!(say_something(&listening.hub).accepted, 1, "one link");
+        assert_eq!(hears(&one).await.source(), US);
+        assert_eq!(hears(&two).await.source(), US);
+
+        let report = listening.hub.send_message(&command_to(2, 400), US, MavVersion::V2, Route::Target);
+        assert!(report.is_sent());
+        assert_eq!(hears(&two).await.message_id(), 76);
+        say_something(&listening.hub);
+        assert_eq!(hears(&one).await.message_id(), 0, "the command did not come here, the heartbeat after it did");
+        assert!(hears_nothing(&noisy), "who speaks no MAVLink is not answered");
+
+        let stats = listening.hub.stats(link.id()).unwrap();
+        assert_eq!(stats.received.frames, 2);
+        assert_eq!(stats.garbage_bytes, 18);
+        assert_eq!(stats.sources.len(), 2);
+        link.close().await;
+    }
+
+    #[tokio::test]
+    async fn frames_cut_anywhere_are_put_together_per_peer() {
+        let mut listening = Listening::new();
+        let link = listening.open("udpin:127.0.0.1:0").await;
+        let place = link.local_address().unwrap();
+        let (one, two) = (peer().await, peer().await);
+        let (a, b) = (heartbeat(1, 1, 0), heartbeat(2, 1, 0));
+        for cut in 1..a.bytes().len() {
+            one.send_to(&a.bytes()[..cut], place).await.unwrap();
+            two.send_to(&b.bytes()[..cut], place).await.unwrap();
+            one.send_to(&a.bytes()[cut..], place).await.unwrap();
+            two.send_to(&b.bytes()[cut..], place).await.unwrap();
+            let mut systems = [listening.next().await.source().system.0, listening.next().await.source().system.0];
+            systems.sort_unstable();
+            assert_eq!(systems, [1, 2], "cut at {cut}");
+        }
+        let stats = listening.hub.stats(link.id()).unwrap();
+        assert_eq!((stats.bad_crc, stats.garbage_bytes), (0, 0));
+        link.close().await;
+    }
+
+    #[tokio::test]
+    async fn calling_survives_that_nobody_is_there_yet() {
+        let mut listening = Listening::new();
+        let reserved = peer().await;
+        let place = reserved.local_addr().unwrap();
+        drop(reserved);
+        let link = listening.open(&format!("udpout:{place}")).await;
+        let state = link.state();
+        for _ in 0..20 {
+            // The first is on its way; later ones meet the refusal of earlier ones.
+            assert!(say_something(&listening.hub).is_sent());
+            tokio::task::yield_now().await;
+        }
+        let vehicle = UdpSocket::bind(place).await.unwrap();
+        say_something(&listening.hub);
+        assert_eq!(hears(&vehicle).await.source(), US);
+        vehicle.send_to(heartbeat(1, 1, 0).bytes(), link.local_address().unwrap()).await.unwrap();
+        assert_eq!(listening.next().await, heartbeat(1, 1, 0));
+        assert_eq!(link.state(), state, "the link was up all the time");
+
+        let stranger = peer().await;
+        stranger.send_to(heartbeat(66, 1, 0).bytes(), link.local_address().unwrap()).await.unwrap();
+        vehicle.send_to(heartbeat(1, 1, 1).bytes(), link.local_address().unwrap()).await.unwrap();
+        assert_eq!(listening.next().await, heartbeat(1, 1, 1), "a stranger is not heard");
+        link.close().await;
+    }
+
+    #[tokio::test]
+    async fn listening_and_calling_talks_to_the_remote_until_somebody_speaks() {
+        let mut listening = Listening::new();
+        let (remote, other) = (peer().await, peer().await);
+        let link = listening.open(&format!("udp://127.0.0.1:0@{}", remote.local_addr().unwrap())).await;
+        say_something(&listening.hub);
+        assert_eq!(hears(&remote).await.source(), US);
+        other.send_to(heartbeat(1, 1, 0).bytes(), link.local_address().unwrap()).await.unwrap();
+        listening.next().await;
+        say_something(&listening.hub);
+        assert_eq!(hears(&other).await.source(), US);
+        assert!(hears_nothing(&remote));
+        link.close().await;
+    }
+
+    #[cfg(target_os = "linux")]
+    #[tokio::test]
+    async fn broadcasting_ends_when_somebody_answers() {
+        let mut listening = Listening::new();
+        // The loopback interface has a broadcast address too.
+        let everybody = UdpSocket::bind("127.255.255.255:0").await.unwrap();
+        let mut link = listening.open(&format!("udpbcast:{}", everybody.local_addr().unwrap())).await;
+        say_something(&listening.hub);
+        assert_eq!(hears(&everybody).await.source(), US);
+        let vehicle = peer().await;
+        let ours = SocketAddr::from(([127, 0, 0, 1], link.local_address().unwrap().port()));
+        vehicle.send_to(heartbeat(1, 1, 0).bytes(), ours).await.unwrap();
+        listening.next().await;
+        in_time(link.wait_for(|state| matches!(state, LinkState::Up { peers: 1, .. }))).await;
+        say_something(&listening.hub);
+        assert_eq!(hears(&vehicle).await.source(), US);
+        assert!(hears_nothing(&everybody));
+        link.close().await;
+    }
+
+    fn place(port: u16) -> SocketAddr {
+        SocketAddr::from(([127, 0, 0, 1], port))
+    }
+
+    #[test]
+    fn callers_are_bounded_and_those_who_spoke_stay() {
+        let mut callers = Callers::default();
+        for n in 0..MAX_PEERS as u16 {
+            let caller = callers.find_or_add(place(n + 1), MonoTime::from_millis(u64::from(n))).unwrap();
+            caller.spoke = n != 5 && n != 9;
+        }
+        for port in [60_000, 60_001] {
+            let newcomer = callers.find_or_add(place(port), MonoTime::from_millis(500)).unwrap();
+            newcomer.spoke = true;
+        }
+        assert_eq!(callers.list.len(), MAX_PEERS);
+        assert!(!callers.list.iter().any(|caller| [place(6), place(10)].contains(&caller.place)));
+        assert!(callers.find_or_add(place(60_002), MonoTime::from_millis(501)).is_none(), "all have spoken");
+        assert_eq!(callers.spoken().count(), MAX_PEERS);
+    }
+
+    #[test]
+    fn the_silent_are_forgotten() {
+        let mut callers = Callers::default();
+        for (port, ms) in [(1, 0), (2, 30_000)] {
+            callers.find_or_add(place(port), MonoTime::from_millis(ms)).unwrap().spoke = true;
+        }
+        callers.forget_silent(MonoTime::from_millis(60_001));
+        assert_eq!(callers.spoken().map(|peer| peer.place).collect::<Vec<_>>(), [place(2)]);
+        callers.forget_silent(MonoTime::from_millis(120_000));
+        assert_eq!(callers.spoken().count(), 0);
+    }
+}
