@@ -1,0 +1,80 @@
+"""The `vencejo` command: a terminal's way to everything that the package does.
+
+One file per command or group of commands, each a thin layer over the package. `common` holds what they share,
+`follow` the picture of a flight. Whatever a command does not need is imported when a command runs, so that help is there
+at once.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from vencejo.cli.common import RootGroup, end_by_signal
+from vencejo.cli.demo import demo
+from vencejo.cli.fly import fly
+from vencejo.cli.links import links
+from vencejo.cli.mission import mission_app
+from vencejo.cli.params import params_app
+from vencejo.cli.record import record, replay
+from vencejo.cli.sim import SIM_CONTEXT, sim
+from vencejo.cli.telemetry import telemetry
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    name="vencejo",
+    cls=RootGroup,
+    no_args_is_help=False,
+    rich_markup_mode="markdown",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["--help", "-h"]},
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from vencejo import __version__
+
+        print(f"vencejo {__version__}")
+        raise typer.Exit
+
+
+@app.callback(invoke_without_command=True)
+def root(
+    ctx: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Show the whole traceback of an error; may stand anywhere.")
+    ] = False,
+) -> None:
+    """Send a fixed-wing autonomous plane to positions, over MAVLink.
+
+    The link is given with --link or in VENCEJO_LINK. Nothing is armed, started or changed unless a command says so.
+
+    Exit codes: 0 done, 1 could not, 2 wrong usage, 130 interrupted with Ctrl-C.
+
+    Example: vencejo demo
+    """
+    if ctx.invoked_subcommand is None:
+        print(ctx.get_help())
+
+
+app.command()(demo)
+app.command()(fly)
+app.command()(telemetry)
+app.add_typer(mission_app, name="mission")
+app.add_typer(params_app, name="params")
+app.command()(links)
+app.command()(record)
+app.command()(replay)
+app.command(add_help_option=False, context_settings=SIM_CONTEXT)(sim)
+
+
+def main() -> None:
+    """Entry point of the ``vencejo`` command."""
+    end_by_signal()
+    app(prog_name="vencejo")

@@ -1,0 +1,276 @@
+"""What the commands share: options, consoles, the exit code of every error, and the way to a vehicle.
+
+Exit codes: 0 done, 1 could not, 2 wrong usage, 130 interrupted with Ctrl-C.
+Results go to standard output, everything else (status, errors, questions) to standard error.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import enum
+import json
+import os
+import signal
+import sys
+import threading
+import traceback
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
+from typer.core import TyperGroup
+
+if TYPE_CHECKING:
+    from types import FrameType
+
+    from rich.console import Console
+    from rich.table import Table
+
+    from vencejo.vehicle import Vehicle
+
+DEFAULT_LINK: Final = "udpin:0.0.0.0:14550"
+
+LinkOption = Annotated[
+    str,
+    typer.Option(
+        "--link",
+        "-l",
+        metavar="LINK",
+        envvar="VENCEJO_LINK",
+        help="Where the vehicle is, such as udpin:0.0.0.0:14550, tcp:127.0.0.1:5760 or /dev/ttyACM0,115200.",
+    ),
+]
+SystemOption = Annotated[
+    int | None,
+    typer.Option("--system", metavar="ID", min=1, max=255, help="MAVLink system id; the first heard when not given."),
+]
+TimeoutOption = Annotated[
+    float,
+    typer.Option("--timeout", metavar="SECONDS", min=0.1, help="How long to wait for the vehicle's heartbeat."),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Write JSON, for scripts.")]
+YesOption = Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")]
+RecordOption = Annotated[
+    bool, typer.Option("--record/--no-record", help="Write all frames to a .tlog in the data folder.")
+]
+
+
+class Exit(enum.IntEnum):
+    """What the command's exit code means."""
+
+    OK = 0
+    FAILED = 1
+    USAGE = 2
+    INTERRUPTED = 130
+
+
+EXIT_CODES: Final[Mapping[str, Exit]] = {
+    "VencejoError": Exit.FAILED,
+    "LinkError": Exit.FAILED,
+    "NoVehicleError": Exit.FAILED,
+    "VehicleLost": Exit.FAILED,
+    "ClosedError": Exit.FAILED,
+    "Busy": Exit.FAILED,
+    "Cancelled": Exit.INTERRUPTED,
+    "InvalidRequest": Exit.USAGE,
+    "CommandRefused": Exit.FAILED,
+    "CommandTimeout": Exit.FAILED,
+    "TransferError": Exit.FAILED,
+    "PlanMismatch": Exit.FAILED,
+    "ParameterError": Exit.FAILED,
+    "FileFormatError": Exit.FAILED,
+    "PlanRefused": Exit.FAILED,
+}
+"""The exit code of each exception of `vencejo.errors` by its name; a subclass that is not here has its base's."""
+
+
+class Failed(Exception):
+    """A command could not do what it was asked to; its text is the reason."""
+
+    def __init__(self, message: str, code: Exit = Exit.FAILED) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+def describe_error(error: Exception) -> tuple[Exit, str]:
+    """Exit code and text of an error: one sentence, then what the vehicle or the checks listed, a line each."""
+    if isinstance(error, Failed):
+        return error.code, str(error)
+    code = next((EXIT_CODES[kind.__name__] for kind in type(error).__mro__ if kind.__name__ in EXIT_CODES), None)
+    if code is not None:
+        text = str(error)
+        details = getattr(error, "differences", ()) or getattr(error, "reasons", ())
+        missing = [f"\n  {detail}" for detail in details if str(detail) not in text]
+        return code, text + "".join(missing)
+    if isinstance(error, OSError):
+        name = f"{error.filename}: " if error.filename is not None else ""
+        return Exit.FAILED, f"{name}{error.strerror or error}"
+    return Exit.FAILED, f"internal error, please report it with the output of --debug: {type(error).__name__}: {error}"
+
+
+class RootGroup(TyperGroup):
+    """The `vencejo` command: turns exceptions into a sentence and an exit code; takes ``--debug`` anywhere."""
+
+    debug = False
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Take ``--debug`` out wherever it stands before a ``--``."""
+        end = args.index("--") if "--" in args else len(args)
+        self.debug = "--debug" in args[:end] or bool(os.environ.get("VENCEJO_DEBUG"))
+        return super().parse_args(ctx, [arg for arg in args[:end] if arg != "--debug"] + args[end:])
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except (typer.Exit, typer.Abort, BrokenPipeError):
+            raise
+        except Exception as error:
+            if hasattr(error, "exit_code"):  # a usage error, which shows itself
+                raise
+            if self.debug:
+                traceback.print_exc()
+            code, text = describe_error(error)
+            print(f"Error: {clean(text, keep_lines=True)}", file=sys.stderr)
+            raise typer.Exit(code) from error
+
+
+def end_by_signal() -> None:
+    """Let SIGTERM end the command as Ctrl-C does, with everything closed on the way out."""
+
+    def end(number: int, _frame: FrameType | None) -> None:
+        raise SystemExit(128 + number)
+
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, end)
+
+
+def clean(text: str, *, keep_lines: bool = False) -> str:
+    """Text from an aircraft or a file, without what could steer a terminal."""
+    return "".join(c if c.isprintable() or (keep_lines and c == "\n") else "\N{REPLACEMENT CHARACTER}" for c in text)
+
+
+def stdout() -> Console:
+    """Console of the results. Without a terminal its lines are never cut."""
+    return _console(sys.stdout)
+
+
+def stderr() -> Console:
+    """Console of status and questions."""
+    return _console(sys.stderr)
+
+
+def _console(file: Any) -> Console:
+    from rich.console import Console
+
+    console = Console(file=file, highlight=False, markup=False, emoji=False, soft_wrap=True)
+    if not console.is_terminal:
+        console.width = 200
+    return console
+
+
+def say(text: str) -> None:
+    """One line of status to standard error."""
+    print(clean(text, keep_lines=True), file=sys.stderr, flush=True)
+
+
+def put_json(value: Any) -> None:
+    """One line of JSON to standard output. Not-a-number is a fault of ours and never written."""
+    sys.stdout.write(json.dumps(value, allow_nan=False, ensure_ascii=False, default=str) + "\n")
+    sys.stdout.flush()
+
+
+def table(*columns: str, right: tuple[str, ...] = (), title: str | None = None) -> Table:
+    """A plain table; the columns in `right` are numbers."""
+    from rich import box
+    from rich.table import Table
+
+    made = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left", pad_edge=False, title_style="bold")
+    for column in columns:
+        made.add_column(column, justify="right" if column in right else "left", overflow="fold")
+    return made
+
+
+def confirm(question: str, *, yes: bool) -> bool:
+    """Ask on the terminal. Without one the answer must have been given with ``--yes``."""
+    if yes:
+        return True
+    if not sys.stdin.isatty():
+        raise Failed(f"{question} Nobody is there to answer: add --yes to go on without asking.", Exit.USAGE)
+    try:
+        return typer.confirm(question, default=False, err=True)
+    except typer.Abort as abort:
+        if isinstance(abort.__context__, KeyboardInterrupt):
+            raise KeyboardInterrupt from None
+        return False
+
+
+@contextlib.contextmanager
+def progress_bar(what: str, *, quiet: bool = False) -> Iterator[Any]:
+    """A progress bar on standard error, as a function of (done, total) that a transfer calls."""
+    console = stderr()
+    if quiet or not console.is_terminal:
+        yield lambda done, total: None
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task(what, total=None)
+        yield lambda done, total: progress.update(task, completed=done, total=total)
+
+
+@contextlib.contextmanager
+def status(text: str) -> Iterator[None]:
+    """Show that something is waited for: a spinner on a terminal, a line elsewhere."""
+    console = stderr()
+    if not console.is_terminal:
+        say(text)
+        yield
+        return
+    with console.status(clean(text)):
+        yield
+
+
+@contextlib.contextmanager
+def vehicle_on(
+    link: str,
+    *,
+    system_id: int | None = None,
+    timeout_s: float = 30.0,
+    rate_hz: float = 10.0,
+    record: bool = False,
+) -> Iterator[Vehicle]:
+    """Connect to a vehicle, and close the link at the end."""
+    from vencejo import NoVehicleError, connect
+
+    with status(f"Waiting for a vehicle on {link} …"):
+        try:
+            vehicle = connect(link, system_id=system_id, timeout_s=timeout_s, rate_hz=rate_hz, record=record)
+        except NoVehicleError as error:
+            raise NoVehicleError(f"{link}: {error}") from None
+    with vehicle:
+        yield vehicle
+
+
+def duration(seconds: float | None) -> str:
+    """Minutes and seconds, such as ``4:05``; a dash when unknown."""
+    if seconds is None:
+        return "–"
+    whole = round(max(0.0, seconds))
+    hours, rest = divmod(whole, 3600)
+    return f"{hours}:{rest // 60:02}:{rest % 60:02}" if hours else f"{rest // 60}:{rest % 60:02}"
+
+
+def number(value: float | None, unit: str = "", digits: int = 0) -> str:
+    """A value with its unit; a dash when unknown."""
+    if value is None:
+        return "–"
+    return f"{value:.{digits}f}" + (f" {unit}" if unit else "")
+
+
+def distance(metres: float | None) -> str:
+    """Metres, or kilometres when far; a dash when unknown."""
+    if metres is None:
+        return "–"
+    return f"{metres:.0f} m" if metres < 1000.0 else f"{metres / 1000.0:.2f} km"

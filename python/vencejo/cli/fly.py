@@ -1,0 +1,333 @@
+"""The command `vencejo fly`: check, upload, verify, arm, start and follow a mission, each as an act of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from vencejo.cli.common import (
+    DEFAULT_LINK,
+    Exit,
+    Failed,
+    JsonOption,
+    LinkOption,
+    RecordOption,
+    SystemOption,
+    TimeoutOption,
+    YesOption,
+    clean,
+    confirm,
+    duration,
+    progress_bar,
+    say,
+    status,
+    vehicle_on,
+)
+
+if TYPE_CHECKING:
+    from vencejo.cli.follow import Outcome
+    from vencejo.cli.report import Reporter
+    from vencejo.plan import Finding, Plan
+    from vencejo.telemetry import Telemetry
+    from vencejo.vehicle import Vehicle
+
+RUN_PREARM_CHECKS: Final = 401
+"""MAV_CMD_RUN_PREARM_CHECKS: asks for the pre-arm failures at once instead of at the next half minute."""
+PREARM_VALID_S: Final = 35.0
+"""ArduPilot repeats its pre-arm failures every 30 s."""
+PICTURES_HZ: Final = 5.0
+
+
+def fly(
+    plan: Annotated[
+        Path, typer.Argument(metavar="PLAN", help="A .waypoints (QGC WPL 110) or .plan (QGroundControl) file.")
+    ],
+    link: LinkOption = DEFAULT_LINK,
+    yes: YesOption = False,
+    json: JsonOption = False,
+    ready_timeout: Annotated[
+        float,
+        typer.Option("--ready-timeout", metavar="SECONDS", min=0.0, help="How long to wait for the pre-arm checks."),
+    ] = 60.0,
+    patience: Annotated[
+        float,
+        typer.Option(
+            "--patience", metavar="SECONDS", min=0.0, help="How long to follow a plane that has left AUTO mode."
+        ),
+    ] = 120.0,
+    system: SystemOption = None,
+    timeout: TimeoutOption = 30.0,
+    record: RecordOption = True,
+) -> None:
+    """Fly a mission: check it, upload and verify it, arm, start in AUTO, follow until it has landed.
+
+    It asks before it arms. A fence and rally points in the plan are uploaded too. The pilot's radio can take over at
+    any time: a change of mode is told and never undone. When the link is lost, its age is shown and it is waited for.
+    Ctrl-C ends the following; the plane goes on flying.
+
+    Ends with 0 when the mission was flown to its end, with 1 and the reason when it was not.
+
+    Example: vencejo fly mission.waypoints --link udpin:0.0.0.0:14550
+
+    Example: vencejo fly mission.plan --link /dev/ttyUSB0,57600 --yes --json
+    """
+    from vencejo import Plan
+    from vencejo.cli.report import Reporter
+
+    if not yes and not sys.stdin.isatty():
+        raise Failed("there is no terminal to ask on before arming: add --yes to go on without being asked", Exit.USAGE)
+    with Reporter(json=json) as reporter:
+        loaded = Plan.load(plan)
+        check(loaded.check(), reporter, "nothing was sent")
+        reporter.step(
+            "loaded", f"{plan}: {len(loaded.items)} items, {loaded.length_m / 1000.0:.2f} km", items=len(loaded)
+        )
+        with vehicle_on(link, system_id=system, timeout_s=timeout, record=record) as vehicle:
+            flight = fly_plan(
+                vehicle,
+                loaded,
+                reporter,
+                ask=lambda question: confirm(question, yes=yes),
+                ready_timeout_s=ready_timeout,
+                patience_s=patience,
+            )
+            tell(flight, vehicle, reporter)
+        if not flight.outcome.ok:
+            raise Failed(flight.outcome.text)
+
+
+@dataclass(frozen=True)
+class Flight:
+    """What came of a flight."""
+
+    outcome: Outcome
+    time_s: float | None
+    """From take-off to touch-down."""
+    landing_error_m: float | None
+    """From where it stands to its landing point."""
+
+
+def check(findings: tuple[Finding, ...], reporter: Reporter, unsent: str, known: tuple[Finding, ...] = ()) -> None:
+    """Tell what the checks found; errors end it."""
+    for finding in findings:
+        if finding not in known:
+            reporter.step(
+                "finding",
+                f"{finding.severity}: {finding}",
+                severity=finding.severity,
+                code=finding.code,
+                item=finding.item,
+            )
+    errors = sum(finding.severity == "error" for finding in findings)
+    if errors:
+        raise Failed(f"the plan has {errors} error{'s' if errors > 1 else ''}: {unsent}")
+
+
+def fly_plan(
+    vehicle: Vehicle,
+    plan: Plan,
+    reporter: Reporter,
+    *,
+    ask: Callable[[str], bool],
+    ready_timeout_s: float,
+    patience_s: float,
+    alive: Callable[[], None] = lambda: None,
+) -> Flight:
+    """Upload, arm, start and follow. Each step ends the command when it fails, and says how the plane is left.
+
+    `alive` is called with each picture and ends the following by raising.
+    """
+    telemetry = _first_position(vehicle)
+    check(vehicle.check_plan(plan), reporter, "nothing was sent", known=plan.check())
+    flies = telemetry.is_armed is True and telemetry.is_on_ground is not True
+    if flies and telemetry.mode == "AUTO" and not ask("The plane is flying a mission. Replace it now?"):
+        raise Failed("not sent: the plane goes on with its mission")
+    upload(vehicle, plan, reporter)
+    if not vehicle.telemetry.is_armed:
+        _wait_until_ready(vehicle, reporter, ready_timeout_s)
+        if not ask("Arm and start the mission now? The propeller will turn."):
+            raise Failed("not armed: the mission is on board and verified")
+        _arm(vehicle, reporter)
+    elif not ask("The plane is armed. Start the mission now?"):
+        raise Failed("not started: the mission is on board and verified, the plane is armed")
+    _start(vehicle, reporter, armed_by_us=not telemetry.is_armed)
+    return follow(vehicle, plan, reporter, patience_s=patience_s, alive=alive)
+
+
+def upload(vehicle: Vehicle, plan: Plan, reporter: Reporter) -> None:
+    """Upload what the plan holds, and verify it."""
+    from vencejo.vehicle import PlanKind
+
+    kinds: list[tuple[PlanKind, bool, str]] = [
+        ("fence", bool(plan.fence.zones), "fence"),
+        ("rally", bool(plan.rally), "rally points"),
+        ("mission", True, "mission"),
+    ]
+    for kind, wanted, name in kinds:
+        if not wanted:
+            continue
+        try:
+            with progress_bar(f"Uploading {name}", quiet=reporter.json) as bar:
+                state = vehicle.upload(plan, kind=kind, progress=bar)
+        except KeyboardInterrupt:
+            say(f"Interrupted while the {name} was uploaded: what the vehicle holds is unknown.")
+            raise
+        reporter.step(
+            "uploaded",
+            f"{name} uploaded and verified: {state.count if state.count is not None else len(plan)} items",
+            kind=kind,
+            count=state.count,
+            hash=state.hash,
+        )
+
+
+def follow(
+    vehicle: Vehicle, plan: Plan, reporter: Reporter, *, patience_s: float, alive: Callable[[], None] = lambda: None
+) -> Flight:
+    """Show the flight until it is over. Sends nothing."""
+    from vencejo.cli.follow import Follower, distance_from_landing_m, view_of
+
+    follower = Follower(plan, patience_s=patience_s)
+    telemetry = vehicle.telemetry
+    try:
+        with reporter.pictures():
+            for telemetry in _pictures(vehicle):
+                alive()
+                texts, progress = vehicle.texts, vehicle.mission_progress
+                for note in follower.step(telemetry, progress, texts):
+                    reporter.note(note)
+                reporter.view(view_of(telemetry, progress, texts, plan=plan, elapsed_s=follower.elapsed_s))
+                if follower.outcome is not None:
+                    break
+    except KeyboardInterrupt:
+        progress = vehicle.mission_progress
+        say(
+            f"Following ended. The plane goes on flying: mode {telemetry.mode}, item {progress.item or '–'} of "
+            f"{progress.total or len(plan)}. Watch it again with: vencejo telemetry"
+        )
+        raise
+    assert follower.outcome is not None
+    return Flight(follower.outcome, follower.flight_time_s, distance_from_landing_m(plan, telemetry))
+
+
+def tell(flight: Flight, vehicle: Vehicle, reporter: Reporter) -> None:
+    """Tell how it ended."""
+    from vencejo.cli.follow import Ending
+
+    outcome = flight.outcome
+    text = outcome.text[:1].upper() + outcome.text[1:]
+    on_ground = outcome.ending is Ending.LANDED
+    if on_ground and flight.landing_error_m is not None:
+        text += f", {flight.landing_error_m:.1f} m from its landing point"
+    if flight.time_s is not None:
+        text += f", after {duration(flight.time_s)} in the air"
+    recorder = vehicle.station.recorder
+    path = None if recorder is None or recorder.path is None else str(recorder.path)
+    reporter.step(
+        "end",
+        text + ".",
+        outcome=outcome.ending.value,
+        ok=outcome.ok,
+        landing_error_m=None if flight.landing_error_m is None or not on_ground else round(flight.landing_error_m, 2),
+        flight_time_s=None if flight.time_s is None else round(flight.time_s, 1),
+        recording=path,
+    )
+    if path is not None and not reporter.json:
+        say(f"Recorded in {path}")
+
+
+def _pictures(vehicle: Vehicle) -> Iterator[Telemetry]:
+    while True:
+        yield from vehicle.stream(rate_hz=PICTURES_HZ, timeout_s=1.0)
+        yield vehicle.telemetry  # nothing new for a second: the ages grow
+
+
+def _first_position(vehicle: Vehicle) -> Telemetry:
+    """Wait until it is known where the plane is and whether it flies; go on without after a while."""
+    from vencejo import CommandTimeout
+
+    def known(telemetry: Telemetry) -> bool:
+        position = telemetry.position
+        return position is not None and position.lat_deg is not None and telemetry.extended is not None
+
+    with status("Waiting for the vehicle's position …"):
+        try:
+            return vehicle.wait_until(known, timeout_s=10.0)
+        except CommandTimeout:
+            say("The vehicle does not say where it is: the plan is not checked against its position.")
+            return vehicle.telemetry
+
+
+def prearm_reasons(vehicle: Vehicle, since_s: float) -> list[str]:
+    """What the vehicle says against arming, newest last, without repetitions."""
+    found = dict.fromkeys(
+        clean(text.text).partition(":")[2].strip()
+        for text in vehicle.texts
+        if text.time_s >= since_s and text.text.lower().startswith("prearm:")
+    )
+    return list(found)
+
+
+def _wait_until_ready(vehicle: Vehicle, reporter: Reporter, timeout_s: float) -> None:
+    """Wait until the pre-arm checks pass, showing what is against it."""
+    from vencejo import CommandRefused, CommandTimeout
+
+    began = time.monotonic()
+    asked: float | None = None
+    told: set[str] = set()
+    with status("Waiting for the pre-arm checks …"):
+        for telemetry in _pictures(vehicle):
+            now = time.monotonic()
+            ready = telemetry.sys_status.is_ready_to_arm if telemetry.sys_status else None
+            if ready or (ready is None and now - began > 3.0):
+                break  # without the flag arming itself tells
+            reasons = prearm_reasons(vehicle, telemetry.time_s - PREARM_VALID_S)
+            for reason in reasons:
+                if reason not in told:
+                    told.add(reason)
+                    reporter.step("prearm", f"not ready: {reason}", reason=reason)
+            if now - began > timeout_s:
+                listed = "; ".join(reasons) or "it does not say why"
+                raise Failed(f"the vehicle is not ready to arm after {timeout_s:g} s: {listed}")
+            if asked is None or now - asked > 10.0:
+                asked = now
+                # Older vehicles do not know it, and repeat their reasons by themselves.
+                with contextlib.suppress(CommandRefused, CommandTimeout):
+                    vehicle.command(RUN_PREARM_CHECKS)
+    reporter.step("ready", "ready to arm")
+
+
+def _arm(vehicle: Vehicle, reporter: Reporter) -> None:
+    if vehicle.telemetry.mode == "AUTO":
+        vehicle.set_current_item(1)  # arming in AUTO starts at the current item
+    vehicle.arm()
+    reporter.step("armed", "armed")
+
+
+def _start(vehicle: Vehicle, reporter: Reporter, *, armed_by_us: bool) -> None:
+    """Start the mission at its first item. When that fails, what we armed is disarmed if it still stands."""
+    try:
+        runs = armed_by_us and vehicle.telemetry.mode == "AUTO"
+        vehicle.start_mission(from_item=None if runs else 1)
+    except (Exception, KeyboardInterrupt):
+        if armed_by_us and vehicle.telemetry.mode != "AUTO":
+            _disarm_again(vehicle)
+        raise
+    reporter.step("started", "mission started: the plane is in AUTO")
+
+
+def _disarm_again(vehicle: Vehicle) -> None:
+    from vencejo import VencejoError
+
+    try:
+        vehicle.disarm()
+        say("The mission could not be started: the plane is disarmed again.")
+    except VencejoError as error:
+        say(f"The mission could not be started and THE PLANE IS STILL ARMED: {error}")

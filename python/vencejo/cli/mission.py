@@ -1,0 +1,303 @@
+"""The commands `vencejo mission …`: plans between files and the vehicle, and what is in them."""
+
+from __future__ import annotations
+
+import enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vencejo.cli.common import (
+    DEFAULT_LINK,
+    Exit,
+    Failed,
+    JsonOption,
+    LinkOption,
+    SystemOption,
+    TimeoutOption,
+    YesOption,
+    confirm,
+    distance,
+    progress_bar,
+    put_json,
+    stdout,
+    table,
+    vehicle_on,
+)
+
+if TYPE_CHECKING:
+    from vencejo.plan import Plan
+    from vencejo.vehicle import PlanKind
+
+mission_app = typer.Typer(
+    no_args_is_help=True,
+    help="Upload, download, clear or show missions, fences and rally points.\n\nNothing is armed or started by any of "
+    "these.\n\nExample: vencejo mission show mission.waypoints",
+)
+
+
+class Kind(str, enum.Enum):
+    """Which part of a plan."""
+
+    mission = "mission"
+    fence = "fence"
+    rally = "rally"
+    all = "all"
+
+
+KindOption = Annotated[Kind, typer.Option("--kind", help="Which part of the plan.")]
+
+
+@mission_app.command()
+def upload(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A .waypoints or .plan file.")],
+    link: LinkOption = DEFAULT_LINK,
+    kind: KindOption = Kind.mission,
+    check: Annotated[bool, typer.Option("--check/--no-check", help="Refuse a mission with errors.")] = True,
+    json: JsonOption = False,
+    system: SystemOption = None,
+    timeout: TimeoutOption = 30.0,
+) -> None:
+    """Replace the mission on board, read it back and compare.
+
+    Success means that the vehicle has it. With --kind all everything that the file holds is sent; what it does not hold
+    stays as it is on board.
+
+    Example: vencejo mission upload mission.waypoints --link tcp:127.0.0.1:5760
+
+    Example: vencejo mission upload field.plan --kind fence
+    """
+    from vencejo import Plan
+
+    plan = Plan.load(file)
+    kinds = [part for part in _kinds(kind) if kind is not Kind.all or count(plan, part)]
+    if not kinds or not any(count(plan, part) for part in kinds):
+        raise Failed(
+            f"{file} holds no {'plan' if kind is Kind.all else kind.value}; to empty it on board use: mission clear"
+        )
+    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+        for part in kinds:
+            if check and part == "mission":
+                _tell_findings(plan, vehicle.check_plan(plan), json=json)
+            with progress_bar(f"Uploading {part}", quiet=json) as bar:
+                state = vehicle.upload(plan, kind=part, check=check, progress=bar)
+            sent = state.count if state.count is not None else count(plan, part)
+            if json:
+                put_json({"kind": part, "state": state.state, "count": state.count, "hash": state.hash})
+            else:
+                print(f"{part}: {sent} items on board and verified")
+
+
+@mission_app.command()
+def download(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Where to: a .waypoints or .plan file.")],
+    link: LinkOption = DEFAULT_LINK,
+    kind: KindOption = Kind.mission,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the file.")] = False,
+    json: JsonOption = False,
+    system: SystemOption = None,
+    timeout: TimeoutOption = 30.0,
+) -> None:
+    """Read the mission from the vehicle into a file. A fence and rally points need a .plan file.
+
+    Example: vencejo mission download on-board.waypoints
+
+    Example: vencejo mission download on-board.plan --kind all --link udpin:0.0.0.0:14550
+    """
+    if file.suffix.lower() not in (".plan", ".waypoints", ".txt"):
+        raise Failed(f"{file}: a plan is saved as .plan or .waypoints; name the file so", Exit.USAGE)
+    if kind is not Kind.mission and file.suffix.lower() != ".plan":
+        raise Failed(f"{file}: a .waypoints file holds the mission alone; name it .plan", Exit.USAGE)
+    if file.exists() and not force:
+        raise Failed(f"{file} exists; add --force to overwrite it")
+    if not file.resolve().parent.is_dir():
+        raise Failed(f"{file}: there is no folder {file.resolve().parent}")
+    plan = _read(link, kind, system, timeout, quiet=json)
+    plan.save(file)
+    counts = {part: count(plan, part) for part in _kinds(kind)}
+    if json:
+        put_json({"file": str(file), **counts})
+    else:
+        print(f"{file}: " + ", ".join(f"{part} {held}" for part, held in counts.items()))
+
+
+@mission_app.command()
+def clear(
+    link: LinkOption = DEFAULT_LINK,
+    kind: KindOption = Kind.mission,
+    yes: YesOption = False,
+    json: JsonOption = False,
+    system: SystemOption = None,
+    timeout: TimeoutOption = 30.0,
+) -> None:
+    """Remove the mission from the vehicle, after asking.
+
+    Example: vencejo mission clear --link tcp:127.0.0.1:5760 --yes
+    """
+    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+        flying = vehicle.telemetry.is_armed is True
+        question = f"Remove the {'whole plan' if kind is Kind.all else kind.value} from the vehicle"
+        if not confirm(question + (", which is ARMED?" if flying else "?"), yes=yes):
+            raise Failed("nothing was removed")
+        for part in _kinds(kind):
+            vehicle.clear(kind=part)
+            if json:
+                put_json({"kind": part, "state": vehicle.plan_state(part).state})
+            else:
+                print(f"{part}: removed")
+
+
+@mission_app.command()
+def show(
+    file: Annotated[
+        Path | None, typer.Argument(metavar="FILE", help="A .waypoints or .plan file; the vehicle when not given.")
+    ] = None,
+    link: LinkOption = DEFAULT_LINK,
+    kind: KindOption = Kind.mission,
+    json: JsonOption = False,
+    system: SystemOption = None,
+    timeout: TimeoutOption = 30.0,
+) -> None:
+    """Show a mission, of a file or on board, as a table, with what the checks find.
+
+    Example: vencejo mission show mission.waypoints
+
+    Example: vencejo mission show --link tcp:127.0.0.1:5760 --kind fence --json
+    """
+    from vencejo import Plan
+
+    plan = Plan.load(file) if file is not None else _read(link, kind, system, timeout, quiet=json)
+    if json:
+        put_json(as_json(plan, _kinds(kind)))
+        return
+    console = stdout()
+    for part in _kinds(kind):
+        if part == "mission":
+            console.print(mission_table(plan))
+            if plan.home is not None:
+                home = plan.home
+                print(f"Planned home: {home.lat_deg:.7f}, {home.lon_deg:.7f}, {home.alt_amsl_m:.1f} m above sea level")
+            print(f"{len(plan.items)} items, {distance(plan.length_m)}")
+            for finding in plan.check() if plan.items else ():
+                print(f"{finding.severity}: {finding}")
+        else:
+            console.print(fence_table(plan) if part == "fence" else rally_table(plan))
+
+
+def _kinds(kind: Kind) -> list[PlanKind]:
+    return ["mission", "fence", "rally"] if kind is Kind.all else [kind.value]
+
+
+def _read(link: str, kind: Kind, system: int | None, timeout_s: float, *, quiet: bool) -> Plan:
+    with (
+        vehicle_on(link, system_id=system, timeout_s=timeout_s) as vehicle,
+        progress_bar(f"Reading {kind.value}", quiet=quiet) as bar,
+    ):
+        return vehicle.download(kinds=_kinds(kind), progress=bar)
+
+
+def _tell_findings(plan: Plan, findings: tuple[Any, ...], *, json: bool) -> None:
+    for finding in findings:
+        if json:
+            put_json(
+                {"finding": finding.code, "severity": finding.severity, "item": finding.item, "text": str(finding)}
+            )
+        elif finding.severity != "error":
+            print(f"{finding.severity}: {finding}")  # errors are in the refusal
+
+
+def count(plan: Plan, kind: PlanKind) -> int:
+    """How many items, zones or points a plan holds of a kind."""
+    return len({"mission": plan.items, "fence": plan.fence.zones, "rally": plan.rally}[kind])
+
+
+FRAMES = {0: "above sea level", 2: "", 3: "above home", 10: "above terrain"}
+
+
+def mission_table(plan: Plan) -> Any:
+    """The items of a mission as a table."""
+    shown = table("item", "command", "latitude", "longitude", "altitude", "parameters", right=("item", "altitude"))
+    for index, item in enumerate(plan.items, start=1):
+        position = item.lat_deg is not None and item.lon_deg is not None
+        altitude = "" if item.alt_m is None else f"{item.alt_m:.1f} m {FRAMES.get(item.frame, f'frame {item.frame}')}"
+        params = item.params[:4] if item.has_position else item.params
+        shown.add_row(
+            str(index),
+            item.name.removeprefix("MAV_CMD_"),
+            f"{item.lat_deg:.7f}" if position else "",
+            f"{item.lon_deg:.7f}" if position else "",
+            altitude,
+            ", ".join(f"{place} = {value:g}" for place, value in enumerate(params, start=1) if value),
+        )
+    return shown
+
+
+def fence_table(plan: Plan) -> Any:
+    """The zones of a fence as a table."""
+    from vencejo import Circle
+
+    shown = table("zone", "shape", "keep", "where", right=("zone",))
+    for index, zone in enumerate(plan.fence.zones, start=1):
+        points = (zone.center,) if isinstance(zone, Circle) else zone.points
+        where = "  ".join(f"{point.lat_deg:.7f}, {point.lon_deg:.7f}" for point in points)
+        shape = f"circle of {zone.radius_m:.0f} m" if isinstance(zone, Circle) else f"polygon of {len(points)} corners"
+        shown.add_row(str(index), shape, "inside" if zone.inclusion else "outside", where)
+    return shown
+
+
+def rally_table(plan: Plan) -> Any:
+    """The rally points as a table."""
+    shown = table("point", "latitude", "longitude", "altitude", right=("point", "altitude"))
+    for index, point in enumerate(plan.rally, start=1):
+        altitude = f"{point.alt_m:.1f} m {FRAMES.get(point.frame, f'frame {point.frame}')}"
+        shown.add_row(str(index), f"{point.lat_deg:.7f}", f"{point.lon_deg:.7f}", altitude)
+    return shown
+
+
+def as_json(plan: Plan, kinds: list[PlanKind]) -> dict[str, Any]:
+    """A plan as JSON; items count from 1."""
+    from vencejo import Circle
+
+    shown: dict[str, Any] = {}
+    if "mission" in kinds:
+        home = plan.home
+        shown["home"] = (
+            None if home is None else {"lat_deg": home.lat_deg, "lon_deg": home.lon_deg, "alt_amsl_m": home.alt_amsl_m}
+        )
+        shown["items"] = [
+            {
+                "item": index,
+                "command": int(item.command),
+                "name": item.name,
+                "frame": int(item.frame),
+                "lat_deg": item.lat_deg,
+                "lon_deg": item.lon_deg,
+                "alt_m": item.alt_m,
+                "params": list(item.params),
+                "autocontinue": item.autocontinue,
+            }
+            for index, item in enumerate(plan.items, start=1)
+        ]
+        shown["length_m"] = round(plan.length_m, 1)
+        shown["findings"] = [
+            {"severity": found.severity, "code": found.code, "item": found.item, "message": found.message}
+            for found in (plan.check() if plan.items else ())
+        ]
+    if "fence" in kinds:
+        shown["fence"] = [
+            {
+                "inclusion": zone.inclusion,
+                "center": [zone.center.lat_deg, zone.center.lon_deg],
+                "radius_m": zone.radius_m,
+            }
+            if isinstance(zone, Circle)
+            else {"inclusion": zone.inclusion, "points": [[point.lat_deg, point.lon_deg] for point in zone.points]}
+            for zone in plan.fence.zones
+        ]
+    if "rally" in kinds:
+        shown["rally"] = [
+            {"lat_deg": point.lat_deg, "lon_deg": point.lon_deg, "alt_m": point.alt_m, "frame": int(point.frame)}
+            for point in plan.rally
+        ]
+    return shown

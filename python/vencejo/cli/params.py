@@ -1,0 +1,255 @@
+"""The commands `vencejo params …`: read and write the vehicle's parameters, one by one or as a file."""
+
+from __future__ import annotations
+
+import fnmatch
+import math
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from vencejo.cli.common import (
+    DEFAULT_LINK,
+    Exit,
+    Failed,
+    JsonOption,
+    LinkOption,
+    SystemOption,
+    TimeoutOption,
+    YesOption,
+    confirm,
+    progress_bar,
+    put_json,
+    say,
+    stdout,
+    table,
+    vehicle_on,
+)
+
+if TYPE_CHECKING:
+    from vencejo.vehicle import Parameter, Vehicle
+
+params_app = typer.Typer(
+    no_args_is_help=True,
+    help="Read and write the vehicle's parameters.\n\nExample: vencejo params get WP_RADIUS AIRSPEED_CRUISE",
+)
+
+OWN_COUNTERS = ("STAT_",)
+"""Beginnings of names that the vehicle counts in by itself: a file never sets them."""
+
+
+@params_app.command()
+def get(
+    names: Annotated[list[str], typer.Argument(metavar="NAME…", help="Names of parameters.")],
+    link: LinkOption = DEFAULT_LINK,
+    json: JsonOption = False,
+    system: SystemOption = None,
+    timeout: TimeoutOption = 30.0,
+) -> None:
+    """Read some parameters.
+
+    Example: vencejo params get WP_RADIUS AIRSPEED_CRUISE
+
+    Example: vencejo params get RTL_AUTOLAND --json --link tcp:127.0.0.1:5760
+    """
+    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+        found = [vehicle.params.get(name.upper()) for name in names]
+    if json:
+        put_json({parameter.name: number(parameter) for parameter in found})
+        return
+    for parameter in found:
+        print(f"{parameter.name} {text(parameter.value)}")
+
+
+@params_app.command("set", context_settings={"ignore_unknown_options": True})
+def set_(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the parameter.")],
+    value: Annotated[float, typer.Argument(metavar="VALUE", help="Its new value.")],
+    link: LinkOption = DEFAULT_LINK,
+    json: JsonOption = False,
+    system: SystemOption = None,
+    timeout: TimeoutOption = 30.0,
+) -> None:
+    """Write one parameter and show what the vehicle has then.
+
+    Example: vencejo params set WP_RADIUS 40
+
+    Example: vencejo params set LAND_PITCH_DEG -1 --link tcp:127.0.0.1:5760
+    """
+    if not math.isfinite(value):
+        raise Failed(f"{value} is not a value for a parameter; give a finite number", Exit.USAGE)
+    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+        before = vehicle.params.get(name.upper())
+        after = vehicle.params.set(before.name, value)
+    if json:
+        put_json({"name": after.name, "before": number(before), "after": number(after)})
+    else:
+        print(f"{after.name} {text(before.value)} → {text(after.value)}")
+
+
+@params_app.command("list")
+def list_(
+    pattern: Annotated[str, typer.Argument(metavar="PATTERN", help="A name, in which * stands for anything.")] = "*",
+    link: LinkOption = DEFAULT_LINK,
+    json: JsonOption = False,
+    system: SystemOption = None,
+    timeout: TimeoutOption = 30.0,
+) -> None:
+    """List the parameters.
+
+    Example: vencejo params list 'LAND_*'
+    """
+    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+        found = read_all(vehicle, quiet=json)
+    chosen = {name: found[name] for name in sorted(found) if fnmatch.fnmatchcase(name, pattern.upper())}
+    if not chosen:
+        raise Failed(f"none of the vehicle's {len(found)} parameters is named like {pattern}")
+    if json:
+        put_json({name: number(parameter) for name, parameter in chosen.items()})
+        return
+    for name, parameter in chosen.items():
+        print(f"{name} {text(parameter.value)}")
+
+
+@params_app.command()
+def save(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Where to: a .param file.")],
+    link: LinkOption = DEFAULT_LINK,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the file.")] = False,
+    json: JsonOption = False,
+    system: SystemOption = None,
+    timeout: TimeoutOption = 30.0,
+) -> None:
+    """Save all parameters to a file.
+
+    Example: vencejo params save bixler.param
+    """
+    from vencejo import save_params
+
+    if file.exists() and not force:
+        raise Failed(f"{file} exists; add --force to overwrite it")
+    if not file.resolve().parent.is_dir():
+        raise Failed(f"{file}: there is no folder {file.resolve().parent}")
+    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+        found = read_all(vehicle, quiet=json)
+    save_params(file, {name: parameter.value for name, parameter in found.items()})
+    if json:
+        put_json({"file": str(file), "count": len(found)})
+    else:
+        print(f"{file}: {len(found)} parameters")
+
+
+@params_app.command()
+def load(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A .param, .parm or .params file.")],
+    link: LinkOption = DEFAULT_LINK,
+    yes: YesOption = False,
+    json: JsonOption = False,
+    system: SystemOption = None,
+    timeout: TimeoutOption = 30.0,
+) -> None:
+    """Write the parameters of a file that differ, after showing the differences and asking.
+
+    Parameters that the vehicle does not have are told and left out, and so are the counters that it keeps by itself
+    (STAT_…). A parameter that enables others may need a reboot and a second load.
+
+    Example: vencejo params load bixler.param --link /dev/ttyACM0,115200
+    """
+    from vencejo import ParameterError, load_params
+
+    wanted = load_params(file)
+    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+        changes, unknown = compare(wanted, read_all(vehicle, quiet=json))
+        if unknown:
+            say(f"Not on this vehicle, left out: {', '.join(unknown)}")
+        if not changes:
+            _tell_load(file, 0, [], json=json)
+            return
+        if not json:
+            stdout().print(changes_table(changes))
+        question = f"Write {len(changes)} parameter{'s' if len(changes) > 1 else ''}"
+        if not confirm(question + (" to the vehicle, which is ARMED?" if vehicle.telemetry.is_armed else "?"), yes=yes):
+            raise Failed("nothing was written")
+        refused: list[str] = []
+        with progress_bar("Writing parameters", quiet=json) as bar:
+            for done, change in enumerate(changes, start=1):
+                try:
+                    vehicle.params.set(change.name, change.wanted)
+                except ParameterError as error:
+                    refused.append(change.name)
+                    say(str(error))
+                bar(done, len(changes))
+    _tell_load(file, len(changes) - len(refused), refused, json=json)
+    if refused:
+        raise Failed(f"{len(refused)} of {len(changes)} parameters were not written: {', '.join(refused)}")
+
+
+def _tell_load(file: Path, written: int, refused: list[str], *, json: bool) -> None:
+    if json:
+        put_json({"file": str(file), "written": written, "refused": refused})
+    elif not written and not refused:
+        print(f"{file}: the vehicle has these values already")
+    else:
+        print(f"{file}: {written} parameters written")
+
+
+@dataclass(frozen=True)
+class Change:
+    """A parameter that a file would change."""
+
+    name: str
+    present: float
+    wanted: float
+
+
+def compare(wanted: Mapping[str, float], present: Mapping[str, Parameter]) -> tuple[list[Change], list[str]]:
+    """What a file would change, and the names that the vehicle does not have."""
+    changes, unknown = [], []
+    for name, value in sorted(wanted.items()):
+        here = present.get(name)
+        if name.startswith(OWN_COUNTERS):
+            continue
+        if here is None:
+            unknown.append(name)
+        elif not same(here.value, value):
+            changes.append(Change(name, here.value, value))
+    return changes, unknown
+
+
+def same(one: float, other: float) -> bool:
+    """Whether two values are the same to a vehicle, which keeps 32-bit floats, and to a file, which rounds to six digits."""
+    try:
+        (kept,) = struct.unpack("<f", struct.pack("<f", other))
+    except OverflowError:
+        return False
+    return bool(one == kept or math.isclose(one, kept, rel_tol=2e-6, abs_tol=1e-9))
+
+
+def changes_table(changes: list[Change]) -> object:
+    """The changes as a table."""
+    shown = table("parameter", "on the vehicle", "in the file", right=("on the vehicle", "in the file"))
+    for change in changes:
+        shown.add_row(change.name, text(change.present), text(change.wanted))
+    return shown
+
+
+def read_all(vehicle: Vehicle, *, quiet: bool) -> dict[str, Parameter]:
+    """Read all parameters with a progress bar."""
+    with progress_bar("Reading parameters", quiet=quiet) as bar:
+        return vehicle.params.all(progress=bar)
+
+
+def text(value: float) -> str:
+    """A value with the digits that a 32-bit float holds."""
+    return f"{value:.7g}"
+
+
+def number(parameter: Parameter) -> float | int | None:
+    """A value for JSON: an integer parameter as an integer, what is not finite as null."""
+    if not math.isfinite(parameter.value):
+        return None
+    return parameter.value if parameter.type in (9, 10) else int(parameter.value)

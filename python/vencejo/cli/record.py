@@ -1,0 +1,229 @@
+"""The commands `vencejo record` and `vencejo replay`: what goes over a link, to a .tlog file and back."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
+
+from vencejo.cli.common import (
+    DEFAULT_LINK,
+    Failed,
+    JsonOption,
+    LinkOption,
+    clean,
+    duration,
+    put_json,
+    say,
+    stdout,
+    table,
+)
+
+if TYPE_CHECKING:
+    from vencejo.station import RecorderInfo, Station
+
+LINES_EVERY_S: Final = 10.0
+
+
+def record(
+    link: LinkOption = DEFAULT_LINK,
+    to: Annotated[
+        Path | None, typer.Option("--to", metavar="DIR", help="Folder of the recordings; your data folder by default.")
+    ] = None,
+    rate: Annotated[
+        float, typer.Option("--rate", metavar="HZ", min=4.0, max=50.0, help="Messages per second asked for.")
+    ] = 10.0,
+    listen_only: Annotated[
+        bool, typer.Option("--listen-only", help="Send nothing at all, not even our heartbeat.")
+    ] = False,
+    json: JsonOption = False,
+) -> None:
+    """Record every frame of a link to a .tlog file, until Ctrl-C.
+
+    Ends with 0 when something was recorded. The vehicle is asked for its streams; with --listen-only it is not.
+
+    Example: vencejo record --link udpin:0.0.0.0:14550 --to flights
+
+    Example: vencejo record --link /dev/ttyUSB0,57600 --listen-only
+    """
+    from vencejo import Station
+
+    if to is not None:
+        to.mkdir(parents=True, exist_ok=True)
+    began = time.monotonic()
+    with Station(
+        link,
+        rate_hz=rate,
+        record=True if to is None else to,
+        heartbeat=not listen_only,
+        request_streams=not listen_only,
+    ) as station:
+        info = station.recorder
+        try:
+            _watch_recording(station, began, json=json)
+        except (KeyboardInterrupt, SystemExit):
+            pass  # how a recording ends
+        finally:
+            info = station.recorder or info
+    _tell_recording(info, time.monotonic() - began, json=json)
+
+
+def _watch_recording(station: Station, began: float, *, json: bool) -> None:
+    console = stdout()
+    if json or not console.is_terminal:
+        for _ in _every(1.0 if json else LINES_EVERY_S):
+            if json:
+                put_json({"recording": _as_json(station.recorder), "links": [asdict(info) for info in station.links]})
+            else:
+                print(recording_line(station.recorder, time.monotonic() - began), flush=True)
+    from rich.live import Live
+
+    with Live(console=console, auto_refresh=False) as live:
+        for _ in _every(0.5):
+            live.update(_recording_picture(station, time.monotonic() - began), refresh=True)
+
+
+def _every(period_s: float) -> Iterator[None]:
+    while True:
+        yield
+        time.sleep(period_s)
+
+
+def recording_line(info: RecorderInfo | None, elapsed_s: float) -> str:
+    """The state of a recording in one line."""
+    if info is None:
+        return "nothing is recorded"
+    text = f"{duration(elapsed_s)} {info.frames} frames, {size(info.bytes)}"
+    if info.dropped:
+        text += f", {info.dropped} lost to a slow disk"
+    if info.path is not None:
+        text += f", {info.path}"
+    return text + (f", NOT RECORDING: {clean(info.problem)}" if info.problem else "")
+
+
+def _recording_picture(station: Station, elapsed_s: float) -> Any:
+    from rich.console import Group
+    from rich.text import Text
+
+    from vencejo.cli.links import links_table
+
+    vehicles = [vehicle.system_id for vehicle in station.vehicles]
+    return Group(Text(recording_line(station.recorder, elapsed_s)), links_table(station.links, vehicles))
+
+
+def _tell_recording(info: RecorderInfo | None, elapsed_s: float, *, json: bool) -> None:
+    if info is None or info.path is None or not info.frames:
+        problem = f": {clean(info.problem)}" if info is not None and info.problem else ": nothing was heard"
+        raise Failed(f"nothing was recorded{problem}")
+    if json:
+        put_json({"recording": _as_json(info)})
+    else:
+        print(f"Recorded {recording_line(info, elapsed_s)}")
+
+
+def _as_json(info: RecorderInfo | None) -> dict[str, Any] | None:
+    return None if info is None else {**asdict(info), "path": None if info.path is None else str(info.path)}
+
+
+def size(count: int) -> str:
+    """Bytes as a person reads them."""
+    value = float(count)
+    for unit in ("B", "kB", "MB"):
+        if value < 1000.0:
+            return f"{value:.0f} {unit}" if unit == "B" else f"{value:.1f} {unit}"
+        value /= 1000.0
+    return f"{value:.2f} GB"
+
+
+def replay(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A .tlog recording.")],
+    to: Annotated[
+        list[str] | None,
+        typer.Option("--to", metavar="LINK", help="Send it there, such as udpout:127.0.0.1:14550; repeatable."),
+    ] = None,
+    speed: Annotated[
+        float, typer.Option("--speed", metavar="TIMES", min=0.01, max=10_000.0, help="Times the recorded pace.")
+    ] = 1.0,
+    json: JsonOption = False,
+) -> None:
+    """Tell what is in a recording; with --to, play it to a ground station.
+
+    Played frames are sent as they were recorded, both directions of the link. Nothing of ours is added.
+
+    Example: vencejo replay flight.tlog
+
+    Example: vencejo replay flight.tlog --to udpout:127.0.0.1:14550 --speed 2
+    """
+    if not file.is_file():
+        raise Failed(f"{file}: there is no such file")
+    if to:
+        _play(file, to, speed, json=json)
+        return
+    from vencejo.cli.tlog import summarize
+
+    summary = summarize(file)
+    if not summary.messages:
+        raise Failed(f"{file} holds no MAVLink frame: a recording is a .tlog file")
+    if json:
+        put_json(asdict(summary))
+        return
+    print(f"{file}: {summary.frames} frames, {size(summary.bytes)}, {duration(summary.duration_s)}")
+    if summary.skipped_bytes:
+        print(f"{summary.skipped_bytes} bytes were no whole frame and were skipped")
+    shown = table("system", "component", "what", "frames", right=("system", "component", "frames"))
+    for sender in summary.senders:
+        shown.add_row(str(sender.system_id), str(sender.component_id), sender.what, str(sender.frames))
+    console = stdout()
+    console.print(shown)
+    shown = table("message", "frames", "per second", right=("frames", "per second"))
+    for name, frames in summary.messages.items():
+        shown.add_row(name, str(frames), f"{frames / max(summary.duration_s, 1e-3):.1f}")
+    console.print(shown)
+    for event in summary.events:
+        print(f"{duration(event.time_s):>8}  {event.system_id}  {clean(event.text)}")
+
+
+def _play(file: Path, to: list[str], speed: float, *, json: bool) -> None:
+    from vencejo import Station
+
+    with Station(record=False, heartbeat=False, request_streams=False) as station:
+        for address in to:
+            station.open_link(address, forward=True)
+        played = station.open_link(f"tlog:{os.fspath(file)}?speed={speed:g}")
+        console = stdout()
+        live = None
+        if not json and console.is_terminal:
+            from rich.live import Live
+
+            live = Live(console=console, auto_refresh=False)
+            live.start()
+        else:
+            say(f"Playing {file} to {', '.join(to)} …")
+        try:
+            for _ in _every(0.1):
+                infos = station.links
+                if live is not None:
+                    from vencejo.cli.links import links_table
+
+                    live.update(links_table(infos, []), refresh=True)
+                if any(info.id == played and info.state == "ended" for info in infos):
+                    break
+        finally:
+            if live is not None:
+                live.stop()
+        infos = station.links
+    read = next(info.frames_received for info in infos if info.id == played)
+    sent = {info.address: info.frames_sent for info in infos if info.id != played}
+    if json:
+        put_json({"file": str(file), "frames": read, "sent": sent})
+    else:
+        print(f"{file}: {read} frames played; sent " + ", ".join(f"{count} to {name}" for name, count in sent.items()))
+    if read == 0:
+        raise Failed(f"{file} holds no MAVLink frame: a recording is a .tlog file")
+    if not any(sent.values()):
+        raise Failed(f"nothing could be sent to {', '.join(to)}")
