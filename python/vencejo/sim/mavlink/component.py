@@ -1,0 +1,608 @@
+"""One plane as MAVLink sees it: routes messages to the protocols, ticks them, and turns events into messages."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+import time
+from collections.abc import Callable
+
+from vencejo.sim.autopilot.interface import (
+    AutopilotPort,
+    CameraTriggered,
+    Event,
+    HomeChanged,
+    LandedState,
+    MissionCurrentChanged,
+    MissionItemReached,
+    Mode,
+    ModeChanged,
+    RepositionTarget,
+    Severity,
+    SimConfig,
+    Snapshot,
+    StatusText,
+)
+from vencejo.sim.fence import FenceMonitor, fence_names
+from vencejo.sim.mavlink.codec import MavMessage, Payload, dialect, payload_of
+from vencejo.sim.mavlink.commands import CommandHandler
+from vencejo.sim.mavlink.files import VirtualFiles
+from vencejo.sim.mavlink.ftp import FtpServer
+from vencejo.sim.mavlink.link import Link, Peer, Source
+from vencejo.sim.mavlink.mission import PlanKind, PlanProtocol, item_from_message
+from vencejo.sim.mavlink.parameters import ParameterProtocol
+from vencejo.sim.mavlink.streams import GROUP_PARAMS, GROUPS, StreamSchedule
+from vencejo.sim.mavlink.telemetry import BANNER, TelemetryContext, build
+from vencejo.sim.params import Parameter, ParamStore
+from vencejo.sim.plan_store import MissionResult, PlanStore, normalise, stored_item
+from vencejo.sim.prearm import PrearmChecks
+
+__all__ = ["AutopilotFactory", "PlaneComponent"]
+
+AutopilotFactory = Callable[[SimConfig, ParamStore, PlanStore, Callable[[], list[str]]], AutopilotPort]
+
+COMPONENT_AUTOPILOT = 1
+_TEXT_BYTES = 50
+_SLOW_TICKS = 10
+"""Ticks of 10 ms between the checks that run ten times a second."""
+_HEARTBEAT_US = 1_000_000
+_TIMESYNC_US = 10_000_000
+_PREARM_TEXT_S = 30.0
+_HOME_AGAIN_S = 6.0
+"""How often home is told on the ground, as recorded."""
+_STORAGE_READY_S = 1.0
+"""Before that no mission fits ("Only 0 items are supported")."""
+_IGNORED_CHANNEL = 65535
+_IGNORED_AXIS = 32767
+
+_FENCE_KIND = PlanKind(1, "Fence", (Severity.DEBUG, "Fence Indexed OK"))
+_MISSION_KIND = PlanKind(0, "Mission", (Severity.INFO, "Flight plan received"))
+_RALLY_KIND = PlanKind(2, "Rally", None)
+
+
+def _default_autopilot(
+    config: SimConfig, params: ParamStore, plans: PlanStore, prearm: Callable[[], list[str]]
+) -> AutopilotPort:
+    from vencejo.sim.autopilot import Autopilot
+
+    return Autopilot(config, params, plans, prearm)
+
+
+class PlaneComponent:
+    """The MAVLink face of one plane. Single-threaded: the owner calls it from one loop.
+
+    Parameters
+    ----------
+    config : SimConfig
+        The plane; ``config.system_id`` is its MAVLink system id.
+    params : ParamStore, optional
+        ArduPlane's defaults when omitted.
+    autopilot : callable, optional
+        Makes the flying half; tests put a double here.
+    unix_s_at_boot : float, optional
+        What SYSTEM_TIME calls the boot.
+    """
+
+    def __init__(
+        self,
+        config: SimConfig,
+        *,
+        params: ParamStore | None = None,
+        autopilot: AutopilotFactory | None = None,
+        unix_s_at_boot: float | None = None,
+    ) -> None:
+        self.source = Source(config.system_id, COMPONENT_AUTOPILOT)
+        self.params = params if params is not None else ParamStore.arduplane()
+        self.params.set("MAV_SYSID", config.system_id)
+        self.plans = PlanStore()
+        self.fence = FenceMonitor(self.params, self.plans.fence_store)
+        self._snapshot: Snapshot | None = None
+        self.autopilot = (autopilot or _default_autopilot)(config, self.params, self.plans, lambda: self._prearm())
+        self._prearm = PrearmChecks(self.params, self.plans, self.fence, self.snapshot)
+        self._unix_us_at_boot = round((time.time() if unix_s_at_boot is None else unix_s_at_boot) * 1e6)
+
+        self._links: dict[Link, StreamSchedule] = {}
+        self._later: list[tuple[float, int, Callable[[], None]]] = []
+        self._later_number = itertools.count()
+        self._reboot_requested = False
+        self._text_id = 0
+        self._gcs_seen_s: float | None = None
+        self._gcs_lost = False
+        self._overrides: dict[int, float] = {}
+        self._announced: dict[str, float] = {}
+        self._start_clocks()
+
+        self._parameters = ParameterProtocol(
+            self.params, reply=self.reply, announce=self._broadcast, changed=self._parameter_changed
+        )
+        plans = {
+            0: (_MISSION_KIND, self.plans.mission_store),
+            1: (_FENCE_KIND, self.plans.fence_store),
+            2: (_RALLY_KIND, self.plans.rally_store),
+        }
+        self._plan_protocols = {
+            number: PlanProtocol(
+                kind,
+                store,  # type: ignore[arg-type]
+                reply=self.reply,
+                say=self.say,
+                now_s=self._now_s,
+                capacity=self._mission_capacity if number == 0 else None,
+            )
+            for number, (kind, store) in plans.items()
+        }
+        files = VirtualFiles(
+            self.params,
+            {f"{name}.dat": plans[number] for number, name in enumerate(("mission", "fence", "rally"))},  # type: ignore[misc]
+            say=self.say,
+            param_set=self._parameter_uploaded,
+        )
+        self._ftp = FtpServer(files, reply=self.reply, banner=self.send_banner, now_s=self._now_s)
+        self._commands = CommandHandler(self)
+        self._handlers: dict[str, Callable[[Peer, MavMessage], None]] = {
+            "HEARTBEAT": self._on_heartbeat,
+            "COMMAND_LONG": self._commands.on_command_long,
+            "COMMAND_INT": self._commands.on_command_int,
+            "SET_MODE": self._on_set_mode,
+            "PARAM_REQUEST_LIST": self._on_param_request_list,
+            "PARAM_REQUEST_READ": self._parameters.on_request_read,
+            "PARAM_SET": self._parameters.on_set,
+            "FILE_TRANSFER_PROTOCOL": self._ftp.on_message,
+            "REQUEST_DATA_STREAM": self._on_request_data_stream,
+            "TIMESYNC": self._on_timesync,
+            "PING": self._on_ping,
+            "MISSION_COUNT": lambda p, m: self._plan(p, m, lambda plan: plan.on_count(p, m)),
+            "MISSION_WRITE_PARTIAL_LIST": lambda p, m: self._plan(p, m, lambda plan: plan.on_write_partial(p, m)),
+            "MISSION_ITEM": self._on_mission_item,
+            "MISSION_ITEM_INT": self._on_mission_item,
+            "MISSION_REQUEST_LIST": lambda p, m: self._plan(p, m, lambda plan: plan.on_request_list(p)),
+            "MISSION_REQUEST": lambda p, m: self._plan(p, m, lambda plan: plan.on_request(p, m.seq, as_float=True)),
+            "MISSION_REQUEST_INT": lambda p, m: self._plan(
+                p, m, lambda plan: plan.on_request(p, m.seq, as_float=False)
+            ),
+            "MISSION_CLEAR_ALL": self._on_mission_clear_all,
+            "MISSION_SET_CURRENT": self._on_mission_set_current,
+            "RC_CHANNELS_OVERRIDE": self._on_rc_channels_override,
+            "MANUAL_CONTROL": self._on_manual_control,
+            "SET_POSITION_TARGET_GLOBAL_INT": self._on_set_position_target,
+        }
+        self._drain_events()
+
+    def _start_clocks(self) -> None:
+        self._ticks = 0
+        self._heartbeat_due_us = 0
+        self._timesync_due_us = _TIMESYNC_US
+        self._prearm_ok = False
+        self._prearm_text_due_s = _PREARM_TEXT_S
+        self._home_due_s = math.inf
+
+    # what the protocols are given
+
+    @property
+    def system_id(self) -> int:
+        """MAVLink system id."""
+        return self.source.system
+
+    @property
+    def home_set(self) -> bool:
+        """Whether the vehicle knows its home."""
+        return self.plans.mission_store.home is not None
+
+    def snapshot(self) -> Snapshot:
+        """The present instant, built once a tick."""
+        if self._snapshot is None:
+            self._snapshot = self.autopilot.snapshot()
+        return self._snapshot
+
+    def now_us(self) -> int:
+        """Simulated time since boot in microseconds."""
+        return round(self.autopilot.time_s * 1e6)
+
+    def _now_s(self) -> float:
+        return self.autopilot.time_s
+
+    def schedule_of(self, peer: Peer) -> StreamSchedule:
+        """What is streamed to a peer's link."""
+        return self._links[peer.link]
+
+    def reply(self, peer: Peer, message: MavMessage) -> None:
+        """Send to one peer's link."""
+        peer.link.send(message, self.source)
+
+    def say(self, severity: Severity, text: str) -> None:
+        """Send a text to every link, in chunks of fifty bytes when it is longer."""
+        data = text.encode("utf-8", "replace")
+        number = 0
+        if len(data) > _TEXT_BYTES:
+            self._text_id = self._text_id % 0xFFFF + 1
+            number = self._text_id
+        for chunk, start in enumerate(range(0, max(1, len(data)), _TEXT_BYTES)):
+            part = data[start : start + _TEXT_BYTES]
+            self._broadcast(dialect.MAVLink_statustext_message(int(severity), part, number, chunk))
+
+    def send_telemetry(self, peer: Peer, message_id: int) -> None:
+        """Send one telemetry message now, when there is one to send."""
+        message = build(message_id, self.snapshot(), self._context())
+        if message is not None:
+            self.reply(peer, message)
+
+    def send_banner(self, peer: Peer) -> None:
+        """Say what the vehicle is."""
+        for line in BANNER:
+            self.reply(peer, dialect.MAVLink_statustext_message(int(Severity.INFO), line.encode("ascii")))
+
+    def later(self, delay_s: float, action: Callable[[], None]) -> None:
+        """Run something after some simulated time, unless the vehicle reboots before."""
+        heapq.heappush(self._later, (self.autopilot.time_s + delay_s, next(self._later_number), action))
+
+    def request_reboot(self) -> None:
+        """Reboot at the next tick."""
+        self._reboot_requested = True
+
+    # links
+
+    def attach(self, link: Link) -> None:
+        """A link is up: it gets telemetry from now on."""
+        schedule = StreamSchedule({g: self.params.get(f"MAV1_{name}") for g, name in GROUP_PARAMS.items()})
+        schedule.restart(self.now_us())
+        self._links[link] = schedule
+
+    def detach(self, link: Link) -> None:
+        """A link is gone."""
+        self._links.pop(link, None)
+        self._parameters.forget(link)
+        self._ftp.forget(link)
+        for plan in self._plan_protocols.values():
+            plan.forget(link)
+
+    def on_message(self, link: Link, message: MavMessage) -> None:
+        """Handle a message from a station; what is not for this plane is ignored."""
+        if link not in self._links:
+            return
+        system, component = message.get_srcSystem(), message.get_srcComponent()
+        if getattr(message, "target_system", getattr(message, "target", 0)) not in (0, self.system_id):
+            return
+        if getattr(message, "target_component", 0) not in (0, COMPONENT_AUTOPILOT):
+            return
+        handler = self._handlers.get(message.get_type())
+        if handler is not None:
+            handler(Peer(link, system, component), message)
+            self._snapshot = None
+            self._drain_events()
+
+    # time
+
+    def tick(self) -> None:
+        """Advance the plane by 10 ms of simulated time and send what is due."""
+        if self._reboot_requested:
+            self._reboot()
+        self.autopilot.step()
+        self._snapshot = None
+        self._ticks += 1
+        self._drain_events()
+        while self._later and self._later[0][0] <= self.autopilot.time_s:
+            heapq.heappop(self._later)[2]()
+        self._ftp.tick()
+        if self._links:
+            self._parameters.tick()
+        if self._ticks % _SLOW_TICKS == 0:
+            self._slow_tick()
+        self._announce_totals()
+        if self._links:
+            self._stream()
+
+    def _slow_tick(self) -> None:
+        for plan in self._plan_protocols.values():
+            plan.tick()
+        now = self.snapshot()
+        new, cleared = self.fence.check(now, landing=now.landed_state is LandedState.LANDING)
+        if new:
+            self.say(Severity.NOTICE, f"{fence_names(new)} breached")
+            self.autopilot.fence_breached(self.fence.kind(new))
+        elif cleared:
+            self.say(Severity.NOTICE, "Fence breach cleared")
+            self.autopilot.fence_breached(None)
+        self._check_gcs(now)
+        self._expire_overrides(now.time_s)
+        self._prearm_ok = now.armed or not self._prearm()
+        if not now.armed and not self._prearm_ok and now.time_s >= self._prearm_text_due_s:
+            self._prearm_text_due_s = now.time_s + _PREARM_TEXT_S
+            for reason in self._prearm():
+                self.say(Severity.CRITICAL, f"PreArm: {reason}")
+        if now.time_s >= self._home_due_s and not now.armed:
+            self._send_home()
+        self._drain_events()
+
+    def _check_gcs(self, now: Snapshot) -> None:
+        """FS_GCS_ENABL: 1 and 2 always, 3 in AUTO; counts the heartbeats of MAV_GCS_SYSID, once one was seen."""
+        if self._gcs_seen_s is None:
+            return
+        enabled = self.params.integer("FS_GCS_ENABL")
+        silent_s = now.time_s - self._gcs_seen_s
+        if not self._gcs_lost:
+            applies = enabled in (1, 2) or (enabled == 3 and now.mode is Mode.AUTO)
+            if applies and now.landed_state is not LandedState.LANDING:
+                self._gcs_lost = silent_s > self.params.get("FS_LONG_TIMEOUT")
+                if self._gcs_lost:
+                    self.autopilot.failsafe_gcs(True)
+        elif silent_s < self.params.get("FS_LONG_TIMEOUT"):
+            self._gcs_lost = False
+            self.autopilot.failsafe_gcs(False)
+
+    def _stream(self) -> None:
+        now_us = self.now_us()
+        if now_us >= self._heartbeat_due_us:
+            self._heartbeat_due_us = now_us + _HEARTBEAT_US
+            self._broadcast(build(0, self.snapshot(), self._context()))
+        if now_us >= self._timesync_due_us:
+            self._timesync_due_us += _TIMESYNC_US
+            self._broadcast(dialect.MAVLink_timesync_message(0, now_us * 1000 + self.system_id))
+        packed: dict[int, Payload | None] = {}
+        context: TelemetryContext | None = None
+        for link, schedule in self._links.items():
+            for message_id in schedule.due(now_us):
+                if message_id not in packed:
+                    if context is None:
+                        context = self._context()
+                    message = build(message_id, self.snapshot(), context)
+                    packed[message_id] = None if message is None else payload_of(message)
+                payload = packed[message_id]
+                if payload is not None:
+                    link.stream(payload, self.source)
+
+    def _context(self) -> TelemetryContext:
+        return TelemetryContext(
+            unix_us_at_boot=self._unix_us_at_boot,
+            stick_mixing=self.params.integer("STICK_MIXING") != 0,
+            rc_rssi=255,
+            fence_enabled=self.fence.enabled,
+            fence_present=bool(self.plans.fence_store.shapes),
+            fence=self.fence.status,
+            prearm_ok=self._prearm_ok,
+            home_set=self.home_set,
+        )
+
+    def _reboot(self) -> None:
+        self._reboot_requested = False
+        self.autopilot.reboot()
+        self.plans.mission_store.home = None
+        self.fence.reset()
+        self._ftp.reset()
+        for plan in self._plan_protocols.values():
+            plan.reset()
+        self._later.clear()
+        self._overrides.clear()
+        self._gcs_seen_s = None
+        self._gcs_lost = False
+        self._start_clocks()
+        for link in self._links:
+            self.attach(link)
+
+    # events and announcements
+
+    def _drain_events(self) -> None:
+        for event in self.autopilot.events():
+            self._on_event(event)
+
+    def _on_event(self, event: Event) -> None:
+        match event:
+            case StatusText(severity, text):
+                self.say(Severity(severity), text)
+            case MissionItemReached(seq):
+                self._broadcast(dialect.MAVLink_mission_item_reached_message(seq))
+            case MissionCurrentChanged():
+                self._broadcast(build(42, self.snapshot(), self._context()))
+            case HomeChanged(lat_deg, lon_deg, alt_amsl_m):
+                self.plans.mission_store.set_home(lat_deg, lon_deg, alt_amsl_m)
+                self._send_home()
+            case ModeChanged():
+                self._broadcast(build(0, self.snapshot(), self._context()))
+            case CameraTriggered():
+                self._broadcast(
+                    dialect.MAVLink_camera_feedback_message(
+                        self._unix_us_at_boot + self.now_us(),
+                        0,
+                        0,
+                        event.index & 0xFFFF,
+                        round(event.lat_deg * 1e7),
+                        round(event.lon_deg * 1e7),
+                        event.alt_amsl_m,
+                        event.alt_rel_home_m,
+                        event.roll_deg,
+                        event.pitch_deg,
+                        event.yaw_deg,
+                        0.0,
+                        0,
+                        event.index & 0xFFFF,
+                    )
+                )
+
+    def _send_home(self) -> None:
+        self._home_due_s = self.autopilot.time_s + _HOME_AGAIN_S
+        if self._links:
+            for message_id in (49, 242):
+                self._broadcast(build(message_id, self.snapshot(), self._context()))
+
+    def _broadcast(self, message: MavMessage | None) -> None:
+        if message is None or not self._links:
+            return
+        payload = payload_of(message)
+        for link in self._links:
+            link.send_payload(payload, self.source)
+
+    def _announce_totals(self) -> None:
+        """Parameters that mirror the stored plan: told when they change."""
+        totals = (
+            ("MIS_TOTAL", len(self.plans.mission_store)),
+            ("FENCE_TOTAL", self.plans.fence_store.vertex_total),
+            ("RALLY_TOTAL", len(self.plans.rally_store)),
+        )
+        for name, total in totals:
+            if self._announced.get(name) != total:
+                self._announced[name] = total
+                if self.params.get(name) != total:
+                    self._broadcast(self._parameters.value(self.params.set(name, total)))
+
+    # messages
+
+    def _plan(self, peer: Peer, message: MavMessage, action: Callable[[PlanProtocol], None]) -> None:
+        plan = self._plan_protocols.get(message.mission_type)
+        if plan is None:
+            self.reply(
+                peer,
+                dialect.MAVLink_mission_ack_message(
+                    peer.system, peer.component, int(MissionResult.UNSUPPORTED), message.mission_type
+                ),
+            )
+            return
+        action(plan)
+
+    def _mission_capacity(self) -> int:
+        return self.plans.mission_store.max_items if self.autopilot.time_s >= _STORAGE_READY_S else 0
+
+    def _on_mission_item(self, peer: Peer, message: MavMessage) -> None:
+        if message.mission_type == 0 and message.current in (2, 3):
+            self._guided_item(peer, message)
+        else:
+            self._plan(peer, message, lambda plan: plan.on_item(peer, message))
+
+    def _guided_item(self, peer: Peer, message: MavMessage) -> None:
+        """The old way to fly somewhere: a mission item with ``current`` 2 (a point) or 3 (an altitude)."""
+        item = item_from_message(message)
+        stored = item if isinstance(item, MissionResult) else normalise(item)
+        if isinstance(stored, MissionResult):
+            result = stored
+        else:
+            point = stored_item(stored)
+            if message.current == 3:
+                self.autopilot.change_altitude(point.alt_m, point.frame)
+                result = MissionResult.ACCEPTED
+            else:
+                target = RepositionTarget(
+                    point.lat_deg, point.lon_deg, point.alt_m, frame=point.frame, change_mode=False
+                )
+                accepted = self.autopilot.reposition(target) == 0
+                result = MissionResult.ACCEPTED if accepted else MissionResult.ERROR
+        self.reply(peer, dialect.MAVLink_mission_ack_message(peer.system, peer.component, int(result), 0))
+
+    def _on_mission_clear_all(self, peer: Peer, message: MavMessage) -> None:
+        if message.mission_type == 255:
+            for plan in self._plan_protocols.values():
+                plan.on_clear(peer)
+        else:
+            self._plan(peer, message, lambda plan: plan.on_clear(peer))
+
+    def _on_mission_set_current(self, peer: Peer, message: MavMessage) -> None:
+        if self.autopilot.set_mission_current(message.seq) == 0:
+            self._snapshot = None
+            self.send_telemetry(peer, 42)
+
+    def _on_heartbeat(self, peer: Peer, _message: MavMessage) -> None:
+        if peer.system == self.params.integer("MAV_GCS_SYSID"):
+            self._gcs_seen_s = self.autopilot.time_s
+
+    def _on_set_mode(self, peer: Peer, message: MavMessage) -> None:
+        result = self.autopilot.set_mode(message.custom_mode) if message.base_mode & 1 else 2
+        # ArduPlane acknowledges this message as if it were a command.
+        self.reply(
+            peer,
+            dialect.MAVLink_command_ack_message(
+                dialect.MAVLINK_MSG_ID_SET_MODE, int(result), 0, 0, peer.system, peer.component
+            ),
+        )
+
+    def _on_param_request_list(self, peer: Peer, message: MavMessage) -> None:
+        self.send_banner(peer)
+        self._parameters.on_request_list(peer, message)
+
+    def _on_request_data_stream(self, peer: Peer, message: MavMessage) -> None:
+        """Rates of the stream groups of this link; the parameters that hold them are told, as recorded."""
+        groups = GROUPS if message.req_stream_id == 0 else {message.req_stream_id: ()}
+        rate_hz = float(message.req_message_rate) if message.start_stop else 0.0
+        fastest_hz = 1e6 / self._commands.fastest_us(self.params)
+        for group in groups:
+            if group not in GROUP_PARAMS:
+                continue
+            self._links[peer.link].set_group(group, min(rate_hz, fastest_hz), now_us=self.now_us())
+            name = f"MAV1_{GROUP_PARAMS[group]}"
+            if self.params.get(name) != rate_hz:
+                self._broadcast(self._parameters.value(self.params.set(name, rate_hz)))
+
+    def _on_timesync(self, peer: Peer, message: MavMessage) -> None:
+        if message.tc1 == 0:
+            self.reply(peer, dialect.MAVLink_timesync_message(self.now_us() * 1000, message.ts1))
+
+    def _on_ping(self, peer: Peer, message: MavMessage) -> None:
+        if message.target_system == 0 and message.target_component == 0:
+            self.reply(peer, dialect.MAVLink_ping_message(message.time_usec, message.seq, peer.system, peer.component))
+
+    def _on_rc_channels_override(self, peer: Peer, message: MavMessage) -> None:
+        if peer.system != self.params.integer("MAV_GCS_SYSID"):
+            return
+        channels: dict[int, int | None] = {}
+        for number in range(1, 17):
+            value = getattr(message, f"chan{number}_raw")
+            if value == _IGNORED_CHANNEL or (number > 8 and value == 0):
+                continue
+            channels[number] = None if value in (0, _IGNORED_CHANNEL - 1) else value
+        self._override(channels)
+
+    def _on_manual_control(self, peer: Peer, message: MavMessage) -> None:
+        if peer.system != self.params.integer("MAV_GCS_SYSID"):
+            return
+        channels: dict[int, int | None] = {}
+        for axis, raw, low, reverse in (
+            ("ROLL", message.y, -1000, False),
+            ("PITCH", message.x, -1000, True),
+            ("THROTTLE", message.z, 0, False),
+            ("YAW", message.r, -1000, False),
+        ):
+            if raw == _IGNORED_AXIS or not low <= raw <= 1000:
+                continue
+            number = self.params.integer(f"RCMAP_{axis}")
+            least, most = self.params.get(f"RC{number}_MIN"), self.params.get(f"RC{number}_MAX")
+            share = (raw - low) / (1000 - low)
+            channels[number] = round(least + (most - least) * (1 - share if reverse else share))
+        self._override(channels)
+
+    def _override(self, channels: dict[int, int | None]) -> None:
+        self._gcs_seen_s = self.autopilot.time_s
+        for number, value in channels.items():
+            if value is None:
+                self._overrides.pop(number, None)
+            else:
+                self._overrides[number] = self.autopilot.time_s
+        self.autopilot.rc_input(channels)
+
+    def _expire_overrides(self, now_s: float) -> None:
+        keep_s = self.params.get("RC_OVERRIDE_TIME")
+        if keep_s < 0:
+            return
+        expired = [number for number, set_s in self._overrides.items() if now_s - set_s > keep_s]
+        if expired:
+            for number in expired:
+                del self._overrides[number]
+            self.autopilot.rc_input(dict.fromkeys(expired))
+
+    def _on_set_position_target(self, _peer: Peer, message: MavMessage) -> None:
+        """SET_POSITION_TARGET_GLOBAL_INT: ArduPlane takes the altitude of it, in GUIDED."""
+        frames = {0: 0, 5: 0, 3: 3, 6: 3, 10: 10, 11: 10}
+        if self.snapshot().mode is not Mode.GUIDED or message.type_mask & 4 or not math.isfinite(message.alt):
+            return
+        frame = frames.get(message.coordinate_frame)
+        if frame is None:
+            self.say(Severity.WARNING, "Invalid coord frame in SET_POSTION_TARGET_GLOBAL_INT")
+            return
+        self.autopilot.change_altitude(message.alt, frame)
+
+    def _parameter_uploaded(self, parameter: Parameter) -> None:
+        self._broadcast(self._parameters.value(parameter))
+        self._parameter_changed(parameter)
+
+    def _parameter_changed(self, parameter: Parameter) -> None:
+        if parameter.name.startswith("MAV1_"):
+            for group, name in GROUP_PARAMS.items():
+                if parameter.name == f"MAV1_{name}":
+                    for schedule in self._links.values():
+                        schedule.set_group(group, parameter.value, now_us=self.now_us())

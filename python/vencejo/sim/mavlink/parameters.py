@@ -1,0 +1,123 @@
+"""The parameter protocol: PARAM_REQUEST_LIST, PARAM_REQUEST_READ and PARAM_SET as ArduPlane answers them."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+from vencejo.sim.mavlink.codec import MavMessage, dialect
+from vencejo.sim.mavlink.link import Link, Peer
+from vencejo.sim.params import Parameter, ParamStore, ParamValueError
+
+__all__ = ["ParameterProtocol"]
+
+_PER_TICK = 64
+"""PARAM_VALUE sent in one tick of a list; the whole list takes about a fifth of a simulated second."""
+_QUEUE_ROOM = 512
+"""A list waits while more answers than this wait on its link."""
+_UNSPECIFIED = 65535
+_DOES_NOT_EXIST = 1
+_VALUE_OUT_OF_RANGE = 2
+
+
+class ParameterProtocol:
+    """Answers the parameter messages of all links of one plane.
+
+    Parameters
+    ----------
+    params : ParamStore
+    reply : callable
+        Sends a message to one peer.
+    announce : callable
+        Sends a message to every link.
+    changed : callable
+        Told of each parameter that a station set.
+    """
+
+    def __init__(
+        self,
+        params: ParamStore,
+        *,
+        reply: Callable[[Peer, MavMessage], None],
+        announce: Callable[[MavMessage], None],
+        changed: Callable[[Parameter], None],
+    ) -> None:
+        self._params = params
+        self._reply = reply
+        self._announce = announce
+        self._changed = changed
+        self._lists: deque[tuple[Peer, int]] = deque(maxlen=16)
+        """Lists being sent: to whom, and the next index. One a link; the oldest goes when there are too many."""
+
+    def value(self, parameter: Parameter, *, index: int = _UNSPECIFIED) -> MavMessage:
+        """PARAM_VALUE of a parameter."""
+        return dialect.MAVLink_param_value_message(
+            parameter.name.encode("ascii"), parameter.value, int(parameter.type), len(self._params), index
+        )
+
+    def on_request_list(self, peer: Peer, _message: MavMessage) -> None:
+        """Start sending all parameters to that link (again from the first when it is under way)."""
+        self.forget(peer.link)
+        self._lists.append((peer, 0))
+
+    def on_request_read(self, peer: Peer, message: MavMessage) -> None:
+        """Send one parameter, by index or by name."""
+        index = int(message.param_index)
+        name = _name(message)
+        if index >= 0:
+            if index >= len(self._params):
+                self._error(peer, name, index, _DOES_NOT_EXIST)
+                return
+            self._reply(peer, self.value(self._params.at(index), index=index))
+            return
+        parameter = self._params.find(name)
+        if parameter is None:
+            self._error(peer, name, index, _DOES_NOT_EXIST)
+            return
+        self._reply(peer, self.value(parameter))
+
+    def on_set(self, peer: Peer, message: MavMessage) -> None:
+        """Set a parameter; every link is told what is stored now."""
+        name = _name(message)
+        before = self._params.find(name)
+        if before is None:
+            self._error(peer, name, -1, _DOES_NOT_EXIST)
+            return
+        try:
+            after = self._params.set(name, float(message.param_value))
+        except ParamValueError:
+            self._error(peer, name, -1, _VALUE_OUT_OF_RANGE)
+            return
+        self._announce(self.value(after))
+        if after.value != before.value:
+            self._changed(after)
+
+    def tick(self) -> None:
+        """Send the next part of each list, as long as the station keeps up."""
+        for _ in range(len(self._lists)):
+            peer, index = self._lists.popleft()
+            stop = min(index + _PER_TICK, len(self._params))
+            if peer.link.waiting_replies < _QUEUE_ROOM:
+                for number in range(index, stop):
+                    self._reply(peer, self.value(self._params.at(number), index=number))
+                index = stop
+            if index < len(self._params):
+                self._lists.append((peer, index))
+
+    def forget(self, link: Link) -> None:
+        """The link is gone: so is its list."""
+        kept = [entry for entry in self._lists if entry[0].link is not link]
+        self._lists.clear()
+        self._lists.extend(kept)
+
+    def _error(self, peer: Peer, name: str, index: int, error: int) -> None:
+        self._reply(
+            peer,
+            dialect.MAVLink_param_error_message(
+                peer.system, peer.component, name.encode("ascii", "replace")[:16], index, error
+            ),
+        )
+
+
+def _name(message: MavMessage) -> str:
+    return str(message.param_id).split("\0", 1)[0]

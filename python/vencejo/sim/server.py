@@ -1,0 +1,450 @@
+"""The simulator's loop: sockets, pace and shutdown.
+
+One thread does everything. It never waits for a client: sockets do not block, each connection has bounded queues,
+and one that misbehaves or does not read is its own problem only.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import selectors
+import signal
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from queue import Empty, SimpleQueue
+from types import TracebackType
+from typing import Any, NamedTuple, TypeVar
+
+from vencejo.sim.autopilot.interface import DT_S
+from vencejo.sim.config import LinkSpec, SimOptions, parse_link
+from vencejo.sim.mavlink.component import AutopilotFactory, PlaneComponent
+from vencejo.sim.mavlink.link import Link
+from vencejo.sim.world import World
+
+__all__ = ["Listening", "SimServer", "SimulatedPlane", "run"]
+
+_T = TypeVar("_T")
+
+_RECEIVE_BYTES = 65536
+_SEND_BYTES = 65536
+_MAX_CLIENTS = 64
+"""Connections of one server; one more is closed at once."""
+_BACKLOG = 128
+"""Connections waiting to be accepted."""
+_MAX_BACKLOG_S = 0.25
+"""Real time that the simulation may fall behind before its clock is set anew."""
+_MAX_BURST_S = 0.02
+"""Real time of simulation between two looks at the sockets."""
+_TICKS_PER_FLUSH = 10
+_IDLE_S = 0.05
+
+
+class Listening(NamedTuple):
+    """A link that is open."""
+
+    link: str
+    """As a station's link string would name it, with the port that was bound."""
+    system_ids: tuple[int, ...]
+    """The planes it carries."""
+
+
+class _Pace:
+    """How many ticks are due, for a speed-up. ``inf`` is always due."""
+
+    def __init__(self, speedup: float, now_s: float) -> None:
+        self._tick_s = DT_S / speedup
+        self._next_s = now_s
+
+    def due(self, now_s: float) -> bool:
+        if self._tick_s == 0:
+            return True
+        if now_s - self._next_s > max(_MAX_BACKLOG_S, self._tick_s):
+            self._next_s = now_s
+        return now_s >= self._next_s
+
+    def ticked(self) -> None:
+        self._next_s += self._tick_s
+
+    def wait_s(self, now_s: float) -> float:
+        return 0.0 if self._tick_s == 0 else min(max(0.0, self._next_s - now_s), _IDLE_S)
+
+
+class _Connection:
+    """A socket with its link. ``datagrams``: one frame each, and errors are ignored."""
+
+    def __init__(self, sock: socket.socket, name: str, *, datagrams: bool) -> None:
+        sock.setblocking(False)
+        self.socket = sock
+        self.link = Link(name)
+        self._datagrams = datagrams
+        self._unsent = b""
+
+    @property
+    def wants_write(self) -> bool:
+        return bool(self._unsent)
+
+    def flush(self) -> bool:
+        """Send what waits; False when the connection is broken."""
+        if self.link.failed:
+            return False
+        try:
+            if self._datagrams:
+                self._flush_datagrams()
+            else:
+                self._flush_stream()
+        except BlockingIOError:
+            pass
+        except OSError:
+            return self._datagrams
+        return True
+
+    def _flush_stream(self) -> None:
+        while True:
+            if not self._unsent:
+                self._unsent = b"".join(self.link.take(_SEND_BYTES))
+                if not self._unsent:
+                    return
+            sent = self.socket.send(self._unsent)
+            self._unsent = self._unsent[sent:]
+
+    def _flush_datagrams(self) -> None:
+        for frame in self.link.take(1 << 20):
+            # Nobody there yet, or no room: a datagram is lost, as datagrams are.
+            with contextlib.suppress(ConnectionRefusedError):
+                self.socket.send(frame)
+
+    def read(self) -> bytes | None:
+        """What arrived; empty when nothing did, None when the connection has ended."""
+        try:
+            data = self.socket.recv(_RECEIVE_BYTES)
+        except BlockingIOError:
+            return b""
+        except OSError:
+            return b"" if self._datagrams else None
+        return data if data or self._datagrams else None
+
+
+class _Listener(NamedTuple):
+    socket: socket.socket
+    planes: list[PlaneComponent]
+
+
+class SimServer:
+    """Simulated planes on real links.
+
+    Parameters
+    ----------
+    options : SimOptions
+    autopilot : callable, optional
+        Makes the flying half of each plane; tests put a double here.
+
+    Raises
+    ------
+    OSError
+        A link cannot be opened; the message names it.
+    """
+
+    def __init__(self, options: SimOptions, *, autopilot: AutopilotFactory | None = None) -> None:
+        self.options = options
+        self.world = World(options, autopilot=autopilot)
+        self.listening: list[Listening] = []
+        self._selector = selectors.DefaultSelector()
+        self._listeners: list[_Listener] = []
+        self._connections: list[_Connection] = []
+        self._calls: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._wake_receive, self._wake_send = socket.socketpair()
+        self._wake_receive.setblocking(False)
+        self._wake_send.setblocking(False)
+        self._selector.register(self._wake_receive, selectors.EVENT_READ, None)
+        try:
+            for text in options.links:
+                for spec, planes in self._shares(parse_link(text)):
+                    self._open(spec, planes)
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def clients(self) -> int:
+        """Connections at this moment."""
+        return len(self._connections)
+
+    def serve(self, stop: threading.Event) -> None:
+        """Fly and serve until ``stop`` is set (use :meth:`wake` after it)."""
+        pace = _Pace(self.options.speedup, time.monotonic())
+        while not stop.is_set():
+            self._burst(pace)
+            self._flush()
+            self._poll(pace.wait_s(time.monotonic()))
+
+    def wake(self) -> None:
+        """Make the loop look at its stop event and calls now. May be called from any thread."""
+        with contextlib.suppress(OSError):
+            self._wake_send.send(b"\0")
+
+    def submit(self, call: Callable[[], None]) -> None:
+        """Run something in the loop. May be called from any thread."""
+        self._calls.put(call)
+        self.wake()
+
+    def close(self) -> None:
+        """Close every socket."""
+        for connection in list(self._connections):
+            self._drop(connection)
+        for listener in self._listeners:
+            listener.socket.close()
+        self._listeners.clear()
+        self._selector.close()
+        self._wake_receive.close()
+        self._wake_send.close()
+
+    def _shares(self, spec: LinkSpec) -> Iterator[tuple[LinkSpec, list[PlaneComponent]]]:
+        if self.options.ports == "shared":
+            yield spec, self.world.planes
+            return
+        for number, plane in enumerate(self.world.planes):
+            yield spec.shifted(number), [plane]
+
+    def _open(self, spec: LinkSpec, planes: list[PlaneComponent]) -> None:
+        try:
+            family, _, _, _, address = socket.getaddrinfo(
+                spec.host, spec.port, type=socket.SOCK_STREAM if spec.kind == "tcp" else socket.SOCK_DGRAM
+            )[0]
+            if spec.kind == "tcp":
+                sock = socket.create_server(address[:2], family=family, backlog=_BACKLOG)
+            else:
+                sock = socket.socket(family, socket.SOCK_DGRAM)
+                sock.connect(address)
+        except OSError as error:
+            raise OSError(error.errno, f"link {spec}: {error.strerror or error}") from error
+        if spec.kind == "tcp":
+            sock.setblocking(False)
+            listener = _Listener(sock, planes)
+            self._listeners.append(listener)
+            self._selector.register(sock, selectors.EVENT_READ, listener)
+            spec = LinkSpec("tcp", spec.host, sock.getsockname()[1])
+        else:
+            self._connect(_Connection(sock, str(spec), datagrams=True), planes)
+        self.listening.append(Listening(str(spec), tuple(plane.system_id for plane in planes)))
+
+    def _connect(self, connection: _Connection, planes: list[PlaneComponent]) -> None:
+        self._connections.append(connection)
+        self._selector.register(connection.socket, selectors.EVENT_READ, connection)
+        self.world.attach(connection.link, planes)
+
+    def _drop(self, connection: _Connection) -> None:
+        self._connections.remove(connection)
+        self.world.detach(connection.link)
+        self._selector.unregister(connection.socket)
+        connection.socket.close()
+
+    def _burst(self, pace: _Pace) -> None:
+        """The ticks that are due, with a pause for the sockets when they are many."""
+        started = now = time.monotonic()
+        ticks = 0
+        while pace.due(now):
+            self.world.tick()
+            pace.ticked()
+            ticks += 1
+            if ticks % _TICKS_PER_FLUSH == 0:
+                self._flush()
+            now = time.monotonic()
+            if now - started > _MAX_BURST_S:
+                return
+
+    def _flush(self) -> None:
+        for connection in list(self._connections):
+            if not connection.link.pending and not connection.wants_write:
+                continue
+            if not connection.flush():
+                self._drop(connection)
+                continue
+            events = selectors.EVENT_READ | (selectors.EVENT_WRITE if connection.wants_write else 0)
+            if self._selector.get_key(connection.socket).events != events:
+                self._selector.modify(connection.socket, events, connection)
+
+    def _poll(self, timeout_s: float) -> None:
+        for key, events in self._selector.select(timeout_s):
+            owner: Any = key.data
+            if owner is None:
+                self._woken()
+            elif isinstance(owner, _Listener):
+                self._accept(owner)
+            elif events & selectors.EVENT_READ and owner in self._connections:
+                self._read(owner)
+        self._flush()
+
+    def _read(self, connection: _Connection) -> None:
+        data = connection.read()
+        if data is None:
+            self._drop(connection)
+        elif data:
+            self.world.receive(connection.link, data)
+
+    def _accept(self, listener: _Listener) -> None:
+        for _ in range(_BACKLOG):
+            try:
+                sock, address = listener.socket.accept()
+            except BlockingIOError:
+                return
+            except OSError as error:
+                if error.errno in (errno.EMFILE, errno.ENFILE):
+                    time.sleep(_IDLE_S)  # no descriptor left: do not spin on the waiting client
+                return
+            if len(self._connections) >= _MAX_CLIENTS:
+                sock.close()
+                continue
+            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            name = f"tcp client {address[0]}:{address[1]}"
+            self._connect(_Connection(sock, name, datagrams=False), listener.planes)
+
+    def _woken(self) -> None:
+        with contextlib.suppress(BlockingIOError):
+            while self._wake_receive.recv(4096):
+                pass
+        while True:
+            try:
+                call = self._calls.get_nowait()
+            except Empty:
+                return
+            call()
+
+
+def run(options: SimOptions, *, on_listening: Callable[[Listening], None] | None = None) -> None:
+    """Simulate until SIGINT or SIGTERM (signals only when called from the main thread).
+
+    Parameters
+    ----------
+    options : SimOptions
+    on_listening : callable, optional
+        Told of each link once it is open.
+
+    Raises
+    ------
+    OSError
+        A link cannot be opened.
+    """
+    server = SimServer(options)
+    stop = threading.Event()
+
+    def ask_to_stop(_number: int, _frame: object) -> None:
+        stop.set()
+        server.wake()
+
+    before: dict[signal.Signals, Any] = {}
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGINT, signal.SIGTERM):
+            before[number] = signal.signal(number, ask_to_stop)
+    try:
+        for link in server.listening:
+            if on_listening is not None:
+                on_listening(link)
+        server.serve(stop)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        server.close()
+
+
+class SimulatedPlane:
+    """Simulated planes in a thread of this process, for tests and examples.
+
+    Parameters
+    ----------
+    options : SimOptions, optional
+        A plane at the default home on a free TCP port when omitted.
+    autopilot : callable, optional
+        Makes the flying half of each plane; the real one when omitted.
+
+    Examples
+    --------
+    >>> with SimulatedPlane(SimOptions(links=("tcp:127.0.0.1:0",), speedup=10.0)) as sim:  # doctest: +SKIP
+    ...     print(sim.link)
+    tcp:127.0.0.1:41327
+    """
+
+    def __init__(self, options: SimOptions | None = None, *, autopilot: AutopilotFactory | None = None) -> None:
+        self.options = options if options is not None else SimOptions(links=("tcp:127.0.0.1:0",))
+        self._server = SimServer(self.options, autopilot=autopilot)
+        self._stop = threading.Event()
+        self._failure: BaseException | None = None
+        self._thread = threading.Thread(target=self._serve, name="vencejo-sim", daemon=True)
+        self._thread.start()
+
+    @property
+    def link(self) -> str:
+        """Link string of the first link, with its port."""
+        return self._server.listening[0].link
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Link strings of all links."""
+        return tuple(listening.link for listening in self._server.listening)
+
+    @property
+    def port(self) -> int:
+        """Port of the first link."""
+        return parse_link(self.link).port
+
+    @property
+    def clients(self) -> int:
+        """Connections at this moment."""
+        return self._server.clients
+
+    def call(self, function: Callable[[World], _T], *, timeout_s: float = 30.0) -> _T:
+        """Run a function between two ticks in the simulator's thread and return its result.
+
+        Raises
+        ------
+        RuntimeError
+            The simulator has stopped.
+        TimeoutError
+            It did not get to it in time.
+        """
+        future: Future[_T] = Future()
+
+        def work() -> None:
+            try:
+                future.set_result(function(self._server.world))
+            except BaseException as error:  # noqa: BLE001  (handed to the caller)
+                future.set_exception(error)
+
+        if not self._thread.is_alive():
+            raise RuntimeError("the simulator has stopped") from self._failure
+        self._server.submit(work)
+        return future.result(timeout_s)
+
+    def close(self) -> None:
+        """Stop and close every socket; may be called again.
+
+        Raises
+        ------
+        RuntimeError
+            The simulator had failed.
+        """
+        self._stop.set()
+        self._server.wake()
+        self._thread.join()
+        if self._failure is not None:
+            failure, self._failure = self._failure, None
+            raise RuntimeError(f"the simulator failed: {failure}") from failure
+
+    def __enter__(self) -> SimulatedPlane:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _serve(self) -> None:
+        try:
+            self._server.serve(self._stop)
+        except BaseException as error:  # noqa: BLE001  (told by close())
+            self._failure = error
+        finally:
+            self._server.close()

@@ -1,0 +1,107 @@
+"""All simulated planes of one process, without clock or sockets: deterministic, as fast as it is stepped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from vencejo.sim.autopilot.interface import DT_S
+from vencejo.sim.config import SimOptions
+from vencejo.sim.mavlink.codec import Decoder, MavMessage, dialect
+from vencejo.sim.mavlink.component import AutopilotFactory, PlaneComponent
+from vencejo.sim.mavlink.link import Link
+from vencejo.sim.params import ParamStore
+
+__all__ = ["MemoryLink", "World"]
+
+
+class World:
+    """The planes, and which links carry which of them.
+
+    Parameters
+    ----------
+    options : SimOptions
+        ``links`` and ``speedup`` are not looked at here.
+    autopilot : callable, optional
+        Makes the flying half of each plane; the real one when omitted.
+
+    Examples
+    --------
+    >>> world = World(SimOptions(seed=7))  # doctest: +SKIP
+    >>> world.advance(30.0)  # doctest: +SKIP
+    >>> world.planes[0].snapshot().gps_fix_type  # doctest: +SKIP
+    6
+    """
+
+    def __init__(self, options: SimOptions, *, autopilot: AutopilotFactory | None = None) -> None:
+        self.planes = [
+            PlaneComponent(
+                options.plane(number),
+                params=ParamStore.arduplane(options.params),
+                autopilot=autopilot,
+                unix_s_at_boot=options.start_unix_s,
+            )
+            for number in range(options.planes)
+        ]
+        self._carried: dict[Link, list[PlaneComponent]] = {}
+
+    def attach(self, link: Link, planes: list[PlaneComponent] | None = None) -> None:
+        """A link is up; it carries all planes unless told which."""
+        self._carried[link] = list(planes if planes is not None else self.planes)
+        for plane in self._carried[link]:
+            plane.attach(link)
+
+    def detach(self, link: Link) -> None:
+        """A link is gone."""
+        for plane in self._carried.pop(link, []):
+            plane.detach(link)
+
+    def receive(self, link: Link, data: bytes) -> None:
+        """Bytes arrived on a link."""
+        for message in link.receive(data):
+            for plane in self._carried.get(link, ()):
+                plane.on_message(link, message)
+
+    def tick(self) -> None:
+        """Advance every plane by 10 ms."""
+        for plane in self.planes:
+            plane.tick()
+
+    def advance(self, seconds: float, *, until: Callable[[], bool] | None = None) -> bool:
+        """Advance simulated time, at most until a condition holds; tells whether it did (True without one)."""
+        for _ in range(round(seconds / DT_S)):
+            if until is not None and until():
+                return True
+            self.tick()
+        return until is None or until()
+
+    def connect(self, *, system: int = 255, component: int = 190) -> MemoryLink:
+        """A station in memory, for tests."""
+        return MemoryLink(self, system=system, component=component)
+
+
+class MemoryLink:
+    """A station connected without a socket: sends messages and keeps what comes back, in order."""
+
+    def __init__(self, world: World, *, system: int, component: int) -> None:
+        self.link = Link("memory")
+        self._world = world
+        self._packer = dialect.MAVLink(None, srcSystem=system, srcComponent=component)
+        self._decoder = Decoder()
+        world.attach(self.link)
+
+    def send(self, message: MavMessage, *, mavlink1: bool = False) -> None:
+        """Frame a message and hand it to the planes."""
+        self.send_bytes(message.pack(self._packer, force_mavlink1=mavlink1))
+        self._packer.seq = (self._packer.seq + 1) % 256
+
+    def send_bytes(self, data: bytes) -> None:
+        """Hand raw bytes to the planes."""
+        self._world.receive(self.link, data)
+
+    def receive(self) -> list[MavMessage]:
+        """All messages that wait, in the order in which they would leave."""
+        return self._decoder.feed(b"".join(self.link.take(1 << 30)))
+
+    def close(self) -> None:
+        """Disconnect."""
+        self._world.detach(self.link)
