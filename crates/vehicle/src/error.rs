@@ -7,7 +7,7 @@ use vencejo_flight::plan::PlanKind;
 use vencejo_proto::Address;
 
 use crate::command::{CommandName, CommandResult};
-use crate::modes::{FlightMode, UnknownMode};
+use crate::modes::UnknownMode;
 use crate::plan_state::PlanState;
 use crate::transfer::TransferError;
 
@@ -105,6 +105,9 @@ pub enum VehicleError {
         /// What was wanted.
         action: &'static str,
     },
+    /// Home is needed and not known.
+    #[error("the vehicle has not said where home is; wait until it has a position")]
+    HomeUnknown,
     /// The vehicle was not heard for too long to act on what it said.
     #[error("the vehicle's state is not known (nothing heard for {} s); wait for its heartbeat", age.as_secs_f64())]
     NotHeard {

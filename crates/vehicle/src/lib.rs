@@ -1,1 +1,86 @@
-//! Under construction.
+//! A vehicle as state machines: what it says, what is asked of it, what becomes of that. No I/O and no clock.
+//!
+//! # One door
+//!
+//! A [`Vehicle`] takes messages and moments in and puts [`Output`]s out; its owner has the link and the clock:
+//!
+//! ```
+//! use vencejo_proto::{Address, ComponentId, Heartbeat, Message, MonoTime};
+//! use vencejo_vehicle::{Output, Request, Vehicle, VehicleConfig, VehicleError};
+//!
+//! let (plane, our) = (Address::new(1, 1), Address::new(255, 190));
+//! let mut now = MonoTime::ZERO;
+//! let mut vehicle = Vehicle::new(plane, our, VehicleConfig::default(), now);
+//!
+//! // What comes from the link goes in.
+//! let heartbeat = Heartbeat { mav_type: 1, autopilot: 3, mavlink_version: 3, custom_mode: 11, ..Heartbeat::default() };
+//! vehicle.on_message(ComponentId::AUTOPILOT, &Message::Heartbeat(heartbeat), now);
+//! assert_eq!(vehicle.telemetry().mode().map(|mode| mode.to_string()), Some("RTL".into()));
+//!
+//! // A request sends something, and ends with exactly one result, within a bounded time.
+//! let id = vehicle.request(Request::Arm { force: false }, now);
+//! let result = loop {
+//!     match vehicle.poll_output() {
+//!         Some(Output::Send(_message)) => {} // to the link
+//!         Some(Output::Finished { id: ended, result }) if ended == id => break result,
+//!         Some(_) => {}
+//!         // Nothing more to do now: wait for a message, at most until the deadline.
+//!         None => {
+//!             now = vehicle.deadline().expect("something is due");
+//!             vehicle.on_time(now);
+//!         }
+//!     }
+//! };
+//! assert!(matches!(result, Err(VehicleError::CommandTimeout { .. })), "nobody answered");
+//! ```
+//!
+//! Call [`Vehicle::poll_output`] until it is empty after every call that takes `&mut self`.
+//! [`Vehicles`] does the same for all the vehicles of a link.
+//!
+//! # What it promises
+//!
+//! - Upload, arm, mode and start are separate acts; no request does another as a side effect.
+//! - A request succeeds when the vehicle *shows* it: armed and mode in its HEARTBEAT, a plan by reading it back.
+//! - A command that did not get an answer is repeated only when that cannot do harm ([`command::is_idempotent`]), or when the
+//!   vehicle's state, read since, shows that it was not executed.
+//! - What the vehicle says is not trusted: values that cannot be are `None` and counted, texts are cleaned, queues bounded.
+//! - What is not known is `None`; every value has an age ([`telemetry::Sampled`]).
+//! - Telemetry is read without allocation.
+//!
+//! # Rooms
+//!
+//! | module | owns |
+//! |---|---|
+//! | [`telemetry`] | the newest values, their age and validity; texts; noticing a restart |
+//! | [`modes`] | flight modes by name |
+//! | [`command`] | commands and their acknowledgement |
+//! | [`streams`] | which messages are asked for, how often |
+//! | [`timesync`] | round trip and clock offset |
+//! | [`progress`] | where the vehicle stands in its mission |
+//! | [`heartbeat`] | our own heartbeat; whose heartbeat makes a vehicle |
+//! | [`transfer`] | plans, parameters and files, both ways |
+//! | [`registry`] | the vehicles of a link |
+
+#![allow(deprecated, reason = "messages that MAVLink calls deprecated are what older vehicles speak")]
+
+pub mod command;
+mod error;
+pub mod heartbeat;
+pub mod modes;
+mod plan_state;
+pub mod progress;
+pub mod registry;
+mod request;
+pub mod streams;
+pub mod telemetry;
+pub mod timesync;
+pub mod transfer;
+mod vehicle;
+
+pub use error::VehicleError;
+pub use plan_state::{PlanState, Unknown};
+pub use progress::MissionProgress;
+pub use registry::{RegistryEvent, RegistryOutput, Vehicles};
+pub use request::{AltFrame, ModeChoice, Output, Reply, Request, RequestId, SpeedKind, Turn, VehicleEvent};
+pub use transfer::{Param, ParamName, ParamType, ParamValue};
+pub use vehicle::{Vehicle, VehicleConfig};

@@ -9,6 +9,7 @@ use crate::error::VehicleError;
 use crate::modes::FlightMode;
 use crate::plan_state::PlanState;
 use crate::telemetry::{LandedState, Text};
+use crate::transfer::Param;
 
 /// Names a request of one [`crate::Vehicle`], to cancel it and to know its result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -208,17 +209,6 @@ pub enum Request {
     Reboot,
 }
 
-/// A parameter of the vehicle.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Parameter {
-    /// Name, up to 16 characters.
-    pub name: String,
-    /// Value. All of MAVLink's parameter types fit exactly.
-    pub value: f64,
-    /// `MAV_PARAM_TYPE`: 1 uint8, 2 int8, 3 uint16, 4 int16, 5 uint32, 6 int32, 9 real32.
-    pub param_type: u8,
-}
-
 /// The result of a request that succeeded.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -244,14 +234,15 @@ pub enum Reply {
         state: PlanState,
     },
     /// All parameters, by name.
-    Parameters(Vec<Parameter>),
+    Parameters(Vec<Param>),
     /// One parameter as the vehicle has it.
-    Parameter(Parameter),
+    Parameter(Param),
 }
 
 /// What a vehicle's state machines want of their owner. Drain with [`crate::Vehicle::poll_output`].
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
+#[allow(clippy::large_enum_variant, reason = "moved once, from the queue to the link")]
 pub enum Output {
     /// Send this to the vehicle.
     Send(Message),

@@ -18,10 +18,11 @@ use std::time::Duration;
 use vencejo_proto::MonoTime;
 
 use crate::modes::FlightMode;
-
 pub use vencejo_flight::plan::Home;
+
+pub(crate) use apply::{AUTOPILOT_ARDUPILOT, boot_ms_of};
 pub use boot::{BootClock, BootEvent};
-pub use texts::{Severity, StatusLog, Text};
+pub use texts::{CHUNK_TIMEOUT, MAX_TEXTS, Severity, StatusLog, Text};
 
 /// A value older than this is stale: shown, but marked.
 pub const STALE_AFTER: Duration = Duration::from_millis(3_500);

@@ -1,0 +1,760 @@
+//! Commands with acknowledgement: COMMAND_LONG, COMMAND_INT and COMMAND_ACK.
+//!
+//! Protocol: mavlink.io, "Command Protocol". One command of a number is under way at a time, because an acknowledgement
+//! names nothing else. A command that gets no answer is repeated with `confirmation` + 1 only when doing it twice does
+//! the same as doing it once ([`is_idempotent`]), or when its owner has read from the vehicle that it was not done.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::time::Duration;
+
+use vencejo_flight::plan::Command;
+use vencejo_proto::{Address, CommandAck, CommandInt, CommandLong, Message, MonoTime};
+
+/// Commands that may wait for one of the same number to end. More are refused.
+const MAX_WAITING: usize = 64;
+
+/// How long the owner may take to read the vehicle's state: two heartbeats and a bit.
+const ASK_WAIT: Duration = Duration::from_millis(2_500);
+
+/// Numbers of commands (`MAV_CMD`) that this crate sends.
+#[allow(missing_docs, reason = "the names are MAVLink's")]
+pub mod cmd {
+    pub const NAV_RETURN_TO_LAUNCH: u16 = 20;
+    pub const NAV_TAKEOFF: u16 = 22;
+    pub const DO_SET_MODE: u16 = 176;
+    pub const DO_CHANGE_SPEED: u16 = 178;
+    pub const DO_SET_HOME: u16 = 179;
+    pub const DO_CHANGE_ALTITUDE: u16 = 186;
+    pub const DO_LAND_START: u16 = 189;
+    pub const DO_GO_AROUND: u16 = 191;
+    pub const DO_REPOSITION: u16 = 192;
+    pub const DO_SET_MISSION_CURRENT: u16 = 224;
+    pub const PREFLIGHT_REBOOT_SHUTDOWN: u16 = 246;
+    pub const COMPONENT_ARM_DISARM: u16 = 400;
+    pub const GET_HOME_POSITION: u16 = 410;
+    pub const SET_MESSAGE_INTERVAL: u16 = 511;
+    pub const REQUEST_MESSAGE: u16 = 512;
+    pub const REQUEST_AUTOPILOT_CAPABILITIES: u16 = 520;
+    pub const MISSION_START: u16 = 300;
+    pub const GUIDED_CHANGE_ALTITUDE: u16 = 43001;
+}
+
+/// A command by number, shown by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct CommandName(pub u16);
+
+impl fmt::Display for CommandName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = match self.0 {
+            cmd::DO_SET_MODE => Some("DO_SET_MODE"),
+            cmd::DO_CHANGE_ALTITUDE => Some("DO_CHANGE_ALTITUDE"),
+            cmd::DO_REPOSITION => Some("DO_REPOSITION"),
+            cmd::DO_SET_MISSION_CURRENT => Some("DO_SET_MISSION_CURRENT"),
+            cmd::PREFLIGHT_REBOOT_SHUTDOWN => Some("PREFLIGHT_REBOOT_SHUTDOWN"),
+            cmd::COMPONENT_ARM_DISARM => Some("COMPONENT_ARM_DISARM"),
+            cmd::GET_HOME_POSITION => Some("GET_HOME_POSITION"),
+            cmd::SET_MESSAGE_INTERVAL => Some("SET_MESSAGE_INTERVAL"),
+            cmd::REQUEST_MESSAGE => Some("REQUEST_MESSAGE"),
+            cmd::REQUEST_AUTOPILOT_CAPABILITIES => Some("REQUEST_AUTOPILOT_CAPABILITIES"),
+            number => Command(number).name(),
+        };
+        match name {
+            Some(name) => write!(f, "{name} ({})", self.0),
+            None => write!(f, "command {}", self.0),
+        }
+    }
+}
+
+/// How a vehicle answered a command (`MAV_RESULT`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct CommandResult(pub u8);
+
+impl CommandResult {
+    /// Done, or being done.
+    pub const ACCEPTED: Self = Self(0);
+    /// Not now.
+    pub const TEMPORARILY_REJECTED: Self = Self(1);
+    /// Wrong parameters, or not allowed.
+    pub const DENIED: Self = Self(2);
+    /// Unknown command.
+    pub const UNSUPPORTED: Self = Self(3);
+    /// Tried and failed.
+    pub const FAILED: Self = Self(4);
+    /// Under way; another answer follows.
+    pub const IN_PROGRESS: Self = Self(5);
+    /// Only as COMMAND_LONG.
+    pub const COMMAND_LONG_ONLY: Self = Self(7);
+    /// Only as COMMAND_INT.
+    pub const COMMAND_INT_ONLY: Self = Self(8);
+
+    /// Its name in MAVLink and what it means.
+    const fn text(self) -> (&'static str, &'static str) {
+        match self.0 {
+            0 => ("MAV_RESULT_ACCEPTED", "accepted"),
+            1 => ("MAV_RESULT_TEMPORARILY_REJECTED", "not possible now"),
+            2 => ("MAV_RESULT_DENIED", "denied: wrong values, or not allowed"),
+            3 => ("MAV_RESULT_UNSUPPORTED", "it does not know this command"),
+            4 => ("MAV_RESULT_FAILED", "failed"),
+            5 => ("MAV_RESULT_IN_PROGRESS", "in progress"),
+            6 => ("MAV_RESULT_CANCELLED", "cancelled"),
+            7 => ("MAV_RESULT_COMMAND_LONG_ONLY", "it takes it as COMMAND_LONG only"),
+            8 => ("MAV_RESULT_COMMAND_INT_ONLY", "it takes it as COMMAND_INT only"),
+            9 => ("MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME", "it does not take this frame"),
+            10 => ("MAV_RESULT_NOT_IN_CONTROL", "another station is in control"),
+            _ => ("unknown MAV_RESULT", "a result that is not listed"),
+        }
+    }
+
+    /// Its name in MAVLink.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        self.text().0
+    }
+}
+
+impl fmt::Display for CommandResult {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (name, meaning) = self.text();
+        write!(f, "{meaning} ({name}, {})", self.0)
+    }
+}
+
+/// Whether executing the command twice does the same as executing it once, so that it may be repeated unseen.
+///
+/// Everything that is not listed is not: arming, take-off, reboot, landing start, jumps, relative changes, releases, and
+/// what this version does not know. Changing the mode is not listed either: between two sendings the pilot may have
+/// switched to another mode.
+#[must_use]
+pub const fn is_idempotent(command: u16) -> bool {
+    matches!(
+        command,
+        cmd::DO_CHANGE_SPEED
+            | cmd::DO_SET_HOME
+            | cmd::DO_CHANGE_ALTITUDE
+            | cmd::DO_REPOSITION
+            | cmd::DO_SET_MISSION_CURRENT
+            | cmd::GET_HOME_POSITION
+            | cmd::SET_MESSAGE_INTERVAL
+            | cmd::REQUEST_MESSAGE
+            | cmd::REQUEST_AUTOPILOT_CAPABILITIES
+            | 181   // DO_SET_RELAY
+            | 183   // DO_SET_SERVO
+            | 195   // DO_SET_ROI_LOCATION
+            | 197   // DO_SET_ROI_NONE
+            | 201   // DO_SET_ROI
+            | 205   // DO_MOUNT_CONTROL
+            | 206   // DO_SET_CAM_TRIGG_DIST
+            | 207   // DO_FENCE_ENABLE
+            | 510   // GET_MESSAGE_INTERVAL
+            | 519   // REQUEST_PROTOCOL_VERSION
+            | 43000..=43002 // GUIDED_CHANGE_SPEED, _ALTITUDE, _HEADING
+    )
+}
+
+/// A command as it is sent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CommandMessage {
+    /// Seven floats.
+    Long(CommandLong),
+    /// A frame and an exact position.
+    Int(CommandInt),
+}
+
+impl CommandMessage {
+    /// A COMMAND_LONG.
+    #[must_use]
+    pub fn long(target: Address, command: u16, params: [f32; 7]) -> Self {
+        Self::Long(CommandLong { target, command, confirmation: 0, params })
+    }
+
+    /// Its number.
+    #[must_use]
+    pub fn command(&self) -> u16 {
+        match self {
+            Self::Long(long) => long.command,
+            Self::Int(int) => int.command,
+        }
+    }
+
+    /// To whom it goes.
+    #[must_use]
+    pub fn target(&self) -> Address {
+        match self {
+            Self::Long(long) => long.target,
+            Self::Int(int) => int.target,
+        }
+    }
+
+    fn message(&self, confirmation: u8) -> Message {
+        match *self {
+            Self::Long(long) => Message::CommandLong(CommandLong { confirmation, ..long }),
+            Self::Int(int) => Message::CommandInt(int),
+        }
+    }
+
+    /// The same command in the other form, where that means exactly the same: without a position, because a COMMAND_LONG has
+    /// neither a frame nor the digits for one.
+    fn other_form(&self) -> Option<Self> {
+        match *self {
+            Self::Int(int) if (int.x, int.y, int.z) == (0, 0, 0.0) => {
+                let [p1, p2, p3, p4] = int.params;
+                Some(Self::long(int.target, int.command, [p1, p2, p3, p4, 0.0, 0.0, 0.0]))
+            }
+            Self::Long(long) if long.params[4..] == [0.0; 3] => {
+                let [p1, p2, p3, p4, ..] = long.params;
+                Some(Self::Int(CommandInt {
+                    target: long.target,
+                    frame: 0,
+                    command: long.command,
+                    current: 0,
+                    autocontinue: 0,
+                    params: [p1, p2, p3, p4],
+                    x: 0,
+                    y: 0,
+                    z: 0.0,
+                }))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// What to do when a command gets no answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unanswered {
+    /// Send it again.
+    Repeat,
+    /// Ask the owner ([`CommandOutput::Unanswered`]), who reads the vehicle's state first.
+    Ask,
+    /// Give up.
+    GiveUp,
+}
+
+impl Unanswered {
+    /// The right one for a command that nothing else is known of.
+    #[must_use]
+    pub fn for_command(command: u16) -> Self {
+        if is_idempotent(command) { Self::Repeat } else { Self::GiveUp }
+    }
+}
+
+/// What to do while a command of the same number is under way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WhenBusy {
+    /// Refuse.
+    Refuse,
+    /// Wait for it to end.
+    Wait,
+}
+
+/// How long to wait, and how often to try.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CommandConfig {
+    /// Wait for an answer; never less than two round trips. Default 1 s.
+    pub timeout: Duration,
+    /// How often a command is sent at most. Default 5.
+    pub attempts: u32,
+    /// Wait for the next answer after IN_PROGRESS. Default 30 s.
+    pub progress_timeout: Duration,
+    /// Longest that a command may be in progress. Default 5 min.
+    pub progress_limit: Duration,
+}
+
+impl Default for CommandConfig {
+    fn default() -> Self {
+        Self {
+            timeout: Duration::from_secs(1),
+            attempts: 5,
+            progress_timeout: Duration::from_secs(30),
+            progress_limit: Duration::from_secs(300),
+        }
+    }
+}
+
+/// Names a command that was submitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct CommandId(u64);
+
+/// A command of the same number is under way, or too many wait.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Busy;
+
+/// How a command ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CommandOutcome {
+    /// The vehicle answered.
+    Answered {
+        /// `MAV_RESULT`; never IN_PROGRESS.
+        result: CommandResult,
+        /// `result_param2`.
+        result_param2: i32,
+    },
+    /// It did not.
+    TimedOut {
+        /// How often it was sent.
+        attempts: u32,
+    },
+}
+
+/// What [`Commands`] wants of its owner.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "moved once, from the queue to the link")]
+pub enum CommandOutput {
+    /// Send this.
+    Send(Message),
+    /// The vehicle is at it.
+    Progress {
+        /// Which command.
+        id: CommandId,
+        /// 0 to 100; `None` when the vehicle does not say.
+        percent: Option<u8>,
+    },
+    /// There was no answer to a command with [`Unanswered::Ask`]: call [`Commands::repeat`] or [`Commands::forget`] now, or
+    /// it waits once more and then times out.
+    Unanswered {
+        /// Which command.
+        id: CommandId,
+    },
+    /// It ended. Comes once for each command, unless it was forgotten.
+    Finished {
+        /// Which command.
+        id: CommandId,
+        /// How.
+        outcome: CommandOutcome,
+    },
+}
+
+#[derive(Debug)]
+struct InFlight {
+    id: CommandId,
+    message: CommandMessage,
+    unanswered: Unanswered,
+    attempts: u32,
+    asked: bool,
+    has_changed_form: bool,
+    in_progress_since: Option<MonoTime>,
+    deadline: MonoTime,
+}
+
+/// The commands of one station to one vehicle.
+#[derive(Debug)]
+pub struct Commands {
+    our: Address,
+    config: CommandConfig,
+    round_trip: Option<Duration>,
+    next_id: u64,
+    in_flight: Vec<InFlight>,
+    waiting: VecDeque<(CommandId, CommandMessage, Unanswered)>,
+    /// Bounded by what is in flight: the owner drains it after every call.
+    outputs: VecDeque<CommandOutput>,
+}
+
+impl Commands {
+    /// Commands sent by `our`.
+    #[must_use]
+    pub fn new(our: Address, config: CommandConfig) -> Self {
+        Self {
+            our,
+            config,
+            round_trip: None,
+            next_id: 0,
+            in_flight: Vec::new(),
+            waiting: VecDeque::new(),
+            outputs: VecDeque::new(),
+        }
+    }
+
+    /// Tells the round trip of the link; longer ones are waited for.
+    pub fn set_round_trip(&mut self, round_trip: Option<Duration>) {
+        self.round_trip = round_trip;
+    }
+
+    fn timeout(&self) -> Duration {
+        self.config.timeout.max(self.round_trip.map_or(Duration::ZERO, |round_trip| round_trip * 2))
+    }
+
+    /// Sends a command, at once or when the one of the same number has ended.
+    ///
+    /// # Errors
+    /// [`Busy`] when it must not wait, or when too many do.
+    pub fn submit(
+        &mut self,
+        message: CommandMessage,
+        unanswered: Unanswered,
+        when_busy: WhenBusy,
+        now: MonoTime,
+    ) -> Result<CommandId, Busy> {
+        let is_busy = self.is_busy(&message);
+        if is_busy && (when_busy == WhenBusy::Refuse || self.waiting.len() >= MAX_WAITING) {
+            return Err(Busy);
+        }
+        let id = CommandId(self.next_id);
+        self.next_id += 1;
+        if is_busy {
+            self.waiting.push_back((id, message, unanswered));
+        } else {
+            self.start(id, message, unanswered, now);
+        }
+        Ok(id)
+    }
+
+    fn is_busy(&self, message: &CommandMessage) -> bool {
+        let key = (message.target(), message.command());
+        self.in_flight.iter().any(|flight| (flight.message.target(), flight.message.command()) == key)
+    }
+
+    fn start(&mut self, id: CommandId, message: CommandMessage, unanswered: Unanswered, now: MonoTime) {
+        self.outputs.push_back(CommandOutput::Send(message.message(0)));
+        self.in_flight.push(InFlight {
+            id,
+            message,
+            unanswered,
+            attempts: 1,
+            asked: false,
+            has_changed_form: false,
+            in_progress_since: None,
+            deadline: now + self.timeout(),
+        });
+    }
+
+    /// Starts what waited for a command that ended.
+    fn start_waiting(&mut self, now: MonoTime) {
+        while let Some(index) = self.waiting.iter().position(|(_, message, _)| !self.is_busy(message)) {
+            let Some((id, message, unanswered)) = self.waiting.remove(index) else { return };
+            self.start(id, message, unanswered, now);
+        }
+    }
+
+    /// Reads an acknowledgement. One that is not for us, or not from whom we asked, is ignored.
+    pub fn on_ack(&mut self, from: Address, ack: &CommandAck, now: MonoTime) {
+        if !is_for(ack.target, self.our) {
+            return;
+        }
+        let timeout = self.timeout();
+        let Some(index) = self
+            .in_flight
+            .iter()
+            .position(|flight| flight.message.command() == ack.command && is_for(flight.message.target(), from))
+        else {
+            return;
+        };
+        let result = CommandResult(ack.result);
+        let flight = &mut self.in_flight[index];
+        if result == CommandResult::IN_PROGRESS {
+            let since = *flight.in_progress_since.get_or_insert(now);
+            flight.deadline = (now + self.config.progress_timeout).min(since + self.config.progress_limit);
+            let percent = (ack.progress <= 100).then_some(ack.progress);
+            self.outputs.push_back(CommandOutput::Progress { id: flight.id, percent });
+            return;
+        }
+        let wants_other_form = match flight.message {
+            CommandMessage::Int(_) => {
+                result == CommandResult::UNSUPPORTED || result == CommandResult::COMMAND_LONG_ONLY
+            }
+            CommandMessage::Long(_) => result == CommandResult::COMMAND_INT_ONLY,
+        };
+        if wants_other_form
+            && !flight.has_changed_form
+            && let Some(other) = flight.message.other_form()
+        {
+            flight.message = other;
+            flight.has_changed_form = true;
+            flight.attempts = 1;
+            flight.deadline = now + timeout;
+            self.outputs.push_back(CommandOutput::Send(other.message(0)));
+            return;
+        }
+        let outcome = CommandOutcome::Answered { result, result_param2: ack.result_param2 };
+        self.finish(index, outcome, now);
+    }
+
+    fn finish(&mut self, index: usize, outcome: CommandOutcome, now: MonoTime) {
+        let flight = self.in_flight.remove(index);
+        self.outputs.push_back(CommandOutput::Finished { id: flight.id, outcome });
+        self.start_waiting(now);
+    }
+
+    /// Lets time pass.
+    pub fn on_time(&mut self, now: MonoTime) {
+        let timeout = self.timeout();
+        let mut index = 0;
+        while index < self.in_flight.len() {
+            let flight = &mut self.in_flight[index];
+            if now < flight.deadline {
+                index += 1;
+                continue;
+            }
+            let may_repeat = flight.in_progress_since.is_none() && flight.attempts < self.config.attempts;
+            match flight.unanswered {
+                Unanswered::Repeat if may_repeat => {
+                    flight.attempts += 1;
+                    flight.deadline = now + timeout;
+                    let confirmation = confirmation(flight.attempts);
+                    self.outputs.push_back(CommandOutput::Send(flight.message.message(confirmation)));
+                    index += 1;
+                }
+                Unanswered::Ask if may_repeat && !flight.asked => {
+                    flight.asked = true;
+                    flight.deadline = now + ASK_WAIT;
+                    self.outputs.push_back(CommandOutput::Unanswered { id: flight.id });
+                    index += 1;
+                }
+                _ => {
+                    let attempts = flight.attempts;
+                    self.finish(index, CommandOutcome::TimedOut { attempts }, now);
+                }
+            }
+        }
+    }
+
+    /// Sends a command again; for the owner who has read that it was not executed.
+    pub fn repeat(&mut self, id: CommandId, now: MonoTime) {
+        let timeout = self.timeout();
+        if let Some(flight) = self.in_flight.iter_mut().find(|flight| flight.id == id) {
+            flight.attempts += 1;
+            flight.asked = false;
+            flight.deadline = now + timeout;
+            self.outputs.push_back(CommandOutput::Send(flight.message.message(confirmation(flight.attempts))));
+        }
+    }
+
+    /// Stops caring for a command. Nothing more is heard of it; the vehicle may still execute it.
+    pub fn forget(&mut self, id: CommandId, now: MonoTime) {
+        self.waiting.retain(|(waiting, ..)| *waiting != id);
+        if let Some(index) = self.in_flight.iter().position(|flight| flight.id == id) {
+            self.in_flight.remove(index);
+            self.start_waiting(now);
+        }
+        self.outputs.retain(|output| {
+            !matches!(output, CommandOutput::Finished { id: other, .. } | CommandOutput::Progress { id: other, .. } if *other == id)
+        });
+    }
+
+    /// When [`Self::on_time`] is wanted.
+    #[must_use]
+    pub fn deadline(&self) -> Option<MonoTime> {
+        self.in_flight.iter().map(|flight| flight.deadline).min()
+    }
+
+    /// The next thing to do.
+    pub fn poll_output(&mut self) -> Option<CommandOutput> {
+        self.outputs.pop_front()
+    }
+}
+
+/// `confirmation` counts the repetitions.
+fn confirmation(attempts: u32) -> u8 {
+    u8::try_from(attempts - 1).unwrap_or(u8::MAX)
+}
+
+/// Whether a target field reaches an address; 0 is everyone (and what MAVLink 1, which has no such field in an
+/// acknowledgement, reads as).
+fn is_for(target: Address, address: Address) -> bool {
+    (target.system.0 == 0 || target.system == address.system)
+        && (target.component.0 == 0 || target.component == address.component)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const OUR: Address = Address::new(255, 190);
+    const PLANE: Address = Address::new(1, 1);
+
+    fn at(ms: u64) -> MonoTime {
+        MonoTime::from_millis(ms)
+    }
+
+    fn commands() -> Commands {
+        Commands::new(OUR, CommandConfig::default())
+    }
+
+    fn interval() -> CommandMessage {
+        CommandMessage::long(PLANE, cmd::SET_MESSAGE_INTERVAL, [30.0, 100_000.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    }
+
+    fn arm() -> CommandMessage {
+        CommandMessage::long(PLANE, cmd::COMPONENT_ARM_DISARM, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    }
+
+    fn ack(command: u16, result: CommandResult, progress: u8, target: Address) -> CommandAck {
+        CommandAck { command, result: result.0, progress, result_param2: 0, target }
+    }
+
+    fn drain(commands: &mut Commands) -> Vec<CommandOutput> {
+        std::iter::from_fn(|| commands.poll_output()).collect()
+    }
+
+    fn confirmations(outputs: &[CommandOutput]) -> Vec<u8> {
+        outputs
+            .iter()
+            .filter_map(|output| match output {
+                CommandOutput::Send(Message::CommandLong(long)) => Some(long.confirmation),
+                _ => None,
+            })
+            .collect()
+    }
+
+    fn outcomes(outputs: &[CommandOutput]) -> Vec<CommandOutcome> {
+        outputs
+            .iter()
+            .filter_map(|output| match output {
+                CommandOutput::Finished { outcome, .. } => Some(*outcome),
+                _ => None,
+            })
+            .collect()
+    }
+
+    #[test]
+    fn an_idempotent_command_is_repeated_with_a_growing_confirmation_then_times_out() {
+        let mut commands = commands();
+        commands.submit(interval(), Unanswered::Repeat, WhenBusy::Refuse, at(0)).expect("free");
+        let mut outputs = drain(&mut commands);
+        let mut steps = 0;
+        while let Some(deadline) = commands.deadline() {
+            commands.on_time(deadline);
+            outputs.extend(drain(&mut commands));
+            steps += 1;
+            assert!(steps < 20, "it ends");
+        }
+        assert_eq!(confirmations(&outputs), [0, 1, 2, 3, 4]);
+        assert_eq!(outcomes(&outputs), [CommandOutcome::TimedOut { attempts: 5 }]);
+    }
+
+    #[test]
+    fn arming_is_never_repeated_blindly() {
+        assert!(!is_idempotent(cmd::COMPONENT_ARM_DISARM));
+        assert!(!is_idempotent(cmd::NAV_TAKEOFF) && !is_idempotent(cmd::PREFLIGHT_REBOOT_SHUTDOWN));
+        let mut commands = commands();
+        let id = commands.submit(arm(), Unanswered::Ask, WhenBusy::Refuse, at(0)).expect("free");
+        commands.on_time(at(1_000));
+        let outputs = drain(&mut commands);
+        assert_eq!(confirmations(&outputs), [0]);
+        assert_eq!(outputs.last(), Some(&CommandOutput::Unanswered { id }));
+        commands.repeat(id, at(1_100));
+        assert_eq!(confirmations(&drain(&mut commands)), [1]);
+        // Asked again, not told what to do: one more wait, then it is over.
+        commands.on_time(at(2_100));
+        assert_eq!(drain(&mut commands), [CommandOutput::Unanswered { id }]);
+        commands.on_time(at(4_600));
+        assert_eq!(outcomes(&drain(&mut commands)), [CommandOutcome::TimedOut { attempts: 2 }]);
+        assert_eq!(commands.deadline(), None);
+    }
+
+    #[test]
+    fn foreign_and_late_acknowledgements_change_nothing() {
+        let mut commands = commands();
+        commands.submit(arm(), Unanswered::GiveUp, WhenBusy::Refuse, at(0)).expect("free");
+        drain(&mut commands);
+        let accepted = |target| ack(cmd::COMPONENT_ARM_DISARM, CommandResult::ACCEPTED, 0, target);
+        commands.on_ack(PLANE, &accepted(Address::new(254, 190)), at(1));
+        commands.on_ack(PLANE, &accepted(Address::new(255, 191)), at(1));
+        commands.on_ack(Address::new(2, 1), &accepted(OUR), at(1));
+        commands.on_ack(Address::new(1, 154), &accepted(OUR), at(1));
+        commands.on_ack(PLANE, &ack(cmd::DO_SET_MODE, CommandResult::ACCEPTED, 0, OUR), at(1));
+        assert_eq!(drain(&mut commands), []);
+        // MAVLink 1 names nobody.
+        commands.on_ack(PLANE, &accepted(Address::new(0, 0)), at(2));
+        assert_eq!(outcomes(&drain(&mut commands)).len(), 1);
+        commands.on_ack(PLANE, &accepted(OUR), at(3));
+        assert_eq!(drain(&mut commands), [], "one result, whatever comes late or twice");
+    }
+
+    #[test]
+    fn in_progress_lengthens_the_wait_up_to_a_limit() {
+        let mut commands = commands();
+        commands.submit(arm(), Unanswered::GiveUp, WhenBusy::Refuse, at(0)).expect("free");
+        drain(&mut commands);
+        let mut ms = 500;
+        let mut reports = 0;
+        let outputs = loop {
+            commands.on_ack(PLANE, &ack(cmd::COMPONENT_ARM_DISARM, CommandResult::IN_PROGRESS, 255, OUR), at(ms));
+            ms += 20_000;
+            commands.on_time(at(ms));
+            let outputs = drain(&mut commands);
+            assert!(matches!(outputs[0], CommandOutput::Progress { percent: None, .. }));
+            reports += 1;
+            if outputs.len() > 1 {
+                break outputs;
+            }
+        };
+        assert_eq!(outcomes(&outputs), [CommandOutcome::TimedOut { attempts: 1 }]);
+        assert_eq!(reports, 15, "5 min at 20 s each");
+    }
+
+    #[test]
+    fn one_of_a_number_at_a_time() {
+        let mut commands = commands();
+        commands.submit(arm(), Unanswered::GiveUp, WhenBusy::Refuse, at(0)).expect("free");
+        for _ in 0..10 {
+            assert_eq!(commands.submit(arm(), Unanswered::GiveUp, WhenBusy::Refuse, at(0)), Err(Busy));
+        }
+        assert_eq!(confirmations(&drain(&mut commands)), [0]);
+        // Those that may wait follow one after the other, and not more than a few.
+        for _ in 0..MAX_WAITING {
+            commands.submit(arm(), Unanswered::GiveUp, WhenBusy::Wait, at(0)).expect("waits");
+        }
+        assert_eq!(commands.submit(arm(), Unanswered::GiveUp, WhenBusy::Wait, at(0)), Err(Busy));
+        commands.on_ack(PLANE, &ack(cmd::COMPONENT_ARM_DISARM, CommandResult::DENIED, 0, OUR), at(5));
+        let outputs = drain(&mut commands);
+        assert_eq!(outcomes(&outputs), [CommandOutcome::Answered { result: CommandResult::DENIED, result_param2: 0 }]);
+        assert_eq!(confirmations(&outputs), [0], "the next one");
+    }
+
+    #[test]
+    fn a_form_is_changed_only_where_it_means_the_same() {
+        let int = |x| {
+            CommandMessage::Int(CommandInt {
+                target: PLANE,
+                frame: 3,
+                command: cmd::DO_REPOSITION,
+                current: 0,
+                autocontinue: 0,
+                params: [1.0, 2.0, 3.0, 4.0],
+                x,
+                y: 0,
+                z: 0.0,
+            })
+        };
+        let unsupported = ack(cmd::DO_REPOSITION, CommandResult::UNSUPPORTED, 0, OUR);
+        let mut commands = commands();
+        commands.submit(int(403_332_000), Unanswered::Repeat, WhenBusy::Refuse, at(0)).expect("free");
+        commands.on_ack(PLANE, &unsupported, at(10));
+        assert_eq!(outcomes(&drain(&mut commands)).len(), 1, "a position does not fit");
+
+        commands.submit(int(0), Unanswered::Repeat, WhenBusy::Refuse, at(20)).expect("free");
+        commands.on_ack(PLANE, &unsupported, at(30));
+        let outputs = drain(&mut commands);
+        assert_eq!(outcomes(&outputs), []);
+        let Some(CommandOutput::Send(Message::CommandLong(long))) = outputs.last() else { panic!("{outputs:?}") };
+        assert_eq!(long.params, [1.0, 2.0, 3.0, 4.0, 0.0, 0.0, 0.0]);
+        commands.on_ack(PLANE, &unsupported, at(40));
+        assert_eq!(outcomes(&drain(&mut commands)).len(), 1, "and it ends there");
+    }
+
+    #[test]
+    fn slow_links_are_waited_for() {
+        let mut commands = commands();
+        commands.set_round_trip(Some(Duration::from_secs(2)));
+        commands.submit(interval(), Unanswered::Repeat, WhenBusy::Refuse, at(0)).expect("free");
+        assert_eq!(commands.deadline(), Some(at(4_000)));
+    }
+
+    #[test]
+    fn a_forgotten_command_says_nothing_more() {
+        let mut commands = commands();
+        let id = commands.submit(arm(), Unanswered::GiveUp, WhenBusy::Refuse, at(0)).expect("free");
+        commands.submit(arm(), Unanswered::GiveUp, WhenBusy::Wait, at(0)).expect("waits");
+        drain(&mut commands);
+        commands.forget(id, at(1));
+        assert_eq!(confirmations(&drain(&mut commands)), [0], "the next one starts");
+    }
+
+    #[test]
+    fn names_are_shown() {
+        assert_eq!(CommandName(cmd::COMPONENT_ARM_DISARM).to_string(), "COMPONENT_ARM_DISARM (400)");
+        assert_eq!(CommandName(60_000).to_string(), "command 60000");
+        assert_eq!(CommandResult::FAILED.to_string(), "failed (MAV_RESULT_FAILED, 4)");
+    }
+}

@@ -1,0 +1,404 @@
+//! Flight modes by name and number, for ArduPlane, ArduCopter and PX4.
+//!
+//! Numbers: HEARTBEAT's `custom_mode`. ArduPilot: mavlink.io, `PLANE_MODE` and `COPTER_MODE`. PX4: main mode in bits 16
+//! to 23 and sub mode in bits 24 to 31 (PX4 user guide, "Flight Modes"; `px4_custom_mode`).
+
+use std::fmt;
+
+use thiserror::Error;
+
+/// Whose mode numbers a vehicle uses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum ModeFamily {
+    /// ArduPilot on a fixed wing or a VTOL.
+    ArduPlane,
+    /// ArduPilot on a multicopter or helicopter.
+    ArduCopter,
+    /// PX4 on anything.
+    Px4,
+    /// Unknown: modes are numbers.
+    Other,
+}
+
+/// `MAV_TYPE`s that ArduPlane sends: fixed wing and the VTOLs.
+const fn is_plane_type(mav_type: u8) -> bool {
+    matches!(mav_type, 1 | 19..=25)
+}
+
+impl ModeFamily {
+    /// The family of a vehicle by its HEARTBEAT (`MAV_AUTOPILOT`, `MAV_TYPE`).
+    #[must_use]
+    pub fn of(autopilot: u8, mav_type: u8) -> Self {
+        match (autopilot, mav_type) {
+            (3, mav_type) if is_plane_type(mav_type) => Self::ArduPlane,
+            (3, 2 | 3 | 4 | 13 | 14 | 15 | 29 | 35) => Self::ArduCopter,
+            (12, _) => Self::Px4,
+            _ => Self::Other,
+        }
+    }
+
+    /// Its modes: number and name, by number.
+    #[must_use]
+    pub fn modes(self) -> &'static [(u32, &'static str)] {
+        match self {
+            Self::ArduPlane => ARDUPLANE,
+            Self::ArduCopter => ARDUCOPTER,
+            Self::Px4 => PX4,
+            Self::Other => &[],
+        }
+    }
+
+    /// A mode by name: case, spaces, underscores and hyphens do not matter. `"mode 42"` and `"42"` are accepted as numbers.
+    ///
+    /// # Errors
+    /// [`UnknownMode`] with the names that come nearest.
+    pub fn parse(self, name: &str) -> Result<FlightMode, UnknownMode> {
+        let wanted = folded(name);
+        let by_name = self.modes().iter().find(|(_, known)| folded(known) == wanted).map(|(number, _)| *number);
+        let by_alias = || self.aliases().iter().find(|(alias, _)| folded(alias) == wanted).map(|(_, number)| *number);
+        let by_number = || wanted.strip_prefix("MODE").unwrap_or(&wanted).parse().ok();
+        match by_name.or_else(by_alias).or_else(by_number) {
+            Some(custom_mode) => Ok(FlightMode { family: self, custom_mode }),
+            None => Err(UnknownMode { name: name.chars().take(40).collect(), suggestions: self.nearest(&wanted) }),
+        }
+    }
+
+    /// Other names in use: those of the configuration tools and of MAVLink's enums.
+    fn aliases(self) -> &'static [(&'static str, u32)] {
+        match self {
+            Self::ArduPlane => &[
+                ("FLY_BY_WIRE_A", 5),
+                ("FLY_BY_WIRE_B", 6),
+                ("INITIALIZING", 16),
+                ("LOITER_TO_QLAND", 25),
+                ("LOITER2QLAND", 25),
+            ],
+            Self::ArduCopter => &[("POSITION_HOLD", 16), ("SYSTEM_ID", 25)],
+            Self::Px4 => PX4_ALIASES,
+            Self::Other => &[],
+        }
+    }
+
+    /// Up to three names that resemble `wanted` (folded).
+    fn nearest(self, wanted: &str) -> Vec<&'static str> {
+        let mut near: Vec<_> = self
+            .modes()
+            .iter()
+            .filter_map(|(_, name)| {
+                let known = folded(name);
+                let is_part = wanted.len() >= 2 && (known.contains(wanted) || wanted.contains(&known));
+                let distance = edit_distance(&known, wanted);
+                (is_part || distance <= 2.max(known.len() / 3)).then_some((distance, *name))
+            })
+            .collect();
+        near.sort();
+        near.truncate(3);
+        near.into_iter().map(|(_, name)| name).collect()
+    }
+}
+
+/// A flight mode of a vehicle. Shown by name, or as "mode 42" when the number is not known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct FlightMode {
+    /// Whose numbers these are.
+    pub family: ModeFamily,
+    /// HEARTBEAT's `custom_mode`.
+    pub custom_mode: u32,
+}
+
+impl FlightMode {
+    /// Its name, such as `"FBWA"`.
+    #[must_use]
+    pub fn name(self) -> Option<&'static str> {
+        self.family.modes().iter().find(|(number, _)| *number == self.custom_mode).map(|(_, name)| *name)
+    }
+
+    /// Whether the vehicle follows its mission in this mode.
+    #[must_use]
+    pub fn follows_mission(self) -> bool {
+        Some(self) == Action::Mission.mode(self.family)
+    }
+
+    /// The parameters 2 and 3 of MAV_CMD_DO_SET_MODE. PX4 takes its main and sub mode apart.
+    pub(crate) fn command_params(self) -> (f32, f32) {
+        match self.family {
+            ModeFamily::Px4 => (((self.custom_mode >> 16) & 0xff) as f32, (self.custom_mode >> 24) as f32),
+            // Mode numbers are small; a float holds them exactly.
+            _ => (self.custom_mode as f32, 0.0),
+        }
+    }
+}
+
+impl fmt::Display for FlightMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.name() {
+            Some(name) => f.write_str(name),
+            None => write!(f, "mode {}", self.custom_mode),
+        }
+    }
+}
+
+/// Things that every vehicle has a mode for, under different names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Action {
+    /// Follow the mission.
+    Mission,
+    /// Stay here: circle or hover.
+    Loiter,
+    /// Return to launch.
+    ReturnToLaunch,
+    /// Land here. Not for a fixed wing.
+    Land,
+    /// Take off in a mode of its own: the fixed wings.
+    Takeoff,
+}
+
+impl Action {
+    /// The mode for it.
+    #[must_use]
+    pub fn mode(self, family: ModeFamily) -> Option<FlightMode> {
+        let custom_mode = match (family, self) {
+            (ModeFamily::ArduPlane, Self::Mission) => 10,
+            (ModeFamily::ArduPlane, Self::Loiter) => 12,
+            (ModeFamily::ArduPlane, Self::ReturnToLaunch) => 11,
+            (ModeFamily::ArduPlane, Self::Takeoff) => 13,
+            (ModeFamily::ArduCopter, Self::Mission) => 3,
+            (ModeFamily::ArduCopter, Self::Loiter) => 5,
+            (ModeFamily::ArduCopter, Self::ReturnToLaunch) => 6,
+            (ModeFamily::ArduCopter, Self::Land) => 9,
+            (ModeFamily::Px4, Self::Mission) => px4(4, 4),
+            (ModeFamily::Px4, Self::Loiter) => px4(4, 3),
+            (ModeFamily::Px4, Self::ReturnToLaunch) => px4(4, 5),
+            (ModeFamily::Px4, Self::Land) => px4(4, 6),
+            _ => return None,
+        };
+        Some(FlightMode { family, custom_mode })
+    }
+
+    /// What a person calls it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mission => "following a mission",
+            Self::Loiter => "loitering",
+            Self::ReturnToLaunch => "returning to launch",
+            Self::Land => "landing",
+            Self::Takeoff => "taking off",
+        }
+    }
+}
+
+/// A mode name that the vehicle does not have.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("no flight mode is called {name:?}{}", suggest(suggestions))]
+pub struct UnknownMode {
+    /// What was asked for (its first 40 characters).
+    pub name: String,
+    /// Names that come near.
+    pub suggestions: Vec<&'static str>,
+}
+
+fn suggest(suggestions: &[&str]) -> String {
+    if suggestions.is_empty() { String::new() } else { format!("; did you mean {}?", suggestions.join(" or ")) }
+}
+
+/// Upper case, letters and digits only.
+fn folded(name: &str) -> String {
+    name.chars().filter(|c| c.is_alphanumeric()).map(|c| c.to_ascii_uppercase()).take(40).collect()
+}
+
+/// Levenshtein's distance, for short names.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, from) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, to) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(from != *to);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+const ARDUPLANE: &[(u32, &str)] = &[
+    (0, "MANUAL"),
+    (1, "CIRCLE"),
+    (2, "STABILIZE"),
+    (3, "TRAINING"),
+    (4, "ACRO"),
+    (5, "FBWA"),
+    (6, "FBWB"),
+    (7, "CRUISE"),
+    (8, "AUTOTUNE"),
+    (10, "AUTO"),
+    (11, "RTL"),
+    (12, "LOITER"),
+    (13, "TAKEOFF"),
+    (14, "AVOID_ADSB"),
+    (15, "GUIDED"),
+    (16, "INITIALISING"),
+    (17, "QSTABILIZE"),
+    (18, "QHOVER"),
+    (19, "QLOITER"),
+    (20, "QLAND"),
+    (21, "QRTL"),
+    (22, "QAUTOTUNE"),
+    (23, "QACRO"),
+    (24, "THERMAL"),
+    (25, "LOITER_ALT_QLAND"),
+    (26, "AUTOLAND"),
+];
+
+const ARDUCOPTER: &[(u32, &str)] = &[
+    (0, "STABILIZE"),
+    (1, "ACRO"),
+    (2, "ALT_HOLD"),
+    (3, "AUTO"),
+    (4, "GUIDED"),
+    (5, "LOITER"),
+    (6, "RTL"),
+    (7, "CIRCLE"),
+    (9, "LAND"),
+    (11, "DRIFT"),
+    (13, "SPORT"),
+    (14, "FLIP"),
+    (15, "AUTOTUNE"),
+    (16, "POSHOLD"),
+    (17, "BRAKE"),
+    (18, "THROW"),
+    (19, "AVOID_ADSB"),
+    (20, "GUIDED_NOGPS"),
+    (21, "SMART_RTL"),
+    (22, "FLOWHOLD"),
+    (23, "FOLLOW"),
+    (24, "ZIGZAG"),
+    (25, "SYSTEMID"),
+    (26, "AUTOROTATE"),
+    (27, "AUTO_RTL"),
+    (28, "TURTLE"),
+];
+
+/// PX4's `custom_mode` of a main and a sub mode.
+const fn px4(main: u32, sub: u32) -> u32 {
+    (main << 16) | (sub << 24)
+}
+
+const PX4: &[(u32, &str)] = &[
+    (px4(1, 0), "MANUAL"),
+    (px4(2, 0), "ALTCTL"),
+    (px4(3, 0), "POSCTL"),
+    (px4(3, 1), "POSCTL_ORBIT"),
+    (px4(3, 2), "POSCTL_SLOW"),
+    (px4(4, 1), "AUTO_READY"),
+    (px4(4, 2), "AUTO_TAKEOFF"),
+    (px4(4, 3), "AUTO_LOITER"),
+    (px4(4, 4), "AUTO_MISSION"),
+    (px4(4, 5), "AUTO_RTL"),
+    (px4(4, 6), "AUTO_LAND"),
+    (px4(4, 8), "AUTO_FOLLOW_TARGET"),
+    (px4(4, 9), "AUTO_PRECLAND"),
+    (px4(4, 10), "AUTO_VTOL_TAKEOFF"),
+    (px4(4, 11), "EXTERNAL1"),
+    (px4(4, 12), "EXTERNAL2"),
+    (px4(4, 13), "EXTERNAL3"),
+    (px4(4, 14), "EXTERNAL4"),
+    (px4(4, 15), "EXTERNAL5"),
+    (px4(4, 16), "EXTERNAL6"),
+    (px4(4, 17), "EXTERNAL7"),
+    (px4(4, 18), "EXTERNAL8"),
+    (px4(5, 0), "ACRO"),
+    (px4(6, 0), "OFFBOARD"),
+    (px4(7, 0), "STABILIZED"),
+    (px4(8, 0), "RATTITUDE"),
+    (px4(10, 0), "TERMINATION"),
+];
+
+const PX4_ALIASES: &[(&str, u32)] = &[
+    ("ALTITUDE", px4(2, 0)),
+    ("POSITION", px4(3, 0)),
+    ("HOLD", px4(4, 3)),
+    ("LOITER", px4(4, 3)),
+    ("MISSION", px4(4, 4)),
+    ("TAKEOFF", px4(4, 2)),
+    ("RTL", px4(4, 5)),
+    ("RETURN", px4(4, 5)),
+    ("LAND", px4(4, 6)),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FAMILIES: [ModeFamily; 3] = [ModeFamily::ArduPlane, ModeFamily::ArduCopter, ModeFamily::Px4];
+
+    #[test]
+    fn every_mode_goes_there_and_back() {
+        let mut checked = 0;
+        for family in FAMILIES {
+            for (custom_mode, name) in family.modes() {
+                let mode = family.parse(name).expect("known");
+                assert_eq!(mode.custom_mode, *custom_mode, "{name}");
+                assert_eq!(mode.to_string(), *name);
+                checked += 1;
+            }
+            for (alias, number) in family.aliases() {
+                let mode = family.parse(alias).expect("alias");
+                assert_eq!(mode.custom_mode, *number);
+                assert!(mode.name().is_some(), "{alias} names an unknown mode");
+            }
+        }
+        assert_eq!(checked, 26 + 26 + 27);
+    }
+
+    #[test]
+    fn spelling_does_not_matter() {
+        for spelling in ["avoid adsb", "AVOID_ADSB", "Avoid-Adsb", " avoidadsb "] {
+            assert_eq!(ModeFamily::ArduPlane.parse(spelling).expect("known").custom_mode, 14, "{spelling}");
+        }
+        assert_eq!(ModeFamily::Px4.parse("auto.mission").expect("known").custom_mode, 0x0404_0000);
+    }
+
+    #[test]
+    fn numbers_stand_for_modes_without_a_name() {
+        let mode = ModeFamily::ArduPlane.parse("mode 42").expect("number");
+        assert_eq!((mode.custom_mode, mode.name(), mode.to_string()), (42, None, "mode 42".into()));
+        assert_eq!(ModeFamily::ArduPlane.parse(&mode.to_string()), Ok(mode));
+        assert_eq!(ModeFamily::Other.parse("3").expect("number").custom_mode, 3);
+    }
+
+    #[test]
+    fn a_wrong_name_says_what_comes_near() {
+        let check = |name: &str, near: &str| {
+            let error = ModeFamily::ArduPlane.parse(name).expect_err("unknown");
+            assert!(error.suggestions.contains(&near), "{name}: {error}");
+            assert!(error.suggestions.len() <= 3);
+        };
+        check("guidd", "GUIDED");
+        check("STABILISE", "STABILIZE");
+        check("fbw", "FBWA");
+        let error = ModeFamily::ArduPlane.parse("xyzzyplugh").expect_err("unknown");
+        assert_eq!(error.to_string(), "no flight mode is called \"xyzzyplugh\"");
+        assert!(ModeFamily::ArduPlane.parse("").is_err());
+    }
+
+    #[test]
+    fn families_come_from_the_heartbeat() {
+        assert_eq!(ModeFamily::of(3, 1), ModeFamily::ArduPlane);
+        assert_eq!(ModeFamily::of(3, 20), ModeFamily::ArduPlane);
+        assert_eq!(ModeFamily::of(3, 2), ModeFamily::ArduCopter);
+        assert_eq!(ModeFamily::of(12, 1), ModeFamily::Px4);
+        assert_eq!(ModeFamily::of(0, 1), ModeFamily::Other);
+    }
+
+    #[test]
+    fn px4_modes_are_commanded_in_two_parts() {
+        let mission = Action::Mission.mode(ModeFamily::Px4).expect("exists");
+        assert_eq!(mission.command_params(), (4.0, 4.0));
+        assert!(mission.follows_mission());
+        assert_eq!(Action::Land.mode(ModeFamily::ArduPlane), None);
+    }
+}

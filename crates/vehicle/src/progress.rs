@@ -1,0 +1,230 @@
+//! Where the vehicle stands in its mission: current item, items reached, distance and time to go.
+
+use vencejo_flight::geodesy::{GeoPoint, distance_m};
+use vencejo_flight::plan::{Command, MissionItem};
+use vencejo_proto::MissionSeq;
+
+use crate::telemetry::{MissionCurrent, MissionState, Telemetry};
+
+/// Slower than this over ground, no time to go is given: the vehicle stands or hovers.
+const MIN_GROUNDSPEED_M_S: f64 = 1.0;
+/// Items reached that are remembered. No vehicle holds as many.
+const MAX_REACHED: usize = 10_000;
+
+/// Where the vehicle stands in its mission.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct MissionProgress {
+    /// Item in execution.
+    pub current: Option<MissionSeq>,
+    /// Items reached since the mission was loaded or begun again, each once, ascending.
+    pub reached: Vec<MissionSeq>,
+    /// Items in the mission, home not counted.
+    pub total: Option<u16>,
+    /// What the mission does, where the vehicle says it.
+    pub state: Option<MissionState>,
+    /// Distance over ground to the current item.
+    pub distance_to_current_m: Option<f64>,
+    /// Distance over ground to the last position of the mission, along its items, jumps not followed. Needs a mission
+    /// that was uploaded or downloaded here.
+    pub distance_to_go_m: Option<f64>,
+    /// `distance_to_go_m` at the present ground speed.
+    pub time_to_go_s: Option<f64>,
+    /// Whether it was flown to its end.
+    pub is_complete: bool,
+}
+
+/// What changed in a mission.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Changes {
+    pub current: Option<MissionSeq>,
+    pub has_completed: bool,
+}
+
+/// Follows a mission by the vehicle's messages.
+#[derive(Debug, Default)]
+pub(crate) struct ProgressTracker {
+    current: Option<u16>,
+    reached: Vec<u16>,
+    is_complete: bool,
+    state: Option<MissionState>,
+}
+
+impl ProgressTracker {
+    /// The mission was replaced, or the vehicle restarted.
+    pub fn reset(&mut self) {
+        *self = Self::default();
+    }
+
+    pub fn on_current(&mut self, current: &MissionCurrent) -> Changes {
+        let mut changes = Changes::default();
+        let restarts = match current.state {
+            Some(MissionState::NotStarted) => self.state != current.state,
+            _ => self.is_complete && current.seq <= 1 && self.current.is_some_and(|before| before > 1),
+        };
+        if restarts {
+            self.reached.clear();
+            self.is_complete = false;
+        }
+        match current.state {
+            Some(MissionState::Complete) if !self.is_complete => {
+                self.is_complete = true;
+                // Known complete from the first message: nothing happened now.
+                changes.has_completed = self.state.is_some();
+            }
+            Some(MissionState::Active | MissionState::NoMission) => self.is_complete = false,
+            _ => {}
+        }
+        self.state = current.state;
+        if self.current != Some(current.seq) {
+            self.current = Some(current.seq);
+            changes.current = Some(MissionSeq(current.seq));
+        }
+        changes
+    }
+
+    /// An item was reached. `last` is the last item of the mission, where it is known; a vehicle that says nothing of its
+    /// mission's state has completed it then.
+    pub fn on_reached(&mut self, seq: u16, last: Option<u16>) -> Changes {
+        if let Err(place) = self.reached.binary_search(&seq)
+            && self.reached.len() < MAX_REACHED
+        {
+            self.reached.insert(place, seq);
+        }
+        let has_completed = self.state.is_none() && last == Some(seq) && !self.is_complete;
+        self.is_complete |= has_completed;
+        Changes { current: None, has_completed }
+    }
+
+    /// The whole picture. `mission` is the plan on board without home, where it is known; `first` the seq of its first item.
+    pub fn progress(&self, telemetry: &Telemetry, mission: Option<&[MissionItem]>, first: u16) -> MissionProgress {
+        let current = telemetry.mission.map(|mission| mission.value);
+        let by_plan = mission.and_then(|items| u16::try_from(items.len()).ok());
+        let here = telemetry
+            .position
+            .and_then(|position| GeoPoint::new(position.value.lat_deg?, position.value.lon_deg?).ok());
+        let ahead = mission.zip(self.current).map(|(items, seq)| {
+            let index = usize::from(seq.saturating_sub(first));
+            items.get(index..).unwrap_or_default()
+        });
+        let along = here.zip(ahead).and_then(|(here, ahead)| distances_m(here, ahead));
+        let by_vehicle = telemetry.nav.and_then(|nav| nav.value.wp_distance_m);
+        let distance_to_go_m = along.map(|(_, to_go)| to_go).filter(|_| !self.is_complete);
+        let groundspeed_m_s = telemetry.hud.and_then(|hud| hud.value.groundspeed_m_s);
+        MissionProgress {
+            current: current.map(|current| MissionSeq(current.seq)),
+            reached: self.reached.iter().copied().map(MissionSeq).collect(),
+            total: current.and_then(|current| current.total).or(by_plan),
+            state: current.and_then(|current| current.state),
+            distance_to_current_m: along.map(|(to_current, _)| to_current).or(by_vehicle),
+            distance_to_go_m,
+            time_to_go_s: distance_to_go_m
+                .zip(groundspeed_m_s.filter(|speed| *speed >= MIN_GROUNDSPEED_M_S))
+                .map(|(distance, speed)| distance / speed),
+            is_complete: self.is_complete,
+        }
+    }
+}
+
+/// Distances from `here` to the first position of `ahead`, and along all of them. Circles count with their turns.
+fn distances_m(here: GeoPoint, ahead: &[MissionItem]) -> Option<(f64, f64)> {
+    let mut from = here;
+    let mut total = 0.0;
+    let mut to_first = None;
+    for item in ahead {
+        if !is_on_route(item) {
+            continue;
+        }
+        let Some(point) = item.point() else { continue };
+        total += distance_m(from, point);
+        to_first.get_or_insert(total);
+        from = point;
+    }
+    to_first.map(|to_first| (to_first, total))
+}
+
+/// Whether the vehicle flies to the item's position: navigation commands do, regions of interest and markers do not.
+fn is_on_route(item: &MissionItem) -> bool {
+    item.command.0 < Command::NAV_DELAY.0 || item.command.0 == Command::NAV_PAYLOAD_PLACE.0
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+    use crate::telemetry::{Hud, Position, Sampled};
+    use vencejo_proto::MonoTime;
+
+    fn current(seq: u16, state: Option<MissionState>) -> MissionCurrent {
+        MissionCurrent {
+            seq,
+            total: Some(4),
+            state,
+            in_mission_mode: Some(true),
+            mission_id: None,
+            fence_id: None,
+            rally_points_id: None,
+        }
+    }
+
+    fn sampled<T>(value: T) -> Option<Sampled<T>> {
+        Some(Sampled { value, at: MonoTime::ZERO + Duration::from_secs(1), invalid: false })
+    }
+
+    #[test]
+    fn distance_follows_the_items_and_time_the_ground_speed() {
+        let items = [
+            MissionItem::waypoint(40.0, -3.0, 50.0),
+            MissionItem::change_airspeed(18.0),
+            MissionItem::waypoint(40.01, -3.0, 50.0),
+            MissionItem::waypoint(40.02, -3.0, 50.0),
+        ];
+        let mut tracker = ProgressTracker::default();
+        let mission = current(3, Some(MissionState::Active));
+        assert_eq!(tracker.on_current(&mission).current, Some(MissionSeq(3)));
+        assert_eq!(tracker.on_current(&mission).current, None, "told once");
+        let mut telemetry = Telemetry { mission: sampled(mission), ..Telemetry::default() };
+        assert_eq!(tracker.progress(&telemetry, Some(&items), 1).distance_to_go_m, None, "no position yet");
+        telemetry.position = sampled(Position { lat_deg: Some(40.0), lon_deg: Some(-3.0), ..Position::default() });
+        telemetry.hud = sampled(Hud { groundspeed_m_s: Some(20.0), ..Hud::default() });
+        let progress = tracker.progress(&telemetry, Some(&items), 1);
+        // 0.01° of latitude at 40° N is 1110.4 m on WGS-84.
+        let to_current = progress.distance_to_current_m.expect("known");
+        let to_go = progress.distance_to_go_m.expect("known");
+        assert!((to_current - 1_110.4).abs() < 0.5, "{to_current}");
+        assert!((to_go - 2_220.8).abs() < 1.0, "{to_go}");
+        assert!((progress.time_to_go_s.expect("known") - to_go / 20.0).abs() < 1e-9);
+        assert_eq!(progress.total, Some(4));
+        // Without the plan the vehicle's own distance is all there is.
+        assert_eq!(tracker.progress(&telemetry, None, 1).distance_to_go_m, None);
+        telemetry.hud = sampled(Hud { groundspeed_m_s: Some(0.2), ..Hud::default() });
+        assert_eq!(tracker.progress(&telemetry, Some(&items), 1).time_to_go_s, None);
+    }
+
+    #[test]
+    fn completion_is_told_once_and_undone_by_a_new_start() {
+        let mut tracker = ProgressTracker::default();
+        for seq in 1..=4 {
+            tracker.on_current(&current(seq, Some(MissionState::Active)));
+            tracker.on_reached(seq, Some(4));
+            tracker.on_reached(seq, Some(4));
+        }
+        assert!(!tracker.is_complete, "the vehicle says active");
+        let complete = current(4, Some(MissionState::Complete));
+        assert!(tracker.on_current(&complete).has_completed);
+        assert!(!tracker.on_current(&complete).has_completed);
+        assert_eq!(tracker.progress(&Telemetry::default(), None, 1).reached.len(), 4);
+        tracker.on_current(&current(1, Some(MissionState::Active)));
+        assert!(!tracker.is_complete);
+        assert!(tracker.reached.is_empty());
+    }
+
+    #[test]
+    fn a_vehicle_that_says_no_state_completes_with_its_last_item() {
+        let mut tracker = ProgressTracker::default();
+        tracker.on_current(&current(4, None));
+        assert!(!tracker.on_reached(3, Some(4)).has_completed);
+        assert!(tracker.on_reached(4, Some(4)).has_completed);
+        assert!(!tracker.on_reached(4, Some(4)).has_completed);
+    }
+}

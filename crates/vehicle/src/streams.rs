@@ -1,0 +1,554 @@
+//! Asks the vehicle for its telemetry: each message at its rate.
+//!
+//! Asked when the vehicle is first heard, after it restarted, and when it comes back from a loss with nothing but
+//! heartbeats. Never periodically: that would override what other stations asked for. SET_MESSAGE_INTERVAL, one at a
+//! time, most wanted first; where it is not known (or never answered), REQUEST_DATA_STREAM. Messages that say what a vehicle
+//! is are asked for once (REQUEST_MESSAGE).
+
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+
+use vencejo_proto::dialect::{MavDataStream, MavMessage, REQUEST_DATA_STREAM_DATA};
+use vencejo_proto::{Address, Message, MonoTime};
+
+use crate::command::{CommandId, CommandMessage, CommandOutcome, CommandResult, Commands, Unanswered, WhenBusy, cmd};
+use crate::error::VehicleError;
+
+/// Slowest default rate, Hz.
+pub const MIN_RATE_HZ: f64 = 4.0;
+/// Fastest rate of any message, Hz.
+pub const MAX_RATE_HZ: f64 = 50.0;
+
+/// Messages at the default rate, most wanted first.
+const FAST: [u32; 9] = [
+    33,  // GLOBAL_POSITION_INT
+    30,  // ATTITUDE
+    74,  // VFR_HUD
+    62,  // NAV_CONTROLLER_OUTPUT
+    24,  // GPS_RAW_INT
+    27,  // RAW_IMU
+    29,  // SCALED_PRESSURE
+    168, // WIND
+    36,  // SERVO_OUTPUT_RAW
+];
+
+/// Messages that change slowly, with their rates in Hz.
+const SLOW: [(u32, f64); 10] = [
+    (1, 2.0),   // SYS_STATUS
+    (42, 2.0),  // MISSION_CURRENT
+    (245, 2.0), // EXTENDED_SYS_STATE
+    (147, 1.0), // BATTERY_STATUS
+    (193, 1.0), // EKF_STATUS_REPORT
+    (241, 1.0), // VIBRATION
+    (65, 2.0),  // RC_CHANNELS
+    (295, 2.0), // AIRSPEED
+    (2, 1.0),   // SYSTEM_TIME
+    (162, 1.0), // FENCE_STATUS
+];
+
+/// AUTOPILOT_VERSION and HOME_POSITION.
+const ONCE: [u32; 2] = [148, 242];
+
+/// Rates to try when a rate is too fast for the vehicle's main loop (ArduPilot denies more than 0.8 × SCHED_LOOP_RATE).
+const LADDER_HZ: [f64; 4] = [40.0, 25.0, 10.0, 4.0];
+
+/// Refusals of SET_MESSAGE_INTERVAL in a row, with none accepted, before the vehicle counts as one that does not know it.
+const REFUSALS: u32 = 3;
+/// Time for a stream to begin before it is asked for again.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// How often REQUEST_DATA_STREAM, which has no answer, is sent at most.
+const STREAM_ATTEMPTS: u32 = 3;
+/// Space between two messages that have no answer.
+const PACE: Duration = Duration::from_millis(50);
+
+/// Which messages are asked for, how often.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StreamConfig {
+    default_hz: f64,
+    overrides: BTreeMap<u32, Option<f64>>,
+    is_enabled: bool,
+}
+
+impl Default for StreamConfig {
+    /// 10 Hz.
+    fn default() -> Self {
+        Self { default_hz: 10.0, overrides: BTreeMap::new(), is_enabled: true }
+    }
+}
+
+impl StreamConfig {
+    /// Fast messages at `default_hz`, [`MIN_RATE_HZ`] to [`MAX_RATE_HZ`].
+    ///
+    /// # Errors
+    /// [`VehicleError::InvalidValue`] for another rate.
+    pub fn new(default_hz: f64) -> Result<Self, VehicleError> {
+        if !(MIN_RATE_HZ..=MAX_RATE_HZ).contains(&default_hz) {
+            return Err(VehicleError::InvalidValue {
+                field: "default_hz",
+                value: default_hz.to_string(),
+                expected: "4 to 50 messages per second",
+            });
+        }
+        Ok(Self { default_hz, ..Self::default() })
+    }
+
+    /// Asks for nothing: listens to what others asked for.
+    #[must_use]
+    pub fn listen_only() -> Self {
+        Self { is_enabled: false, ..Self::default() }
+    }
+
+    /// A rate of its own for one message; `None` stops it.
+    ///
+    /// # Errors
+    /// [`VehicleError::InvalidValue`] for a rate that is not above 0 and at most [`MAX_RATE_HZ`].
+    pub fn set_rate(&mut self, message_id: u32, rate_hz: Option<f64>) -> Result<(), VehicleError> {
+        if let Some(rate_hz) = rate_hz
+            && !(rate_hz > 0.0 && rate_hz <= MAX_RATE_HZ)
+        {
+            return Err(VehicleError::InvalidValue {
+                field: "rate_hz",
+                value: rate_hz.to_string(),
+                expected: "above 0, at most 50 messages per second",
+            });
+        }
+        self.overrides.insert(message_id, rate_hz);
+        Ok(())
+    }
+
+    /// The default rate, Hz.
+    #[must_use]
+    pub fn default_hz(&self) -> f64 {
+        self.default_hz
+    }
+
+    /// What to ask for, in order: message id and rate.
+    fn wanted(&self) -> VecDeque<(u32, Option<f64>)> {
+        let fast = FAST.iter().map(|id| (*id, Some(self.default_hz)));
+        let slow = SLOW.iter().map(|(id, rate_hz)| (*id, Some(*rate_hz)));
+        let mut wanted: VecDeque<_> = fast.chain(slow).collect();
+        for (id, rate_hz) in &self.overrides {
+            match wanted.iter_mut().find(|(known, _)| known == id) {
+                Some(entry) => entry.1 = *rate_hz,
+                None => wanted.push_back((*id, *rate_hz)),
+            }
+        }
+        wanted
+    }
+}
+
+/// The parameters of MAV_CMD_SET_MESSAGE_INTERVAL: interval in µs, −1 to stop.
+#[must_use]
+pub fn interval_params(message_id: u32, rate_hz: Option<f64>) -> [f32; 7] {
+    let interval_us = rate_hz.map_or(-1.0, |rate_hz| (1e6 / rate_hz).round());
+    // Message ids have 24 bits: a float holds them exactly.
+    [message_id as f32, interval_us as f32, 0.0, 0.0, 0.0, 0.0, 0.0]
+}
+
+/// How the asking for streams goes on.
+#[derive(Debug)]
+pub struct Streams {
+    vehicle: Address,
+    config: StreamConfig,
+    /// Not yet asked for. Bounded by the configuration.
+    intervals: VecDeque<(u32, Option<f64>)>,
+    once: VecDeque<u32>,
+    interval: Option<(CommandId, u32, Option<f64>)>,
+    message: Option<(CommandId, u32)>,
+    accepted: u32,
+    refused: u32,
+    legacy: Option<Legacy>,
+    /// When to look whether anything streams, after the vehicle came back.
+    check_at: Option<MonoTime>,
+    is_streaming: bool,
+    has_fallen_back: bool,
+}
+
+#[derive(Debug)]
+struct Legacy {
+    left: VecDeque<MavDataStream>,
+    next: MonoTime,
+    attempts: u32,
+}
+
+impl Streams {
+    /// Nothing is asked until [`Self::ask`].
+    #[must_use]
+    pub fn new(vehicle: Address, config: StreamConfig) -> Self {
+        Self {
+            vehicle,
+            config,
+            intervals: VecDeque::new(),
+            once: VecDeque::new(),
+            interval: None,
+            message: None,
+            accepted: 0,
+            refused: 0,
+            legacy: None,
+            check_at: None,
+            is_streaming: false,
+            has_fallen_back: false,
+        }
+    }
+
+    /// Its settings; changes are asked for at the next [`Self::ask`].
+    pub fn config_mut(&mut self) -> &mut StreamConfig {
+        &mut self.config
+    }
+
+    /// Asks for everything: the vehicle is new, or restarted, or lost its streams.
+    pub fn ask(&mut self, commands: &mut Commands, now: MonoTime) {
+        if !self.config.is_enabled {
+            return;
+        }
+        if let Some((id, ..)) = self.interval.take() {
+            commands.forget(id, now);
+        }
+        if let Some((id, _)) = self.message.take() {
+            commands.forget(id, now);
+        }
+        self.intervals = self.config.wanted();
+        self.once = ONCE.into();
+        (self.accepted, self.refused) = (0, 0);
+        self.legacy = None;
+        self.check_at = None;
+        self.drive(commands, now);
+    }
+
+    /// The vehicle is heard again after a loss: what it sent before, it sends again, or it is asked.
+    pub fn on_regained(&mut self, now: MonoTime) {
+        self.is_streaming = false;
+        self.check_at = Some(now + PATIENCE);
+    }
+
+    /// Telemetry other than heartbeats arrived.
+    pub fn on_telemetry(&mut self) {
+        self.is_streaming = true;
+    }
+
+    /// Whether the vehicle had to be asked by REQUEST_DATA_STREAM; says so once.
+    pub fn take_fell_back(&mut self) -> bool {
+        std::mem::take(&mut self.has_fallen_back)
+    }
+
+    /// Sends what may be sent now.
+    fn drive(&mut self, commands: &mut Commands, now: MonoTime) {
+        if self.interval.is_none()
+            && let Some((message_id, rate_hz)) = self.intervals.pop_front()
+        {
+            let command =
+                CommandMessage::long(self.vehicle, cmd::SET_MESSAGE_INTERVAL, interval_params(message_id, rate_hz));
+            match commands.submit(command, Unanswered::Repeat, WhenBusy::Wait, now) {
+                Ok(id) => self.interval = Some((id, message_id, rate_hz)),
+                Err(_) => self.intervals.push_front((message_id, rate_hz)),
+            }
+        }
+        if self.message.is_none()
+            && let Some(message_id) = self.once.pop_front()
+        {
+            let params = [message_id as f32, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+            let command = CommandMessage::long(self.vehicle, cmd::REQUEST_MESSAGE, params);
+            match commands.submit(command, Unanswered::Repeat, WhenBusy::Wait, now) {
+                Ok(id) => self.message = Some((id, message_id)),
+                Err(_) => self.once.push_front(message_id),
+            }
+        }
+    }
+
+    /// A command ended. Returns whether it was one of ours.
+    pub fn on_finished(
+        &mut self,
+        id: CommandId,
+        outcome: CommandOutcome,
+        commands: &mut Commands,
+        now: MonoTime,
+    ) -> bool {
+        if let Some((ours, message_id, rate_hz)) = self.interval
+            && ours == id
+        {
+            self.interval = None;
+            self.on_interval(message_id, rate_hz, outcome, now);
+        } else if let Some((ours, message_id)) = self.message
+            && ours == id
+        {
+            self.message = None;
+            self.on_message_requested(message_id, outcome, commands, now);
+        } else {
+            return false;
+        }
+        self.drive(commands, now);
+        true
+    }
+
+    fn on_interval(&mut self, message_id: u32, rate_hz: Option<f64>, outcome: CommandOutcome, now: MonoTime) {
+        match outcome {
+            CommandOutcome::Answered { result: CommandResult::ACCEPTED, .. } => self.accepted += 1,
+            CommandOutcome::Answered { result: CommandResult::UNSUPPORTED, .. } => self.refused += 1,
+            // A vehicle that answers nothing at all is asked the old way at once.
+            CommandOutcome::TimedOut { .. } => self.refused += REFUSALS,
+            CommandOutcome::Answered { result: CommandResult::DENIED | CommandResult::FAILED, .. } => {
+                // Too fast, or a message that this firmware does not have: slower until the ladder ends.
+                if let Some(rate_hz) = rate_hz
+                    && let Some(slower) = LADDER_HZ.iter().find(|step| **step < rate_hz)
+                    && rate_hz > LADDER_HZ[2]
+                {
+                    self.intervals.push_front((message_id, Some(*slower)));
+                }
+            }
+            CommandOutcome::Answered { .. } => {}
+        }
+        if self.accepted == 0 && self.refused >= REFUSALS {
+            self.intervals.clear();
+            self.has_fallen_back = true;
+            self.is_streaming = false;
+            self.legacy = Some(Legacy { left: data_streams(), next: now, attempts: 1 });
+        }
+    }
+
+    /// Vehicles that do not know REQUEST_MESSAGE have older commands for the same.
+    fn on_message_requested(
+        &mut self,
+        message_id: u32,
+        outcome: CommandOutcome,
+        commands: &mut Commands,
+        now: MonoTime,
+    ) {
+        let CommandOutcome::Answered { result: CommandResult::UNSUPPORTED, .. } = outcome else { return };
+        let (command, first) = match message_id {
+            148 => (cmd::REQUEST_AUTOPILOT_CAPABILITIES, 1.0),
+            242 => (cmd::GET_HOME_POSITION, 0.0),
+            _ => return,
+        };
+        let message = CommandMessage::long(self.vehicle, command, [first, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        // Its answer is the message itself; when that fails too, the vehicle has none.
+        let _unless_busy = commands.submit(message, Unanswered::Repeat, WhenBusy::Wait, now);
+    }
+
+    /// Lets time pass. Returns a message to send.
+    pub fn on_time(&mut self, commands: &mut Commands, now: MonoTime) -> Option<Message> {
+        if self.check_at.is_some_and(|check_at| now >= check_at) {
+            self.check_at = None;
+            if !self.is_streaming {
+                self.ask(commands, now);
+            }
+        }
+        let legacy = self.legacy.as_mut()?;
+        if now < legacy.next {
+            return None;
+        }
+        if legacy.left.is_empty() {
+            if self.is_streaming || legacy.attempts >= STREAM_ATTEMPTS {
+                self.legacy = None;
+                return None;
+            }
+            legacy.attempts += 1;
+            legacy.left = data_streams();
+        }
+        let stream = legacy.left.pop_front()?;
+        legacy.next = now + if legacy.left.is_empty() { PATIENCE } else { PACE };
+        Some(Message::Dialect(MavMessage::REQUEST_DATA_STREAM(REQUEST_DATA_STREAM_DATA {
+            req_message_rate: self.config.default_hz.round() as u16,
+            target_system: self.vehicle.system.0,
+            target_component: self.vehicle.component.0,
+            req_stream_id: stream,
+            start_stop: 1,
+        })))
+    }
+
+    /// When [`Self::on_time`] is wanted.
+    #[must_use]
+    pub fn deadline(&self) -> Option<MonoTime> {
+        [self.check_at, self.legacy.as_ref().map(|legacy| legacy.next)].into_iter().flatten().min()
+    }
+}
+
+/// The streams of REQUEST_DATA_STREAM, most wanted first.
+fn data_streams() -> VecDeque<MavDataStream> {
+    [
+        MavDataStream::MAV_DATA_STREAM_POSITION,
+        MavDataStream::MAV_DATA_STREAM_EXTRA1,
+        MavDataStream::MAV_DATA_STREAM_EXTRA2,
+        MavDataStream::MAV_DATA_STREAM_EXTENDED_STATUS,
+        MavDataStream::MAV_DATA_STREAM_RAW_SENSORS,
+        MavDataStream::MAV_DATA_STREAM_EXTRA3,
+        MavDataStream::MAV_DATA_STREAM_RC_CHANNELS,
+    ]
+    .into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::{CommandConfig, CommandOutput};
+    use vencejo_proto::CommandAck;
+
+    const OUR: Address = Address::new(255, 190);
+    const PLANE: Address = Address::new(1, 1);
+
+    /// A vehicle that answers commands as told.
+    struct Bench {
+        streams: Streams,
+        commands: Commands,
+        now: MonoTime,
+        sent: Vec<Message>,
+    }
+
+    impl Bench {
+        fn new(config: StreamConfig) -> Self {
+            Self {
+                streams: Streams::new(PLANE, config),
+                commands: Commands::new(OUR, CommandConfig::default()),
+                now: MonoTime::ZERO,
+                sent: Vec::new(),
+            }
+        }
+
+        /// Runs until nothing is due any more or `seconds` have passed.
+        fn run(&mut self, seconds: u64, answer: impl Fn(&[f32; 7], u16) -> Option<CommandResult>) {
+            let end = self.now + Duration::from_secs(seconds);
+            for _ in 0..10_000 {
+                while let Some(output) = self.commands.poll_output() {
+                    match output {
+                        CommandOutput::Send(message) => {
+                            if let Message::CommandLong(long) = &message
+                                && let Some(result) = answer(&long.params, long.command)
+                            {
+                                let ack = CommandAck {
+                                    command: long.command,
+                                    result: result.0,
+                                    progress: 0,
+                                    result_param2: 0,
+                                    target: OUR,
+                                };
+                                self.commands.on_ack(PLANE, &ack, self.now);
+                            }
+                            self.sent.push(message);
+                        }
+                        CommandOutput::Finished { id, outcome } => {
+                            self.streams.on_finished(id, outcome, &mut self.commands, self.now);
+                        }
+                        _ => {}
+                    }
+                }
+                let due = [self.commands.deadline(), self.streams.deadline()].into_iter().flatten().min();
+                let Some(due) = due.filter(|due| *due <= end) else { break };
+                self.now = self.now.max(due);
+                self.commands.on_time(self.now);
+                let message = self.streams.on_time(&mut self.commands, self.now);
+                self.sent.extend(message);
+            }
+            self.now = end;
+        }
+
+        fn intervals(&self) -> Vec<(u32, f32)> {
+            self.sent
+                .iter()
+                .filter_map(|message| match message {
+                    Message::CommandLong(long) if long.command == cmd::SET_MESSAGE_INTERVAL => {
+                        Some((long.params[0] as u32, long.params[1]))
+                    }
+                    _ => None,
+                })
+                .collect()
+        }
+
+        fn data_streams(&self) -> usize {
+            self.sent.iter().filter(|message| message.id() == 66).count()
+        }
+    }
+
+    fn accept(_: &[f32; 7], _: u16) -> Option<CommandResult> {
+        Some(CommandResult::ACCEPTED)
+    }
+
+    #[test]
+    fn everything_is_asked_once_and_never_again() {
+        let mut config = StreamConfig::new(20.0).expect("rate");
+        config.set_rate(30, Some(50.0)).expect("rate");
+        config.set_rate(65, None).expect("stop");
+        config.set_rate(11_030, Some(4.0)).expect("rate");
+        let mut bench = Bench::new(config);
+        bench.streams.ask(&mut bench.commands, bench.now);
+        bench.run(1_000, accept);
+        let intervals = bench.intervals();
+        assert_eq!(intervals.len(), FAST.len() + SLOW.len() + 1);
+        assert_eq!(intervals[0], (33, 50_000.0));
+        assert!(intervals.contains(&(30, 20_000.0)) && intervals.contains(&(65, -1.0)));
+        assert!(intervals.contains(&(11_030, 250_000.0)));
+        assert_eq!(bench.data_streams(), 0);
+        let once =
+            bench.sent.iter().filter(|m| matches!(m, Message::CommandLong(l) if l.command == cmd::REQUEST_MESSAGE));
+        assert_eq!(once.count(), 2);
+        assert_eq!(bench.streams.deadline(), None);
+    }
+
+    #[test]
+    fn an_old_vehicle_is_asked_for_data_streams() {
+        type Answer = fn(&[f32; 7], u16) -> Option<CommandResult>;
+        // A refusal is quick; silence takes all attempts.
+        let cases: [(u64, Answer); 2] = [(2, |_, _| Some(CommandResult::UNSUPPORTED)), (6, |_, _| None)];
+        for (seconds, answer) in cases {
+            let mut bench = Bench::new(StreamConfig::default());
+            bench.streams.ask(&mut bench.commands, bench.now);
+            bench.run(seconds, answer);
+            assert!(bench.streams.take_fell_back());
+            assert!(!bench.streams.take_fell_back(), "said once");
+            assert_eq!(bench.data_streams(), 7);
+            bench.streams.on_telemetry();
+            bench.run(100, answer);
+            assert_eq!(bench.data_streams(), 7, "it streams: not asked again");
+        }
+    }
+
+    #[test]
+    fn data_streams_have_no_answer_so_they_are_asked_a_few_times() {
+        let mut bench = Bench::new(StreamConfig::default());
+        bench.streams.ask(&mut bench.commands, bench.now);
+        bench.run(100, |_, _| Some(CommandResult::UNSUPPORTED));
+        assert_eq!(bench.data_streams(), 7 * STREAM_ATTEMPTS as usize);
+        // And the older commands for version and home were tried.
+        let old = |wanted| bench.sent.iter().any(|m| matches!(m, Message::CommandLong(l) if l.command == wanted));
+        assert!(old(cmd::REQUEST_AUTOPILOT_CAPABILITIES) && old(cmd::GET_HOME_POSITION));
+    }
+
+    #[test]
+    fn a_rate_that_is_too_fast_is_lowered_and_an_unknown_message_skipped() {
+        let mut bench = Bench::new(StreamConfig::new(50.0).expect("rate"));
+        bench.streams.ask(&mut bench.commands, bench.now);
+        // As in captures/connect-and-stream-requests.tlog: a 50 Hz loop denies 50 Hz; message 162 does not exist.
+        bench.run(10, |params, command| {
+            let too_fast = command == cmd::SET_MESSAGE_INTERVAL && (params[0] == 162.0 || params[1] < 25_000.0);
+            Some(if too_fast { CommandResult::DENIED } else { CommandResult::ACCEPTED })
+        });
+        let intervals = bench.intervals();
+        assert!(intervals.contains(&(30, 20_000.0)) && intervals.contains(&(30, 25_000.0)), "{intervals:?}");
+        assert_eq!(intervals.iter().filter(|(id, _)| *id == 162).count(), 1);
+        assert_eq!(bench.data_streams(), 0);
+    }
+
+    #[test]
+    fn after_a_loss_it_is_asked_only_when_nothing_streams() {
+        let mut bench = Bench::new(StreamConfig::default());
+        bench.streams.on_regained(bench.now);
+        bench.streams.on_telemetry();
+        bench.run(10, accept);
+        assert_eq!(bench.intervals().len(), 0);
+        bench.streams.on_regained(bench.now);
+        bench.run(10, accept);
+        assert_eq!(bench.intervals().len(), FAST.len() + SLOW.len());
+    }
+
+    #[test]
+    fn rates_have_limits() {
+        for rate in [3.9, 50.1, 0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(StreamConfig::new(rate).is_err(), "{rate}");
+        }
+        let mut config = StreamConfig::default();
+        assert!(config.set_rate(30, Some(f64::NAN)).is_err());
+        assert!(config.set_rate(30, Some(0.5)).is_ok());
+        let mut silent = Bench::new(StreamConfig::listen_only());
+        silent.streams.ask(&mut silent.commands, silent.now);
+        silent.run(10, accept);
+        assert!(silent.sent.is_empty());
+    }
+}

@@ -1,0 +1,100 @@
+//! The transfer that runs: one machine of [`crate::transfer`] behind one face.
+
+use vencejo_flight::plan::PlanKind;
+use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
+
+use crate::plan_state::PlanState;
+use crate::request::RequestId;
+use crate::transfer::{
+    Param, ParamList, ParamRead, ParamSet, PlanClear, PlanDownload, PlanUpload, Transfer, TransferError, TransferOutput,
+};
+
+/// A transfer and the request that it serves.
+#[derive(Debug)]
+pub(super) struct Lane {
+    pub id: RequestId,
+    pub machine: Machine,
+    /// What was known of the plan before, to go back to when reading it fails.
+    pub plan_before: Option<(PlanKind, PlanState)>,
+}
+
+#[derive(Debug)]
+pub(super) enum Machine {
+    Upload(Box<PlanUpload>),
+    Download(Box<PlanDownload>),
+    Clear(Box<PlanClear>, PlanKind),
+    List(Box<ParamList>),
+    Read(Box<ParamRead>),
+    Set(Box<ParamSet>),
+}
+
+/// What a transfer yielded.
+#[derive(Debug)]
+pub(super) enum Yield {
+    Plan(PlanKind, Vec<MissionItemInt>),
+    Parameters(Vec<Param>),
+    Parameter(Param),
+}
+
+macro_rules! each {
+    ($self:expr, $machine:ident => $call:expr) => {
+        match $self {
+            Machine::Upload($machine) => $call,
+            Machine::Download($machine) => $call,
+            Machine::Clear($machine, _) => $call,
+            Machine::List($machine) => $call,
+            Machine::Read($machine) => $call,
+            Machine::Set($machine) => $call,
+        }
+    };
+}
+
+impl Machine {
+    /// What runs, in words.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Upload(_) => "plan upload",
+            Self::Download(_) => "plan download",
+            Self::Clear(..) => "plan removal",
+            Self::List(_) => "parameter list",
+            Self::Read(_) => "parameter read",
+            Self::Set(_) => "parameter write",
+        }
+    }
+
+    /// Whether it changes what the vehicle holds, so that its failure leaves a plan unknown.
+    pub fn writes_plan(&self) -> bool {
+        matches!(self, Self::Upload(_) | Self::Clear(..))
+    }
+
+    pub fn on_message(&mut self, from: Address, message: &Message, now: MonoTime) {
+        each!(self, machine => machine.on_message(from, message, now));
+    }
+
+    pub fn on_time(&mut self, now: MonoTime) {
+        each!(self, machine => machine.on_time(now));
+    }
+
+    pub fn deadline(&self) -> Option<MonoTime> {
+        each!(self, machine => machine.deadline())
+    }
+
+    pub fn poll_output(&mut self) -> Option<TransferOutput> {
+        each!(self, machine => machine.poll_output())
+    }
+
+    pub fn cancel(&mut self, now: MonoTime) {
+        each!(self, machine => machine.cancel(now));
+    }
+
+    pub fn result(&mut self) -> Option<Result<Yield, TransferError>> {
+        Some(match self {
+            Self::Upload(machine) => machine.result()?.map(|plan| Yield::Plan(plan.kind, plan.items)),
+            Self::Download(machine) => machine.result()?.map(|plan| Yield::Plan(plan.kind, plan.items)),
+            Self::Clear(machine, kind) => machine.result()?.map(|()| Yield::Plan(*kind, Vec::new())),
+            Self::List(machine) => machine.result()?.map(Yield::Parameters),
+            Self::Read(machine) => machine.result()?.map(Yield::Parameter),
+            Self::Set(machine) => machine.result()?.map(Yield::Parameter),
+        })
+    }
+}

@@ -1,0 +1,415 @@
+//! What a request comes down to: commands with the effect that proves them, parameters, transfers. Values are checked here.
+
+use std::collections::VecDeque;
+use std::ops::RangeInclusive;
+
+use vencejo_flight::plan::{Home, Mission, PlanKind, items_to_wire};
+use vencejo_proto::dialect::{MISSION_SET_CURRENT_DATA, MavMessage, MavModeFlag, SET_MODE_DATA};
+use vencejo_proto::{Address, CommandInt, Message, MissionItemInt};
+
+use crate::command::{CommandMessage, Unanswered, WhenBusy, cmd};
+use crate::error::VehicleError;
+use crate::modes::{Action, FlightMode, ModeFamily};
+use crate::request::{ModeChoice, Request, SpeedKind, Turn};
+use crate::streams::interval_params;
+use crate::telemetry::{Freshness, Telemetry};
+use crate::transfer::ParamName;
+use vencejo_proto::MonoTime;
+
+/// Arms or disarms in spite of all checks (param 2 of MAV_CMD_COMPONENT_ARM_DISARM).
+const FORCE_MAGIC: f32 = 21_196.0;
+/// `MAV_DO_REPOSITION_FLAGS_CHANGE_MODE`.
+const REPOSITION_CHANGE_MODE: f32 = 1.0;
+/// ArduPlane's height of an automatic take-off in mode TAKEOFF, metres above home.
+const TAKEOFF_ALT_PARAM: &str = "TKOFF_ALT";
+
+/// What shows that a command had its effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Effect {
+    /// Its acknowledgement is all there is.
+    Acknowledged,
+    /// HEARTBEAT shows armed, or not.
+    Armed(bool),
+    /// HEARTBEAT shows the mode.
+    Mode(FlightMode),
+    /// The vehicle leaves the ground. Acknowledged is enough; this is read only when nobody answered.
+    Airborne,
+    /// The current mission item is another one than this. As above.
+    JumpedFrom(Option<u16>),
+    /// MISSION_CURRENT shows the item.
+    Current(u16),
+    /// The message arrives.
+    Received(u32),
+    /// The vehicle restarts. Acknowledged is enough.
+    Restarted,
+}
+
+/// What to do when the vehicle does not know a command.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "a few live for the length of a request")]
+pub(super) enum Fallback {
+    /// Send another one.
+    Command(CommandMessage),
+    /// Send a message that is not acknowledged, and wait for the effect.
+    Message(Message, Effect),
+}
+
+/// One thing to do.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "a few live for the length of a request")]
+pub(super) enum Step {
+    Command {
+        message: CommandMessage,
+        unanswered: Unanswered,
+        when_busy: WhenBusy,
+        effect: Effect,
+        fallback: Option<Fallback>,
+    },
+    Upload(PlanKind, Vec<MissionItemInt>),
+    Download(PlanKind),
+    Clear(PlanKind),
+    ParamList,
+    ParamRead(ParamName),
+    ParamSet(ParamName, f64),
+}
+
+impl Step {
+    fn command(message: CommandMessage) -> Self {
+        Self::Command {
+            unanswered: Unanswered::for_command(message.command()),
+            message,
+            when_busy: WhenBusy::Refuse,
+            effect: Effect::Acknowledged,
+            fallback: None,
+        }
+    }
+
+    /// Repeats only after reading that the effect is not there.
+    fn proved_by(self, proof: Effect) -> Self {
+        match self {
+            Self::Command { message, when_busy, fallback, .. } => {
+                Self::Command { message, unanswered: Unanswered::Ask, when_busy, effect: proof, fallback }
+            }
+            other => other,
+        }
+    }
+
+    fn or(self, other: Fallback) -> Self {
+        match self {
+            Self::Command { message, unanswered, when_busy, effect, .. } => {
+                Self::Command { message, unanswered, when_busy, effect, fallback: Some(other) }
+            }
+            step => step,
+        }
+    }
+
+    fn waiting(self, effect: Effect) -> Self {
+        match self {
+            Self::Command { message, unanswered, fallback, .. } => {
+                Self::Command { message, unanswered, when_busy: WhenBusy::Wait, effect, fallback }
+            }
+            other => other,
+        }
+    }
+}
+
+/// What is known of the vehicle when a request is made.
+pub(super) struct Context<'a> {
+    pub vehicle: Address,
+    pub telemetry: &'a Telemetry,
+    pub now: MonoTime,
+}
+
+impl Context<'_> {
+    fn long(&self, command: u16, params: [f32; 7]) -> CommandMessage {
+        CommandMessage::long(self.vehicle, command, params)
+    }
+
+    fn family(&self) -> Result<ModeFamily, VehicleError> {
+        let heartbeat = self.telemetry.heartbeat.ok_or(VehicleError::NotHeard { age: self.now.as_duration() })?;
+        Ok(heartbeat.value.mode.family)
+    }
+
+    pub fn is_ardupilot(&self) -> bool {
+        self.telemetry
+            .heartbeat
+            .is_some_and(|heartbeat| heartbeat.value.autopilot == crate::telemetry::AUTOPILOT_ARDUPILOT)
+    }
+
+    fn set_mode(&self, mode: FlightMode) -> Step {
+        let (main, sub) = mode.command_params();
+        let custom_flag = MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
+        let command = self.long(cmd::DO_SET_MODE, [f32::from(custom_flag.bits()), main, sub, 0.0, 0.0, 0.0, 0.0]);
+        // Vehicles from before DO_SET_MODE take the message of that name.
+        let message = Message::Dialect(MavMessage::SET_MODE(SET_MODE_DATA {
+            custom_mode: mode.custom_mode,
+            target_system: self.vehicle.system.0,
+            base_mode: custom_flag,
+        }));
+        let effect = Effect::Mode(mode);
+        Step::command(command).proved_by(effect).or(Fallback::Message(message, effect))
+    }
+
+    fn mode_for(&self, action: Action) -> Result<Step, VehicleError> {
+        let mode = action.mode(self.family()?).ok_or(VehicleError::NoModeFor { action: action.name() })?;
+        Ok(self.set_mode(mode))
+    }
+
+    fn arm(&self, is_armed: bool, force: bool) -> Step {
+        let force = if force { FORCE_MAGIC } else { 0.0 };
+        let command =
+            self.long(cmd::COMPONENT_ARM_DISARM, [f32::from(u8::from(is_armed)), force, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        Step::command(command).proved_by(Effect::Armed(is_armed))
+    }
+
+    fn set_current(&self, seq: u16) -> Step {
+        let command = self.long(cmd::DO_SET_MISSION_CURRENT, [f32::from(seq), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let message = Message::Dialect(MavMessage::MISSION_SET_CURRENT(MISSION_SET_CURRENT_DATA {
+            seq,
+            target_system: self.vehicle.system.0,
+            target_component: self.vehicle.component.0,
+        }));
+        Step::command(command).or(Fallback::Message(message, Effect::Current(seq)))
+    }
+
+    fn takeoff(&self, alt_rel_home_m: f64) -> Result<VecDeque<Step>, VehicleError> {
+        let alt = in_range("alt_rel_home_m", alt_rel_home_m, 1.0..=10_000.0, "1 to 10,000 m above home")?;
+        let family = self.family()?;
+        let is_fixed_wing = self.telemetry.heartbeat.is_some_and(|heartbeat| heartbeat.value.mav_type == 1);
+        if family == ModeFamily::ArduPlane && is_fixed_wing {
+            let name = ParamName::new(TAKEOFF_ALT_PARAM).map_err(crate::transfer::TransferError::from)?;
+            return Ok([Step::ParamSet(name, alt_rel_home_m), self.mode_for(Action::Takeoff)?].into());
+        }
+        let params = if family == ModeFamily::Px4 {
+            // PX4 counts from mean sea level and takes NaN for "here".
+            let home = self.telemetry.home.ok_or(VehicleError::HomeUnknown)?.value;
+            [0.0, 0.0, 0.0, f32::NAN, f32::NAN, f32::NAN, (home.alt_amsl_m + alt_rel_home_m) as f32]
+        } else {
+            [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, alt]
+        };
+        Ok([Step::command(self.long(cmd::NAV_TAKEOFF, params)).proved_by(Effect::Airborne)].into())
+    }
+
+    /// A COMMAND_INT with a checked position.
+    fn at_position(
+        &self,
+        command: u16,
+        frame: u8,
+        params: [f32; 4],
+        (lat_deg, lon_deg, alt_m): (f64, f64, f64),
+    ) -> Result<CommandMessage, VehicleError> {
+        in_range("lat_deg", lat_deg, -90.0..=90.0, "a latitude, -90 to 90 degrees")?;
+        in_range("lon_deg", lon_deg, -180.0..=180.0, "a longitude, -180 to 180 degrees")?;
+        let z = height("alt_m", alt_m)?;
+        Ok(CommandMessage::Int(CommandInt {
+            target: self.vehicle,
+            frame,
+            command,
+            current: 0,
+            autocontinue: 0,
+            params,
+            x: (lat_deg * 1e7).round() as i32,
+            y: (lon_deg * 1e7).round() as i32,
+            z,
+        }))
+    }
+
+    /// The steps of a request.
+    #[allow(clippy::too_many_lines, reason = "one arm for each request")]
+    pub fn steps(&self, request: Request) -> Result<VecDeque<Step>, VehicleError> {
+        let step = match request {
+            Request::Arm { force } => self.arm(true, force),
+            Request::Disarm { force } => self.arm(false, force),
+            Request::SetMode(choice) => {
+                let family = self.family()?;
+                self.set_mode(match choice {
+                    ModeChoice::Name(name) => family.parse(&name)?,
+                    ModeChoice::Custom(custom_mode) => FlightMode { family, custom_mode },
+                })
+            }
+            Request::Takeoff { alt_rel_home_m } => return self.takeoff(alt_rel_home_m),
+            Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, speed_m_s, change_mode } => {
+                let speed = match speed_m_s {
+                    Some(speed) => in_range("speed_m_s", speed, 0.1..=200.0, "0.1 to 200 m/s")?,
+                    None => -1.0,
+                };
+                let radius = match radius_m {
+                    Some(radius) => in_range("radius_m", radius, 1.0..=30_000.0, "1 to 30,000 m")?,
+                    None => 0.0,
+                };
+                let is_plane = self.family()? == ModeFamily::ArduPlane;
+                // ArduPlane reads the sense from param 4, where others have a heading; PX4 from the sign of the radius.
+                let (radius, yaw) = match turn {
+                    _ if is_plane => (radius, f32::from(u8::from(turn == Turn::CounterClockwise))),
+                    Turn::Clockwise => (radius, f32::NAN),
+                    Turn::CounterClockwise => (-radius, f32::NAN),
+                };
+                let flags = if change_mode { REPOSITION_CHANGE_MODE } else { 0.0 };
+                let params = [speed, flags, radius, yaw];
+                let place = (lat_deg, lon_deg, alt_m);
+                Step::command(self.at_position(cmd::DO_REPOSITION, alt_frame.mav_frame(), params, place)?)
+            }
+            Request::ChangeSpeed { kind, speed_m_s } => {
+                let speed = in_range("speed_m_s", speed_m_s, 0.1..=200.0, "0.1 to 200 m/s")?;
+                let kind = match kind {
+                    SpeedKind::Airspeed => 0.0,
+                    SpeedKind::Groundspeed => 1.0,
+                };
+                // −1: throttle as it is.
+                Step::command(self.long(cmd::DO_CHANGE_SPEED, [kind, speed, -1.0, 0.0, 0.0, 0.0, 0.0]))
+            }
+            Request::ChangeAltitude { alt_m, alt_frame } => {
+                let alt = height("alt_m", alt_m)?;
+                let frame = alt_frame.mav_frame();
+                let older = CommandMessage::Int(CommandInt {
+                    target: self.vehicle,
+                    frame,
+                    command: cmd::GUIDED_CHANGE_ALTITUDE,
+                    current: 0,
+                    autocontinue: 0,
+                    params: [0.0; 4],
+                    x: 0,
+                    y: 0,
+                    z: alt,
+                });
+                let command = self.long(cmd::DO_CHANGE_ALTITUDE, [alt, f32::from(frame), 0.0, 0.0, 0.0, 0.0, 0.0]);
+                Step::command(command).or(Fallback::Command(older))
+            }
+            Request::LoiterHere | Request::MissionPause => self.mode_for(Action::Loiter)?,
+            Request::ReturnToLaunch => self.mode_for(Action::ReturnToLaunch)?,
+            Request::Land => match self.family()? {
+                ModeFamily::ArduPlane => {
+                    let before = self.telemetry.mission.map(|mission| mission.value.seq);
+                    Step::command(self.long(cmd::DO_LAND_START, [0.0; 7])).proved_by(Effect::JumpedFrom(before))
+                }
+                _ => self.mode_for(Action::Land)?,
+            },
+            Request::AbortLanding { alt_rel_home_m } => {
+                let alt = match alt_rel_home_m {
+                    Some(alt) => in_range("alt_rel_home_m", alt, 1.0..=10_000.0, "1 to 10,000 m above home")?,
+                    None => 0.0,
+                };
+                Step::command(self.long(cmd::DO_GO_AROUND, [alt, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+            }
+            Request::MissionStart { from } => {
+                let mut steps: VecDeque<_> = from.map(|seq| self.set_current(seq.0)).into_iter().collect();
+                steps.push_back(self.mode_for(Action::Mission)?);
+                if self.family()? == ModeFamily::ArduCopter {
+                    // A copter on the ground waits in AUTO for this.
+                    let start = Step::command(self.long(cmd::MISSION_START, [0.0; 7]));
+                    steps.push_back(start.proved_by(Effect::Airborne));
+                }
+                return Ok(steps);
+            }
+            Request::MissionResume => self.mode_for(Action::Mission)?,
+            Request::SetCurrentItem(seq) => self.set_current(seq.0),
+            Request::SetHome(home) => Step::command(match home {
+                Some(Home { lat_deg, lon_deg, alt_amsl_m }) => {
+                    self.at_position(cmd::DO_SET_HOME, 0, [0.0; 4], (lat_deg, lon_deg, alt_amsl_m))?
+                }
+                None => CommandMessage::Int(CommandInt {
+                    target: self.vehicle,
+                    frame: 0,
+                    command: cmd::DO_SET_HOME,
+                    current: 0,
+                    autocontinue: 0,
+                    params: [1.0, 0.0, 0.0, 0.0],
+                    x: 0,
+                    y: 0,
+                    z: 0.0,
+                }),
+            }),
+            Request::RawCommandLong(mut long) => {
+                no_infinities(&long.params)?;
+                long.target = self.or_vehicle(long.target);
+                Step::command(CommandMessage::Long(long))
+            }
+            Request::RawCommandInt(mut int) => {
+                no_infinities(&int.params)?;
+                no_infinities(&[int.z])?;
+                int.target = self.or_vehicle(int.target);
+                Step::command(CommandMessage::Int(int))
+            }
+            Request::RequestMessage { message_id } => {
+                let command =
+                    self.long(cmd::REQUEST_MESSAGE, [message_number(message_id)?, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                Step::command(command).waiting(Effect::Received(message_id))
+            }
+            Request::SetMessageRate { message_id, rate_hz } => {
+                message_number(message_id)?;
+                let command = self.long(cmd::SET_MESSAGE_INTERVAL, interval_params(message_id, rate_hz));
+                Step::command(command).waiting(Effect::Acknowledged)
+            }
+            Request::UploadPlan { kind, items, .. } if items.is_empty() => Step::Clear(kind),
+            Request::UploadPlan { kind: PlanKind::Mission, items, home } => {
+                let home = home.or(self.telemetry.home.map(|home| home.value));
+                let wire = Mission { home, items }.to_wire(self.vehicle, self.is_ardupilot())?;
+                Step::Upload(PlanKind::Mission, wire)
+            }
+            Request::UploadPlan { kind, items, .. } => Step::Upload(kind, items_to_wire(&items, self.vehicle, kind)?),
+            Request::DownloadPlan { kind } => Step::Download(kind),
+            Request::ClearPlan { kind } => Step::Clear(kind),
+            Request::ParamList => Step::ParamList,
+            Request::ParamRead { name } => Step::ParamRead(param_name(&name)?),
+            Request::ParamSet { name, value } => {
+                if !value.is_finite() {
+                    return Err(invalid("value", value, "a number"));
+                }
+                Step::ParamSet(param_name(&name)?, value)
+            }
+            Request::Reboot => {
+                let unheard = VehicleError::NotHeard { age: self.now.as_duration() };
+                let heartbeat = self.telemetry.heartbeat.ok_or(unheard)?;
+                if heartbeat.freshness(self.now) != Freshness::Fresh {
+                    return Err(VehicleError::NotHeard { age: heartbeat.age(self.now) });
+                }
+                if heartbeat.value.is_armed {
+                    return Err(VehicleError::Armed { action: "rebooting it" });
+                }
+                let command = self.long(cmd::PREFLIGHT_REBOOT_SHUTDOWN, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                Step::command(command).proved_by(Effect::Restarted)
+            }
+        };
+        Ok([step].into())
+    }
+
+    fn or_vehicle(&self, target: Address) -> Address {
+        if target.system.0 == 0 { self.vehicle } else { target }
+    }
+}
+
+fn param_name(name: &str) -> Result<ParamName, VehicleError> {
+    Ok(ParamName::new(name).map_err(crate::transfer::TransferError::from)?)
+}
+
+/// Message ids have 24 bits, which a float holds exactly.
+fn message_number(message_id: u32) -> Result<f32, VehicleError> {
+    if message_id >= 1 << 24 {
+        return Err(invalid("message_id", message_id, "a message id, below 2^24"));
+    }
+    Ok(message_id as f32)
+}
+
+fn no_infinities(params: &[f32]) -> Result<(), VehicleError> {
+    match params.iter().find(|param| param.is_infinite()) {
+        Some(param) => Err(invalid("a command's parameter", param, "a number, or NaN where MAVLink allows it")),
+        None => Ok(()),
+    }
+}
+
+fn height(field: &'static str, alt_m: f64) -> Result<f32, VehicleError> {
+    in_range(field, alt_m, -1_000.0..=100_000.0, "a height, -1,000 to 100,000 m")
+}
+
+fn in_range(
+    field: &'static str,
+    value: f64,
+    range: RangeInclusive<f64>,
+    expected: &'static str,
+) -> Result<f32, VehicleError> {
+    if range.contains(&value) { Ok(value as f32) } else { Err(invalid(field, value, expected)) }
+}
+
+fn invalid(field: &'static str, value: impl ToString, expected: &'static str) -> VehicleError {
+    VehicleError::InvalidValue { field, value: value.to_string(), expected }
+}
