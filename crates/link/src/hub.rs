@@ -511,3 +511,6 @@ impl Intake {
         port.counters.add_garbage(bytes);
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -8,7 +8,7 @@ use std::time::Duration;
 use tokio::sync::mpsc;
 use vencejo_proto::{Address, CommandLong, Frame, FrameDecoder, Header, Heartbeat, MavVersion, Message, dialect};
 
-use crate::{Hub, LinkHandle, LinkId, LinkOptions, LinkState, Route, SendReport, SinkScope, SystemClock};
+use crate::{Hub, LinkHandle, LinkId, LinkOptions, LinkState, Route, SinkScope, SystemClock};
 
 fn header(system: u8, component: u8, sequence: u8) -> Header {
     Header { sequence, source: Address::new(system, component), version: MavVersion::V2 }
@@ -88,11 +88,6 @@ impl Listening {
     pub(crate) async fn next(&mut self) -> Frame {
         in_time(self.heard.recv()).await.expect("the hub lives").1
     }
-
-    /// Whether nothing waits to be read.
-    pub(crate) fn is_quiet(&self) -> bool {
-        self.heard.is_empty()
-    }
 }
 
 pub(crate) const US: Address = Address::new(255, 190);
@@ -102,9 +97,9 @@ pub(crate) async fn in_time<T>(future: impl Future<Output = T>) -> T {
     tokio::time::timeout(Duration::from_secs(20), future).await.expect("it happens within 20 s")
 }
 
-/// Our heartbeat with any number, sent on all links.
-pub(crate) fn say_something(hub: &Hub) -> SendReport {
-    hub.send_message(&Message::Heartbeat(Heartbeat::default()), US, MavVersion::V2, Route::All)
+/// Sends our heartbeat on all links; tells how many took it.
+pub(crate) fn say_something(hub: &Hub) -> u32 {
+    hub.send_message(&Message::Heartbeat(Heartbeat::default()), US, MavVersion::V2, Route::All).accepted
 }
 
 /// A command to a system, to be told from others by `command`.
