@@ -1,1 +1,110 @@
-"""Vencejo: send a fixed-wing autonomous plane to positions."""
+"""Vencejo: send a fixed-wing autonomous plane to positions, over MAVLink.
+
+Examples
+--------
+Fly a mission file on a simulated or real plane:
+
+>>> import vencejo
+>>> with vencejo.connect("tcp:127.0.0.1:5760") as plane:  # doctest: +SKIP
+...     plan = vencejo.Plan.load("mission.waypoints")
+...     plane.upload(plan)  # sent, read back and compared
+...     plane.arm()  # raises with the pre-arm reasons
+...     plane.start_mission()  # AUTO: the pilot's radio can take over at any time
+...     for telemetry in plane.stream(rate_hz=1):
+...         print(telemetry.position, plane.mission_progress)
+
+For asyncio see `vencejo.aio`.
+"""
+
+from vencejo._native import __version__
+from vencejo.errors import (
+    Busy,
+    Cancelled,
+    ClosedError,
+    CommandRefused,
+    CommandTimeout,
+    FileFormatError,
+    InvalidRequest,
+    LinkError,
+    NoVehicleError,
+    ParameterError,
+    PlanMismatch,
+    PlanRefused,
+    TransferError,
+    VehicleLost,
+    VencejoError,
+)
+from vencejo.params import load_params, save_params
+from vencejo.plan import (
+    Circle,
+    Command,
+    Fence,
+    Finding,
+    Frame,
+    GeoPoint,
+    Home,
+    MissionItem,
+    Plan,
+    PlanSettings,
+    Polygon,
+    RallyPoint,
+)
+from vencejo.station import LinkInfo, RecorderInfo, Station, connect, default_record_dir
+from vencejo.telemetry import Telemetry
+from vencejo.vehicle import (
+    Event,
+    MavlinkMessage,
+    MissionProgress,
+    Parameter,
+    Parameters,
+    PlanState,
+    StatusText,
+    Vehicle,
+)
+
+__all__ = [
+    "Busy",
+    "Cancelled",
+    "Circle",
+    "ClosedError",
+    "Command",
+    "CommandRefused",
+    "CommandTimeout",
+    "Event",
+    "Fence",
+    "FileFormatError",
+    "Finding",
+    "Frame",
+    "GeoPoint",
+    "Home",
+    "InvalidRequest",
+    "LinkError",
+    "LinkInfo",
+    "MavlinkMessage",
+    "MissionItem",
+    "MissionProgress",
+    "NoVehicleError",
+    "Parameter",
+    "ParameterError",
+    "Parameters",
+    "Plan",
+    "PlanMismatch",
+    "PlanRefused",
+    "PlanSettings",
+    "PlanState",
+    "Polygon",
+    "RallyPoint",
+    "RecorderInfo",
+    "Station",
+    "StatusText",
+    "Telemetry",
+    "TransferError",
+    "Vehicle",
+    "VehicleLost",
+    "VencejoError",
+    "__version__",
+    "connect",
+    "default_record_dir",
+    "load_params",
+    "save_params",
+]

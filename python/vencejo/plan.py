@@ -24,7 +24,7 @@ from __future__ import annotations
 import enum
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
 
@@ -41,6 +41,7 @@ __all__ = [
     "Home",
     "MissionItem",
     "Plan",
+    "PlanSettings",
     "Polygon",
     "RallyPoint",
 ]
@@ -362,6 +363,26 @@ class Finding:
 
 
 @dataclass(frozen=True)
+class PlanSettings:
+    """What a ``.plan`` file says beside the plan. QGroundControl plans for these; no vehicle is told.
+
+    Attributes
+    ----------
+    cruise_speed_m_s, hover_speed_m_s : float or None
+        Speeds to plan times with.
+    vehicle_type : int or None
+        MAV_TYPE; 1 is a fixed-wing plane.
+    firmware_type : int or None
+        MAV_AUTOPILOT; 3 is ArduPilot.
+    """
+
+    cruise_speed_m_s: float | None = None
+    hover_speed_m_s: float | None = None
+    vehicle_type: int | None = None
+    firmware_type: int | None = None
+
+
+@dataclass(frozen=True)
 class Plan:
     """What a vehicle is to fly, where it shall stay, and where it may return to.
 
@@ -373,12 +394,15 @@ class Plan:
         Planned home. The vehicle sets its own when it arms.
     fence : Fence
     rally : tuple of RallyPoint
+    settings : PlanSettings
+        Kept from file to file.
     """
 
     items: tuple[MissionItem, ...] = ()
     home: Home | None = None
     fence: Fence = field(default_factory=Fence)
     rally: tuple[RallyPoint, ...] = ()
+    settings: PlanSettings = field(default_factory=PlanSettings)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "items", tuple(self.items))
@@ -405,9 +429,10 @@ class Plan:
         except OSError as error:
             raise FileFormatError(f"{path}: {error.strerror or error}") from error
         try:
-            return cls._from_native(_native.parse_plan(data, path.name))
+            native, settings = _native.parse_plan(data, path.name)
         except FileFormatError as error:
             raise FileFormatError(f"{path}: {error}") from None
+        return replace(cls._from_native(native), settings=PlanSettings(*settings))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a ``.waypoints`` or ``.plan`` file; the name's ending says which.
@@ -422,7 +447,7 @@ class Plan:
         path = Path(path)
         suffix = path.suffix.lower()
         if suffix == ".plan":
-            text = _native.format_plan_json(self._to_native())
+            text = _native.format_plan_json(self._to_native(), astuple(self.settings))
         elif suffix in (".waypoints", ".txt"):
             text = _native.format_waypoints(self._to_native())
         else:
@@ -468,8 +493,8 @@ class Plan:
         return findings
 
     @property
-    def length_m(self) -> float:
-        """Length of the legs between the mission's positions, in metres, home included when it is known."""
+    def length_m(self) -> float | None:
+        """Length of the mission's way in metres, circles included; ``None`` when it has no end or no position."""
         return _native.mission_length_m(self._to_native())
 
     def _to_native(self) -> NativePlan:

@@ -65,11 +65,16 @@ impl PlanePilot {
 
     /// Circles around a point.
     fn fly_circle(&mut self, north: f64, east: f64, radius: f64, clockwise: bool) {
-        self.orders.lateral = Lateral::Track(Track::Circle {
+        let circle = Track::Circle {
             centre: NorthEast::new(north, east),
             radius_m: radius,
             turn: if clockwise { Turn::Clockwise } else { Turn::Anticlockwise },
-        });
+        };
+        // Whether the circle is being flown is known after the next step only.
+        if !matches!(self.orders.lateral, Lateral::Track(before) if circle.continues(&before)) {
+            self.output.on_circle = false;
+        }
+        self.orders.lateral = Lateral::Track(circle);
     }
 
     /// Holds a heading.

@@ -1,12 +1,33 @@
 //! The PyO3 module `vencejo._native`: converts between Python and the Rust core, and holds no logic of its own.
+//!
+//! Waiting happens without the GIL, in slices, so that Ctrl-C works. Python is never called from a link's task:
+//! callbacks run in threads of their own behind bounded queues.
 
 use pyo3::prelude::*;
 
+mod errors;
 mod guidance;
+mod pending;
+mod plan;
+mod recording;
+mod runtime;
+mod station;
+mod subscription;
+mod telemetry;
+mod vehicle;
 
 /// The native core of Vencejo. Use the `vencejo` package, not this module.
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    errors::register(module)?;
     guidance::register(module)?;
+    plan::register(module)?;
+    recording::register(module)?;
+    station::register(module)?;
+    vehicle::register(module)?;
+    module.add_class::<pending::PyPending>()?;
+    module.add_class::<subscription::Subscription>()?;
+    module.add_class::<telemetry::TelemetrySnapshot>()?;
     Ok(())
 }

@@ -1,1 +1,38 @@
-//! Under construction.
+//! The station: everything that is not a pure function or a wire format, behind one façade.
+//!
+//! A [`Station`] owns links ([`vencejo_link`]), one state machine for each vehicle ([`vencejo_vehicle`]), the clock that
+//! drives them, the recording, and the end of all of it. Front doors (Python, HTTP, Ice) hold no protocol logic: they
+//! convert values, call a [`VehicleHandle`], and wait for a [`Pending`].
+//!
+//! ```no_run
+//! use vencejo_link::LinkOptions;
+//! use vencejo_station::{Station, StationConfig};
+//! use vencejo_vehicle::Request;
+//!
+//! # async fn example() -> Result<(), vencejo_station::StationError> {
+//! let station = Station::start(StationConfig::default(), tokio::runtime::Handle::current())?;
+//! station.open_link("udpin:0.0.0.0:14550", LinkOptions::default())?;
+//! let vehicle = station.wait_vehicle(None).wait().await.expect("the station is open")?;
+//! vehicle.request(Request::ReturnToLaunch).wait().await.expect("the station is open")?;
+//! station.close().await;
+//! # Ok(())
+//! # }
+//! ```
+
+mod changes;
+mod config;
+mod error;
+mod pending;
+mod queue;
+mod recording;
+mod station;
+mod vehicle;
+
+pub use changes::Changes;
+pub use config::StationConfig;
+pub use error::StationError;
+pub use pending::{Pending, Progress};
+pub use queue::{DropOldest, Taken};
+pub use recording::{RecordedEvent, RecordingSummary, Sender, summarize_recording};
+pub use station::{RequestResult, Station};
+pub use vehicle::{Observed, Received, VehicleHandle};

@@ -1,0 +1,101 @@
+//! One table from the core's errors to the exceptions of `vencejo.errors`.
+
+use pyo3::call::PyCallArgs;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use vencejo_station::StationError;
+use vencejo_vehicle::VehicleError;
+use vencejo_vehicle::transfer::TransferError;
+
+/// Adds the functions of this module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(error_classes, module)?)
+}
+
+/// Names of the exceptions that this module raises; a test looks each up in `vencejo.errors`.
+const CLASSES: &[&str] = &[
+    "Busy",
+    "Cancelled",
+    "ClosedError",
+    "CommandRefused",
+    "CommandTimeout",
+    "FileFormatError",
+    "InvalidRequest",
+    "LinkError",
+    "NoVehicleError",
+    "ParameterError",
+    "PlanMismatch",
+    "TransferError",
+    "VehicleLost",
+    "VencejoError",
+];
+
+#[pyfunction]
+fn error_classes() -> Vec<&'static str> {
+    CLASSES.to_vec()
+}
+
+/// The exception of `vencejo.errors` with this name and message.
+pub fn raise(class: &str, message: impl std::fmt::Display) -> PyErr {
+    let message = message.to_string();
+    Python::attach(|py| raise_with(py, class, (message,)))
+}
+
+fn raise_with<'py>(py: Python<'py>, class: &str, args: impl PyCallArgs<'py>) -> PyErr {
+    debug_assert!(CLASSES.contains(&class), "{class} is missing in CLASSES");
+    let exception = py.import("vencejo.errors").and_then(|errors| errors.getattr(class)?.call1(args));
+    exception.map_or_else(|error| error, PyErr::from_value)
+}
+
+/// The exception for an error of the station.
+pub fn from_station(error: &StationError) -> PyErr {
+    match error {
+        StationError::Vehicle(error) => from_vehicle(error),
+        StationError::Address(_) | StationError::Link(_) => raise("LinkError", error),
+        StationError::NoVehicle { .. } => raise("NoVehicleError", error),
+        StationError::Closed => raise("ClosedError", error),
+        _ => raise("VencejoError", error),
+    }
+}
+
+fn from_vehicle(error: &VehicleError) -> PyErr {
+    match error {
+        VehicleError::CommandRefused { command, result, reasons, .. } => Python::attach(|py| {
+            let reasons = PyTuple::new(py, reasons).map_or_else(|_| py.None(), |reasons| reasons.into_any().unbind());
+            raise_with(py, "CommandRefused", (error.to_string(), command.to_string(), result.to_string(), reasons))
+        }),
+        VehicleError::CommandTimeout { .. }
+        | VehicleError::NotConfirmed { .. }
+        | VehicleError::MessageNotReceived { .. } => raise("CommandTimeout", error),
+        VehicleError::CommandBusy { .. }
+        | VehicleError::TransferBusy { .. }
+        | VehicleError::TooManyRequests { .. } => raise("Busy", error),
+        VehicleError::Transfer(transfer) => from_transfer(transfer),
+        VehicleError::UnknownMode(_)
+        | VehicleError::NoModeFor { .. }
+        | VehicleError::InvalidValue { .. }
+        | VehicleError::Plan(_)
+        | VehicleError::PlanUnknown { .. }
+        | VehicleError::Armed { .. } => raise("InvalidRequest", error),
+        VehicleError::NotHeard { .. } | VehicleError::Rebooted => raise("VehicleLost", error),
+        VehicleError::Cancelled => raise("Cancelled", error),
+        _ => raise("VencejoError", error),
+    }
+}
+
+fn from_transfer(error: &TransferError) -> PyErr {
+    match error {
+        TransferError::NotAsSent { differences, .. } => Python::attach(|py| {
+            let lines: Vec<String> = differences.iter().map(ToString::to_string).collect();
+            let lines = PyTuple::new(py, lines).map_or_else(|_| py.None(), |lines| lines.into_any().unbind());
+            raise_with(py, "PlanMismatch", (error.to_string(), lines))
+        }),
+        TransferError::Cancelled => raise("Cancelled", error),
+        TransferError::UnknownParam { .. }
+        | TransferError::ParamRefused { .. }
+        | TransferError::ParamNotKept { .. }
+        | TransferError::Param(_) => raise("ParameterError", error),
+        TransferError::Item(_) => raise("InvalidRequest", error),
+        _ => raise("TransferError", error),
+    }
+}

@@ -1,0 +1,173 @@
+//! An operation under way, as Python sees it.
+
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use vencejo_flight::plan::{Fence, Mission, Plan, PlanKind, Rally};
+use vencejo_proto::{Address, Header, MavVersion, MonoTime};
+use vencejo_station::{Pending, RequestResult, StationError, VehicleHandle};
+use vencejo_vehicle::{Param, Reply};
+
+use crate::plan::plan_to_tuple;
+use crate::vehicle::PyVehicle;
+use crate::{errors, runtime, telemetry};
+
+/// What is waited for.
+enum Inner {
+    Request(Pending<RequestResult>, VehicleHandle),
+    Vehicle(Pending<Result<VehicleHandle, StationError>>),
+}
+
+/// An operation under way.
+#[pyclass(frozen, name = "Pending", module = "vencejo._native")]
+pub struct PyPending {
+    inner: Inner,
+}
+
+impl PyPending {
+    /// A request to a vehicle.
+    pub fn of_request(pending: Pending<RequestResult>, vehicle: VehicleHandle) -> Self {
+        Self { inner: Inner::Request(pending, vehicle) }
+    }
+}
+
+impl From<Pending<Result<VehicleHandle, StationError>>> for PyPending {
+    fn from(pending: Pending<Result<VehicleHandle, StationError>>) -> Self {
+        Self { inner: Inner::Vehicle(pending) }
+    }
+}
+
+#[pymethods]
+impl PyPending {
+    /// Waits for the end and gives its value, or raises. After `timeout_s` an operation that still runs is cancelled.
+    #[pyo3(signature = (timeout_s))]
+    fn wait<'py>(&self, py: Python<'py>, timeout_s: Option<f64>) -> PyResult<Bound<'py, PyAny>> {
+        let timeout = timeout_s.map(runtime::seconds);
+        match &self.inner {
+            Inner::Request(pending, vehicle) => {
+                let mut end = runtime::wait(py, timeout, pending.wait())?;
+                if end.is_none() {
+                    py.detach(|| pending.cancel());
+                    end = runtime::wait(py, None, pending.wait())?;
+                }
+                let reply = end.flatten().unwrap_or(Err(StationError::Closed));
+                reply_to_python(py, vehicle, reply.map_err(|error| errors::from_station(&error))?)
+            }
+            Inner::Vehicle(pending) => {
+                let mut end = runtime::wait(py, timeout, pending.wait())?;
+                if end.is_none() {
+                    py.detach(|| pending.cancel());
+                    end = runtime::wait(py, None, pending.wait())?;
+                }
+                let vehicle = end.flatten().unwrap_or(Err(StationError::Closed));
+                let vehicle = vehicle.map_err(|error| errors::from_station(&error))?;
+                Ok(Bound::new(py, PyVehicle::new(vehicle))?.into_any())
+            }
+        }
+    }
+
+    /// Whether it has ended.
+    fn done(&self) -> bool {
+        match &self.inner {
+            Inner::Request(pending, _) => pending.end().is_some(),
+            Inner::Vehicle(pending) => pending.end().is_some(),
+        }
+    }
+
+    /// `(done, total)` of the newest report, `None` before the first.
+    fn progress(&self) -> Option<(u32, u32)> {
+        let progress = match &self.inner {
+            Inner::Request(pending, _) => pending.progress(),
+            Inner::Vehicle(pending) => pending.progress(),
+        };
+        (progress.report > 0).then_some((progress.done, progress.total))
+    }
+
+    /// Waits for a report other than number `seen`: `(number, done, total)`, or `None` once it has ended.
+    fn wait_progress(&self, py: Python<'_>, seen: u64) -> PyResult<Option<(u64, u32, u32)>> {
+        let progress = match &self.inner {
+            Inner::Request(pending, _) => runtime::wait(py, None, pending.next_progress(seen))?,
+            Inner::Vehicle(pending) => runtime::wait(py, None, pending.next_progress(seen))?,
+        };
+        Ok(progress.flatten().map(|progress| (progress.report, progress.done, progress.total)))
+    }
+
+    /// Gives it up; it ends with `Cancelled`.
+    fn cancel(&self, py: Python<'_>) {
+        py.detach(|| match &self.inner {
+            Inner::Request(pending, _) => pending.cancel(),
+            Inner::Vehicle(pending) => pending.cancel(),
+        });
+    }
+
+    /// Calls a function once it has ended, in a thread of its own.
+    fn on_done(&self, callback: Py<PyAny>) {
+        let ended: std::pin::Pin<Box<dyn Future<Output = ()> + Send>> = match &self.inner {
+            Inner::Request(pending, _) => {
+                let pending = pending.clone();
+                Box::pin(async move {
+                    pending.wait().await;
+                })
+            }
+            Inner::Vehicle(pending) => {
+                let pending = pending.clone();
+                Box::pin(async move {
+                    pending.wait().await;
+                })
+            }
+        };
+        runtime::handle().spawn(async move {
+            ended.await;
+            tokio::task::spawn_blocking(move || {
+                Python::attach(|py| {
+                    if let Err(error) = callback.call0(py) {
+                        error.write_unraisable(py, Some(callback.bind(py)));
+                    }
+                });
+            });
+        });
+    }
+}
+
+/// `(name, value, MAV_PARAM_TYPE)`.
+fn parameter_tuple(parameter: Param) -> (String, f64, u8) {
+    let value = parameter.value;
+    (parameter.name.as_str().to_owned(), value.as_f64(), value.param_type().to_mav() as u8)
+}
+
+/// The value of a reply: plans, parameters and messages as tuples, `result_param2` as an integer, otherwise `None`.
+fn reply_to_python<'py>(py: Python<'py>, vehicle: &VehicleHandle, reply: Reply) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match reply {
+        Reply::Acknowledged { result_param2 } => result_param2.into_pyobject(py)?.into_any(),
+        Reply::Message(message) => {
+            let source = vehicle.address().unwrap_or(Address::new(vehicle.system().0, 1));
+            let frame = message.encode(Header { sequence: 0, source, version: MavVersion::V2 });
+            message_tuple(py, &frame, vehicle.station().now())?.into_any()
+        }
+        Reply::Plan { kind, items, home, .. } => {
+            let bad_plan = |error| errors::raise("TransferError", error);
+            let mut plan = Plan::default();
+            match kind {
+                PlanKind::Mission => plan.mission = Mission { home, items },
+                PlanKind::Fence => plan.fence = Fence::from_items(&items).map_err(bad_plan)?,
+                PlanKind::Rally => plan.rally = Rally::from_items(&items).map_err(bad_plan)?,
+            }
+            plan_to_tuple(&plan).into_pyobject(py)?.into_any()
+        }
+        Reply::Parameters(parameters) => {
+            parameters.into_iter().map(parameter_tuple).collect::<Vec<_>>().into_pyobject(py)?.into_any()
+        }
+        Reply::Parameter(parameter) => parameter_tuple(parameter).into_pyobject(py)?.into_any(),
+        _ => py.None().into_bound(py),
+    })
+}
+
+/// `(name, system id, component id, time, message id, payload)` of a message.
+pub fn message_tuple<'py>(py: Python<'py>, frame: &vencejo_proto::Frame, at: MonoTime) -> PyResult<Bound<'py, PyTuple>> {
+    let (id, source) = (frame.message_id(), frame.source());
+    let name = match vencejo_proto::message_name(id) {
+        Some(name) => pyo3::types::PyString::intern(py, name),
+        None => pyo3::types::PyString::new(py, &format!("UNKNOWN_{id}")),
+    };
+    let payload = pyo3::types::PyBytes::new(py, frame.payload());
+    (name, source.system.0, source.component.0, telemetry::seconds(at), id, payload).into_pyobject(py)
+}

@@ -1,0 +1,207 @@
+//! Plans between Python's plain tuples (see `vencejo.plan`) and `vencejo-flight`.
+
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use vencejo_flight::checks::{CheckContext, Severity, check_plan as check};
+use vencejo_flight::formats::{
+    self, ParamDialect, ParamEntry, PlanSettings, read_params, write_params, write_plan_json, write_waypoints,
+};
+use vencejo_flight::progress::ProgressOptions;
+use vencejo_flight::geodesy::{self, GeoPoint};
+use vencejo_flight::plan::{Command, Fence, FenceShape, FenceZone, Home, MavFrame, Mission, MissionItem, Plan, Rally, RallyPoint};
+
+use crate::errors;
+
+/// `(command, frame, seven parameters, autocontinue)`.
+pub type ItemTuple = (u16, u8, [Option<f64>; 7], bool);
+/// `(is inclusion, corners or the centre, radius of a circle)`.
+type ZoneTuple = (bool, Vec<(f64, f64)>, Option<f64>);
+/// `(home, items, fence zones, fence return point, rally points)`.
+pub type PlanTuple = (
+    Option<(f64, f64, f64)>,
+    Vec<ItemTuple>,
+    Vec<ZoneTuple>,
+    Option<(f64, f64, f64)>,
+    Vec<(f64, f64, f64, u8)>,
+);
+/// What a file says beside the plan: `(cruise speed, hover speed, MAV_TYPE, MAV_AUTOPILOT)`.
+type SettingsTuple = (Option<f64>, Option<f64>, Option<u8>, Option<u8>);
+
+/// Adds the functions of this module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(command_name, module)?)?;
+    module.add_function(wrap_pyfunction!(command_number, module)?)?;
+    module.add_function(wrap_pyfunction!(command_has_position, module)?)?;
+    module.add_function(wrap_pyfunction!(parse_plan, module)?)?;
+    module.add_function(wrap_pyfunction!(format_plan_json, module)?)?;
+    module.add_function(wrap_pyfunction!(format_waypoints, module)?)?;
+    module.add_function(wrap_pyfunction!(check_plan, module)?)?;
+    module.add_function(wrap_pyfunction!(mission_length_m, module)?)?;
+    module.add_function(wrap_pyfunction!(parse_params, module)?)?;
+    module.add_function(wrap_pyfunction!(format_params, module)?)?;
+    module.add_function(wrap_pyfunction!(distance_m, module)?)?;
+    Ok(())
+}
+
+fn point(lat_deg: f64, lon_deg: f64) -> PyResult<GeoPoint> {
+    GeoPoint::new(lat_deg, lon_deg).map_err(|error| errors::raise("InvalidRequest", error))
+}
+
+/// A home position from Python.
+pub fn home_from_tuple((lat_deg, lon_deg, alt_amsl_m): (f64, f64, f64)) -> Home {
+    Home { lat_deg, lon_deg, alt_amsl_m }
+}
+
+fn item_from_tuple((command, frame, params, autocontinue): ItemTuple) -> MissionItem {
+    MissionItem { command: Command(command), frame: MavFrame::from(frame), params, autocontinue }
+}
+
+fn item_to_tuple(item: &MissionItem) -> ItemTuple {
+    (item.command.0, item.frame.number(), item.params, item.autocontinue)
+}
+
+/// A plan from Python.
+pub fn plan_from_tuple((home, items, zones, return_point, rally): PlanTuple) -> PyResult<Plan> {
+    let zones = zones
+        .into_iter()
+        .map(|(inclusion, corners, radius_m)| {
+            let mut corners =
+                corners.into_iter().map(|(lat, lon)| point(lat, lon)).collect::<PyResult<Vec<_>>>()?;
+            let shape = match (radius_m, corners.len()) {
+                (None, _) => FenceShape::Polygon { vertices: corners },
+                (Some(radius_m), 1) => FenceShape::Circle { center: corners.remove(0), radius_m },
+                (Some(_), count) => {
+                    let message = format!("a fence circle has one centre, not {count}");
+                    return Err(errors::raise("InvalidRequest", message));
+                }
+            };
+            Ok(FenceZone { inclusion, shape })
+        })
+        .collect::<PyResult<Vec<_>>>()?;
+    let return_point =
+        return_point.map(|(lat, lon, alt_rel_home_m)| Ok::<_, PyErr>((point(lat, lon)?, alt_rel_home_m))).transpose()?;
+    let points = rally
+        .into_iter()
+        .map(|(lat, lon, alt_m, frame)| Ok(RallyPoint { point: point(lat, lon)?, alt_m, frame: MavFrame::from(frame) }))
+        .collect::<PyResult<Vec<_>>>()?;
+    Ok(Plan {
+        mission: Mission { home: home.map(home_from_tuple), items: items.into_iter().map(item_from_tuple).collect() },
+        fence: Fence { zones, return_point },
+        rally: Rally { points },
+    })
+}
+
+/// A plan for Python.
+pub fn plan_to_tuple(plan: &Plan) -> PlanTuple {
+    let position = |point: &GeoPoint| (point.lat_deg(), point.lon_deg());
+    let zones = plan
+        .fence
+        .zones
+        .iter()
+        .map(|zone| match &zone.shape {
+            FenceShape::Polygon { vertices } => (zone.inclusion, vertices.iter().map(position).collect(), None),
+            FenceShape::Circle { center, radius_m } => (zone.inclusion, vec![position(center)], Some(*radius_m)),
+        })
+        .collect();
+    (
+        plan.mission.home.map(|home| (home.lat_deg, home.lon_deg, home.alt_amsl_m)),
+        plan.mission.items.iter().map(item_to_tuple).collect(),
+        zones,
+        plan.fence.return_point.map(|(point, alt_rel_home_m)| (point.lat_deg(), point.lon_deg(), alt_rel_home_m)),
+        plan.rally
+            .points
+            .iter()
+            .map(|rally| (rally.point.lat_deg(), rally.point.lon_deg(), rally.alt_m, rally.frame.number()))
+            .collect(),
+    )
+}
+
+/// The name of a MAV_CMD without its prefix, or `MAV_CMD 12345`.
+#[pyfunction]
+fn command_name(command: u16) -> String {
+    Command(command).to_string()
+}
+
+/// The number of a MAV_CMD by name, with or without its prefix.
+#[pyfunction]
+fn command_number(name: &str) -> Option<u16> {
+    Command::from_name(name).map(|command| command.0)
+}
+
+/// Whether a MAV_CMD uses x, y, z as a position. Commands that are not known are taken to have one.
+#[pyfunction]
+fn command_has_position(command: u16) -> bool {
+    Command(command).has_position().unwrap_or(true)
+}
+
+/// Reads a plan file of any known kind.
+#[pyfunction]
+fn parse_plan(py: Python<'_>, data: &Bound<'_, PyBytes>, name: &str) -> PyResult<(PlanTuple, SettingsTuple)> {
+    let data = data.as_bytes();
+    let file = py
+        .detach(|| formats::read_plan(data, Some(name)))
+        .map_err(|error| errors::raise("FileFormatError", error))?;
+    let PlanSettings { cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type } = file.settings;
+    Ok((plan_to_tuple(&file.plan), (cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type)))
+}
+
+/// Writes a plan as QGroundControl's `.plan`.
+#[pyfunction]
+fn format_plan_json(plan: PlanTuple, settings: SettingsTuple) -> PyResult<String> {
+    let (cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type) = settings;
+    let settings = PlanSettings { cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type };
+    write_plan_json(&plan_from_tuple(plan)?, &settings).map_err(|error| errors::raise("FileFormatError", error))
+}
+
+/// Writes a mission as `QGC WPL 110`.
+#[pyfunction]
+fn format_waypoints(plan: PlanTuple) -> PyResult<String> {
+    Ok(write_waypoints(&plan_from_tuple(plan)?.mission))
+}
+
+/// Looks for what would make a plan fail: `(is an error, code, item from 1, message, remedy)`.
+#[pyfunction]
+fn check_plan(
+    plan: PlanTuple,
+    position: Option<(f64, f64)>,
+    on_ground: Option<bool>,
+) -> PyResult<Vec<(bool, String, Option<usize>, String, String)>> {
+    let plan = plan_from_tuple(plan)?;
+    let position = position.map(|(lat, lon)| point(lat, lon)).transpose()?;
+    let context = CheckContext { position, on_ground, ..CheckContext::default() };
+    Ok(check(&plan, &context)
+        .into_iter()
+        .map(|finding| {
+            let is_error = finding.severity == Severity::Error;
+            (is_error, finding.code.as_str().to_owned(), finding.item.map(|index| index + 1), finding.message, finding.remedy)
+        })
+        .collect())
+}
+
+/// Length of a mission's way, circles included; `None` when it has no end or no place.
+#[pyfunction]
+fn mission_length_m(plan: PlanTuple) -> PyResult<Option<f64>> {
+    let mission = plan_from_tuple(plan)?.mission;
+    Ok(vencejo_flight::progress::mission_length_m(&mission, &ProgressOptions::default()))
+}
+
+/// Reads a parameter file of any known kind.
+#[pyfunction]
+fn parse_params(data: &[u8]) -> PyResult<Vec<(String, f64)>> {
+    let entries = read_params(data).map_err(|error| errors::raise("FileFormatError", error))?;
+    Ok(entries.into_iter().map(|entry| (entry.name, entry.value)).collect())
+}
+
+/// Writes a parameter file.
+#[pyfunction]
+fn format_params(params: Vec<(String, f64)>) -> String {
+    let entries: Vec<_> =
+        params.into_iter().map(|(name, value)| ParamEntry { name, value, mav_param_type: None }).collect();
+    write_params(&entries, ParamDialect::MissionPlanner)
+}
+
+/// Length of the geodesic between two points on the WGS-84 ellipsoid, metres.
+#[pyfunction]
+fn distance_m(lat1_deg: f64, lon1_deg: f64, lat2_deg: f64, lon2_deg: f64) -> PyResult<f64> {
+    Ok(geodesy::distance_m(point(lat1_deg, lon1_deg)?, point(lat2_deg, lon2_deg)?))
+}

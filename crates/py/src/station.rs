@@ -1,0 +1,159 @@
+//! The station for Python.
+
+use std::collections::{BTreeMap, HashMap};
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use vencejo_link::{LinkAddress, LinkId, LinkInfo, LinkOptions, LinkState, LinkStats, RecorderState};
+use vencejo_proto::{Address, SystemId};
+use vencejo_station::{Station, StationConfig};
+
+use crate::pending::PyPending;
+use crate::{errors, runtime};
+
+/// Adds this module's class and functions.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PyStation>()?;
+    module.add_function(wrap_pyfunction!(describe_link, module)?)
+}
+
+/// A link string in its canonical form.
+#[pyfunction]
+fn describe_link(address: &str) -> PyResult<String> {
+    let address: LinkAddress = address.parse().map_err(|error| errors::raise("LinkError", error))?;
+    Ok(address.to_string())
+}
+
+/// The id of a message by its name.
+pub fn message_id(name: &str) -> PyResult<u32> {
+    vencejo_proto::message_id_of(name).ok_or_else(|| {
+        errors::raise("InvalidRequest", format!("'{name}' is no message of the dialect; names are like 'ATTITUDE'"))
+    })
+}
+
+/// A link as `vencejo.station.LinkInfo` wants it.
+pub fn link_dict<'py>(
+    py: Python<'py>,
+    info: &LinkInfo,
+    stats: &LinkStats,
+    now: vencejo_proto::MonoTime,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (state, detail) = match &info.state {
+        LinkState::Connecting { last_error, .. } => ("connecting", last_error.clone()),
+        LinkState::Up { .. } => ("up", None),
+        LinkState::Down => ("down", None),
+        LinkState::Ended { remark } => ("ended", remark.clone()),
+    };
+    let dict = PyDict::new(py);
+    dict.set_item("id", info.id.0)?;
+    dict.set_item("name", &info.name)?;
+    dict.set_item("address", info.address.to_string())?;
+    dict.set_item("state", state)?;
+    dict.set_item("detail", detail)?;
+    dict.set_item("frames_received", stats.received.frames)?;
+    dict.set_item("frames_sent", stats.sent.frames)?;
+    dict.set_item("bytes_received", stats.received.bytes)?;
+    dict.set_item("bytes_sent", stats.sent.bytes)?;
+    dict.set_item("bad_crc", stats.bad_crc)?;
+    dict.set_item("garbage_bytes", stats.garbage_bytes)?;
+    dict.set_item("frames_lost", stats.lost)?;
+    dict.set_item("loss_pct", stats.loss_ratio.map(|ratio| ratio * 100.0))?;
+    dict.set_item("round_trip_ms", stats.round_trip.map(|round_trip| round_trip.last.as_secs_f64() * 1e3))?;
+    dict.set_item("age_s", stats.last_seen.map(|seen| now.since(seen).as_secs_f64()))?;
+    Ok(dict)
+}
+
+/// A ground station without a face.
+#[pyclass(frozen, name = "Station", module = "vencejo._native")]
+pub struct PyStation {
+    station: Station,
+}
+
+#[pymethods]
+impl PyStation {
+    #[new]
+    #[pyo3(signature = (*, system_id, component_id, heartbeat, rate_hz, message_rates, record_dir, request_streams))]
+    #[allow(clippy::too_many_arguments, reason = "keyword arguments of one constructor")]
+    fn new(
+        system_id: u8,
+        component_id: u8,
+        heartbeat: bool,
+        rate_hz: f64,
+        message_rates: HashMap<String, f64>,
+        record_dir: Option<String>,
+        request_streams: bool,
+    ) -> PyResult<Self> {
+        if system_id == 0 || component_id == 0 {
+            return Err(errors::raise("InvalidRequest", "our own system and component id go from 1 to 255; 0 means everyone"));
+        }
+        let message_rates = message_rates
+            .into_iter()
+            .map(|(name, rate_hz)| Ok((message_id(&name)?, rate_hz)))
+            .collect::<PyResult<BTreeMap<_, _>>>()?;
+        let config = StationConfig {
+            address: Address::new(system_id, component_id),
+            heartbeat,
+            rate_hz,
+            message_rates,
+            request_streams,
+            record_dir: record_dir.map(Into::into),
+        };
+        let station = Station::start(config, runtime::handle().clone()).map_err(|error| errors::from_station(&error))?;
+        Ok(Self { station })
+    }
+
+    #[pyo3(signature = (address, *, forward, name))]
+    fn open_link(&self, address: &str, forward: bool, name: Option<String>) -> PyResult<u32> {
+        let id = self.station.open_link(address, LinkOptions { name, forwards: forward });
+        Ok(id.map_err(|error| errors::from_station(&error))?.0)
+    }
+
+    fn close_link(&self, py: Python<'_>, link: u32) -> PyResult<()> {
+        let closed = runtime::wait(py, None, self.station.close_link(LinkId(link)))?;
+        closed.unwrap_or(Ok(())).map_err(|error| errors::from_station(&error))
+    }
+
+    fn links<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let now = self.station.now();
+        self.station.links().iter().map(|(info, stats)| link_dict(py, info, stats, now)).collect()
+    }
+
+    fn recorder<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some((folder, status)) = self.station.recorder() else { return Ok(None) };
+        let (file, problem) = match &status.state {
+            RecorderState::Starting => (None, None),
+            RecorderState::Recording { file } => (Some(folder.join(file)), None),
+            RecorderState::LowSpace { free_bytes, floor_bytes } => {
+                (None, Some(format!("only {free_bytes} bytes are free on the disk, {floor_bytes} are kept free")))
+            }
+            RecorderState::Failing { error } => (None, Some(error.clone())),
+            _ => (None, Some("closed".to_owned())),
+        };
+        let dict = PyDict::new(py);
+        dict.set_item("is_recording", file.is_some())?;
+        dict.set_item("path", file)?;
+        dict.set_item("frames", status.frames)?;
+        dict.set_item("bytes", status.bytes)?;
+        dict.set_item("dropped", status.dropped)?;
+        dict.set_item("problem", problem)?;
+        Ok(Some(dict))
+    }
+
+    fn vehicle_ids(&self) -> Vec<u8> {
+        self.station.vehicles().iter().map(|vehicle| vehicle.system().0).collect()
+    }
+
+    #[pyo3(signature = (system_id))]
+    fn wait_vehicle(&self, system_id: Option<u8>) -> PyPending {
+        self.station.wait_vehicle(system_id.map(SystemId)).into()
+    }
+
+    fn set_heartbeat(&self, enabled: bool) {
+        self.station.set_heartbeat(enabled);
+    }
+
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        runtime::wait(py, None, self.station.close()).map(drop)
+    }
+}
+

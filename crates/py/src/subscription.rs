@@ -1,0 +1,201 @@
+//! Bounded queues of messages and events for Python, and the thread that calls back.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use vencejo_proto::MonoTime;
+use vencejo_station::{DropOldest, Observed, Received, Taken, VehicleHandle};
+use vencejo_vehicle::VehicleEvent;
+
+use crate::pending::message_tuple;
+use crate::runtime;
+use crate::telemetry::seconds;
+
+/// How long Python's signal handlers wait at most.
+const SIGNAL_INTERVAL: Duration = Duration::from_millis(100);
+
+#[derive(Clone)]
+enum Queue {
+    Messages(Arc<DropOldest<Received>>),
+    Events(Arc<DropOldest<Observed>>, VehicleHandle),
+}
+
+/// Something taken from a queue.
+enum Item {
+    Message(Received),
+    Event(Observed, VehicleHandle),
+}
+
+impl Queue {
+    fn take(&self, timeout: Option<Duration>) -> Taken<Item> {
+        fn map<T>(taken: Taken<T>, wrap: impl Fn(T) -> Item) -> Taken<Item> {
+            match taken {
+                Taken::Item(item) => Taken::Item(wrap(item)),
+                Taken::TimedOut => Taken::TimedOut,
+                Taken::Closed => Taken::Closed,
+            }
+        }
+        match self {
+            Self::Messages(queue) => map(queue.take_blocking(timeout), Item::Message),
+            Self::Events(queue, vehicle) => {
+                map(queue.take_blocking(timeout), |observed| Item::Event(observed, vehicle.clone()))
+            }
+        }
+    }
+
+    fn close(&self) {
+        match self {
+            Self::Messages(queue) => queue.close(),
+            Self::Events(queue, _) => queue.close(),
+        }
+    }
+
+    fn dropped(&self) -> u64 {
+        match self {
+            Self::Messages(queue) => queue.dropped(),
+            Self::Events(queue, _) => queue.dropped(),
+        }
+    }
+}
+
+/// A bounded queue of what happens on a vehicle.
+#[pyclass(frozen, module = "vencejo._native")]
+pub struct Subscription {
+    queue: Queue,
+    has_caller: Mutex<bool>,
+}
+
+impl Subscription {
+    /// A queue of messages.
+    pub fn of_messages(queue: Arc<DropOldest<Received>>) -> Self {
+        Self { queue: Queue::Messages(queue), has_caller: Mutex::new(false) }
+    }
+
+    /// A queue of events.
+    pub fn of_events(queue: Arc<DropOldest<Observed>>, vehicle: VehicleHandle) -> Self {
+        Self { queue: Queue::Events(queue, vehicle), has_caller: Mutex::new(false) }
+    }
+}
+
+#[pymethods]
+impl Subscription {
+    /// Entries lost because nobody took them in time.
+    #[getter]
+    fn dropped(&self) -> u64 {
+        self.queue.dropped()
+    }
+
+    /// Takes the oldest entry; `None` when nothing comes in time or the queue is closed.
+    #[pyo3(signature = (timeout_s))]
+    fn get<'py>(&self, py: Python<'py>, timeout_s: Option<f64>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let deadline = timeout_s.and_then(|timeout| Instant::now().checked_add(runtime::seconds(timeout)));
+        loop {
+            let rest = deadline.map_or(SIGNAL_INTERVAL, |deadline| {
+                deadline.saturating_duration_since(Instant::now()).min(SIGNAL_INTERVAL)
+            });
+            match py.detach(|| self.queue.take(Some(rest))) {
+                Taken::Item(item) => return item_to_python(py, &item).map(Some),
+                Taken::Closed => return Ok(None),
+                Taken::TimedOut => py.check_signals()?,
+            }
+            if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+                return Ok(None);
+            }
+        }
+    }
+
+    /// Calls a function with each entry from now on, in one thread of its own, until the queue is closed.
+    fn on_item(&self, callback: Py<PyAny>) -> PyResult<()> {
+        let mut has_caller = self.has_caller.lock().unwrap_or_else(PoisonError::into_inner);
+        if std::mem::replace(&mut *has_caller, true) {
+            return Err(crate::errors::raise("InvalidRequest", "this subscription has a callback already; make another one"));
+        }
+        let queue = self.queue.clone();
+        let caller = std::thread::Builder::new().name("vencejo-callback".into());
+        let started = caller.spawn(move || {
+            while let Taken::Item(item) = queue.take(None) {
+                Python::attach(|py| {
+                    let called = item_to_python(py, &item).and_then(|item| callback.call1(py, (item,)));
+                    if let Err(error) = called {
+                        error.write_unraisable(py, Some(callback.bind(py)));
+                    }
+                });
+            }
+        });
+        started.map(drop).map_err(Into::into)
+    }
+
+    /// Ends it; entries that wait can still be taken.
+    fn close(&self) {
+        self.queue.close();
+    }
+}
+
+impl Drop for Subscription {
+    fn drop(&mut self) {
+        // With a callback the queue goes on until it is closed; without one nobody can read it any more.
+        if !*self.has_caller.lock().unwrap_or_else(PoisonError::into_inner) {
+            self.queue.close();
+        }
+    }
+}
+
+fn item_to_python<'py>(py: Python<'py>, item: &Item) -> PyResult<Bound<'py, PyAny>> {
+    match item {
+        Item::Message(received) => Ok(message_tuple(py, &received.frame, received.at)?.into_any()),
+        Item::Event(observed, vehicle) => event_tuple(py, vehicle, &observed.event, observed.at),
+    }
+}
+
+/// `(kind, time, detail)` of an event.
+fn event_tuple<'py>(
+    py: Python<'py>,
+    vehicle: &VehicleHandle,
+    event: &VehicleEvent,
+    at: MonoTime,
+) -> PyResult<Bound<'py, PyAny>> {
+    let detail = PyDict::new(py);
+    let kind = match event {
+        VehicleEvent::Lost => "lost",
+        VehicleEvent::Regained => "regained",
+        VehicleEvent::Rebooted => "rebooted",
+        VehicleEvent::ModeChanged { from, to } => {
+            detail.set_item("from", from.map(|from| from.to_string()))?;
+            detail.set_item("mode", to.to_string())?;
+            "mode"
+        }
+        VehicleEvent::ArmedChanged { is_armed } => {
+            detail.set_item("is_armed", is_armed)?;
+            if *is_armed { "armed" } else { "disarmed" }
+        }
+        VehicleEvent::LandedChanged { landed } => {
+            detail.set_item("landed", crate::telemetry::landed_name(*landed))?;
+            "landed"
+        }
+        VehicleEvent::Text(text) => {
+            detail.set_item("severity", text.severity.0)?;
+            detail.set_item("text", &text.text)?;
+            "text"
+        }
+        VehicleEvent::CurrentItemChanged { seq } => {
+            detail.set_item("item", vehicle.item_of_seq(*seq))?;
+            "item"
+        }
+        VehicleEvent::ItemReached { seq } => {
+            detail.set_item("item", vehicle.item_of_seq(*seq))?;
+            "item_reached"
+        }
+        VehicleEvent::MissionComplete => "mission_complete",
+        VehicleEvent::PlanStateChanged { kind, state } => {
+            detail.set_item("kind", kind.to_string())?;
+            detail.set_item("state", state.to_string())?;
+            "plan"
+        }
+        VehicleEvent::HomeChanged => "home",
+        VehicleEvent::StreamsFellBack => "streams_fell_back",
+        _ => "other",
+    };
+    Ok((kind, seconds(at), detail).into_pyobject(py)?.into_any())
+}

@@ -1,0 +1,331 @@
+//! A vehicle for Python: every method starts a request or copies state; none waits.
+
+use std::collections::BTreeSet;
+
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use vencejo_flight::plan::PlanKind;
+use vencejo_proto::{Address, CommandInt, CommandLong, Message, MissionSeq};
+use vencejo_station::VehicleHandle;
+use vencejo_vehicle::modes::ModeFamily;
+use vencejo_vehicle::{AltFrame, ModeChoice, PlanState, Request, SpeedKind, Turn};
+
+use crate::pending::PyPending;
+use crate::plan::{PlanTuple, home_from_tuple, plan_from_tuple};
+use crate::station::{link_dict, message_id};
+use crate::subscription::Subscription;
+use crate::telemetry::{TelemetrySnapshot, seconds};
+use crate::{errors, runtime};
+
+/// Adds this module's class and functions.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PyVehicle>()?;
+    module.add_function(wrap_pyfunction!(mode_names, module)?)
+}
+
+/// Names of the modes of a kind of vehicle.
+#[pyfunction]
+fn mode_names(mav_type: u8, autopilot: u8) -> Vec<&'static str> {
+    ModeFamily::of(autopilot, mav_type).modes().iter().map(|(_, name)| *name).collect()
+}
+
+/// A vehicle of a station.
+#[pyclass(frozen, name = "Vehicle", module = "vencejo._native")]
+pub struct PyVehicle {
+    vehicle: VehicleHandle,
+}
+
+/// A mode by name or by number.
+#[derive(FromPyObject)]
+enum Mode {
+    Number(u32),
+    Name(String),
+}
+
+fn kind_of(name: &str) -> PyResult<PlanKind> {
+    match name {
+        "mission" => Ok(PlanKind::Mission),
+        "fence" => Ok(PlanKind::Fence),
+        "rally" => Ok(PlanKind::Rally),
+        other => Err(invalid(format!("'{other}' is no kind of plan; it is 'mission', 'fence' or 'rally'"))),
+    }
+}
+
+fn alt_frame_of(name: &str) -> PyResult<AltFrame> {
+    match name {
+        "amsl" => Ok(AltFrame::Amsl),
+        "home" => Ok(AltFrame::RelHome),
+        "terrain" => Ok(AltFrame::Terrain),
+        other => Err(invalid(format!("'{other}' is no height; it is counted from 'amsl', 'home' or 'terrain'"))),
+    }
+}
+
+fn invalid(message: impl std::fmt::Display) -> PyErr {
+    errors::raise("InvalidRequest", message)
+}
+
+impl PyVehicle {
+    /// A vehicle for Python.
+    pub fn new(vehicle: VehicleHandle) -> Self {
+        Self { vehicle }
+    }
+
+    fn start(&self, py: Python<'_>, request: Request) -> PyPending {
+        let pending = py.detach(|| self.vehicle.request(request));
+        PyPending::of_request(pending, self.vehicle.clone())
+    }
+
+    fn seq(&self, item: u16) -> PyResult<MissionSeq> {
+        self.vehicle.seq_of_item(item).ok_or_else(|| invalid("mission items are counted from 1"))
+    }
+}
+
+#[pymethods]
+impl PyVehicle {
+    #[getter]
+    fn system_id(&self) -> u8 {
+        self.vehicle.system().0
+    }
+
+    fn address(&self) -> (u8, u8) {
+        let address = self.vehicle.address().unwrap_or(Address::new(self.vehicle.system().0, 1));
+        (address.system.0, address.component.0)
+    }
+
+    fn telemetry(&self) -> TelemetrySnapshot {
+        let (telemetry, now) = self.vehicle.telemetry();
+        TelemetrySnapshot::new(telemetry, now)
+    }
+
+    fn wait_telemetry(&self, py: Python<'_>, timeout_s: f64) -> PyResult<bool> {
+        let changed = py.detach(|| self.vehicle.wait_change(runtime::seconds(timeout_s)));
+        py.check_signals()?;
+        Ok(changed)
+    }
+
+    fn progress<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let progress = self.vehicle.progress().unwrap_or_default();
+        let reached: Vec<u16> = progress.reached.iter().filter_map(|seq| self.vehicle.item_of_seq(*seq)).collect();
+        let dict = PyDict::new(py);
+        dict.set_item("item", progress.current.and_then(|seq| self.vehicle.item_of_seq(seq)))?;
+        dict.set_item("total", progress.total)?;
+        dict.set_item("reached", pyo3::types::PyTuple::new(py, reached)?)?;
+        dict.set_item("is_complete", progress.is_complete)?;
+        dict.set_item("distance_m", progress.distance_to_go_m)?;
+        dict.set_item("time_s", progress.time_to_go_s)?;
+        dict.set_item("leg_distance_m", progress.distance_to_current_m)?;
+        Ok(dict)
+    }
+
+    fn plan_state<'py>(&self, py: Python<'py>, kind: &str) -> PyResult<Bound<'py, PyDict>> {
+        let state = self.vehicle.plan_state(kind_of(kind)?);
+        let dict = PyDict::new(py);
+        let (name, count, hash) = match state {
+            Some(PlanState::Empty) => ("empty", Some(0), None),
+            Some(PlanState::Verified { count, hash }) => ("verified", Some(count), Some(format!("{hash:016x}"))),
+            _ => ("unknown", None, None),
+        };
+        dict.set_item("state", name)?;
+        dict.set_item("count", count)?;
+        dict.set_item("hash", hash)?;
+        dict.set_item("detail", state.map_or_else(|| name.to_owned(), |state| state.to_string()))?;
+        Ok(dict)
+    }
+
+    fn texts(&self) -> Vec<(f64, u8, String)> {
+        self.vehicle.texts().into_iter().map(|text| (seconds(text.at), text.severity.0, text.text)).collect()
+    }
+
+    fn link<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some((info, stats, source)) = self.vehicle.link() else { return Ok(None) };
+        let now = self.vehicle.station().now();
+        let dict = link_dict(py, &info, &stats, now)?;
+        if let Some(source) = source {
+            // Of all that speak on the link, only the vehicle's own figures.
+            dict.set_item("frames_received", source.received.frames)?;
+            dict.set_item("bytes_received", source.received.bytes)?;
+            dict.set_item("frames_lost", source.lost)?;
+            dict.set_item("loss_pct", source.rates.loss_ratio.map(|ratio| ratio * 100.0))?;
+            dict.set_item("age_s", now.since(source.last_seen).as_secs_f64())?;
+        }
+        Ok(Some(dict))
+    }
+
+    #[pyo3(signature = (names, capacity))]
+    fn subscribe_messages(&self, names: Option<Vec<String>>, capacity: usize) -> PyResult<Subscription> {
+        let ids = names
+            .map(|names| names.iter().map(|name| message_id(name)).collect::<PyResult<BTreeSet<_>>>())
+            .transpose()?;
+        Ok(Subscription::of_messages(self.vehicle.subscribe_messages(ids, capacity)))
+    }
+
+    fn subscribe_events(&self, capacity: usize) -> Subscription {
+        Subscription::of_events(self.vehicle.subscribe_events(capacity), self.vehicle.clone())
+    }
+
+    fn send_payload(&self, py: Python<'_>, message_id: u32, payload: &Bound<'_, PyBytes>) -> PyResult<()> {
+        let message = Message::from_payload(vencejo_proto::MavVersion::V2, message_id, payload.as_bytes()).map_err(invalid)?;
+        if py.detach(|| self.vehicle.send(&message)).is_sent() {
+            Ok(())
+        } else {
+            Err(errors::raise("LinkError", format!("{} was not sent: no link to the vehicle is open", message.name())))
+        }
+    }
+
+    fn arm(&self, py: Python<'_>, force: bool) -> PyPending {
+        self.start(py, Request::Arm { force })
+    }
+
+    fn disarm(&self, py: Python<'_>, force: bool) -> PyPending {
+        self.start(py, Request::Disarm { force })
+    }
+
+    fn set_mode(&self, py: Python<'_>, mode: Mode) -> PyPending {
+        let mode = match mode {
+            Mode::Number(number) => ModeChoice::Custom(number),
+            Mode::Name(name) => ModeChoice::Name(name),
+        };
+        self.start(py, Request::SetMode(mode))
+    }
+
+    fn takeoff(&self, py: Python<'_>, alt_rel_home_m: f64) -> PyPending {
+        self.start(py, Request::Takeoff { alt_rel_home_m })
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "the arguments of one command")]
+    fn reposition(
+        &self,
+        py: Python<'_>,
+        lat_deg: f64,
+        lon_deg: f64,
+        alt_m: f64,
+        alt_frame: &str,
+        radius_m: Option<f64>,
+        clockwise: bool,
+        speed_m_s: Option<f64>,
+        change_mode: bool,
+    ) -> PyResult<PyPending> {
+        let turn = if clockwise { Turn::Clockwise } else { Turn::CounterClockwise };
+        let alt_frame = alt_frame_of(alt_frame)?;
+        let request = Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, speed_m_s, change_mode };
+        Ok(self.start(py, request))
+    }
+
+    fn change_speed(&self, py: Python<'_>, kind: &str, speed_m_s: f64) -> PyResult<PyPending> {
+        let kind = match kind {
+            "airspeed" => SpeedKind::Airspeed,
+            "groundspeed" => SpeedKind::Groundspeed,
+            other => return Err(invalid(format!("'{other}' is no speed; it is 'airspeed' or 'groundspeed'"))),
+        };
+        Ok(self.start(py, Request::ChangeSpeed { kind, speed_m_s }))
+    }
+
+    fn change_altitude(&self, py: Python<'_>, alt_m: f64, alt_frame: &str) -> PyResult<PyPending> {
+        Ok(self.start(py, Request::ChangeAltitude { alt_m, alt_frame: alt_frame_of(alt_frame)? }))
+    }
+
+    fn loiter(&self, py: Python<'_>) -> PyPending {
+        self.start(py, Request::LoiterHere)
+    }
+
+    fn return_to_launch(&self, py: Python<'_>) -> PyPending {
+        self.start(py, Request::ReturnToLaunch)
+    }
+
+    fn land(&self, py: Python<'_>) -> PyPending {
+        self.start(py, Request::Land)
+    }
+
+    #[pyo3(signature = (alt_rel_home_m))]
+    fn abort_landing(&self, py: Python<'_>, alt_rel_home_m: Option<f64>) -> PyPending {
+        self.start(py, Request::AbortLanding { alt_rel_home_m })
+    }
+
+    #[pyo3(signature = (from_item))]
+    fn mission_start(&self, py: Python<'_>, from_item: Option<u16>) -> PyResult<PyPending> {
+        let from = from_item.map(|item| self.seq(item)).transpose()?;
+        Ok(self.start(py, Request::MissionStart { from }))
+    }
+
+    fn mission_pause(&self, py: Python<'_>) -> PyPending {
+        self.start(py, Request::MissionPause)
+    }
+
+    fn mission_resume(&self, py: Python<'_>) -> PyPending {
+        self.start(py, Request::MissionResume)
+    }
+
+    fn set_current_item(&self, py: Python<'_>, item: u16) -> PyResult<PyPending> {
+        Ok(self.start(py, Request::SetCurrentItem(self.seq(item)?)))
+    }
+
+    #[pyo3(signature = (home))]
+    fn set_home(&self, py: Python<'_>, home: Option<(f64, f64, f64)>) -> PyPending {
+        self.start(py, Request::SetHome(home.map(home_from_tuple)))
+    }
+
+    fn command_long(&self, py: Python<'_>, command: u16, params: [f32; 7]) -> PyPending {
+        let target = Address::new(0, 0);
+        self.start(py, Request::RawCommandLong(CommandLong { target, command, confirmation: 0, params }))
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "the arguments of one command")]
+    fn command_int(
+        &self,
+        py: Python<'_>,
+        command: u16,
+        frame: u8,
+        params: [f32; 4],
+        x: i32,
+        y: i32,
+        z: f32,
+    ) -> PyPending {
+        let target = Address::new(0, 0);
+        let command = CommandInt { target, frame, command, current: 0, autocontinue: 0, params, x, y, z };
+        self.start(py, Request::RawCommandInt(command))
+    }
+
+    fn request_message(&self, py: Python<'_>, name: &str) -> PyResult<PyPending> {
+        Ok(self.start(py, Request::RequestMessage { message_id: message_id(name)? }))
+    }
+
+    #[pyo3(signature = (name, rate_hz))]
+    fn set_message_rate(&self, py: Python<'_>, name: &str, rate_hz: Option<f64>) -> PyResult<PyPending> {
+        Ok(self.start(py, Request::SetMessageRate { message_id: message_id(name)?, rate_hz }))
+    }
+
+    fn upload(&self, py: Python<'_>, kind: &str, plan: PlanTuple) -> PyResult<PyPending> {
+        let kind = kind_of(kind)?;
+        let plan = plan_from_tuple(plan)?;
+        let (items, home) = match kind {
+            PlanKind::Mission => (plan.mission.items, plan.mission.home),
+            PlanKind::Fence => (plan.fence.to_items(), None),
+            PlanKind::Rally => (plan.rally.to_items(), None),
+        };
+        Ok(self.start(py, Request::UploadPlan { kind, items, home }))
+    }
+
+    fn download(&self, py: Python<'_>, kind: &str) -> PyResult<PyPending> {
+        Ok(self.start(py, Request::DownloadPlan { kind: kind_of(kind)? }))
+    }
+
+    fn clear(&self, py: Python<'_>, kind: &str) -> PyResult<PyPending> {
+        Ok(self.start(py, Request::ClearPlan { kind: kind_of(kind)? }))
+    }
+
+    fn param_list(&self, py: Python<'_>) -> PyPending {
+        self.start(py, Request::ParamList)
+    }
+
+    fn param_read(&self, py: Python<'_>, name: String) -> PyPending {
+        self.start(py, Request::ParamRead { name })
+    }
+
+    fn param_set(&self, py: Python<'_>, name: String, value: f64) -> PyPending {
+        self.start(py, Request::ParamSet { name, value })
+    }
+
+    fn reboot(&self, py: Python<'_>) -> PyPending {
+        self.start(py, Request::Reboot)
+    }
+}

@@ -1,0 +1,53 @@
+//! What a station is told when it starts.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use vencejo_proto::{Address, ComponentId, SystemId};
+use vencejo_vehicle::streams::StreamConfig;
+
+use crate::error::StationError;
+
+/// A station's settings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StationConfig {
+    /// Our address: 255/190 on the ground; on board the vehicle's system id and component 191.
+    pub address: Address,
+    /// Whether to send our heartbeat each second. The vehicle's ground-station failsafe counts it.
+    pub heartbeat: bool,
+    /// How often each vehicle is asked to send its state, Hz, 4 to 50.
+    pub rate_hz: f64,
+    /// Other rates for single messages, by message id, Hz.
+    pub message_rates: BTreeMap<u32, f64>,
+    /// Whether to ask for rates at all.
+    pub request_streams: bool,
+    /// Where to record; `None` records nothing.
+    pub record_dir: Option<PathBuf>,
+}
+
+impl Default for StationConfig {
+    fn default() -> Self {
+        Self {
+            address: Address { system: SystemId(255), component: ComponentId::GROUND_STATION },
+            heartbeat: true,
+            rate_hz: 10.0,
+            message_rates: BTreeMap::new(),
+            request_streams: true,
+            record_dir: None,
+        }
+    }
+}
+
+impl StationConfig {
+    /// What vehicles are asked to send.
+    pub(crate) fn streams(&self) -> Result<StreamConfig, StationError> {
+        if !self.request_streams {
+            return Ok(StreamConfig::listen_only());
+        }
+        let mut streams = StreamConfig::new(self.rate_hz)?;
+        for (message_id, rate_hz) in &self.message_rates {
+            streams.set_rate(*message_id, Some(*rate_hz))?;
+        }
+        Ok(streams)
+    }
+}

@@ -1,0 +1,180 @@
+//! A bounded queue that drops its oldest entry when its reader is too slow: telemetry may be lost, flight may not wait.
+
+use std::collections::VecDeque;
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use tokio::sync::Notify;
+
+/// What became of a wait.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Taken<T> {
+    /// The oldest entry.
+    Item(T),
+    /// Nothing came in time.
+    TimedOut,
+    /// The queue is closed and empty.
+    Closed,
+}
+
+#[derive(Debug)]
+struct State<T> {
+    items: VecDeque<T>,
+    dropped: u64,
+    is_closed: bool,
+}
+
+/// A queue of at most `capacity` entries between the link's task and one reader, blocking or asynchronous.
+#[derive(Debug)]
+pub struct DropOldest<T> {
+    capacity: usize,
+    state: Mutex<State<T>>,
+    blocking: Condvar,
+    waiting: Notify,
+}
+
+impl<T> DropOldest<T> {
+    /// An empty queue. A capacity of 0 counts as 1.
+    pub fn new(capacity: usize) -> Self {
+        Self {
+            capacity: capacity.max(1),
+            state: Mutex::new(State { items: VecDeque::new(), dropped: 0, is_closed: false }),
+            blocking: Condvar::new(),
+            waiting: Notify::new(),
+        }
+    }
+
+    /// Adds an entry; never blocks. When full, the oldest entry is dropped and counted.
+    pub fn push(&self, item: T) {
+        let mut state = self.lock();
+        if state.is_closed {
+            return;
+        }
+        if state.items.len() == self.capacity {
+            state.items.pop_front();
+            state.dropped += 1;
+        }
+        state.items.push_back(item);
+        drop(state);
+        self.blocking.notify_one();
+        self.waiting.notify_one();
+    }
+
+    /// Takes the oldest entry, waiting for one on this thread. `None` waits for ever.
+    pub fn take_blocking(&self, timeout: Option<Duration>) -> Taken<T> {
+        let state = self.lock();
+        let is_idle = |state: &mut State<T>| state.items.is_empty() && !state.is_closed;
+        let mut state = match timeout {
+            None => self.blocking.wait_while(state, is_idle).unwrap_or_else(PoisonError::into_inner),
+            Some(timeout) => {
+                self.blocking.wait_timeout_while(state, timeout, is_idle).unwrap_or_else(PoisonError::into_inner).0
+            }
+        };
+        match state.items.pop_front() {
+            Some(item) => Taken::Item(item),
+            None if state.is_closed => Taken::Closed,
+            None => Taken::TimedOut,
+        }
+    }
+
+    /// Takes the oldest entry, waiting for one; `None` once the queue is closed and empty.
+    pub async fn take(&self) -> Option<T> {
+        loop {
+            let notified = self.waiting.notified();
+            {
+                let mut state = self.lock();
+                if let Some(item) = state.items.pop_front() {
+                    return Some(item);
+                }
+                if state.is_closed {
+                    return None;
+                }
+            }
+            notified.await;
+        }
+    }
+
+    /// Entries lost to slowness so far.
+    pub fn dropped(&self) -> u64 {
+        self.lock().dropped
+    }
+
+    /// Ends the queue: entries in it can still be taken, none are added.
+    pub fn close(&self) {
+        self.lock().is_closed = true;
+        self.blocking.notify_all();
+        // A waiter that comes later sees the flag; one that waits now is woken.
+        self.waiting.notify_one();
+        self.waiting.notify_waiters();
+    }
+
+    /// Whether [`Self::close`] was called.
+    pub fn is_closed(&self) -> bool {
+        self.lock().is_closed
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State<T>> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+
+    #[test]
+    fn the_oldest_goes_when_the_reader_is_slow() {
+        let queue = DropOldest::new(3);
+        for item in 0..5 {
+            queue.push(item);
+        }
+        let taken: Vec<_> = (0..4).map(|_| queue.take_blocking(Some(Duration::ZERO))).collect();
+        assert_eq!(taken, [Taken::Item(2), Taken::Item(3), Taken::Item(4), Taken::TimedOut]);
+        assert_eq!(queue.dropped(), 2);
+    }
+
+    #[test]
+    fn a_closed_queue_gives_what_it_has_and_ends() {
+        let queue = DropOldest::new(2);
+        queue.push('a');
+        queue.close();
+        queue.push('b');
+        assert_eq!(queue.take_blocking(None), Taken::Item('a'));
+        assert_eq!(queue.take_blocking(None), Taken::Closed);
+    }
+
+    #[test]
+    fn a_blocked_reader_is_woken_by_an_entry_and_by_the_end() {
+        let queue = Arc::new(DropOldest::new(2));
+        let reader = std::thread::spawn({
+            let queue = queue.clone();
+            move || (queue.take_blocking(None), queue.take_blocking(None))
+        });
+        queue.push(1);
+        queue.close();
+        assert_eq!(reader.join().expect("reader"), (Taken::Item(1), Taken::Closed));
+    }
+
+    #[tokio::test]
+    async fn an_asynchronous_reader_sees_everything_and_the_end() {
+        let queue = Arc::new(DropOldest::new(100));
+        let reader = tokio::spawn({
+            let queue = queue.clone();
+            async move {
+                let mut seen = Vec::new();
+                while let Some(item) = queue.take().await {
+                    seen.push(item);
+                }
+                seen
+            }
+        });
+        for item in 0..50 {
+            queue.push(item);
+            tokio::task::yield_now().await;
+        }
+        queue.close();
+        assert_eq!(reader.await.expect("reader"), (0..50).collect::<Vec<_>>());
+    }
+}

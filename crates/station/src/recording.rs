@@ -1,0 +1,209 @@
+//! What is in a `.tlog` recording: who spoke, which messages, and what happened in the flight.
+//!
+//! The events come from the same state machines that follow a live vehicle, which live by the recording's clock here.
+
+use std::collections::BTreeMap;
+use std::io::{self, Read};
+use std::time::Duration;
+
+use vencejo_link::TlogReader;
+use vencejo_proto::{Address, Message, MonoTime, SystemId, message_name};
+use vencejo_vehicle::{Output, RegistryOutput, VehicleConfig, VehicleEvent, Vehicles};
+
+/// Kinds of messages that are counted by themselves; the frames of further ones, which only noise brings, are counted together.
+pub const MAX_MESSAGE_KINDS: usize = 1024;
+/// Events kept, the oldest; later ones are only counted.
+pub const MAX_EVENTS: usize = 20_000;
+/// Deadlines let pass between two frames, before time jumps.
+const MAX_STEPS: usize = 64;
+/// Item 0 of an ArduPilot mission is home (MAV_AUTOPILOT).
+const ARDUPILOT: u8 = 3;
+
+/// What is in a recording.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RecordingSummary {
+    /// Whole frames.
+    pub frames: u64,
+    /// Bytes that belong to no whole entry.
+    pub skipped_bytes: u64,
+    /// Of the first frame, microseconds since the UNIX epoch.
+    pub start_unix_us: Option<u64>,
+    /// From the first frame to the last.
+    pub duration: Duration,
+    /// Frames by sender.
+    pub senders: BTreeMap<Address, Sender>,
+    /// Frames by message; one that the dialect does not know is named by its number.
+    pub messages: BTreeMap<String, u64>,
+    /// What happened to the vehicles, in order.
+    pub events: Vec<RecordedEvent>,
+    /// Events for which there was no room.
+    pub events_left_out: u64,
+}
+
+/// Who spoke.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Sender {
+    /// Frames.
+    pub frames: u64,
+    /// `MAV_TYPE` and `MAV_AUTOPILOT` of its heartbeats.
+    pub kind: Option<(u8, u8)>,
+}
+
+/// Something that happened to a vehicle.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RecordedEvent {
+    /// Since the first frame.
+    pub at: Duration,
+    /// The vehicle.
+    pub system: SystemId,
+    /// Stable name, such as `mode` or `item_reached`.
+    pub kind: &'static str,
+    /// In words.
+    pub text: String,
+}
+
+/// Reads a whole recording, in any condition.
+///
+/// # Errors
+/// When `source` cannot be read; damaged bytes are skipped and counted.
+pub fn summarize_recording(source: impl Read) -> io::Result<RecordingSummary> {
+    let mut reader = TlogReader::new(source);
+    let mut summary = RecordingSummary::default();
+    // An address that nobody has, so that a recorded ground station counts as another one.
+    let mut vehicles = Vehicles::new(Address::new(255, 0), VehicleConfig::default());
+    let mut now = MonoTime::ZERO;
+    for entry in reader.by_ref() {
+        let entry = entry?;
+        let start_us = *summary.start_unix_us.get_or_insert(entry.unix_us);
+        now = now.max(MonoTime::from_micros(entry.unix_us.saturating_sub(start_us)));
+        let source = entry.frame.source();
+        summary.frames += 1;
+        summary.count_message(entry.frame.message_id());
+        let sender = summary.senders.entry(source).or_default();
+        sender.frames += 1;
+        let Ok(message) = entry.frame.decode() else { continue };
+        if let Message::Heartbeat(heartbeat) = &message {
+            sender.kind = Some((heartbeat.mav_type, heartbeat.autopilot));
+        }
+        pass_time(&mut vehicles, now);
+        vehicles.on_message(source, &message, now);
+        summary.take_events(&mut vehicles, now);
+    }
+    summary.duration = now.since(MonoTime::ZERO);
+    summary.skipped_bytes = reader.skipped().total();
+    Ok(summary)
+}
+
+/// Lets every deadline until `now` pass in its turn, so that a silence is noticed; a jump of the recording's clock cannot
+/// hold it up.
+fn pass_time(vehicles: &mut Vehicles, now: MonoTime) {
+    for _ in 0..MAX_STEPS {
+        match vehicles.deadline() {
+            Some(deadline) if deadline < now => vehicles.on_time(deadline),
+            _ => break,
+        }
+    }
+    vehicles.on_time(now);
+}
+
+impl RecordingSummary {
+    fn count_message(&mut self, id: u32) {
+        let known = message_name(id).map_or_else(|| format!("message {id}"), str::to_owned);
+        let is_counted = self.messages.contains_key(&known) || self.messages.len() < MAX_MESSAGE_KINDS;
+        let name = if is_counted { known } else { "others".to_owned() };
+        *self.messages.entry(name).or_default() += 1;
+    }
+
+    fn take_events(&mut self, vehicles: &mut Vehicles, now: MonoTime) {
+        while let Some(output) = vehicles.poll_output() {
+            let RegistryOutput::Vehicle(system, Output::Event(event)) = output else { continue };
+            let heartbeat = vehicles.get(system).and_then(|vehicle| vehicle.telemetry().heartbeat);
+            let has_home = heartbeat.is_none_or(|heartbeat| heartbeat.value.autopilot == ARDUPILOT);
+            let Some((kind, text)) = describe(&event, has_home) else { continue };
+            if self.events.len() >= MAX_EVENTS {
+                self.events_left_out += 1;
+                continue;
+            }
+            self.events.push(RecordedEvent { at: now.since(MonoTime::ZERO), system, kind, text });
+        }
+    }
+}
+
+/// Kind and words of an event that belongs in a flight's story.
+fn describe(event: &VehicleEvent, has_home: bool) -> Option<(&'static str, String)> {
+    Some(match event {
+        VehicleEvent::Lost => ("lost", "not heard for 5 s".to_owned()),
+        VehicleEvent::Regained => ("regained", "heard again".to_owned()),
+        VehicleEvent::Rebooted => ("rebooted", "the autopilot restarted".to_owned()),
+        VehicleEvent::ModeChanged { to, .. } => ("mode", format!("mode {to}")),
+        VehicleEvent::ArmedChanged { is_armed: true } => ("armed", "armed".to_owned()),
+        VehicleEvent::ArmedChanged { is_armed: false } => ("disarmed", "disarmed".to_owned()),
+        VehicleEvent::Text(text) => ("text", text.text.clone()),
+        VehicleEvent::ItemReached { seq } => {
+            let item = if has_home { seq.0 } else { seq.0.saturating_add(1) };
+            ("item_reached", format!("reached item {item}"))
+        }
+        VehicleEvent::MissionComplete => ("mission_complete", "the mission is flown to its end".to_owned()),
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs::File;
+
+    use super::*;
+
+    fn capture(name: &str) -> File {
+        let path = format!("{}/../../tests/fixtures/captures/{name}", env!("CARGO_MANIFEST_DIR"));
+        File::open(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
+    }
+
+    #[test]
+    fn a_recorded_flight_is_told_from_arming_to_landing() {
+        let summary = summarize_recording(capture("arduplane-takeoff-to-landing.tlog")).expect("readable");
+        assert!(summary.frames > 10_000, "{}", summary.frames);
+        assert_eq!(summary.skipped_bytes, 0);
+        assert_eq!(summary.messages.values().sum::<u64>(), summary.frames);
+        assert_eq!(summary.senders.values().map(|sender| sender.frames).sum::<u64>(), summary.frames);
+        assert_eq!(summary.senders[&Address::new(1, 1)].kind, Some((1, 3)));
+        assert!((300..320).contains(&summary.duration.as_secs()), "{:?}", summary.duration);
+        let at = |kind: &str, text: &str| {
+            let place = summary.events.iter().position(|event| event.kind == kind && event.text.contains(text));
+            place.unwrap_or_else(|| panic!("no {kind} {text} in {:#?}", summary.events))
+        };
+        let story = [
+            at("text", "Throttle armed"),
+            at("item_reached", "reached item 1"),
+            at("item_reached", "reached item 6"),
+            at("item_reached", "reached item 10"),
+            at("text", "Auto disarmed"),
+        ];
+        assert!(story.is_sorted(), "{story:?} in {:#?}", summary.events);
+        assert!(at("mode", "AUTO") < at("armed", "armed"));
+        let kinds: Vec<_> = summary.events.iter().map(|event| event.kind).filter(|kind| kind.ends_with("armed")).collect();
+        assert_eq!(kinds, ["disarmed", "armed", "disarmed"]);
+        assert_eq!(summary.events_left_out, 0);
+    }
+
+    #[test]
+    fn noise_is_no_recording() {
+        let noise: Vec<u8> = (0..20_000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
+        let summary = summarize_recording(&noise[..]).expect("readable");
+        assert_eq!(summary.skipped_bytes, 20_000);
+        assert_eq!(summary, RecordingSummary { skipped_bytes: 20_000, ..RecordingSummary::default() });
+    }
+
+    #[test]
+    fn a_torn_and_damaged_recording_is_read_around_the_damage() {
+        let mut bytes = Vec::new();
+        capture("mission-upload-items.tlog").read_to_end(&mut bytes).expect("readable");
+        let whole = summarize_recording(&bytes[..]).expect("readable");
+        bytes.truncate(bytes.len() - 3);
+        bytes[100..110].fill(0xff);
+        let torn = summarize_recording(&bytes[..]).expect("readable");
+        assert!(torn.frames < whole.frames);
+        assert!(torn.frames + 4 > whole.frames, "{} of {}", torn.frames, whole.frames);
+        assert!(torn.skipped_bytes > 0);
+    }
+}

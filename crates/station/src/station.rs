@@ -1,0 +1,529 @@
+//! The station itself: it owns the links, the vehicles' state machines, the clock that drives them, and their end.
+//!
+//! A frame is handled where it is read: the link's task decodes it, feeds the vehicle's state machine, and sends what
+//! that wants, without a hop to another task. One more task, the driver, lets time pass and sends our heartbeat.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::time::Duration;
+
+use tokio::runtime::Handle;
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+use vencejo_link::{
+    Clock, Hub, LinkAddress, LinkHandle, LinkId, LinkInfo, LinkOptions, LinkState, LinkStats, Recorder, RecorderConfig,
+    RecorderStatus, Route, SinkScope, SystemClock,
+};
+use vencejo_proto::{Address, Frame, Heartbeat, MavVersion, Message, MonoTime, SystemId};
+use vencejo_vehicle::telemetry::{LOST_AFTER, Telemetry};
+use vencejo_vehicle::{
+    Output, RegistryEvent, RegistryOutput, Reply, Request, RequestId, Vehicle, VehicleConfig, VehicleError, Vehicles,
+};
+
+use crate::changes::Changes;
+use crate::config::StationConfig;
+use crate::error::StationError;
+use crate::pending::{Finisher, Pending};
+use crate::vehicle::{Observed, Subscriptions, VehicleHandle};
+
+/// How often our heartbeat goes out, and the driver looks round at the latest (mavlink.io, "Heartbeat protocol").
+const HEARTBEAT_INTERVAL: Duration = Duration::from_secs(1);
+
+/// `TIMESYNC`: its answers tell the round trip.
+const TIMESYNC_ID: u32 = 111;
+
+/// The result of a request to a vehicle.
+pub type RequestResult = Result<Reply, StationError>;
+
+/// A ground station without a face. Clones are handles to the same station.
+#[derive(Clone)]
+pub struct Station {
+    pub(crate) shared: Arc<Shared>,
+}
+
+pub(crate) struct Shared {
+    config: StationConfig,
+    runtime: Handle,
+    hub: Hub,
+    pub(crate) clock: Arc<dyn Clock>,
+    core: Mutex<Core>,
+    heartbeat: AtomicBool,
+    undecodable: AtomicU64,
+    /// When the driver is set to wake, µs on our clock; an earlier deadline has to wake it.
+    driver_alarm_us: AtomicU64,
+    wake_driver: tokio::sync::Notify,
+    closing: watch::Sender<bool>,
+    owned: Mutex<Owned>,
+}
+
+/// What has to be ended in order.
+#[derive(Default)]
+struct Owned {
+    links: Vec<LinkHandle>,
+    recorder: Option<Recorder>,
+    driver: Option<JoinHandle<()>>,
+}
+
+/// Everything that changes with each message; under one short lock, never held across an await.
+pub(crate) struct Core {
+    pub(crate) vehicles: Vehicles,
+    requests: HashMap<(SystemId, RequestId), Finisher<RequestResult>>,
+    waiting: Vec<Waiting>,
+    pub(crate) watchers: HashMap<SystemId, Watchers>,
+}
+
+/// Somebody who waits for a vehicle.
+struct Waiting {
+    key: u64,
+    wanted: Option<SystemId>,
+    since: MonoTime,
+    finisher: Finisher<Result<VehicleHandle, StationError>>,
+}
+
+/// Who looks at a vehicle.
+#[derive(Default)]
+pub(crate) struct Watchers {
+    pub(crate) changes: Arc<Changes>,
+    pub(crate) subscriptions: Subscriptions,
+    /// The protocol version that the vehicle speaks.
+    pub(crate) version: MavVersion,
+}
+
+impl Station {
+    /// Starts a station without links on a tokio runtime.
+    ///
+    /// # Errors
+    /// [`StationError::BadSetting`] for a rate out of range.
+    pub fn start(config: StationConfig, runtime: Handle) -> Result<Self, StationError> {
+        let _guard = runtime.enter();
+        Self::with_clock(config, runtime.clone(), Arc::new(SystemClock::new()))
+    }
+
+    /// Starts a station that lives by another clock.
+    ///
+    /// # Errors
+    /// As [`Self::start`].
+    pub fn with_clock(config: StationConfig, runtime: Handle, clock: Arc<dyn Clock>) -> Result<Self, StationError> {
+        let hub = Hub::new(vec![config.address], clock.clone());
+        let vehicle_config = VehicleConfig {
+            streams: config.streams()?,
+            // Two runs of the program shall not share MAVFTP session numbers.
+            seed: clock.unix_us() as u32,
+            ..VehicleConfig::default()
+        };
+        let start = |dir: &PathBuf| Recorder::start(dir, RecorderConfig::default(), clock.clone());
+        let recorder = config.record_dir.as_ref().map(start).transpose();
+        let recorder = recorder.map_err(|error| StationError::CannotRecord { reason: error.to_string() })?;
+        hub.set_recorder(recorder.as_ref().map(Recorder::handle));
+        let shared = Arc::new(Shared {
+            runtime: runtime.clone(),
+            core: Mutex::new(Core {
+                vehicles: Vehicles::new(config.address, vehicle_config),
+                requests: HashMap::new(),
+                waiting: Vec::new(),
+                watchers: HashMap::new(),
+            }),
+            heartbeat: AtomicBool::new(config.heartbeat),
+            undecodable: AtomicU64::new(0),
+            driver_alarm_us: AtomicU64::new(0),
+            wake_driver: tokio::sync::Notify::new(),
+            closing: watch::channel(false).0,
+            owned: Mutex::new(Owned { recorder, ..Owned::default() }),
+            hub,
+            clock,
+            config,
+        });
+        let sink = {
+            // The hub must not keep the station alive.
+            let shared = Arc::downgrade(&shared);
+            Arc::new(move |link, frame: &Frame, now| {
+                if let Some(shared) = shared.upgrade() {
+                    shared.on_frame(link, frame, now);
+                }
+            })
+        };
+        shared.hub.add_sink(SinkScope::All, sink);
+        let driver = runtime.spawn(drive(Arc::downgrade(&shared), shared.closing.subscribe()));
+        shared.owned().driver = Some(driver);
+        Ok(Self { shared })
+    }
+
+    /// Opens a link. It connects, and connects again, by itself for ever.
+    ///
+    /// # Errors
+    /// [`StationError::Address`] for a link string that cannot be read, [`StationError::Link`] when there are too many,
+    /// [`StationError::Closed`].
+    pub fn open_link(&self, address: &str, options: LinkOptions) -> Result<LinkId, StationError> {
+        if self.is_closed() {
+            return Err(StationError::Closed);
+        }
+        let address: LinkAddress = address.parse()?;
+        let _guard = self.shared.runtime.enter();
+        let handle = self.shared.hub.open(address, options)?;
+        let id = handle.id();
+        self.shared.owned().links.push(handle);
+        self.shared.wake_driver.notify_one();
+        Ok(id)
+    }
+
+    /// Closes a link and waits for its tasks to end.
+    ///
+    /// # Errors
+    /// [`StationError::Link`] when there is no such link.
+    pub async fn close_link(&self, id: LinkId) -> Result<(), StationError> {
+        let handle = {
+            let mut owned = self.shared.owned();
+            let place = owned.links.iter().position(|link| link.id() == id);
+            place.map(|place| owned.links.swap_remove(place))
+        };
+        let handle = handle.ok_or(StationError::Link(vencejo_link::LinkError::UnknownLink(id)))?;
+        handle.close().await;
+        Ok(())
+    }
+
+    /// The open links, in the order they were opened, and what was counted on each.
+    pub fn links(&self) -> Vec<(LinkInfo, LinkStats)> {
+        let links = self.shared.hub.links();
+        links.into_iter().filter_map(|link| Some((link.clone(), self.shared.hub.stats(link.id).ok()?))).collect()
+    }
+
+    /// The recording's folder and state; `None` when nothing is recorded.
+    pub fn recorder(&self) -> Option<(PathBuf, RecorderStatus)> {
+        let dir = self.shared.config.record_dir.clone()?;
+        Some((dir, self.shared.owned().recorder.as_ref().map(Recorder::status)?))
+    }
+
+    /// Frames so far that were no message of the dialect, or held a value that it does not allow.
+    pub fn undecodable_frames(&self) -> u64 {
+        self.shared.undecodable.load(Ordering::Relaxed)
+    }
+
+    /// Starts or stops our heartbeat.
+    pub fn set_heartbeat(&self, enabled: bool) {
+        self.shared.heartbeat.store(enabled, Ordering::Relaxed);
+        self.shared.wake_driver.notify_one();
+    }
+
+    /// The present moment on the station's clock.
+    pub fn now(&self) -> MonoTime {
+        self.shared.clock.now()
+    }
+
+    /// The vehicles heard so far.
+    pub fn vehicles(&self) -> Vec<VehicleHandle> {
+        self.shared.core().vehicles.iter().map(|(system, _)| self.handle(system)).collect()
+    }
+
+    /// A vehicle by its system id, if it was heard.
+    pub fn vehicle(&self, system: SystemId) -> Option<VehicleHandle> {
+        self.shared.core().vehicles.get(system).is_some().then(|| self.handle(system))
+    }
+
+    /// Waits for a vehicle, the first that is heard when none is named. Cancelling it ends it with
+    /// [`StationError::NoVehicle`].
+    pub fn wait_vehicle(&self, wanted: Option<SystemId>) -> Pending<Result<VehicleHandle, StationError>> {
+        let mut core = self.shared.core();
+        let found = match wanted {
+            Some(system) => core.vehicles.get(system).map(|_| system),
+            None => core.vehicles.iter().map(|(system, _)| system).next(),
+        };
+        if let Some(system) = found {
+            return Pending::ended(Ok(self.handle(system)));
+        }
+        if self.is_closed() {
+            return Pending::ended(Err(StationError::Closed));
+        }
+        core.waiting.retain(|waiting| !waiting.finisher.is_abandoned());
+        let key = core.waiting.iter().map(|waiting| waiting.key).max().unwrap_or(0) + 1;
+        let shared = Arc::downgrade(&self.shared);
+        let (finisher, pending) = Pending::new(move || {
+            let Some(shared) = shared.upgrade() else { return };
+            let waiting = {
+                let mut core = shared.core();
+                let place = core.waiting.iter().position(|waiting| waiting.key == key);
+                place.map(|place| core.waiting.swap_remove(place))
+            };
+            if let Some(waiting) = waiting {
+                let error = shared.no_vehicle(&waiting);
+                waiting.finisher.finish(Err(error));
+            }
+        });
+        core.waiting.push(Waiting { key, wanted, since: self.shared.clock.now(), finisher });
+        pending
+    }
+
+    /// Ends everything: what is under way ends with [`StationError::Closed`], links and recording are closed and joined.
+    /// May be called again.
+    pub async fn close(&self) {
+        self.shared.closing.send_replace(true);
+        let (requests, waiting) = {
+            let mut core = self.shared.core();
+            for watchers in core.watchers.values() {
+                watchers.subscriptions.close();
+                watchers.changes.notify();
+            }
+            (std::mem::take(&mut core.requests), std::mem::take(&mut core.waiting))
+        };
+        for (_, finisher) in requests {
+            finisher.finish(Err(StationError::Closed));
+        }
+        for waiting in waiting {
+            waiting.finisher.finish(Err(StationError::Closed));
+        }
+        let Owned { links, recorder, driver } = std::mem::take(&mut *self.shared.owned());
+        if let Some(driver) = driver {
+            // The driver ends by itself; a join error would be its panic, which has been reported already.
+            let _ = driver.await;
+        }
+        for link in links {
+            link.close().await;
+        }
+        self.shared.hub.set_recorder(None);
+        if let Some(recorder) = recorder {
+            // It waits for the disk, which the runtime's threads must not.
+            let closed = self.shared.runtime.spawn_blocking(move || recorder.close()).await;
+            if let Err(error) = closed {
+                tracing::error!(%error, "the recorder did not end in order");
+            }
+        }
+    }
+
+    /// Whether [`Self::close`] was called.
+    pub fn is_closed(&self) -> bool {
+        *self.shared.closing.borrow()
+    }
+
+    fn handle(&self, system: SystemId) -> VehicleHandle {
+        VehicleHandle::new(self.clone(), system)
+    }
+}
+
+impl std::fmt::Debug for Station {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Station").field("address", &self.shared.config.address).finish_non_exhaustive()
+    }
+}
+
+impl Shared {
+    pub(crate) fn core(&self) -> MutexGuard<'_, Core> {
+        self.core.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn owned(&self) -> MutexGuard<'_, Owned> {
+        self.owned.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn hub(&self) -> &Hub {
+        &self.hub
+    }
+
+    pub(crate) fn our_address(&self) -> Address {
+        self.config.address
+    }
+
+    /// A frame from a link, in the task that read it.
+    fn on_frame(self: &Arc<Self>, link: LinkId, frame: &Frame, now: MonoTime) {
+        let Ok(message) = frame.decode() else {
+            self.undecodable.fetch_add(1, Ordering::Relaxed);
+            return;
+        };
+        let from = frame.source();
+        let mut core = self.core();
+        core.vehicles.on_message(from, &message, now);
+        if frame.message_id() == TIMESYNC_ID
+            && let Some(round_trip) = core.vehicles.get(from.system).and_then(Vehicle::round_trip)
+        {
+            // The link may just have been closed; then its figure matters to nobody.
+            let _ = self.hub.note_round_trip(link, round_trip);
+        }
+        if let Some(watchers) = core.watchers.get_mut(&from.system) {
+            watchers.version = frame.version();
+            watchers.subscriptions.on_message(link, frame, now);
+            watchers.changes.notify();
+        }
+        self.settle(&mut core, now);
+    }
+
+    fn on_registry_event(self: &Arc<Self>, core: &mut Core, event: RegistryEvent) {
+        match event {
+            RegistryEvent::Appeared(address) => {
+                tracing::info!(vehicle = %address, "a vehicle is heard");
+                self.greet(core, address.system);
+            }
+            RegistryEvent::Dropped(address) => {
+                tracing::warn!(vehicle = %address, "a lost vehicle made room for another");
+                core.watchers.remove(&address.system);
+                let lost: Vec<_> =
+                    core.requests.keys().filter(|(system, _)| *system == address.system).copied().collect();
+                for key in lost {
+                    if let Some(finisher) = core.requests.remove(&key) {
+                        finisher.finish(Err(VehicleError::NotHeard { age: LOST_AFTER }.into()));
+                    }
+                }
+            }
+            RegistryEvent::Full => {
+                tracing::warn!("more vehicles are heard than can be followed; the others are ignored")
+            }
+            _ => {}
+        }
+    }
+
+    /// A vehicle was heard for the first time.
+    fn greet(self: &Arc<Self>, core: &mut Core, system: SystemId) {
+        core.watchers.entry(system).or_default();
+        let is_theirs = |waiting: &mut Waiting| waiting.wanted.is_none_or(|wanted| wanted == system);
+        for waiting in core.waiting.extract_if(.., is_theirs) {
+            let station = Station { shared: self.clone() };
+            waiting.finisher.finish(Ok(VehicleHandle::new(station, system)));
+        }
+    }
+
+    /// Does what the vehicles' state machines want, and sees to it that the driver wakes in time.
+    pub(crate) fn settle(self: &Arc<Self>, core: &mut Core, now: MonoTime) {
+        while let Some(output) = core.vehicles.poll_output() {
+            let (system, output) = match output {
+                RegistryOutput::Vehicle(system, output) => (system, output),
+                RegistryOutput::Event(event) => {
+                    self.on_registry_event(core, event);
+                    continue;
+                }
+            };
+            match output {
+                Output::Send(message) => {
+                    let version = core.watchers.get(&system).map_or(MavVersion::V2, |watchers| watchers.version);
+                    let report = self.hub.send_message(&message, self.config.address, version, Route::Target);
+                    if !report.is_sent() {
+                        tracing::debug!(vehicle = %system, message = message.name(), "not sent: no link is open to the vehicle");
+                    }
+                }
+                Output::Progress { id, done, total } => {
+                    if let Some(finisher) = core.requests.get(&(system, id)) {
+                        finisher.progress(done, total);
+                    }
+                }
+                Output::Finished { id, result } => {
+                    if let Some(finisher) = core.requests.remove(&(system, id)) {
+                        finisher.finish(result.map_err(StationError::from));
+                    }
+                }
+                Output::Event(event) => {
+                    if let Some(watchers) = core.watchers.get(&system) {
+                        watchers.subscriptions.on_event(&Observed { event, at: now });
+                        watchers.changes.notify();
+                    }
+                }
+                _ => {}
+            }
+        }
+        if core
+            .vehicles
+            .deadline()
+            .is_some_and(|deadline| deadline.as_micros() < self.driver_alarm_us.load(Ordering::Relaxed))
+        {
+            self.wake_driver.notify_one();
+        }
+    }
+
+    /// Starts a request to a vehicle.
+    pub(crate) fn request(self: &Arc<Self>, system: SystemId, request: Request) -> Pending<RequestResult> {
+        if *self.closing.borrow() {
+            return Pending::ended(Err(StationError::Closed));
+        }
+        let now = self.clock.now();
+        let mut core = self.core();
+        let Some(vehicle) = core.vehicles.get_mut(system) else {
+            return Pending::ended(Err(StationError::Vehicle(VehicleError::NotHeard { age: LOST_AFTER })));
+        };
+        let id = vehicle.request(request, now);
+        let shared = Arc::downgrade(self);
+        let (finisher, pending) = Pending::new(move || {
+            let Some(shared) = shared.upgrade() else { return };
+            let now = shared.clock.now();
+            let mut core = shared.core();
+            if let Some(vehicle) = core.vehicles.get_mut(system) {
+                vehicle.cancel(id, now);
+            }
+            shared.settle(&mut core, now);
+        });
+        core.requests.insert((system, id), finisher);
+        self.settle(&mut core, now);
+        pending
+    }
+
+    /// Looks at a vehicle's state machine; `None` when it is not known (any more).
+    pub(crate) fn with_vehicle<T>(&self, system: SystemId, look: impl FnOnce(&Vehicle) -> T) -> Option<T> {
+        self.core().vehicles.get(system).map(look)
+    }
+
+    /// A copy of a vehicle's telemetry and the moment that it was taken.
+    pub(crate) fn telemetry(&self, system: SystemId) -> (Telemetry, MonoTime) {
+        let telemetry = self.with_vehicle(system, |vehicle| *vehicle.telemetry()).unwrap_or_default();
+        (telemetry, self.clock.now())
+    }
+
+    fn no_vehicle(&self, waiting: &Waiting) -> StationError {
+        let links: Vec<_> = self.hub.links().iter().map(|link| describe(link)).collect();
+        StationError::NoVehicle {
+            wanted: waiting.wanted,
+            waited: self.clock.now().since(waiting.since),
+            links: if links.is_empty() { "no link".into() } else { links.join(", ") },
+        }
+    }
+
+    /// Sends our heartbeat on all links, in the oldest version that a vehicle speaks: everybody reads MAVLink 1.
+    fn send_heartbeat(&self, core: &Core) {
+        let speaks_v1 = core.watchers.values().any(|watchers| watchers.version == MavVersion::V1);
+        let version = if speaks_v1 { MavVersion::V1 } else { MavVersion::V2 };
+        // Links without a peer refuse it; there is nobody to miss it.
+        let _ =
+            self.hub.send_message(&Message::Heartbeat(Heartbeat::default()), self.config.address, version, Route::All);
+    }
+}
+
+/// A link and what is wrong with it, for a sentence.
+fn describe(link: &LinkInfo) -> String {
+    let state = match &link.state {
+        LinkState::Connecting { last_error: Some(error), .. } => format!("not open: {error}"),
+        LinkState::Connecting { last_error: None, .. } => "not open yet".into(),
+        LinkState::Up { .. } => "open".into(),
+        LinkState::Down => "closed".into(),
+        LinkState::Ended { .. } => "played to its end".into(),
+    };
+    format!("{} ({state})", link.address)
+}
+
+/// Lets time pass for the vehicles and sends our heartbeat: from the loop that does the work, so that it stops with it.
+async fn drive(shared: Weak<Shared>, mut closing: watch::Receiver<bool>) {
+    let mut heartbeat_due = MonoTime::ZERO;
+    loop {
+        let Some(strong) = shared.upgrade() else { return };
+        let now = strong.clock.now();
+        let rest = {
+            let mut core = strong.core();
+            core.vehicles.on_time(now);
+            strong.settle(&mut core, now);
+            if now >= heartbeat_due {
+                if strong.heartbeat.load(Ordering::Relaxed) {
+                    strong.send_heartbeat(&core);
+                }
+                heartbeat_due = now + HEARTBEAT_INTERVAL;
+            }
+            let alarm = core.vehicles.deadline().map_or(heartbeat_due, |deadline| deadline.min(heartbeat_due));
+            strong.driver_alarm_us.store(alarm.as_micros(), Ordering::Relaxed);
+            alarm.since(now)
+        };
+        let woken = async {
+            tokio::select! {
+                () = tokio::time::sleep(rest) => {}
+                () = strong.wake_driver.notified() => {}
+            }
+        };
+        tokio::select! {
+            () = woken => {}
+            // An error means that the station is gone, which is an end as well.
+            _ = closing.wait_for(|closing| *closing) => return,
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! A handle to one vehicle of a station, and the queues of those who watch it.
+
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use vencejo_flight::plan::PlanKind;
+use vencejo_link::{LinkId, LinkInfo, LinkStats, Route, SendReport, SourceStats};
+use vencejo_proto::{Address, Frame, Message, MissionSeq, MonoTime, SystemId};
+use vencejo_vehicle::telemetry::{Telemetry, Text};
+use vencejo_vehicle::{MissionProgress, PlanState, Request, VehicleEvent};
+
+use crate::changes::Changes;
+use crate::pending::Pending;
+use crate::queue::DropOldest;
+use crate::station::{RequestResult, Station};
+
+/// `MAV_AUTOPILOT_ARDUPILOTMEGA`.
+const ARDUPILOT: u8 = 3;
+
+/// A message as it was received.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Received {
+    /// The link that it came over.
+    pub link: LinkId,
+    /// The whole frame; it shares its memory.
+    pub frame: Frame,
+    /// When it came.
+    pub at: MonoTime,
+}
+
+/// An event and its moment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Observed {
+    /// What happened.
+    pub event: VehicleEvent,
+    /// When.
+    pub at: MonoTime,
+}
+
+#[derive(Debug)]
+struct MessageQueue {
+    /// Only these ids; all when absent.
+    ids: Option<BTreeSet<u32>>,
+    queue: Arc<DropOldest<Received>>,
+}
+
+/// The queues of one vehicle's watchers. A queue whose reader is gone is forgotten.
+#[derive(Debug, Default)]
+pub(crate) struct Subscriptions {
+    messages: Mutex<Vec<MessageQueue>>,
+    events: Mutex<Vec<Arc<DropOldest<Observed>>>>,
+}
+
+fn is_read<T>(queue: &Arc<DropOldest<T>>) -> bool {
+    Arc::strong_count(queue) > 1 && !queue.is_closed()
+}
+
+impl Subscriptions {
+    /// Passes a message on to those who want it.
+    pub(crate) fn on_message(&self, link: LinkId, frame: &Frame, at: MonoTime) {
+        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        if messages.is_empty() {
+            return;
+        }
+        messages.retain(|subscriber| is_read(&subscriber.queue));
+        let id = frame.message_id();
+        for subscriber in messages.iter() {
+            if subscriber.ids.as_ref().is_none_or(|ids| ids.contains(&id)) {
+                subscriber.queue.push(Received { link, frame: frame.clone(), at });
+            }
+        }
+    }
+
+    /// Passes an event on.
+    pub(crate) fn on_event(&self, observed: &Observed) {
+        let mut events = self.events.lock().unwrap_or_else(PoisonError::into_inner);
+        events.retain(is_read);
+        for queue in events.iter() {
+            queue.push(observed.clone());
+        }
+    }
+
+    /// Ends all queues.
+    pub(crate) fn close(&self) {
+        for subscriber in self.messages.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+            subscriber.queue.close();
+        }
+        for queue in self.events.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+            queue.close();
+        }
+    }
+}
+
+/// A vehicle of a station. Cheap to clone.
+#[derive(Debug, Clone)]
+pub struct VehicleHandle {
+    station: Station,
+    system: SystemId,
+}
+
+impl VehicleHandle {
+    pub(crate) fn new(station: Station, system: SystemId) -> Self {
+        Self { station, system }
+    }
+
+    /// Its system id.
+    pub fn system(&self) -> SystemId {
+        self.system
+    }
+
+    /// The station that hears it.
+    pub fn station(&self) -> &Station {
+        &self.station
+    }
+
+    /// A copy of everything that it said, and the moment that it was taken.
+    pub fn telemetry(&self) -> (Telemetry, MonoTime) {
+        self.station.shared.telemetry(self.system)
+    }
+
+    /// The newest texts that it wrote, oldest first.
+    pub fn texts(&self) -> Vec<Text> {
+        let texts = |vehicle: &vencejo_vehicle::Vehicle| vehicle.texts().iter().cloned().collect();
+        self.station.shared.with_vehicle(self.system, texts).unwrap_or_default()
+    }
+
+    /// Where it stands in its mission.
+    pub fn progress(&self) -> Option<MissionProgress> {
+        self.station.shared.with_vehicle(self.system, |vehicle| vehicle.progress())
+    }
+
+    /// What is known of a plan on board.
+    pub fn plan_state(&self, kind: PlanKind) -> Option<PlanState> {
+        self.station.shared.with_vehicle(self.system, |vehicle| vehicle.plan_state(kind))
+    }
+
+    /// Asks it for something. The request is checked before anything is sent.
+    pub fn request(&self, request: Request) -> Pending<RequestResult> {
+        self.station.shared.request(self.system, request)
+    }
+
+    /// Sends any message, as it is. There is no answer and no check.
+    pub fn send(&self, message: &Message) -> SendReport {
+        let shared = &self.station.shared;
+        let version = shared.core().watchers.get(&self.system).map(|watchers| watchers.version).unwrap_or_default();
+        shared.hub().send_message(message, shared.our_address(), version, Route::Target)
+    }
+
+    /// Its autopilot's address.
+    pub fn address(&self) -> Option<Address> {
+        self.station.shared.with_vehicle(self.system, |vehicle| vehicle.address())
+    }
+
+    /// Its messages from now on, all or some ids, at most `capacity` waiting.
+    pub fn subscribe_messages(&self, ids: Option<BTreeSet<u32>>, capacity: usize) -> Arc<DropOldest<Received>> {
+        let queue = Arc::new(DropOldest::new(capacity));
+        let core = self.station.shared.core();
+        match core.watchers.get(&self.system) {
+            Some(watchers) if !self.station.is_closed() => {
+                let mut messages = watchers.subscriptions.messages.lock().unwrap_or_else(PoisonError::into_inner);
+                messages.push(MessageQueue { ids, queue: queue.clone() });
+            }
+            _ => queue.close(),
+        }
+        queue
+    }
+
+    /// Its events from now on, at most `capacity` waiting.
+    pub fn subscribe_events(&self, capacity: usize) -> Arc<DropOldest<Observed>> {
+        let queue = Arc::new(DropOldest::new(capacity));
+        let core = self.station.shared.core();
+        match core.watchers.get(&self.system) {
+            Some(watchers) if !self.station.is_closed() => {
+                watchers.subscriptions.events.lock().unwrap_or_else(PoisonError::into_inner).push(queue.clone());
+            }
+            _ => queue.close(),
+        }
+        queue
+    }
+
+    /// What tells that something new came from it.
+    pub fn changes(&self) -> Arc<Changes> {
+        self.station
+            .shared
+            .core()
+            .watchers
+            .get(&self.system)
+            .map(|watchers| watchers.changes.clone())
+            .unwrap_or_default()
+    }
+
+    /// The link that it is reached over, and what was counted of it there.
+    pub fn link(&self) -> Option<(LinkInfo, LinkStats, Option<SourceStats>)> {
+        let shared = &self.station.shared;
+        let (id, _) = *shared.hub().links_of(self.system).first()?;
+        let info = shared.hub().links().into_iter().find(|link| link.id == id)?;
+        let stats = shared.hub().stats(id).ok()?;
+        let address = self.address()?;
+        let source = stats.sources.iter().find(|source| source.source == address).cloned();
+        Some((info, stats, source))
+    }
+
+    /// Place in a plan, counted from 1, of an item on the wire. On an ArduPilot item 0 is home, which is in no plan.
+    pub fn item_of_seq(&self, seq: MissionSeq) -> Option<u16> {
+        seq.0.checked_add(1 - self.home_items()).filter(|item| *item > 0)
+    }
+
+    /// Number on the wire of a plan's item, counted from 1; `None` for 0.
+    pub fn seq_of_item(&self, item: u16) -> Option<MissionSeq> {
+        (item > 0).then(|| MissionSeq(item - (1 - self.home_items())))
+    }
+
+    /// 1 for an autopilot whose missions begin with home, else 0.
+    fn home_items(&self) -> u16 {
+        let heartbeat = self.telemetry().0.heartbeat;
+        u16::from(heartbeat.is_none_or(|heartbeat| heartbeat.value.autopilot == ARDUPILOT))
+    }
+
+    /// Waits on this thread for something new from it; whether there was.
+    pub fn wait_change(&self, timeout: Duration) -> bool {
+        let changes = self.changes();
+        changes.wait_blocking(changes.count(), timeout).is_some()
+    }
+}

@@ -1,0 +1,175 @@
+"""Flights E1 to E4, driven through the Python package over a real link, without wind and with 5 m/s from every side."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import pytest
+import vencejo
+from pymavlink import mavutil
+from vencejo import MissionItem, Plan
+
+from tests.flights.track import Flight, assert_waypoints_passed, landing_error_m
+from tests.support import HOME, simulated_plane
+
+pytestmark = pytest.mark.e2e
+
+SPEEDUP = "20"
+FLIGHT_TIMEOUT_S = 150.0
+LANDING_TOLERANCE_M = 20.0
+WINDS = {"calm": (0, 0), "north": (5, 0), "east": (5, 90), "south": (5, 180), "west": (5, 270)}
+LAT, LON, _ = HOME
+
+
+def offset(north_m: float, east_m: float) -> tuple[float, float]:
+    """Degrees of a point that lies so far from home. Exact enough to lay out a plan."""
+    return LAT + north_m / 111_050.0, LON + east_m / 84_980.0
+
+
+CIRCUIT = [offset(0, -500), offset(450, -600), offset(600, 0), offset(450, 600)]
+
+
+def waypoints() -> list[MissionItem]:
+    return [MissionItem.waypoint(lat, lon, alt_rel_home_m=80.0) for lat, lon in CIRCUIT]
+
+
+def takeoff() -> MissionItem:
+    return MissionItem.takeoff(*offset(0, -250), alt_rel_home_m=50.0, pitch_deg=15.0)
+
+
+def landing() -> list[MissionItem]:
+    """A straight approach from the east onto the place of take-off, two steps down at about one in ten."""
+    return [
+        MissionItem.land_start(*offset(0, 900), alt_rel_home_m=60.0),
+        MissionItem.waypoint(*offset(0, 900), alt_rel_home_m=60.0),
+        MissionItem.waypoint(*offset(0, 450), alt_rel_home_m=35.0),
+        MissionItem.land(*offset(0, 0)),
+    ]
+
+
+@pytest.fixture(params=WINDS, ids=str)
+def plane(request: pytest.FixtureRequest) -> Iterator[vencejo.Vehicle]:
+    speed_m_s, from_deg = WINDS[request.param]
+    options = ["--speedup", SPEEDUP, "--wind", str(speed_m_s), "--wind-from", str(from_deg), "--seed", "7"]
+    with (
+        simulated_plane(*options, "--param", "RTL_AUTOLAND=2") as link,
+        vencejo.connect(link, record=False) as vehicle,
+    ):
+        yield vehicle
+
+
+def ready(plane: vencejo.Vehicle) -> None:
+    """Wait until the vehicle's own checks pass, as a person does before arming."""
+    plane.wait_until(
+        lambda telemetry: telemetry.sys_status is not None and telemetry.sys_status.is_ready_to_arm is True,
+        timeout_s=60.0,
+        what="passing the pre-arm checks",
+    )
+
+
+def test_e1_a_mission_that_another_program_loaded_is_followed(plane: vencejo.Vehicle) -> None:
+    """Another station loads and starts the mission; ours only watches, and sees attitude and position truly."""
+    plan = Plan(items=(takeoff(), *waypoints(), MissionItem.return_to_launch()))
+    ready(plane)
+    link = plane.station.links[0].address
+    rival = mavutil.mavlink_connection(link, source_system=250, source_component=190)
+    try:
+        assert rival.wait_heartbeat(timeout=30) is not None
+        load_with_pymavlink(rival, plan)
+        rival.mav.command_long_send(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)
+        plane.wait_until(
+            lambda telemetry: telemetry.is_armed is True, timeout_s=30.0, what="arming by the other station"
+        )
+        assert plane.plan_state().state == "unknown", "another station changed the mission"
+        with Flight(plane) as flight:
+            rival.set_mode_auto()
+            plane.wait_until(
+                lambda telemetry: len(flight.reached) >= len(CIRCUIT) + 1,
+                timeout_s=FLIGHT_TIMEOUT_S,
+                what="the mission",
+            )
+            telemetry = plane.telemetry
+        assert [item for item, _ in itertools.groupby(flight.reached)] == list(range(1, len(CIRCUIT) + 2))
+        assert_waypoints_passed(flight, plan, radius_m=plane.params["WP_RADIUS"])
+        assert plane.download().items[1:5] == plan.items[1:5]
+        # In a steady banked turn the horizon, the heading and the track agree: see that they are the plane's, and fresh.
+        assert telemetry.attitude is not None
+        assert telemetry.attitude.freshness == "fresh"
+        assert telemetry.attitude.roll_rad is not None
+        assert abs(telemetry.attitude.roll_rad) < 1.3
+    finally:
+        rival.close()
+
+
+def load_with_pymavlink(rival: mavutil.mavfile, plan: Plan) -> None:
+    """The mission protocol as the other program speaks it; item 0 is home."""
+    items = [MissionItem.waypoint(LAT, LON, alt_rel_home_m=0.0), *plan.items]
+    rival.mav.mission_count_send(1, 1, len(items), 0)
+    while True:
+        request = rival.recv_match(
+            type=["MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_ACK"], blocking=True, timeout=10
+        )
+        assert request is not None, "the plane stopped asking for items"
+        if request.get_type() == "MISSION_ACK":
+            assert request.type == 0
+            return
+        item = items[request.seq]
+        p1, p2, p3, p4, x, y, z = (value or 0.0 for value in item.params)
+        frame = 3 if item.has_position else 2
+        scale = 1e7 if item.has_position else 1
+        rival.mav.mission_item_int_send(
+            1, 1, request.seq, frame, item.command, 0, 1, p1, p2, p3, p4, round(x * scale), round(y * scale), z, 0
+        )
+
+
+def test_e2_a_mission_is_sent_to_a_plane_in_the_air(plane: vencejo.Vehicle) -> None:
+    ready(plane)
+    plane.takeoff(alt_rel_home_m=60.0)
+    plane.arm()
+    plane.wait_until(
+        lambda telemetry: telemetry.position is not None and (telemetry.position.alt_rel_home_m or 0.0) > 50.0,
+        timeout_s=60.0,
+        what="climbing",
+    )
+    plan = Plan(items=(*waypoints(), MissionItem.loiter(*offset(300, 0), alt_rel_home_m=80.0)))
+    state = plane.upload(plan)
+    assert (state.state, state.count) == ("verified", len(plan))
+    assert plane.telemetry.mode == "TAKEOFF", "an upload changes no mode"
+    with Flight(plane) as flight:
+        plane.start_mission()
+        plane.wait_until(
+            lambda telemetry: plane.mission_progress.item == len(plan), timeout_s=FLIGHT_TIMEOUT_S, what="the last item"
+        )
+    assert flight.reached[: len(CIRCUIT)] == list(range(1, len(CIRCUIT) + 1))
+    assert_waypoints_passed(flight, plan, radius_m=plane.params["WP_RADIUS"])
+
+
+def test_e3_take_off_and_waypoints_from_the_ground(plane: vencejo.Vehicle) -> None:
+    plan = Plan(items=(takeoff(), *waypoints(), MissionItem.return_to_launch()))
+    assert plane.upload(plan).state == "verified"
+    ready(plane)
+    with Flight(plane) as flight:
+        plane.arm()
+        plane.start_mission()
+        plane.wait_until(
+            lambda telemetry: telemetry.mode == "RTL" or plane.mission_progress.item == len(plan),
+            timeout_s=FLIGHT_TIMEOUT_S,
+            what="the way home",
+        )
+    assert flight.reached[:5] == [1, 2, 3, 4, 5]
+    assert_waypoints_passed(flight, plan, radius_m=plane.params["WP_RADIUS"])
+
+
+def test_e4_take_off_and_landing(plane: vencejo.Vehicle) -> None:
+    plan = Plan(items=(takeoff(), *waypoints(), *landing()))
+    assert [finding for finding in plane.check_plan(plan) if finding.severity == "error"] == []
+    assert plane.upload(plan).state == "verified"
+    ready(plane)
+    with Flight(plane) as flight:
+        plane.arm()
+        plane.start_mission()
+        telemetry = flight.fly_to_the_end(FLIGHT_TIMEOUT_S)
+    assert_waypoints_passed(flight, plan, radius_m=plane.params["WP_RADIUS"])
+    assert landing_error_m(telemetry, plan) <= LANDING_TOLERANCE_M
+    assert set(flight.modes) <= {"AUTO"}, "nobody changed the mode on the way"
