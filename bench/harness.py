@@ -61,7 +61,7 @@ def running(command: Sequence[str], **kwargs: Any) -> Iterator[subprocess.Popen[
     errors = (OUT / "last-errors.txt").open("w")
     process = subprocess.Popen(
         command,
-        stdin=subprocess.DEVNULL,
+        stdin=subprocess.PIPE,  # kept open: some end when their input does
         stdout=subprocess.PIPE,
         stderr=errors,
         text=True,
@@ -80,8 +80,9 @@ def running(command: Sequence[str], **kwargs: Any) -> Iterator[subprocess.Popen[
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
-        if process.stdout is not None:
-            process.stdout.close()
+        for stream in (process.stdin, process.stdout):
+            if stream is not None:
+                stream.close()
         errors.close()
 
 
