@@ -117,7 +117,8 @@ class FenceMonitor:
     def present(self) -> FenceType:
         """The fences that are configured: FENCE_TYPE, the polygon only when something is stored."""
         configured = FenceType(int(self._params.get("FENCE_TYPE")) & 15)
-        return configured if self._store.shapes else configured & ~FenceType.POLYGON
+        stored = any(shape.command != 5000 for shape in self._store.shapes)
+        return configured if stored else configured & ~FenceType.POLYGON
 
     def enable(self, on: bool, fences: FenceType) -> None:
         """DO_FENCE_ENABLE and FENCE_AUTOENABLE; the breaches of disabled fences are forgotten."""

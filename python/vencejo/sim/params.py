@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from importlib.resources import files
 
-__all__ = ["ParamStore", "ParamType", "ParamValueError", "Parameter"]
+__all__ = ["ParamStore", "ParamType", "ParamValueError", "Parameter", "float32"]
 
 PACK_MAGIC = 0x671B
 PACK_MAGIC_WITH_DEFAULTS = 0x671C
@@ -59,7 +59,10 @@ class Parameter:
     index: int
 
 
-def _to_float32(value: float) -> float:
+def float32(value: float) -> float:
+    """The nearest 32-bit float, which is what the vehicle computes with."""
+    if not math.isfinite(value):
+        return value
     try:
         return float(struct.unpack("<f", struct.pack("<f", value))[0])
     except OverflowError:
@@ -71,7 +74,7 @@ def _convert(value: float, kind: ParamType) -> float:
     if not math.isfinite(value):
         raise ParamValueError(f"{value!r} is not a finite number")
     if kind is ParamType.REAL32:
-        return _to_float32(value)
+        return float32(value)
     low, high = _LIMITS[kind]
     return float(min(max(math.trunc(value + math.copysign(_ROUNDING, value)), low), high))
 
@@ -177,6 +180,11 @@ class ParamStore:
             self._values[index] = stored
             self._revision += 1
         return self.at(index)
+
+    def reset(self) -> None:
+        """Back to the defaults."""
+        self._values = list(self._defaults)
+        self._revision += 1
 
     def pack(self, *, block_size: int, start: int = 0, count: int = 0, with_defaults: bool = False) -> bytes:
         """The packed parameter file (``@PARAM/param.pck``) as the vehicle builds it for one block size.

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
-from vencejo.sim.autopilot.interface import RallyPoint, StoredItem
+from vencejo.sim.autopilot.interface import RallyPoint, Severity, StoredItem
 
 __all__ = [
     "FENCE_MAX_ITEMS",
@@ -300,6 +300,7 @@ class MissionStore:
     """The mission. Item 0 is home: it is written like any other, and always read as where home is now."""
 
     max_items = MISSION_MAX_ITEMS
+    complaints: tuple[tuple[Severity, str], ...] = ()
 
     def __init__(self) -> None:
         self._items: list[WireItem] = []
@@ -365,11 +366,9 @@ class MissionStore:
 
     def read(self, seq: int) -> WireItem | None:
         """An item as the station reads it back, None when there is none."""
-        if not 0 <= seq < len(self._items):
-            return None
-        if seq == 0:
-            return self.home or self._items[0]
-        return self._items[seq]
+        if seq == 0 and self.home is not None:
+            return self.home
+        return self._items[seq] if 0 <= seq < len(self._items) else None
 
     def contains(self, command: int) -> bool:
         """Whether some item has that command."""
@@ -404,6 +403,8 @@ class FenceStore:
         self._staged: list[WireItem | None] | None = None
         self.revision = 0
         self.shapes: tuple[FenceShape, ...] = ()
+        self.complaints: tuple[tuple[Severity, str], ...] = ()
+        """What the vehicle says of the last upload when it was refused as a whole."""
 
     def __len__(self) -> int:
         return len(self._items) if self._staged is None else len(self._staged)
@@ -437,7 +438,7 @@ class FenceStore:
                 return MissionResult.INVALID_PARAM1
             p1 = float(int(item.p1))
         elif item.command in (5003, 5004):
-            if not math.isfinite(item.p1) or item.p1 < 0:
+            if not math.isfinite(item.p1):
                 return MissionResult.INVALID_PARAM1
             p1 = _f32(item.p1)
         if (refused := _check_position(item.x, item.y)) is not None:
@@ -453,10 +454,14 @@ class FenceStore:
         if staged is None:
             return MissionResult.ERROR
         items = [item for item in staged if item is not None]
-        shapes = _fence_shapes(items) if len(items) == len(staged) else None
-        if shapes is None:
+        try:
+            if len(items) != len(staged):
+                raise _FenceError(Severity.INFO, "Incorrect item count")
+            shapes = _fence_shapes(items)
+        except _FenceError as error:
+            self.complaints = ((error.severity, error.text), (Severity.WARNING, "Fence validation failed"))
             return MissionResult.ERROR
-        self._items, self.shapes = items, shapes
+        self._items, self.shapes, self.complaints = items, shapes, ()
         self.revision += 1
         return MissionResult.ACCEPTED
 
@@ -474,8 +479,17 @@ class FenceStore:
         return self._items[seq] if 0 <= seq < len(self._items) else None
 
 
-def _fence_shapes(items: Sequence[WireItem]) -> tuple[FenceShape, ...] | None:
-    """The shapes of a list of fence items; None when a polygon is not whole."""
+class _FenceError(Exception):
+    """The fence is not whole; ``text`` is what ArduPlane says of it."""
+
+    def __init__(self, severity: Severity, text: str) -> None:
+        super().__init__(text)
+        self.severity = severity
+        self.text = text
+
+
+def _fence_shapes(items: Sequence[WireItem]) -> tuple[FenceShape, ...]:
+    """The shapes of a list of fence items."""
     shapes: list[FenceShape] = []
     index = 0
     while index < len(items):
@@ -484,9 +498,11 @@ def _fence_shapes(items: Sequence[WireItem]) -> tuple[FenceShape, ...] | None:
         group = items[index : index + size]
         polygon = first.command in (5001, 5002)
         if polygon and size < 3:
-            return None
+            raise _FenceError(Severity.WARNING, f"Invalid vertex count ({size})")
         if len(group) != size or any(i.command != first.command or (polygon and i.p1 != first.p1) for i in group):
-            return None
+            raise _FenceError(Severity.INFO, "Incorrect item count")
+        if first.command in (5003, 5004) and first.p1 <= 0:
+            raise _FenceError(Severity.WARNING, "Non-positive circle radius")
         radius = first.p1 if first.command in (5003, 5004) else 0.0
         shapes.append(FenceShape(first.command, [(i.x * 1e-7, i.y * 1e-7) for i in group], radius))
         index += size
@@ -497,6 +513,7 @@ class RallyStore:
     """Rally points; altitudes are whole metres."""
 
     max_items = RALLY_MAX_ITEMS
+    complaints: tuple[tuple[Severity, str], ...] = ()
 
     def __init__(self) -> None:
         self._items: list[WireItem] = []

@@ -23,7 +23,7 @@ from vencejo.sim.mavlink.codec import MavMessage, dialect
 from vencejo.sim.mavlink.link import Peer
 from vencejo.sim.mavlink.streams import StreamSchedule
 from vencejo.sim.mavlink.telemetry import BUILDERS
-from vencejo.sim.params import ParamStore
+from vencejo.sim.params import ParamStore, float32
 from vencejo.sim.plan_store import MissionResult, PlanStore, WireItem, normalise, stored_item
 
 __all__ = ["Command", "CommandHandler", "Vehicle"]
@@ -82,7 +82,8 @@ class Command:
             frame, scale = (0 if message.command == 179 else 3), 1e7
         elif message.command == 192:  # DO_REPOSITION
             return None
-        x, y = message.param5 * scale, message.param6 * scale
+        # In 32-bit floats, as the autopilot computes: 40.3340 arrives as 40.333999… and becomes 403340000.
+        x, y = float32(message.param5 * scale), float32(message.param6 * scale)
         return cls(
             message.command,
             frame,
@@ -125,6 +126,12 @@ class Vehicle(Protocol):
     def send_telemetry(self, peer: Peer, message_id: int) -> None:
         """Send one telemetry message now, when there is one to send."""
 
+    def set_mission_current(self, peer: Peer, seq: int) -> MavResult:
+        """Make an item the current one and tell it."""
+
+    def default_interval_us(self, message_id: int) -> int | None:
+        """At what interval the stream parameters have a message, None when not at all."""
+
     def send_banner(self, peer: Peer) -> None:
         """Say what the vehicle is."""
 
@@ -157,7 +164,7 @@ class CommandHandler:
             207: self._fence_enable,
             224: self._set_mission_current,
             241: self._calibrate,
-            245: lambda _peer, c: MavResult.ACCEPTED if c.p1 == 2 else MavResult.UNSUPPORTED,
+            245: self._storage,
             246: self._reboot,
             300: self._mission_start,
             400: self._arm,
@@ -166,7 +173,6 @@ class CommandHandler:
             510: self._get_message_interval,
             511: self._set_message_interval,
             512: self._request_message,
-            519: lambda peer, c: self._request(peer, 300, c),
             520: lambda peer, c: self._request(peer, 148, c),
             42428: self._banner,
             43000: self._guided_speed,
@@ -238,10 +244,7 @@ class CommandHandler:
         seq = _whole(command.p1)
         if not 0 <= seq < len(self._vehicle.plans.mission_store):
             return MavResult.DENIED
-        result = self._vehicle.autopilot.set_mission_current(seq)
-        if result == MavResult.ACCEPTED:
-            self._after.append(lambda: self._vehicle.send_telemetry(peer, 42))
-        return result
+        return self._vehicle.set_mission_current(peer, seq)
 
     def _reposition(self, _peer: Peer, command: Command) -> int:
         frame = _FRAMES.get(command.frame)
@@ -383,7 +386,7 @@ class CommandHandler:
             return MavResult.DENIED
         # ArduPlane counts in milliseconds, of one to sixty thousand.
         interval_us = (
-            min(max(asked_us // 1000, 1), 60_000) * 1000 if asked_us else schedule.default_interval(message_id)
+            min(max(asked_us // 1000, 1), 60_000) * 1000 if asked_us else self._vehicle.default_interval_us(message_id)
         )
         if interval_us is not None and interval_us < self.fastest_us(self._vehicle.params):
             self._after.append(
@@ -444,12 +447,21 @@ class CommandHandler:
         self._vehicle.say(Severity.INFO, "Barometer calibration complete")
         self._vehicle.say(Severity.INFO, "Airspeed 1 calibration started")
 
+        self._vehicle.later(1.0, lambda: self._acknowledge(peer, command.number, IN_PROGRESS))
+
         def done() -> None:
             self._vehicle.say(Severity.INFO, "Airspeed 1 calibrated")
             self._acknowledge(peer, command.number, MavResult.ACCEPTED)
 
         self._vehicle.later(_CALIBRATION_S, done)
         return IN_PROGRESS
+
+    def _storage(self, _peer: Peer, command: Command) -> int:
+        if command.p1 != 2:
+            return MavResult.DENIED
+        self._vehicle.params.reset()
+        self._after.append(lambda: self._vehicle.say(Severity.WARNING, "All parameters reset, reboot board"))
+        return MavResult.ACCEPTED
 
     def _reboot(self, _peer: Peer, command: Command) -> int:
         if self._vehicle.autopilot.snapshot().armed:

@@ -14,6 +14,7 @@ from vencejo.sim.autopilot.interface import (
     Event,
     HomeChanged,
     LandedState,
+    MavResult,
     MissionCurrentChanged,
     MissionItemReached,
     Mode,
@@ -106,6 +107,8 @@ class PlaneComponent:
         self._later: list[tuple[float, int, Callable[[], None]]] = []
         self._later_number = itertools.count()
         self._reboot_requested = False
+        self._tell_current: Peer | None = None
+        self._held_texts: list[tuple[Severity, str]] | None = None
         self._text_id = 0
         self._gcs_seen_s: float | None = None
         self._gcs_lost = False
@@ -138,7 +141,7 @@ class PlaneComponent:
             say=self.say,
             param_set=self._parameter_uploaded,
         )
-        self._ftp = FtpServer(files, reply=self.reply, banner=self.send_banner, now_s=self._now_s)
+        self._ftp = FtpServer(files, reply=self.reply, banner=self.send_banner, say=self.say, now_s=self._now_s)
         self._commands = CommandHandler(self)
         self._handlers: dict[str, Callable[[Peer, MavMessage], None]] = {
             "HEARTBEAT": self._on_heartbeat,
@@ -161,7 +164,7 @@ class PlaneComponent:
             "MISSION_REQUEST_INT": lambda p, m: self._plan(
                 p, m, lambda plan: plan.on_request(p, m.seq, as_float=False)
             ),
-            "MISSION_CLEAR_ALL": self._on_mission_clear_all,
+            "MISSION_CLEAR_ALL": lambda p, m: self._plan(p, m, lambda plan: plan.on_clear(p)),
             "MISSION_SET_CURRENT": self._on_mission_set_current,
             "RC_CHANNELS_OVERRIDE": self._on_rc_channels_override,
             "MANUAL_CONTROL": self._on_manual_control,
@@ -211,7 +214,13 @@ class PlaneComponent:
         peer.link.send(message, self.source)
 
     def say(self, severity: Severity, text: str) -> None:
-        """Send a text to every link, in chunks of fifty bytes when it is longer."""
+        """Send a text to every link, in chunks of fifty bytes when it is longer.
+
+        What is said while a message is handled leaves after the answers to it, as on ArduPlane.
+        """
+        if self._held_texts is not None:
+            self._held_texts.append((severity, text))
+            return
         data = text.encode("utf-8", "replace")
         number = 0
         if len(data) > _TEXT_BYTES:
@@ -226,6 +235,21 @@ class PlaneComponent:
         message = build(message_id, self.snapshot(), self._context())
         if message is not None:
             self.reply(peer, message)
+
+    def set_mission_current(self, peer: Peer, seq: int) -> MavResult:
+        """Make an item the current one and tell it, once."""
+        result = self.autopilot.set_mission_current(seq)
+        if result is MavResult.ACCEPTED:
+            self._tell_current = peer
+        return result
+
+    def default_interval_us(self, message_id: int) -> int | None:
+        """At what interval the stream parameters have a message, None when not at all."""
+        for group, messages in GROUPS.items():
+            if message_id in messages:
+                rate_hz = self.params.get(f"MAV1_{GROUP_PARAMS[group]}")
+                return round(1e6 / rate_hz) if rate_hz > 0 else None
+        return None
 
     def send_banner(self, peer: Peer) -> None:
         """Say what the vehicle is."""
@@ -267,9 +291,19 @@ class PlaneComponent:
             return
         handler = self._handlers.get(message.get_type())
         if handler is not None:
-            handler(Peer(link, system, component), message)
             self._snapshot = None
-            self._drain_events()
+            self._held_texts = []
+            try:
+                handler(Peer(link, system, component), message)
+                self._snapshot = None
+                self._drain_events()
+                if self._tell_current is not None:
+                    self.send_telemetry(self._tell_current, 42)
+                    self._tell_current = None
+            finally:
+                texts, self._held_texts = self._held_texts, None
+            for severity, text in texts:
+                self.say(severity, text)
 
     # time
 
@@ -392,6 +426,7 @@ class PlaneComponent:
             case MissionItemReached(seq):
                 self._broadcast(dialect.MAVLink_mission_item_reached_message(seq))
             case MissionCurrentChanged():
+                self._tell_current = None
                 self._broadcast(build(42, self.snapshot(), self._context()))
             case HomeChanged(lat_deg, lon_deg, alt_amsl_m):
                 self.plans.mission_store.set_home(lat_deg, lon_deg, alt_amsl_m)
@@ -486,31 +521,16 @@ class PlaneComponent:
                 result = MissionResult.ACCEPTED if accepted else MissionResult.ERROR
         self.reply(peer, dialect.MAVLink_mission_ack_message(peer.system, peer.component, int(result), 0))
 
-    def _on_mission_clear_all(self, peer: Peer, message: MavMessage) -> None:
-        if message.mission_type == 255:
-            for plan in self._plan_protocols.values():
-                plan.on_clear(peer)
-        else:
-            self._plan(peer, message, lambda plan: plan.on_clear(peer))
-
     def _on_mission_set_current(self, peer: Peer, message: MavMessage) -> None:
-        if self.autopilot.set_mission_current(message.seq) == 0:
-            self._snapshot = None
-            self.send_telemetry(peer, 42)
+        self.set_mission_current(peer, message.seq)
 
     def _on_heartbeat(self, peer: Peer, _message: MavMessage) -> None:
         if peer.system == self.params.integer("MAV_GCS_SYSID"):
             self._gcs_seen_s = self.autopilot.time_s
 
-    def _on_set_mode(self, peer: Peer, message: MavMessage) -> None:
-        result = self.autopilot.set_mode(message.custom_mode) if message.base_mode & 1 else 2
-        # ArduPlane acknowledges this message as if it were a command.
-        self.reply(
-            peer,
-            dialect.MAVLink_command_ack_message(
-                dialect.MAVLINK_MSG_ID_SET_MODE, int(result), 0, 0, peer.system, peer.component
-            ),
-        )
+    def _on_set_mode(self, _peer: Peer, message: MavMessage) -> None:
+        if message.base_mode & 1:  # MAV_MODE_FLAG_CUSTOM_MODE_ENABLED; ArduPlane does not acknowledge this message
+            self.autopilot.set_mode(message.custom_mode)
 
     def _on_param_request_list(self, peer: Peer, message: MavMessage) -> None:
         self.send_banner(peer)

@@ -132,9 +132,9 @@ class VirtualFiles:
         return WriteHandle(lambda data: self._commit_plan(*plan, data))
 
     def list(self, path: str) -> list[str]:
-        """Directory entries as MAVFTP tells them; only the root has any, as on ArduPlane."""
+        """Directory entries as MAVFTP tells them. As on ArduPlane, the virtual files are in no listing."""
         if path.rstrip("/") in ("", "."):
-            return ["D@PARAM", "D@MISSION"]
+            return ["D.", "D.."]
         raise FileError(errno.ENOENT)
 
     def _open_params(self, query: str) -> ReadHandle:
@@ -198,6 +198,8 @@ class VirtualFiles:
                 store.abandon()
                 return False
         if store.complete() is not MissionResult.ACCEPTED:
+            for complaint in store.complaints:
+                self._say(*complaint)
             return False
         if kind.number == 1 and kind.received is not None:
             self._say(*kind.received)

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
+from vencejo.sim.autopilot.interface import Severity
 from vencejo.sim.mavlink.codec import MavMessage, dialect
 from vencejo.sim.mavlink.files import FileError, ReadHandle, VirtualFiles, WriteHandle
 from vencejo.sim.mavlink.link import Link, Peer
@@ -100,6 +101,8 @@ class FtpServer:
         Sends a message to one peer.
     banner : callable
         Sends the banner, as ArduPlane does when the parameter file is opened.
+    say : callable
+        Sends a text to every link.
     now_s : callable
         Simulated time.
     """
@@ -110,11 +113,13 @@ class FtpServer:
         *,
         reply: Callable[[Peer, MavMessage], None],
         banner: Callable[[Peer], None],
+        say: Callable[[Severity, str], None],
         now_s: Callable[[], float],
     ) -> None:
         self._files = files
         self._send = reply
         self._banner = banner
+        self._say = say
         self._now_s = now_s
         self._queue: deque[_Request] = deque()
         self._session: int | None = None
@@ -197,7 +202,8 @@ class FtpServer:
             case FtpOp.CALC_FILE_CRC32:
                 return self._crc(request, reply)
             case FtpOp.CREATE_DIRECTORY | FtpOp.REMOVE_DIRECTORY | FtpOp.REMOVE_FILE | FtpOp.RENAME:
-                raise FileError(errno.ENOSYS)
+                raise FileError(errno.ENOENT)
+        self._say(Severity.DEBUG, f"Unsupported FTP: {request.opcode}")
         return _nak(reply, FtpError.FAIL)
 
     def _open(self, request: _Request, reply: _Reply) -> _Reply:
@@ -247,7 +253,7 @@ class FtpServer:
             return _nak(reply, FtpError.INVALID_DATA_SIZE)
         entries = self._files.list(path)[request.offset :]
         if not entries:
-            return _nak(reply, FtpError.END_OF_FILE)
+            return replace(_nak(reply, FtpError.END_OF_FILE), offset=request.offset)
         data = b""
         for entry in entries:
             packed = entry.encode("ascii") + b"\0"

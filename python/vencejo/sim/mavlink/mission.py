@@ -27,6 +27,8 @@ class PlanItems(Protocol):
     """What a transfer needs of a store (:class:`vencejo.sim.plan_store.MissionStore` and its likes)."""
 
     max_items: int
+    complaints: tuple[tuple[Severity, str], ...]
+    """What is said when a complete upload is refused."""
 
     def __len__(self) -> int:
         """Items stored, or being uploaded."""
@@ -334,7 +336,10 @@ class PlanProtocol:
         result = self._store.complete()
         self._upload = None
         self._ack(peer, result)
-        if result is MissionResult.ACCEPTED and self.kind.received is not None:
+        if result is not MissionResult.ACCEPTED:
+            for complaint in self._store.complaints:
+                self._say(*complaint)
+        elif self.kind.received is not None:
             self._say(*self.kind.received)
 
     def _ack(self, peer: Peer, result: MissionResult) -> None:

@@ -52,10 +52,8 @@ class StreamSchedule:
         self._interval_us: dict[int, int] = {}
         self._due_us: dict[int, int] = {}
         self._next_us = 0
-        self._defaults: dict[int, int] = {}
         for group, rate in rates_hz.items():
             self.set_group(group, rate, now_us=0)
-        self._defaults = dict(self._interval_us)
 
     def set_group(self, group: int, rate_hz: float, *, now_us: int) -> None:
         """Stream all messages of a group at one rate; 0 stops them."""
@@ -71,10 +69,6 @@ class StreamSchedule:
         self._interval_us[message] = interval_us
         self._due_us[message] = now_us
         self._next_us = min(self._next_us, now_us)
-
-    def default_interval(self, message: int) -> int | None:
-        """The interval it had at first, None when it was not streamed."""
-        return self._defaults.get(message)
 
     def interval(self, message: int) -> int | None:
         """Present interval of a message, None when it is not streamed."""

@@ -21,6 +21,8 @@ BANNER = ("ArduPlane V4.8.0-dev (vencejo-sim)", "Vencejo simulated plane")
 """What the vehicle says of itself: an ArduPlane to a station's eyes, honest to a reader's."""
 
 _G_M_S2 = 9.80665
+_EARTH_RADIUS_M = 6_378_100.0
+"""ArduPilot's sphere."""
 _U16_MAX = 65535
 _GPS_INTERVAL_MS = 200
 _FLIGHT_VERSION = 4 << 24 | 8 << 16
@@ -364,6 +366,16 @@ def _battery_status(s: Snapshot, _c: TelemetryContext) -> MavMessage:
     )
 
 
+def _home_ned(s: Snapshot) -> tuple[float, float, float]:
+    """Home from the estimator's origin; NaN while there is none."""
+    if not s.ekf_flags & EkfFlag.POS_HORIZ_ABS:
+        return math.nan, math.nan, math.nan
+    north_m = s.north_m + math.radians(s.home_lat_deg - s.lat_deg) * _EARTH_RADIUS_M
+    circle_m = _EARTH_RADIUS_M * math.cos(math.radians(s.home_lat_deg))
+    east_m = s.east_m + math.radians(s.home_lon_deg - s.lon_deg) * circle_m
+    return north_m, east_m, s.alt_amsl_m - s.home_alt_amsl_m + s.down_m
+
+
 def _home_position(s: Snapshot, c: TelemetryContext) -> MavMessage | None:
     if not c.home_set:
         return None
@@ -372,9 +384,7 @@ def _home_position(s: Snapshot, c: TelemetryContext) -> MavMessage | None:
         _deg_e7(s.home_lat_deg),
         _deg_e7(s.home_lon_deg),
         _i32(round(s.home_alt_amsl_m * 100.0) * 10),
-        0.0,
-        0.0,
-        0.0,
+        *_home_ned(s),
         [nan, nan, nan, nan],
         0.0,
         0.0,
@@ -386,8 +396,8 @@ def _home_position(s: Snapshot, c: TelemetryContext) -> MavMessage | None:
 def _gps_global_origin(s: Snapshot, c: TelemetryContext) -> MavMessage | None:
     if not c.home_set:
         return None
-    lat_deg = s.lat_deg - math.degrees(s.north_m / 6_378_100.0)
-    circle_m = 6_378_100.0 * math.cos(math.radians(s.lat_deg))
+    lat_deg = s.lat_deg - math.degrees(s.north_m / _EARTH_RADIUS_M)
+    circle_m = _EARTH_RADIUS_M * math.cos(math.radians(s.lat_deg))
     return dialect.MAVLink_gps_global_origin_message(
         _deg_e7(lat_deg),
         _deg_e7(s.lon_deg - math.degrees(s.east_m / circle_m)),
