@@ -368,20 +368,23 @@ impl MissionItem {
             return bad("z", alt_m, "which is no height; send it again");
         }
         if has_position {
-            item.params[6] = item.params[6].map(whole_centimetres);
+            item.params[6] = item.params[6].map(|alt_m| whole_centimetres(wire.z).unwrap_or(alt_m));
         }
         Ok(item)
     }
 }
 
-/// A height that is whole centimetres but for the rounding of 32-bit floats, as whole centimetres.
+/// A height that is whole centimetres but for the rounding of 32-bit floats, as whole centimetres; `None`
+/// for others.
 ///
 /// ArduPilot keeps centimetres and sends them multiplied by a 32-bit 0.01: 600.09 m arrives as 600.08997,
 /// and sent back like that it would be cut to 600.08.
-fn whole_centimetres(alt_m: f64) -> f64 {
-    let cm = (alt_m * 100.0).round();
-    let tolerance_m = 2.0 * f64::from(f32::EPSILON) * alt_m.abs();
-    if (cm / 100.0 - alt_m).abs() <= tolerance_m { cm / 100.0 } else { alt_m }
+fn whole_centimetres(alt_m: f32) -> Option<f64> {
+    let alt_m = f64::from(alt_m);
+    let whole_m = (alt_m * 100.0).round() / 100.0;
+    // error of the 32-bit 0.01, and half a unit in the last place of the product
+    let tolerance_m = 0.75 * f64::from(f32::EPSILON) * alt_m.abs();
+    ((whole_m - alt_m).abs() <= tolerance_m).then_some(whole_m)
 }
 
 /// The shortest decimal that a 32-bit float stands for, so that 77.76 read from a vehicle is shown and

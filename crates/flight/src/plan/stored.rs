@@ -10,6 +10,10 @@ use crate::plan::item::{MavFrame, MissionItem, PARAM_NAMES, f64_from_f32};
 /// units in the last place of a 32-bit float, for a vehicle that scales by 0.01 in another order.
 const FLOAT_TOLERANCE: f64 = 4.0 * (f32::EPSILON as f64);
 
+/// Largest difference of a height that is taken for the same, metres: vehicles keep whole centimetres and
+/// differ in whether they cut or round.
+const ALT_TOLERANCE_M: f64 = 0.010_5;
+
 /// What ArduPlane keeps of an item and gives back when asked.
 ///
 /// A command that ArduPlane refuses is returned as it is: there is nothing to compare it with.
@@ -104,7 +108,8 @@ impl std::fmt::Display for Difference {
 ///
 /// Both lists are as on the wire: for a mission item 0 is home, of which only the presence is compared,
 /// because ArduPilot keeps its own. `autocontinue` is not compared: ArduPilot ignores it. Whole numbers
-/// and coordinates must be exact, other floats equal to a few units in their last place.
+/// and coordinates must be exact, heights equal to a centimetre, other floats to a few units in their last
+/// place.
 ///
 /// # Errors
 /// Every difference found, in order of item and field.
@@ -135,9 +140,10 @@ pub fn plans_equal_as_stored(
             let frame = |item: &MissionItem| Some(f64::from(item.frame.number()));
             differ(Field::Frame, frame(&sent), frame(kept));
         }
+        let has_position = kept.has_position();
         for index in 0..7 {
             let (sent, kept) = (sent.params[index], kept.params[index]);
-            if !same_value(index, sent.unwrap_or(0.0), kept.unwrap_or(0.0)) {
+            if !same_value(index, has_position, sent.unwrap_or(0.0), kept.unwrap_or(0.0)) {
                 differ(Field::Param(index as u8), sent, kept);
             }
         }
@@ -145,9 +151,10 @@ pub fn plans_equal_as_stored(
     if differences.is_empty() { Ok(()) } else { Err(differences) }
 }
 
-fn same_value(index: usize, sent: f64, kept: f64) -> bool {
+fn same_value(index: usize, has_position: bool, sent: f64, kept: f64) -> bool {
     let tolerance = match index {
         4 | 5 => 0.5e-7, // half a unit of the wire, whether degrees or a whole number
+        6 if has_position => ALT_TOLERANCE_M,
         _ => FLOAT_TOLERANCE * sent.abs().max(1.0),
     };
     (sent - kept).abs() <= tolerance
