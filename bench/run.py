@@ -191,6 +191,7 @@ def forward(runs: int, seconds: float) -> Table:
         with running(make(port, outs)) as process:
             time.sleep(WARM_UP_S)
             forward_load(port, outs, PLANE_RATE, 1.0)
+            time.sleep(1.2)  # as in forward_load
             with running(
                 [
                     str(LOAD),
@@ -245,15 +246,10 @@ def most_without_loss(port: int, outs: list[int]) -> float:
 
 def with_plane(task: Callable[[str], Figures]) -> Figures:
     """Do a task against a fresh simulated plane."""
-    command = Path(sys.executable).parent / "vencejo"
-    if not command.exists():
-        raise NotMeasured("the `vencejo` command is not installed")
-    port = free_port()
-    with running([str(command), "sim", "--link", f"tcpin:127.0.0.1:{port}"]) as plane:
+    with running([sys.executable, "-m", "vencejo.sim", "--link", "tcp:127.0.0.1:0"]) as plane:
+        port = result_of(plane, 20)["listening"].rpartition(":")[2]
         time.sleep(6)  # ArduPlane, and so the simulated one, refuses missions right after boot
-        if plane.poll() is not None:
-            raise NotMeasured("the simulated plane did not start")
-        return task(str(port))
+        return task(port)
 
 
 def mission(runs: int, _seconds: float) -> Table:
