@@ -1,13 +1,12 @@
 //! Where the vehicle stands in its mission: current item, items reached, distance and time to go.
 
-use vencejo_flight::geodesy::{GeoPoint, distance_m};
-use vencejo_flight::plan::{Command, MissionItem};
+use vencejo_flight::geodesy::GeoPoint;
+use vencejo_flight::plan::Mission;
+use vencejo_flight::progress::{ProgressOptions, remaining};
 use vencejo_proto::MissionSeq;
 
 use crate::telemetry::{MissionCurrent, MissionState, Telemetry};
 
-/// Slower than this over ground, no time to go is given: the vehicle stands or hovers.
-const MIN_GROUNDSPEED_M_S: f64 = 1.0;
 /// Items reached that are remembered. No vehicle holds as many.
 const MAX_REACHED: usize = 10_000;
 
@@ -24,12 +23,12 @@ pub struct MissionProgress {
     pub state: Option<MissionState>,
     /// Distance over ground to the current item.
     pub distance_to_current_m: Option<f64>,
-    /// Distance over ground to the last position of the mission, along its items, jumps not followed. Needs a mission
-    /// that was uploaded or downloaded here.
+    /// Distance over ground to the end of the mission, circles and jumps included ([`remaining`]). Needs a mission that was
+    /// uploaded or downloaded here and has an end.
     pub distance_to_go_m: Option<f64>,
-    /// `distance_to_go_m` at the present ground speed.
+    /// Time for that at the present ground speed.
     pub time_to_go_s: Option<f64>,
-    /// Whether it was flown to its end.
+    /// Whether it was flown to its end: the vehicle says so, or has disarmed at its last item.
     pub is_complete: bool,
 }
 
@@ -47,12 +46,13 @@ pub(crate) struct ProgressTracker {
     reached: Vec<u16>,
     is_complete: bool,
     state: Option<MissionState>,
+    was_armed: bool,
 }
 
 impl ProgressTracker {
     /// The mission was replaced, or the vehicle restarted.
     pub fn reset(&mut self) {
-        *self = Self::default();
+        *self = Self { was_armed: self.was_armed, ..Self::default() };
     }
 
     pub fn on_current(&mut self, current: &MissionCurrent) -> Changes {
@@ -71,7 +71,8 @@ impl ProgressTracker {
                 // Known complete from the first message: nothing happened now.
                 changes.has_completed = self.state.is_some();
             }
-            Some(MissionState::Active | MissionState::NoMission) => self.is_complete = false,
+            Some(MissionState::NoMission) => self.is_complete = false,
+            Some(MissionState::Active) if self.state == Some(MissionState::Complete) => self.is_complete = false,
             _ => {}
         }
         self.state = current.state;
@@ -95,61 +96,54 @@ impl ProgressTracker {
         Changes { current: None, has_completed }
     }
 
-    /// The whole picture. `mission` is the plan on board without home, where it is known; `first` the seq of its first item.
-    pub fn progress(&self, telemetry: &Telemetry, mission: Option<&[MissionItem]>, first: u16) -> MissionProgress {
+    /// Armed or not, by the heartbeat. `last` is the last item to which the vehicle flies. ArduPlane never says that a
+    /// mission which ends with a landing is complete: it lands, and disarms.
+    pub fn on_armed(&mut self, is_armed: bool, last: Option<u16>) -> Changes {
+        let has_disarmed = self.was_armed && !is_armed;
+        self.was_armed = is_armed;
+        let has_completed = has_disarmed && !self.is_complete && last.is_some() && self.current >= last;
+        self.is_complete |= has_completed;
+        Changes { current: None, has_completed }
+    }
+
+    /// The whole picture. `mission` is the plan on board, where it is known; `first` the seq of its first item.
+    pub fn progress(
+        &self,
+        telemetry: &Telemetry,
+        mission: Option<&Mission>,
+        first: u16,
+        options: &ProgressOptions,
+    ) -> MissionProgress {
         let current = telemetry.mission.map(|mission| mission.value);
-        let by_plan = mission.and_then(|items| u16::try_from(items.len()).ok());
+        let by_plan = mission.and_then(|mission| u16::try_from(mission.items.len()).ok());
         let here = telemetry
             .position
             .and_then(|position| GeoPoint::new(position.value.lat_deg?, position.value.lon_deg?).ok());
-        let ahead = mission.zip(self.current).map(|(items, seq)| {
-            let index = usize::from(seq.saturating_sub(first));
-            items.get(index..).unwrap_or_default()
-        });
-        let along = here.zip(ahead).and_then(|(here, ahead)| distances_m(here, ahead));
-        let by_vehicle = telemetry.nav.and_then(|nav| nav.value.wp_distance_m);
-        let distance_to_go_m = along.map(|(_, to_go)| to_go).filter(|_| !self.is_complete);
         let groundspeed_m_s = telemetry.hud.and_then(|hud| hud.value.groundspeed_m_s);
+        let left = mission.zip(self.current).zip(here).map(|((mission, seq), here)| {
+            let index = usize::from(seq.saturating_sub(first));
+            remaining(mission, index, here, groundspeed_m_s, options)
+        });
+        let left = left.unwrap_or_default();
+        let by_vehicle = telemetry.nav.and_then(|nav| nav.value.wp_distance_m);
         MissionProgress {
             current: current.map(|current| MissionSeq(current.seq)),
             reached: self.reached.iter().copied().map(MissionSeq).collect(),
             total: current.and_then(|current| current.total).or(by_plan),
             state: current.and_then(|current| current.state),
-            distance_to_current_m: along.map(|(to_current, _)| to_current).or(by_vehicle),
-            distance_to_go_m,
-            time_to_go_s: distance_to_go_m
-                .zip(groundspeed_m_s.filter(|speed| *speed >= MIN_GROUNDSPEED_M_S))
-                .map(|(distance, speed)| distance / speed),
+            distance_to_current_m: left.leg_m.or(by_vehicle),
+            distance_to_go_m: left.distance_m.filter(|_| !self.is_complete),
+            time_to_go_s: left.time_s.filter(|_| !self.is_complete),
             is_complete: self.is_complete,
         }
     }
 }
 
-/// Distances from `here` to the first position of `ahead`, and along all of them. Circles count with their turns.
-fn distances_m(here: GeoPoint, ahead: &[MissionItem]) -> Option<(f64, f64)> {
-    let mut from = here;
-    let mut total = 0.0;
-    let mut to_first = None;
-    for item in ahead {
-        if !is_on_route(item) {
-            continue;
-        }
-        let Some(point) = item.point() else { continue };
-        total += distance_m(from, point);
-        to_first.get_or_insert(total);
-        from = point;
-    }
-    to_first.map(|to_first| (to_first, total))
-}
-
-/// Whether the vehicle flies to the item's position: navigation commands do, regions of interest and markers do not.
-fn is_on_route(item: &MissionItem) -> bool {
-    item.command.0 < Command::NAV_DELAY.0 || item.command.0 == Command::NAV_PAYLOAD_PLACE.0
-}
-
 #[cfg(test)]
 mod tests {
     use std::time::Duration;
+
+    use vencejo_flight::plan::MissionItem;
 
     use super::*;
     use crate::telemetry::{Hud, Position, Sampled};
@@ -173,32 +167,35 @@ mod tests {
 
     #[test]
     fn distance_follows_the_items_and_time_the_ground_speed() {
-        let items = [
+        let items = vec![
             MissionItem::waypoint(40.0, -3.0, 50.0),
-            MissionItem::change_airspeed(18.0),
+            MissionItem::waypoint(40.0, -3.0, 50.0),
             MissionItem::waypoint(40.01, -3.0, 50.0),
             MissionItem::waypoint(40.02, -3.0, 50.0),
         ];
+        let plan = Mission { home: None, items };
+        let options = ProgressOptions::default();
         let mut tracker = ProgressTracker::default();
         let mission = current(3, Some(MissionState::Active));
         assert_eq!(tracker.on_current(&mission).current, Some(MissionSeq(3)));
         assert_eq!(tracker.on_current(&mission).current, None, "told once");
         let mut telemetry = Telemetry { mission: sampled(mission), ..Telemetry::default() };
-        assert_eq!(tracker.progress(&telemetry, Some(&items), 1).distance_to_go_m, None, "no position yet");
+        let progress = |telemetry: &Telemetry, plan| tracker.progress(telemetry, plan, 1, &options);
+        assert_eq!(progress(&telemetry, Some(&plan)).distance_to_go_m, None, "no position yet");
         telemetry.position = sampled(Position { lat_deg: Some(40.0), lon_deg: Some(-3.0), ..Position::default() });
         telemetry.hud = sampled(Hud { groundspeed_m_s: Some(20.0), ..Hud::default() });
-        let progress = tracker.progress(&telemetry, Some(&items), 1);
+        let known = progress(&telemetry, Some(&plan));
         // 0.01° of latitude at 40° N is 1110.4 m on WGS-84.
-        let to_current = progress.distance_to_current_m.expect("known");
-        let to_go = progress.distance_to_go_m.expect("known");
+        let to_current = known.distance_to_current_m.expect("known");
+        let to_go = known.distance_to_go_m.expect("known");
         assert!((to_current - 1_110.4).abs() < 0.5, "{to_current}");
         assert!((to_go - 2_220.8).abs() < 1.0, "{to_go}");
-        assert!((progress.time_to_go_s.expect("known") - to_go / 20.0).abs() < 1e-9);
-        assert_eq!(progress.total, Some(4));
+        assert!((known.time_to_go_s.expect("known") - to_go / 20.0).abs() < 1e-9);
+        assert_eq!(known.total, Some(4));
         // Without the plan the vehicle's own distance is all there is.
-        assert_eq!(tracker.progress(&telemetry, None, 1).distance_to_go_m, None);
+        assert_eq!(progress(&telemetry, None).distance_to_go_m, None);
         telemetry.hud = sampled(Hud { groundspeed_m_s: Some(0.2), ..Hud::default() });
-        assert_eq!(tracker.progress(&telemetry, Some(&items), 1).time_to_go_s, None);
+        assert_eq!(progress(&telemetry, Some(&plan)).time_to_go_s, None);
     }
 
     #[test]
@@ -213,7 +210,7 @@ mod tests {
         let complete = current(4, Some(MissionState::Complete));
         assert!(tracker.on_current(&complete).has_completed);
         assert!(!tracker.on_current(&complete).has_completed);
-        assert_eq!(tracker.progress(&Telemetry::default(), None, 1).reached.len(), 4);
+        assert_eq!(tracker.progress(&Telemetry::default(), None, 1, &ProgressOptions::default()).reached.len(), 4);
         tracker.on_current(&current(1, Some(MissionState::Active)));
         assert!(!tracker.is_complete);
         assert!(tracker.reached.is_empty());
@@ -226,5 +223,23 @@ mod tests {
         assert!(!tracker.on_reached(3, Some(4)).has_completed);
         assert!(tracker.on_reached(4, Some(4)).has_completed);
         assert!(!tracker.on_reached(4, Some(4)).has_completed);
+    }
+
+    #[test]
+    fn a_landing_is_complete_when_the_vehicle_disarms() {
+        let mut tracker = ProgressTracker::default();
+        tracker.on_current(&current(3, Some(MissionState::Active)));
+        tracker.on_armed(true, Some(4));
+        assert!(!tracker.on_armed(false, Some(4)).has_completed, "disarmed before the end");
+        tracker.on_armed(true, Some(4));
+        tracker.on_current(&current(4, Some(MissionState::Active)));
+        assert!(tracker.on_armed(false, Some(4)).has_completed);
+        assert!(!tracker.on_armed(false, Some(4)).has_completed);
+        // It still says active.
+        tracker.on_current(&current(4, Some(MissionState::Active)));
+        assert!(tracker.is_complete);
+        tracker.on_armed(true, Some(4));
+        tracker.on_current(&current(1, Some(MissionState::Active)));
+        assert!(!tracker.is_complete);
     }
 }

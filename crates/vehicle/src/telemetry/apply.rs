@@ -19,7 +19,7 @@ use super::{
 use crate::modes::{FlightMode, ModeFamily};
 
 /// `MAV_AUTOPILOT_ARDUPILOTMEGA`.
-pub(crate) const AUTOPILOT_ARDUPILOT: u8 = 3;
+const AUTOPILOT_ARDUPILOT: u8 = 3;
 
 impl Telemetry {
     /// Reads a message of the vehicle into its group. `None`: the message has no group.
@@ -36,6 +36,12 @@ impl Telemetry {
         self.messages += 1;
         self.invalid_values += u64::from(check.invalid);
         Some(group)
+    }
+
+    /// Whether the newest heartbeat is that of an ArduPilot.
+    #[must_use]
+    pub fn is_ardupilot(&self) -> bool {
+        self.heartbeat.is_some_and(|heartbeat| heartbeat.value.autopilot == AUTOPILOT_ARDUPILOT)
     }
 
     #[allow(clippy::too_many_lines, reason = "one arm for each message, all alike")]
@@ -55,7 +61,7 @@ impl Telemetry {
             }
             MavMessage::GLOBAL_POSITION_INT(m) => {
                 let (lat_deg, lon_deg) = check.lat_lon(m.lat, m.lon).unzip();
-                let mut speed = |raw: i16| check.scaled(raw, i16::MAX, 1e-2, VELOCITY_M_S);
+                let mut speed = |raw: i16| check.scaled(raw, i16::MAX, 1e2, VELOCITY_M_S);
                 let value = Position {
                     lat_deg,
                     lon_deg,
@@ -110,7 +116,7 @@ impl Telemetry {
                     mag_raw: [m.xmag, m.ymag, m.zmag],
                 };
                 // ArduPilot sends RAW_IMU in the units of SCALED_IMU (GCS_MAVLINK::send_raw_imu).
-                if self.heartbeat.is_some_and(|heartbeat| heartbeat.value.autopilot == AUTOPILOT_ARDUPILOT) {
+                if self.is_ardupilot() {
                     let scaled = imu(value.acc_raw, value.gyro_raw, value.mag_raw, m.temperature, check);
                     self.imus[0] = Some(sampled(scaled, now, check));
                 }
@@ -154,7 +160,7 @@ impl Telemetry {
                 let value = Pressure {
                     absolute_pa: check.float(m.press_abs, 1.0..=2_000.0).map(hpa),
                     differential_pa: check.float(m.press_diff, -1_000.0..=1_000.0).map(hpa),
-                    temperature_c: check.scaled(m.temperature, i16::MAX, 1e-2, TEMPERATURE_C),
+                    temperature_c: check.scaled(m.temperature, i16::MAX, 1e2, TEMPERATURE_C),
                 };
                 self.pressure = Some(sampled(value, now, check));
                 Group::Pressure
@@ -197,6 +203,8 @@ impl Telemetry {
                 Group::ItemReached
             }
             MavMessage::NAV_CONTROLLER_OUTPUT(m) => {
+                // ArduPlane sends centimetres per second (GCS_MAVLINK_Plane::send_nav_controller_output).
+                let unit = if self.is_ardupilot() { 0.01 } else { 1.0 };
                 let value = NavController {
                     nav_roll_deg: check.float(m.nav_roll, -360.0..=360.0),
                     nav_pitch_deg: check.float(m.nav_pitch, -360.0..=360.0),
@@ -204,7 +212,7 @@ impl Telemetry {
                     target_bearing_deg: check.scaled(m.target_bearing, i16::MAX, 1.0, -360.0..=360.0),
                     wp_distance_m: check.scaled(m.wp_dist, u16::MAX, 1.0, 0.0..=65_535.0),
                     alt_error_m: check.float(m.alt_error, -100_000.0..=100_000.0),
-                    airspeed_error_m_s: check.float(m.aspd_error, -100_000.0..=100_000.0),
+                    airspeed_error_m_s: check.float(m.aspd_error, -100_000.0..=100_000.0).map(|error| error * unit),
                     cross_track_error_m: check.float(m.xtrack_error, -1e7..=1e7),
                 };
                 self.nav = Some(sampled(value, now, check));
@@ -271,11 +279,13 @@ impl Telemetry {
             }
             MavMessage::AIRSPEED(m) => {
                 let flags = m.flags.bits();
+                // Specified in hPa; ArduPilot sends Pa (GCS_MAVLINK::send_airspeed).
+                let unit = if self.is_ardupilot() { 1.0 } else { 100.0 };
                 let value = AirspeedSensor {
                     id: m.id,
                     airspeed_m_s: check.float(m.airspeed, SPEED_M_S),
-                    differential_pa: check.float(m.raw_press, -1_000.0..=1_000.0).map(hpa),
-                    temperature_c: check.scaled(m.temperature, i16::MAX, 1e-2, TEMPERATURE_C),
+                    differential_pa: check.float(m.raw_press, -100_000.0..=100_000.0).map(|raw| raw * unit),
+                    temperature_c: check.scaled(m.temperature, i16::MAX, 1e2, TEMPERATURE_C),
                     is_unhealthy: flags & 1 != 0,
                     is_used: flags & 2 != 0,
                 };
@@ -409,18 +419,18 @@ fn gps(m: &GPS_RAW_INT_DATA, check: &mut Check) -> Gps {
     let (lat_deg, lon_deg) = check.lat_lon(m.lat, m.lon).filter(|_| fix.0 >= 2).unzip();
     let alt_amsl_m = check.height_mm(m.alt).filter(|_| fix.is_3d());
     // Accuracies are extension fields: 0 is what a vehicle without them sends.
-    let mut accuracy_m = |raw: u32| check.scaled(raw, 0, 1e-3, 0.0..=4_000_000.0).filter(|_| raw != u32::MAX);
+    let mut accuracy_m = |raw: u32| check.scaled(raw, 0, 1e3, 0.0..=4_000_000.0).filter(|_| raw != u32::MAX);
     Gps {
         fix,
         satellites: known_u8(m.satellites_visible),
         horizontal_accuracy_m: accuracy_m(m.h_acc),
         vertical_accuracy_m: accuracy_m(m.v_acc),
-        hdop: check.scaled(m.eph, u16::MAX, 1e-2, 0.0..=655.0),
-        vdop: check.scaled(m.epv, u16::MAX, 1e-2, 0.0..=655.0),
+        hdop: check.scaled(m.eph, u16::MAX, 1e2, 0.0..=655.0),
+        vdop: check.scaled(m.epv, u16::MAX, 1e2, 0.0..=655.0),
         lat_deg,
         lon_deg,
         alt_amsl_m,
-        groundspeed_m_s: check.scaled(m.vel, u16::MAX, 1e-2, SPEED_M_S),
+        groundspeed_m_s: check.scaled(m.vel, u16::MAX, 1e2, SPEED_M_S),
         course_deg: check.direction_cdeg(m.cog),
     }
 }
@@ -433,11 +443,11 @@ fn sys_status(m: &SYS_STATUS_DATA, check: &mut Check) -> SysStatus {
         sensors_present,
         sensors_enabled: m.onboard_control_sensors_enabled.bits(),
         sensors_health: m.onboard_control_sensors_health.bits(),
-        load_pct: check.scaled(m.load, u16::MAX, 0.1, PERCENT),
-        voltage_v: check.scaled(m.voltage_battery, u16::MAX, 1e-3, 0.0..=65.5).filter(|_| is_measured),
-        current_a: check.scaled(m.current_battery, -1, 1e-2, VELOCITY_M_S),
+        load_pct: check.scaled(m.load, u16::MAX, 10.0, PERCENT),
+        voltage_v: check.scaled(m.voltage_battery, u16::MAX, 1e3, 0.0..=65.5).filter(|_| is_measured),
+        current_a: check.scaled(m.current_battery, -1, 1e2, VELOCITY_M_S),
         battery_remaining_pct: check.scaled(m.battery_remaining, -1, 1.0, PERCENT),
-        drop_rate_pct: check.scaled(m.drop_rate_comm, u16::MAX, 1e-2, PERCENT),
+        drop_rate_pct: check.scaled(m.drop_rate_comm, u16::MAX, 1e2, PERCENT),
     }
 }
 
@@ -458,16 +468,16 @@ fn battery(m: &BATTERY_STATUS_DATA, check: &mut Check) -> Battery {
     if reported <= 1 || cells_v.iter().flatten().any(|cell_v| *cell_v > 5.5) {
         cells_v = [None; 14];
     }
-    let consumed_hj = check.scaled(m.energy_consumed, -1, 100.0, 0.0..=1e9);
+    let consumed_hj = check.scaled(m.energy_consumed, -1, 1.0, 0.0..=1e9);
     Battery {
         id: m.id,
         voltage_v: (total_mv > 0).then(|| f64::from(total_mv) / 1000.0),
         cells_v,
-        current_a: check.scaled(m.current_battery, -1, 1e-2, VELOCITY_M_S),
+        current_a: check.scaled(m.current_battery, -1, 1e2, VELOCITY_M_S),
         consumed_mah: check.scaled(m.current_consumed, -1, 1.0, 0.0..=1e9),
-        consumed_j: consumed_hj,
+        consumed_j: consumed_hj.map(|hundred_j| hundred_j * 100.0),
         remaining_pct: check.scaled(m.battery_remaining, -1, 1.0, PERCENT),
-        temperature_c: check.scaled(m.temperature, i16::MAX, 1e-2, TEMPERATURE_C),
+        temperature_c: check.scaled(m.temperature, i16::MAX, 1e2, TEMPERATURE_C),
         time_remaining_s: check.scaled(m.time_remaining, 0, 1.0, 0.0..=1e7),
     }
 }
@@ -475,10 +485,10 @@ fn battery(m: &BATTERY_STATUS_DATA, check: &mut Check) -> Battery {
 /// Units of SCALED_IMU: mG, mrad/s, mgauss, centidegrees (0: no temperature).
 fn imu(acc: [i16; 3], gyro: [i16; 3], mag: [i16; 3], temperature: i16, check: &mut Check) -> Imu {
     Imu {
-        acc_g: check.vector(acc, 1e-3),
-        gyro_rad_s: check.vector(gyro, 1e-3),
-        mag_gauss: if mag == [0; 3] { None } else { check.vector(mag, 1e-3) },
-        temperature_c: check.scaled(temperature, 0, 1e-2, TEMPERATURE_C),
+        acc_g: check.vector(acc, 1e3),
+        gyro_rad_s: check.vector(gyro, 1e3),
+        mag_gauss: if mag == [0; 3] { None } else { check.vector(mag, 1e3) },
+        temperature_c: check.scaled(temperature, 0, 1e2, TEMPERATURE_C),
     }
 }
 

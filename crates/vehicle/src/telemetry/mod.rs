@@ -9,6 +9,8 @@
 
 mod apply;
 mod boot;
+#[cfg(test)]
+mod tests;
 mod texts;
 mod valid;
 
@@ -20,7 +22,7 @@ use vencejo_proto::MonoTime;
 use crate::modes::FlightMode;
 pub use vencejo_flight::plan::Home;
 
-pub(crate) use apply::{AUTOPILOT_ARDUPILOT, boot_ms_of};
+pub(crate) use apply::boot_ms_of;
 pub use boot::{BootClock, BootEvent};
 pub use texts::{CHUNK_TIMEOUT, MAX_TEXTS, Severity, StatusLog, Text};
 
@@ -471,7 +473,7 @@ pub struct NavController {
     pub wp_distance_m: Option<f64>,
     /// Height error, target above positive.
     pub alt_error_m: Option<f64>,
-    /// Airspeed error as the vehicle sends it (ArduPilot: m/s, before 4.1 cm/s).
+    /// Airspeed error, target above positive.
     pub airspeed_error_m_s: Option<f64>,
     /// Distance off the track, right of it positive.
     pub cross_track_error_m: Option<f64>,

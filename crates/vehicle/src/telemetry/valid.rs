@@ -14,15 +14,15 @@ impl Check {
         self.value(f64::from(value), range)
     }
 
-    /// An integer in units of `unit`, unless it is the number that stands for "unknown".
-    pub(super) fn scaled<T>(&mut self, raw: T, unknown: T, unit: f64, range: RangeInclusive<f64>) -> Option<f64>
+    /// An integer that counts parts, `parts` to the unit, unless it is the number that stands for "unknown".
+    pub(super) fn scaled<T>(&mut self, raw: T, unknown: T, parts: f64, range: RangeInclusive<f64>) -> Option<f64>
     where
         T: PartialEq + Into<f64>,
     {
         if raw == unknown {
             return None;
         }
-        self.value(raw.into() * unit, range)
+        self.value(raw.into() / parts, range)
     }
 
     fn value(&mut self, value: f64, range: RangeInclusive<f64>) -> Option<f64> {
@@ -46,21 +46,21 @@ impl Check {
 
     /// A height in millimetres.
     pub(super) fn height_mm(&mut self, raw: i32) -> Option<f64> {
-        self.scaled(raw, i32::MAX, 1e-3, HEIGHT_M)
+        self.scaled(raw, i32::MAX, 1e3, HEIGHT_M)
     }
 
     /// A direction in hundredths of a degree, 0 to 360 (exclusive).
     pub(super) fn direction_cdeg(&mut self, raw: u16) -> Option<f64> {
-        self.scaled(raw, u16::MAX, 1e-2, 0.0..=360.0).map(|degrees| if degrees == 360.0 { 0.0 } else { degrees })
+        self.scaled(raw, u16::MAX, 1e2, 0.0..=360.0).map(|degrees| if degrees == 360.0 { 0.0 } else { degrees })
     }
 
-    /// Three raw integers in units of `unit`; the lowest number stands for a failed conversion.
-    pub(super) fn vector(&mut self, raw: [i16; 3], unit: f64) -> Option<[f64; 3]> {
+    /// Three raw integers, `parts` to the unit; the lowest number stands for a failed conversion.
+    pub(super) fn vector(&mut self, raw: [i16; 3], parts: f64) -> Option<[f64; 3]> {
         if raw.contains(&i16::MIN) {
             self.invalid += 1;
             return None;
         }
-        Some(raw.map(|value| f64::from(value) * unit))
+        Some(raw.map(|value| f64::from(value) / parts))
     }
 }
 

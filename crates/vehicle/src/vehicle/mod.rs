@@ -9,7 +9,8 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use vencejo_flight::plan::{Home, Mission, MissionItem, PlanKind};
+use vencejo_flight::plan::{Command, Home, Mission, PlanKind, items_from_wire};
+use vencejo_flight::progress::ProgressOptions;
 use vencejo_proto::dialect::{MavMessage, MavMissionType};
 use vencejo_proto::param::ParamEncoding;
 use vencejo_proto::{Address, ComponentId, Message, MissionAck, MissionItemInt, MissionSeq, MonoTime, StatusText};
@@ -29,7 +30,7 @@ use crate::telemetry::{
 };
 use crate::timesync::{TimeSync, TimeSyncEvent};
 use crate::transfer::{
-    FtpSessions, ParamList, ParamRead, ParamSet, PlanClear, PlanDownload, PlanUpload, TransferConfig, TransferError,
+    FtpSessions, Param, ParamList, ParamRead, ParamSet, PlanClear, PlanDownload, PlanUpload, TransferConfig, TransferError,
     TransferOutput,
 };
 use lane::{Lane, Machine, Yield};
@@ -155,8 +156,9 @@ pub struct Vehicle {
     tracker: ProgressTracker,
     plans: PlanStates,
     /// The mission on board, while it is known.
-    mission: Option<Arc<[MissionItem]>>,
+    mission: Option<Arc<Mission>>,
     mission_ids: [Option<u32>; 3],
+    progress_options: ProgressOptions,
     ops: Vec<Op>,
     /// Plans and the list of parameters: one at a time.
     transfer: Option<Lane>,
@@ -190,6 +192,7 @@ impl Vehicle {
             plans: PlanStates::new(),
             mission: None,
             mission_ids: [None; 3],
+            progress_options: ProgressOptions::default(),
             ops: Vec::new(),
             transfer: None,
             transfer_ended: None,
@@ -232,16 +235,16 @@ impl Vehicle {
         self.plans.get(kind)
     }
 
-    /// The mission on board without home, while it is known.
+    /// The mission on board, while it is known.
     #[must_use]
-    pub fn mission(&self) -> Option<&Arc<[MissionItem]>> {
+    pub fn mission(&self) -> Option<&Arc<Mission>> {
         self.mission.as_ref()
     }
 
     /// Where it stands in its mission.
     #[must_use]
     pub fn progress(&self) -> MissionProgress {
-        self.tracker.progress(&self.telemetry, self.mission.as_deref(), self.first_seq())
+        self.tracker.progress(&self.telemetry, self.mission.as_deref(), self.first_seq(), &self.progress_options)
     }
 
     /// When anything of its autopilot was heard last.
@@ -302,12 +305,23 @@ impl Vehicle {
     }
 
     fn is_ardupilot(&self) -> bool {
-        self.context(self.heard_at).is_ardupilot()
+        self.telemetry.is_ardupilot()
     }
 
     /// Seq of a mission's first item: on ArduPilot item 0 is home.
     fn first_seq(&self) -> u16 {
         u16::from(self.is_ardupilot())
+    }
+
+    /// Seq of the last item to which the vehicle flies; what follows it are actions.
+    fn last_destination(&self) -> Option<u16> {
+        let Some(mission) = &self.mission else {
+            let total = self.telemetry.mission?.value.total?;
+            return (total + self.first_seq()).checked_sub(1);
+        };
+        let is_destination = |command: Command| command.0 < Command::NAV_GUIDED_ENABLE.0;
+        let index = mission.items.iter().rposition(|item| is_destination(item.command))?;
+        u16::try_from(index).ok()?.checked_add(self.first_seq())
     }
 
     fn context(&self, now: MonoTime) -> Context<'_> {
@@ -463,6 +477,10 @@ impl Vehicle {
         if self.told.is_armed != Some(heartbeat.is_armed) {
             self.told.is_armed = Some(heartbeat.is_armed);
             self.event(VehicleEvent::ArmedChanged { is_armed: heartbeat.is_armed });
+            let last = self.last_destination();
+            if self.tracker.on_armed(heartbeat.is_armed, last).has_completed {
+                self.event(VehicleEvent::MissionComplete);
+            }
         }
         if !self.has_asked {
             self.has_asked = true;
@@ -518,10 +536,7 @@ impl Vehicle {
 
     fn on_item_reached(&mut self) {
         let Some(seq) = self.telemetry.item_reached.map(|reached| reached.value) else { return };
-        let last = self.mission.as_ref().and_then(|items| {
-            let last = self.first_seq().checked_add(u16::try_from(items.len()).ok()?)?;
-            last.checked_sub(1)
-        });
+        let last = self.last_destination();
         self.event(VehicleEvent::ItemReached { seq: MissionSeq(seq) });
         if self.tracker.on_reached(seq, last).has_completed {
             self.event(VehicleEvent::MissionComplete);
@@ -1126,8 +1141,14 @@ impl Vehicle {
         }
         let result = match result {
             Ok(Yield::Plan(kind, wire)) => self.on_plan(kind, &wire),
-            Ok(Yield::Parameters(params)) => Ok(Reply::Parameters(params)),
-            Ok(Yield::Parameter(param)) => Ok(Reply::Parameter(param)),
+            Ok(Yield::Parameters(params)) => {
+                params.iter().for_each(|param| self.learn(param));
+                Ok(Reply::Parameters(params))
+            }
+            Ok(Yield::Parameter(param)) => {
+                self.learn(&param);
+                Ok(Reply::Parameter(param))
+            }
             Err(error) => {
                 if let Some((kind, _)) = lane.plan_before
                     && lane.machine.writes_plan()
@@ -1149,15 +1170,22 @@ impl Vehicle {
         }
     }
 
+    /// Parameters that our own reckoning needs.
+    fn learn(&mut self, param: &Param) {
+        let value = param.value.as_f64().abs();
+        if param.name.as_str() == "WP_LOITER_RAD" && value >= 1.0 {
+            self.progress_options.loiter_radius_m = value;
+        }
+    }
+
     /// A plan was read from the vehicle: now it is known.
     fn on_plan(&mut self, kind: PlanKind, wire: &[MissionItemInt]) -> Result<Reply, VehicleError> {
         let has_home = kind == PlanKind::Mission && self.is_ardupilot();
-        let (home, items) = if kind == PlanKind::Mission {
-            let mission = Mission::from_wire(wire, has_home)?;
-            (mission.home, mission.items)
-        } else {
-            (None, vencejo_flight::plan::items_from_wire(wire, kind)?)
+        let mission = match kind {
+            PlanKind::Mission => Mission::from_wire(wire, has_home)?,
+            PlanKind::Fence | PlanKind::Rally => Mission { home: None, items: items_from_wire(wire, kind)? },
         };
+        let items = &mission.items;
         let state = if items.is_empty() {
             PlanState::Empty
         } else {
@@ -1168,10 +1196,10 @@ impl Vehicle {
             if self.plans.get(kind) != state {
                 self.tracker.reset();
             }
-            self.mission = (!items.is_empty()).then(|| items.as_slice().into());
+            self.mission = (!items.is_empty()).then(|| Arc::new(mission.clone()));
         }
         self.set_plan(kind, state);
-        Ok(Reply::Plan { kind, items, home, state })
+        Ok(Reply::Plan { kind, items: mission.items, home: mission.home, state })
     }
 }
 

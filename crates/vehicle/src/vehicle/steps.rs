@@ -131,9 +131,7 @@ impl Context<'_> {
     }
 
     pub fn is_ardupilot(&self) -> bool {
-        self.telemetry
-            .heartbeat
-            .is_some_and(|heartbeat| heartbeat.value.autopilot == crate::telemetry::AUTOPILOT_ARDUPILOT)
+        self.telemetry.is_ardupilot()
     }
 
     fn set_mode(&self, mode: FlightMode) -> Step {
