@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import contextlib
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator
@@ -49,6 +50,10 @@ FENCED: dict[str, frozenset[str]] = {
     "mavlink": frozenset({"proto"}),
 }
 
+#: Crates without I/O, thread or clock, and what would be one.
+PURE: frozenset[str] = frozenset({"proto", "flight", "vehicle"})
+IMPURE = re.compile(r"\bstd::(?:fs|net|process|thread)\b|\bInstant::now\b|\bSystemTime::now\b")
+
 #: Python room → rooms that it may import. `sdk` is python/vencejo itself without its sub-rooms.
 ROOMS: dict[str, frozenset[str]] = {
     "sdk": frozenset({"_native"}),
@@ -76,8 +81,8 @@ LAZY_MODULES: dict[tuple[str, str], frozenset[str]] = {
     ("sdk", "pymavlink"): frozenset({"mavlink.py"}),  # field names of raw messages, the escape hatch
 }
 
-#: The native part that the simulated plane may call: the flight crate's guidance, nothing of the driver.
-NATIVE_GUIDANCE = "vencejo._native.guidance"
+#: The native part that the simulated plane may call, as room `guidance`: the flight crate's laws, nothing of the driver.
+NATIVE_GUIDANCE = frozenset({"vencejo._native.PlanePilot"})
 
 
 @dataclass(frozen=True)
@@ -164,7 +169,7 @@ def room_of(module: str) -> str | None:
         return None
     if len(parts) > 1 and parts[1] in {"cli", "sim"}:
         return parts[1]
-    if module == NATIVE_GUIDANCE or module.startswith(NATIVE_GUIDANCE + "."):
+    if module in NATIVE_GUIDANCE:
         return "guidance"
     if len(parts) > 1 and parts[1] == "_native":
         return "_native"
@@ -274,6 +279,18 @@ def check_docs(root: Path, report: Report) -> None:
         report.check(opens, f"{shown}: must open with a doc comment that says what the file owns")
 
 
+def check_pure(root: Path, report: Report) -> None:
+    """Check that the crates that are to be pure read no clock and do no I/O; comments may speak of it."""
+    for crate in sorted(PURE):
+        for path in sorted((root / "crates" / crate / "src").rglob("*.rs")):
+            if {"tests", "testing"} & {part.partition(".")[0] for part in path.relative_to(root).parts}:
+                continue  # they read fixtures
+            code = "\n".join(line.partition("//")[0] for line in path.read_text(encoding="utf-8").splitlines())
+            found = IMPURE.search(code)
+            where = f"{path.relative_to(root)}:{code[: found.start()].count(chr(10)) + 1}" if found else ""
+            report.check(found is None, f"{where}: crate {crate} is pure and must not use `{found and found.group()}`")
+
+
 def check_python(root: Path, report: Report) -> None:
     """Check the imports of every module of python/vencejo."""
     top = root / "python"
@@ -299,6 +316,7 @@ def main() -> int:
         text=True,
     ).stdout
     check_crates(crate_dependencies(metadata), report)
+    check_pure(ROOT, report)
     check_python(ROOT, report)
     check_docs(ROOT, report)
     for fault in report.faults:

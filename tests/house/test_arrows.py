@@ -63,7 +63,12 @@ def test_a_missing_crate_is_found() -> None:
         ("sim/plane.py", "from vencejo import connect", "must not import"),
         ("sim/plane.py", "from ..plan import Plan", "must not import"),
         ("sim/plane.py", "from vencejo import _native", "must not import"),
-        ("sim/plane.py", "from vencejo._native import guidance", None),
+        ("sim/plane.py", "from vencejo._native import PlanePilot", None),
+        (
+            "sim/plane.py",
+            "from vencejo._native import PlanePilot, Station",
+            "must not import `vencejo._native.Station`",
+        ),
         ("sim/autopilot/core.py", "from ..params import Params", None),
         ("cli/fly.py", "import vencejo", None),
         ("cli/fly.py", "from vencejo import _native", "must not import"),
@@ -109,6 +114,24 @@ def test_files_open_by_saying_what_they_own(tmp_path: Path, name: str, text: str
     path = tmp_path / name
     path.write_text(text)
     assert arrows.opens_with_doc(path) is opens
+
+
+@pytest.mark.parametrize(
+    ("code", "where"),
+    [
+        ("// std::fs is for others\nfn pure() {}\n", None),
+        ("fn a() {}\nuse std::fs;\n", "crates/vehicle/src/a.rs:2"),
+        ("let now = Instant::now();\n", "crates/vehicle/src/a.rs:1"),
+        ("let now = std::time::SystemTime::now();\n", "crates/vehicle/src/a.rs:1"),
+    ],
+)
+def test_a_clock_in_a_pure_crate_is_found(tmp_path: Path, code: str, where: str | None) -> None:
+    file = tmp_path / "crates/vehicle/src/a.rs"
+    file.parent.mkdir(parents=True)
+    file.write_text(code)
+    report = arrows.Report()
+    arrows.check_pure(tmp_path, report)
+    assert [fault.partition(": ")[0] for fault in report.faults] == ([] if where is None else [where])
 
 
 def test_architecture_shows_the_same_tables() -> None:

@@ -1,3 +1,5 @@
+//! Tests of the endpoints over real sockets and pseudo-terminals.
+
 use super::*;
 use crate::testing::{Listening, in_time};
 

@@ -1,3 +1,5 @@
+//! Tests of the hub: counting, routing, forwarding and listeners together.
+
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::*;

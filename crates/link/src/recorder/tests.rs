@@ -1,3 +1,5 @@
+//! Tests of the recorder, on folders of their own.
+
 use std::collections::BTreeMap;
 
 use super::*;
