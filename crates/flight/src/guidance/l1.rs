@@ -95,6 +95,25 @@ pub enum Track {
     Level,
 }
 
+impl Track {
+    /// True when going on from `previous` to this track is not a new target: the same circle, its radius at most 10 % other
+    /// (it grows with height, as the true airspeed does), or an equal track.
+    #[must_use]
+    pub fn continues(&self, previous: &Self) -> bool {
+        match (self, previous) {
+            (
+                Self::Circle { centre, radius_m, turn },
+                Self::Circle { centre: centre_before, radius_m: radius_before, turn: turn_before },
+            ) => {
+                centre == centre_before
+                    && turn == turn_before
+                    && (radius_m - radius_before).abs() <= 0.1 * radius_before.abs()
+            }
+            _ => self == previous,
+        }
+    }
+}
+
 /// How the plane moves over the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motion {

@@ -223,7 +223,7 @@ pub fn step(
     next.track = None;
     match orders.lateral {
         Lateral::Track(track) => {
-            if state.track != Some(track) {
+            if !state.track.is_some_and(|previous| track.continues(&previous)) {
                 next.l1.on_circle = false;
             }
             let motion =
@@ -257,14 +257,14 @@ pub fn step(
             output.throttle = output.energy.throttle;
         }
         Vertical::Pitch { pitch_rad, throttle } => {
-            next.tecs = TecsState::default();
             output.pitch_rad = bound(pitch_rad, -1.5, 1.5);
             output.throttle = bound(throttle, 0.0, 1.0);
+            next.tecs = TecsState::taking_over(output.throttle);
         }
         Vertical::Stick { elevator, throttle } => {
-            next.tecs = TecsState::default();
             output.pitch_rad = sensed.pitch_rad;
             output.throttle = bound(throttle, 0.0, 1.0);
+            next.tecs = TecsState::taking_over(output.throttle);
             stick_elevator = Some(bound(elevator, -1.0, 1.0));
         }
     }

@@ -149,13 +149,23 @@ pub struct Energy {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TecsState {
     memory: Option<Memory>,
+    throttle: Option<f64>,
+}
+
+impl TecsState {
+    /// A fresh state that takes over from a throttle set by other means.
+    #[must_use]
+    pub fn taking_over(throttle: f64) -> Self {
+        Self { memory: None, throttle: Some(throttle) }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Memory {
     target_m: f64,
-    target_rate_m_s: f64,
-    smooth_m: f64,
+    slope_m_s: f64,
+    path_m: f64,
+    path_rate_m_s: f64,
     accel_m_s2: f64,
     energy_rate: f64,
     throttle: f64,
@@ -196,28 +206,38 @@ pub fn manage(
     let sink_min = bound(params.sink_min_m_s, 0.1, 50.0);
     let mut memory = state.memory.unwrap_or(Memory {
         target_m: now.height_m,
-        target_rate_m_s: 0.0,
-        smooth_m: now.height_m,
+        slope_m_s: 0.0,
+        path_m: now.height_m,
+        path_rate_m_s: now.climb_m_s,
         accel_m_s2: 0.0,
         energy_rate: 0.0,
-        throttle: bound(params.throttle_trim, 0.0, 1.0),
+        throttle: bound(state.throttle.unwrap_or(params.throttle_trim), 0.0, 1.0),
         throttle_integral: 0.0,
         pitch_rad: now.pitch_rad,
         pitch_integral_rad: now.pitch_rad - (now.climb_m_s / speed).clamp(-0.5, 0.5),
     });
 
-    // Height demand: rate-limited, then smoothed without the lag that a smoothed slope would have.
+    // Height demand: rate-limited, then a smooth path of height and rate that meets it.
     let before = memory.target_m;
-    memory.target_m = if matches!(demand.phase, Phase::Climbout) {
-        // The climb is as it is; the demand goes with it and starts from there afterwards.
-        now.height_m
-    } else {
-        bound(demand.height_m, before - sink_max * dt, before + climb_max * dt)
-    };
     let tau_h = bound(params.height_demand_tau_s, 0.1, 20.0);
-    memory.target_rate_m_s = lag(memory.target_rate_m_s, (memory.target_m - before) / dt, tau_h, dt);
-    memory.smooth_m = lag(memory.smooth_m, memory.target_m, tau_h, dt);
-    let height_demand = memory.smooth_m + memory.target_rate_m_s * tau_h;
+    if matches!(demand.phase, Phase::Climbout) {
+        // The climb is as it is; the path goes with it and starts from there afterwards.
+        memory.target_m = now.height_m;
+        memory.slope_m_s = 0.0;
+        memory.path_m = now.height_m;
+        memory.path_rate_m_s = now.climb_m_s;
+    } else {
+        memory.target_m = bound(demand.height_m, before - sink_max * dt, before + climb_max * dt);
+        // A target that slides (a glide slope) is fed forward, one that jumped is caught up with.
+        let slides = (demand.height_m - before).abs() < 1.0;
+        let rate = if slides { (memory.target_m - before) / dt } else { 0.0 };
+        memory.slope_m_s = lag(memory.slope_m_s, rate, 1.0, dt);
+        let wanted = (memory.target_m - memory.path_m) / tau_h + memory.slope_m_s;
+        let wanted = bound(wanted, -sink_max, climb_max);
+        memory.path_rate_m_s = lag(memory.path_rate_m_s, wanted, tau_h / 4.0, dt);
+        memory.path_m += memory.path_rate_m_s * dt;
+    }
+    let height_demand = memory.path_m;
 
     // Demands for ḣ and V̇.
     let (tau, damping) = match demand.phase {
@@ -232,7 +252,7 @@ pub fn manage(
             let touch = bound(params.land_sink_m_s, 0.0, 2.0);
             -(touch + (bound(start_sink_m_s, touch, sink_max.max(touch)) - touch) * left)
         }
-        _ => bound((height_demand - now.height_m) / tau + memory.target_rate_m_s, -sink_max, climb_max),
+        _ => bound((height_demand - now.height_m) / tau + memory.path_rate_m_s, -sink_max, climb_max),
     };
     let airspeed_demand =
         bound(demand.airspeed_m_s, params.airspeed_min_m_s, params.airspeed_max_m_s.max(params.airspeed_min_m_s));
@@ -324,5 +344,5 @@ pub fn manage(
         airspeed_demand_m_s: airspeed_demand,
         underspeed,
     };
-    (TecsState { memory: Some(memory) }, output)
+    (TecsState { memory: Some(memory), throttle: None }, output)
 }

@@ -1,0 +1,313 @@
+"""What each mission command means to this plane: how it begins, and when it is done."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from .geo import Spot, distance_m
+from .interface import Mode, Severity, StoredItem
+from .names import AT_ONCE, Cmd
+
+if TYPE_CHECKING:
+    from .core import Autopilot
+
+__all__ = ["Commands"]
+
+
+class Commands:
+    """Begins and watches the commands of a mission."""
+
+    def __init__(self, ap: Autopilot) -> None:
+        self._ap = ap
+        self.takeoff_complete = True
+        self._condition_s = 0.0
+        self._delay_until_s = 0.0
+        self._change_alt_kind = 0
+        self._starts: dict[int, Callable[[StoredItem], bool | None]] = {
+            Cmd.NAV_WAYPOINT: self._start_waypoint,
+            Cmd.NAV_LOITER_UNLIM: self._start_loiter,
+            Cmd.NAV_LOITER_TURNS: self._start_loiter_turns,
+            Cmd.NAV_LOITER_TIME: self._start_loiter_time,
+            Cmd.NAV_LOITER_TO_ALT: self._start_loiter,
+            Cmd.NAV_RETURN_TO_LAUNCH: lambda _: ap.change_mode(Mode.RTL, "mission command"),
+            Cmd.NAV_LAND: ap.landing.begin,
+            Cmd.NAV_TAKEOFF: self._start_takeoff,
+            Cmd.NAV_CONTINUE_AND_CHANGE_ALT: self._start_change_alt,
+            Cmd.NAV_ALTITUDE_WAIT: lambda _: None,
+            Cmd.NAV_DELAY: self._start_delay,
+            Cmd.CONDITION_DELAY: self._start_condition_delay,
+            Cmd.CONDITION_DISTANCE: lambda _: None,
+            Cmd.DO_CHANGE_SPEED: self._change_speed,
+            Cmd.DO_SET_HOME: self._set_home,
+            Cmd.DO_RETURN_PATH_START: lambda _: None,
+            Cmd.DO_LAND_START: lambda _: None,
+            Cmd.DO_AUTOTUNE_ENABLE: lambda _: None,
+            Cmd.DO_INVERTED_FLIGHT: self._inverted,
+            Cmd.DO_FENCE_ENABLE: self._fence,
+            Cmd.DO_GRIPPER: self._gripper,
+            Cmd.DO_SET_RESUME_REPEAT_DIST: self._repeat_dist,
+            Cmd.DO_SET_CAM_TRIGG_DIST: self._trigger_distance,
+            Cmd.DO_DIGICAM_CONTROL: lambda _: ap.take_picture(),
+            Cmd.IMAGE_START_CAPTURE: lambda _: ap.take_picture(),
+            Cmd.DO_SET_ROI: lambda _: None,
+            Cmd.DO_SET_ROI_LOCATION: lambda _: None,
+            Cmd.DO_SET_ROI_NONE: lambda _: None,
+            Cmd.DO_MOUNT_CONTROL: lambda _: None,
+            Cmd.DO_VTOL_TRANSITION: lambda _: None,
+            Cmd.DO_ENGINE_CONTROL: lambda _: None,
+        }
+        self._verifies: dict[int, Callable[[StoredItem], bool]] = {
+            Cmd.NAV_WAYPOINT: self._verify_waypoint,
+            Cmd.NAV_LOITER_UNLIM: self._verify_loiter_unlimited,
+            Cmd.NAV_LOITER_TURNS: self._verify_loiter_turns,
+            Cmd.NAV_LOITER_TIME: self._verify_loiter_time,
+            Cmd.NAV_LOITER_TO_ALT: self._verify_loiter_to_alt,
+            Cmd.NAV_RETURN_TO_LAUNCH: lambda _: False,
+            Cmd.NAV_LAND: self._verify_land,
+            Cmd.NAV_TAKEOFF: self._verify_takeoff,
+            Cmd.NAV_CONTINUE_AND_CHANGE_ALT: self._verify_change_alt,
+            Cmd.NAV_ALTITUDE_WAIT: self._verify_altitude_wait,
+            Cmd.NAV_DELAY: lambda _: ap.armed or ap.time_s >= self._delay_until_s,
+            Cmd.CONDITION_DELAY: lambda _: ap.time_s >= self._condition_s,
+            Cmd.CONDITION_DISTANCE: lambda item: ap.nav.distance < max(0.0, item.p1),
+        }
+
+    # both
+
+    def start(self, item: StoredItem) -> bool:
+        """Begin a command; False when this plane cannot do it."""
+        start = self._starts.get(item.command)
+        if start is None:
+            # A payload command that nothing here answers to is done by being announced.
+            return item.command in AT_ONCE
+        if item.command <= Cmd.NAV_LAST:
+            self.takeoff_complete = True
+            if self._ap.landing.active and item.command != Cmd.NAV_LAND:
+                self._ap.landing.end()
+        return start(item) is not False
+
+    def verify(self, item: StoredItem) -> bool:
+        """True when a command is done."""
+        verify = self._verifies.get(item.command)
+        if verify is not None:
+            return verify(item)
+        if item.command not in self._starts:
+            self._ap.say(Severity.WARNING, f"Skipping invalid cmd #{item.command}")
+        return True
+
+    # waypoints
+
+    def _start_waypoint(self, item: StoredItem) -> None:
+        self._ap.nav.set_next(self._ap.spot_of(item))
+
+    def _verify_waypoint(self, item: StoredItem) -> bool:
+        ap = self._ap
+        nav = ap.nav
+        nav.hold_course_rad = None
+        here = ap.here()
+        target = nav.next
+        if item.p3 > 0 and distance_m(nav.previous, target) > 0:
+            # Fly on beyond the point before it counts.
+            target = target.moved(math.atan2(target.e_m - nav.previous.e_m, target.n_m - nav.previous.n_m), item.p3)
+        nav.fly_leg(nav.previous if nav.crosstrack else here, target)
+        passed = nav.passed(nav.previous, target)
+        limit = ap.tune["WP_MAX_RADIUS"]
+        if limit > 0 and nav.distance > limit:
+            if passed and item.p3 <= 0:
+                nav.previous = here
+            return False
+        if item.p2 > 0:
+            acceptance = item.p2
+        elif item.p3 > 0:
+            acceptance = 0.0
+        else:
+            acceptance = nav.turn_distance()
+        distance = distance_m(here, target)
+        if distance <= acceptance:
+            ap.say(Severity.INFO, f"Reached waypoint #{item.seq} dist {int(distance)}m")
+            return True
+        if passed:
+            ap.say(Severity.INFO, f"Passed waypoint #{item.seq} dist {int(distance)}m")
+            return True
+        return False
+
+    # loiters
+
+    def _start_loiter(self, item: StoredItem) -> None:
+        ap = self._ap
+        spot = ap.spot_of(item)
+        radius = item.p2 if item.command == Cmd.NAV_LOITER_TO_ALT else item.p3
+        spot.anticlockwise = radius < 0
+        spot.exit_tangent = item.p4 == 1
+        ap.nav.set_next(spot)
+        ap.nav.loiter.clockwise = not spot.anticlockwise
+
+    def _start_loiter_turns(self, item: StoredItem) -> None:
+        self._start_loiter(item)
+        self._ap.nav.loiter.total_rad = max(0.0, item.p1) * math.tau
+
+    def _start_loiter_time(self, item: StoredItem) -> None:
+        self._start_loiter(item)
+        self._ap.nav.loiter.duration_s = max(0.0, item.p1)
+
+    def _verify_loiter_unlimited(self, item: StoredItem) -> bool:
+        self._ap.nav.fly_circle(abs(item.p3))
+        return False
+
+    def _verify_loiter_turns(self, item: StoredItem) -> bool:
+        ap, loiter = self._ap, self._ap.nav.loiter
+        ap.nav.fly_circle(abs(item.p3))
+        if not ap.on_circle:
+            return False
+        if not loiter.goal_met:
+            if loiter.turned_rad <= loiter.total_rad or not loiter.counting:
+                return False
+            self._goal_met()
+        return self._leave_circle("Loiter orbits complete")
+
+    def _verify_loiter_time(self, item: StoredItem) -> bool:
+        ap, loiter = self._ap, self._ap.nav.loiter
+        # The radius of a timed loiter is always WP_LOITER_RAD.
+        ap.nav.fly_circle()
+        if loiter.started_s is None or not loiter.counting:
+            return False
+        if not loiter.goal_met:
+            if ap.time_s - loiter.started_s <= loiter.duration_s:
+                return False
+            self._goal_met()
+        return self._leave_circle("Loiter time complete")
+
+    def _verify_loiter_to_alt(self, item: StoredItem) -> bool:
+        ap, loiter = self._ap, self._ap.nav.loiter
+        ap.nav.fly_circle(abs(item.p2))
+        if not loiter.goal_met:
+            if not loiter.counting or not (loiter.reached_alt or loiter.stuck):
+                return False
+            if loiter.stuck:
+                ap.say(Severity.INFO, f"Loiter to alt was stuck at {int(ap.here().alt_m)}")
+            self._goal_met()
+        return self._leave_circle("Loiter to alt complete")
+
+    def _goal_met(self) -> None:
+        self._ap.nav.loiter.goal_met = True
+        self._ap.nav.loiter.turned_rad = 0.0
+
+    def _leave_circle(self, text: str) -> bool:
+        ap = self._ap
+        current = ap.mission.nav
+        following = None if current is None else ap.mission.next_nav(current.seq + 1)
+        target = None if following is None else ap.spot_of(following, or_none=True)
+        if not ap.nav.lined_up(target):
+            return False
+        ap.say(Severity.INFO, text)
+        return True
+
+    # take-off and landing
+
+    def _start_takeoff(self, item: StoredItem) -> None:
+        ap = self._ap
+        nav = ap.nav
+        spot = ap.spot_of(item)
+        nav.previous = ap.here()
+        # The place of a take-off item means nothing: straight ahead it goes.
+        nav.next = Spot(ap.home.n_m, ap.home.e_m, spot.alt_m)
+        nav.hold_course_rad = None
+        nav.reset_slope()
+        self.takeoff_complete = False
+        ap.climbout.begin_climb(item.p1 if item.p1 > 0 else 4.0, spot.alt_m - ap.home.alt_m)
+
+    def _verify_takeoff(self, item: StoredItem) -> bool:
+        if not self._ap.climbout.verify():
+            return False
+        self.takeoff_complete = True
+        return True
+
+    def _verify_land(self, item: StoredItem) -> bool:
+        self._ap.landing.verify()
+        return False
+
+    # heights and waits
+
+    def _start_change_alt(self, item: StoredItem) -> None:
+        ap = self._ap
+        nav = ap.nav
+        if distance_m(nav.previous, nav.next) < 0.1:
+            # No leg to go on along: take the course of the moment.
+            est = ap.est
+            course = math.atan2(est.velocity_e_m_s, est.velocity_n_m_s)
+            nav.hold_course_rad = None
+            nav.next = nav.next.moved(course, 1000.0)
+        else:
+            nav.next = nav.next.copy()
+        nav.next.alt_m = ap.alt_of(item)
+        self._change_alt_kind = int(item.p1)
+        nav.reset_slope()
+        nav.reset_loiter()
+
+    def _verify_change_alt(self, item: StoredItem) -> bool:
+        ap = self._ap
+        nav = ap.nav
+        if distance_m(ap.here(), nav.next) < 200.0:
+            nav.next = nav.next.moved(
+                math.atan2(nav.next.e_m - nav.previous.e_m, nav.next.n_m - nav.previous.n_m), 300.0
+            )
+        nav.fly_leg(nav.previous, nav.next)
+        error = ap.here().alt_m - nav.next.alt_m
+        if self._change_alt_kind == 1:
+            return error >= 0.0
+        if self._change_alt_kind == 2:
+            return error <= 0.0
+        return abs(error) <= 5.0
+
+    def _verify_altitude_wait(self, item: StoredItem) -> bool:
+        ap = self._ap
+        # The height of this command is always above mean sea level.
+        if ap.here().alt_m > item.p1:
+            ap.say(Severity.INFO, "Reached altitude")
+            return True
+        sink = ap.est.velocity_d_m_s
+        if item.p2 > 0 and sink > item.p2:
+            ap.say(Severity.INFO, f"Reached descent rate {sink:.1f} m/s")
+            return True
+        return False
+
+    def _start_delay(self, item: StoredItem) -> None:
+        seconds = max(0.0, item.p1)
+        self._delay_until_s = self._ap.time_s + seconds
+        self._ap.say(Severity.INFO, f"Delaying {int(seconds)} sec")
+
+    def _start_condition_delay(self, item: StoredItem) -> None:
+        self._condition_s = self._ap.time_s + max(0.0, item.p1)
+
+    # at once
+
+    def _change_speed(self, item: StoredItem) -> None:
+        self._ap.change_speed(int(item.p1), item.p2, item.p3)
+
+    def _set_home(self, item: StoredItem) -> None:
+        ap = self._ap
+        if item.p1 == 1:
+            ap.set_home(None, None, None)
+        else:
+            ap.set_home(item.lat_deg, item.lon_deg, ap.alt_of(item))
+
+    def _inverted(self, item: StoredItem) -> None:
+        if item.p1 in (0, 1):
+            self._ap.say(Severity.INFO, f"Set inverted {int(item.p1)}")
+
+    def _fence(self, item: StoredItem) -> None:
+        if self._ap.on_fence_enable is not None:
+            self._ap.on_fence_enable(int(item.p1))
+
+    def _gripper(self, item: StoredItem) -> None:
+        self._ap.say(Severity.INFO, "Gripper Grabbed" if item.p2 == 1 else "Gripper Released")
+
+    def _repeat_dist(self, item: StoredItem) -> None:
+        self._ap.say(Severity.INFO, f"Resume repeat dist set to {int(item.p1)} m")
+
+    def _trigger_distance(self, item: StoredItem) -> None:
+        self._ap.trigger_distance_m = max(0.0, item.p1)
+        if item.p3 == 1:
+            self._ap.take_picture()

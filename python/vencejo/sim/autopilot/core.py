@@ -1,0 +1,1065 @@
+"""The autopilot: one plane that flies itself, step by step, and can be told what to do.
+
+It owns the loop (estimate, navigate at 10 Hz, orders, control laws, motion) and the state that commands change: mode, arming,
+home, speed. Where to go is :mod:`navigator`'s, what a mission command means :mod:`commands`', how each mode flies :mod:`modes`'.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal, overload
+
+from vencejo._native import PlanePilot
+
+from ..battery import Battery
+from ..dynamics import Dynamics
+from ..sensors import Sensors
+from ..wind import Wind
+from .commands import Commands
+from .geo import LocalFrame, Spot, distance_m, wrap_pi
+from .interface import (
+    DT_S,
+    Armed,
+    CameraTriggered,
+    Disarmed,
+    EkfFlag,
+    Event,
+    FenceBreach,
+    HomeChanged,
+    LandedState,
+    MavResult,
+    MissionCurrentChanged,
+    MissionItemReached,
+    MissionState,
+    Mode,
+    ModeChanged,
+    Parameters,
+    PlanView,
+    RepositionTarget,
+    Severity,
+    SimConfig,
+    Snapshot,
+    StatusText,
+    StoredItem,
+    SystemState,
+)
+from .landing import Landing
+from .mission import MissionRunner, RunState
+from .modes import AutoMode, FlightMode, GuidedMode, TakeoffMode, make_modes
+from .names import AT_ONCE, Cmd
+from .navigator import Navigator
+from .radio import Radio
+from .takeoff import Takeoff
+from .tuning import Tuning
+
+__all__ = ["Autopilot", "Estimate"]
+
+_EVENT_LIMIT = 1024
+_NAVIGATE_TICKS = 10
+_STICK_TICKS = 2
+_FLYING_TICKS = 20
+_EKF_INIT_S = 10.0
+_EKF_READY_S = 20.0
+
+_BOOT_TEXTS: tuple[tuple[float, Severity, str], ...] = (
+    (1.5, Severity.INFO, "Barometer 1 calibration complete"),
+    (1.5, Severity.INFO, "Airspeed 1 calibration started"),
+    (1.5, Severity.INFO, "ArduPilot Ready"),
+    (1.5, Severity.INFO, "AHRS: DCM active"),
+    (3.2, Severity.INFO, "Airspeed 1 calibrated"),
+    (8.8, Severity.INFO, "GPS 1: detected u-blox"),
+    (10.0, Severity.INFO, "EKF3 IMU0 initialised"),
+    (11.9, Severity.INFO, "EKF3 IMU0 tilt alignment complete"),
+    (12.0, Severity.INFO, "EKF3 IMU0 MAG0 initial yaw alignment complete"),
+    (19.2, Severity.INFO, "EKF3 IMU0 origin set"),
+    (20.3, Severity.INFO, "EKF3 IMU0 is using GPS"),
+    (20.3, Severity.INFO, "AHRS: EKF3 active"),
+)
+"""What ArduPlane says while it starts, with the time since boot in seconds."""
+
+
+@dataclass(slots=True)
+class Estimate:
+    """The state as the autopilot believes it; the estimator itself is not modelled, its errors are."""
+
+    n_m: float = 0.0
+    e_m: float = 0.0
+    alt_m: float = 0.0
+    velocity_n_m_s: float = 0.0
+    velocity_e_m_s: float = 0.0
+    velocity_d_m_s: float = 0.0
+    groundspeed_m_s: float = 0.0
+    roll_rad: float = 0.0
+    pitch_rad: float = 0.0
+    yaw_rad: float = 0.0
+    p_rad_s: float = 0.0
+    q_rad_s: float = 0.0
+    r_rad_s: float = 0.0
+    airspeed_m_s: float = 0.0
+    eas_to_tas: float = 1.0
+    forward_accel_m_s2: float = 0.0
+
+
+class Autopilot:
+    """One simulated plane.
+
+    Parameters
+    ----------
+    config : SimConfig
+        Where it stands, the air around it, its seed.
+    params : Parameters
+        The parameter store.
+    plan : PlanView
+        The stored mission and rally points.
+    prearm : callable, optional
+        Returns the failing pre-arm checks; none by default.
+
+    Examples
+    --------
+    >>> from vencejo.sim.autopilot.testing import FixedParameters, FixedPlan
+    >>> plane = Autopilot(config=SimConfig(), params=FixedParameters(), plan=FixedPlan())
+    >>> for _ in range(100):
+    ...     plane.step()
+    >>> round(plane.time_s, 2)
+    1.0
+    """
+
+    def __init__(
+        self,
+        *,
+        config: SimConfig,
+        params: Parameters,
+        plan: PlanView,
+        prearm: Callable[[], list[str]] | None = None,
+    ) -> None:
+        self.config = config
+        self.prearm: Callable[[], list[str]] = prearm if prearm is not None else list
+        self.on_fence_enable: Callable[[int], None] | None = None
+        """Called with 0 or 1 by DO_FENCE_ENABLE (2 disables the floor only)."""
+        self.tune = Tuning(params)
+        self._plan = plan
+        self._events: deque[Event] = deque(maxlen=_EVENT_LIMIT)
+        self._boot()
+
+    def _boot(self) -> None:
+        config = self.config
+        self._tick = 0
+        self.time_s = 0.0
+        self.frame = LocalFrame(config.home_lat_deg, config.home_lon_deg)
+        self.body = Dynamics(
+            lat_deg=config.home_lat_deg,
+            lon_deg=config.home_lon_deg,
+            ground_amsl_m=config.home_alt_amsl_m,
+            heading_deg=config.heading_deg,
+            dt_s=DT_S,
+        )
+        self.wind = Wind(config.wind_m_s, config.wind_from_deg, config.gust_m_s, config.seed)
+        self.sensors = Sensors(seed=config.seed, lat_deg=config.home_lat_deg, lon_deg=config.home_lon_deg)
+        self.battery = Battery(capacity_mah=self.tune["BATT_CAPACITY"])
+        self._errors = self.sensors.errors(0.0)
+        self.est = Estimate()
+        self._estimate()
+        self.home = Spot(0.0, 0.0, config.home_alt_amsl_m)
+        self._home_lat_lon = (config.home_lat_deg, config.home_lon_deg)
+        self.rc = Radio()
+        self.pilot = PlanePilot()
+        self.pilot.set_params(self.tune.for_pilot())
+        self._surfaces = (0.0, 0.0, 0.0, 0.0)
+
+        self.armed = False
+        self.throttle_suppressed = True
+        self.is_flying = False
+        self.flying_since_s: float | None = None
+        self._flying_probability = 0.0
+        self._last_flying_s: float | None = None
+        self._wind_estimate = (0.0, 0.0)
+        self._new_airspeed_m_s: float | None = None
+        self._min_groundspeed_m_s: float | None = None
+        self._cruise_throttle: float | None = None
+        self._gcs_failsafe = False
+        self._failsafe_pending = False
+        self._breach: FenceBreach | None = None
+        self._in_fence_recovery = False
+        self._ground_heading_rad = self.body.yaw_rad
+        self.trigger_distance_m = 0.0
+        self._last_picture: tuple[float, float] | None = None
+        self._pictures = 0
+        self.resume_forced = False
+
+        self.mission = MissionRunner(self._plan, self)
+        self._mission_current = 0
+        self.climbout = Takeoff(self)
+        self.landing = Landing(self)
+        self.nav = Navigator(self)
+        self.commands = Commands(self)
+        self._modes = make_modes(self)
+        self.mode: FlightMode = self._modes[Mode.MANUAL]
+        self._pending_texts = list(_BOOT_TEXTS)
+        self._prepare_orders()
+
+    # the loop
+
+    def step(self) -> None:
+        """Advance the simulation by :data:`DT_S`."""
+        self._tick += 1
+        self.time_s = self._tick * DT_S
+        tick = self._tick
+        if tick % _NAVIGATE_TICKS == 0:
+            self._navigate()
+            self._prepare_orders()
+        elif tick % _STICK_TICKS == 0 and (self.mode.stick or self.landing.flaring):
+            self.mode.update()
+        est = self.est
+        surfaces = self.pilot.step(
+            est.n_m,
+            est.e_m,
+            est.alt_m,
+            est.velocity_n_m_s,
+            est.velocity_e_m_s,
+            -est.velocity_d_m_s,
+            est.roll_rad,
+            est.pitch_rad,
+            est.yaw_rad,
+            est.p_rad_s,
+            est.q_rad_s,
+            est.r_rad_s,
+            est.airspeed_m_s,
+            est.eas_to_tas,
+            est.forward_accel_m_s2,
+            DT_S,
+        )
+        self._surfaces = surfaces
+        body, wind, battery = self.body, self.wind, self.battery
+        wind.blow(body.height_m, body.tas_m_s, body.yaw_rad, DT_S)
+        body.step(
+            surfaces[0],
+            surfaces[1],
+            surfaces[2],
+            surfaces[3],
+            battery_v=battery.voltage_v,
+            wind_m_s=(wind.north_m_s, wind.east_m_s, wind.down_m_s),
+        )
+        battery.draw(body.motor_a, DT_S)
+        self._estimate()
+
+    def _estimate(self) -> None:
+        body, est, errors = self.body, self.est, self._errors
+        north, east = self.frame.to_plane(body.lat_deg, body.lon_deg)
+        est.n_m = north + errors.north_m
+        est.e_m = east + errors.east_m
+        est.alt_m = body.alt_amsl_m - 0.112 + errors.up_m
+        vn, ve = body.velocity_n_m_s, body.velocity_e_m_s
+        est.velocity_n_m_s = vn
+        est.velocity_e_m_s = ve
+        est.velocity_d_m_s = body.velocity_d_m_s
+        est.groundspeed_m_s = math.sqrt(vn * vn + ve * ve)
+        est.roll_rad = body.roll_rad + errors.roll_rad
+        est.pitch_rad = body.pitch_rad + errors.pitch_rad
+        est.yaw_rad = wrap_pi(body.yaw_rad + errors.yaw_rad)
+        est.p_rad_s = body.p_rad_s
+        est.q_rad_s = body.q_rad_s
+        est.r_rad_s = body.r_rad_s
+        est.airspeed_m_s = max(0.0, body.airspeed_m_s + errors.airspeed_m_s)
+        est.eas_to_tas = body.eas_to_tas
+        est.forward_accel_m_s2 = body.accel_x_m_s2
+
+    def _navigate(self) -> None:
+        """Everything that runs 10 times a second."""
+        while self._pending_texts and self._pending_texts[0][0] <= self.time_s:
+            _, severity, text = self._pending_texts.pop(0)
+            self.say(severity, text)
+        self._errors = self.sensors.errors(self.time_s)
+        if self.tune.refresh():
+            self.pilot.set_params(self.tune.for_pilot())
+            self.battery.capacity_mah = self.tune["BATT_CAPACITY"]
+        if self.mission.notice_change() and self.in_auto:
+            self.nav.reset_slope()
+        if self._tick % _FLYING_TICKS == 0:
+            self._judge_flying()
+        self._estimate_wind()
+        self._take_pictures()
+        nav = self.nav
+        nav.update_distance()
+        if self._navigates():
+            nav.count_turns()
+        self.mode.navigate()
+        nav.update_distance()
+        self.mode.adjust_altitude()
+        self._check_throttle_suppression()
+        if self.landing.flaring:
+            self._disarm_after_landing()
+        if self._failsafe_pending and not self._climbing_out():
+            self._failsafe_pending = False
+            self._long_failsafe()
+        current = self.mission.current_seq
+        if current != self._mission_current:
+            self._mission_current = current
+            self._events.append(MissionCurrentChanged(current))
+
+    def _prepare_orders(self) -> None:
+        """What the control laws are to do until the next time."""
+        self.mode.update()
+        on_ground = self.body.on_wheels
+        heading = None
+        rudder = 0.0
+        if self.mode.stick:
+            rudder = self.rc.stick(4)
+        if on_ground:
+            heading = self.landing.ground_heading_rad()
+            if heading is None and self.mode.auto_throttle:
+                heading = self.nav.hold_course_rad
+                if heading is None:
+                    if self.throttle_suppressed:
+                        self._ground_heading_rad = self.est.yaw_rad
+                    heading = self._ground_heading_rad
+        off = not self.armed or (self.mode.auto_throttle and self.throttle_suppressed)
+        self.pilot.set_limits(math.radians(self._bank_max_deg()), rudder, heading, on_ground, off)
+        if self.config.launch == "hand" and self._climbing_out() and not self.throttle_suppressed:
+            self.climbout.throw()
+
+    def _navigates(self) -> bool:
+        return self.mode.number in (Mode.AUTO, Mode.RTL, Mode.LOITER, Mode.GUIDED, Mode.TAKEOFF)
+
+    def _climbing_out(self) -> bool:
+        mode = self.mode
+        if isinstance(mode, TakeoffMode):
+            return mode.climbing
+        return self.in_auto and (
+            (not self.commands.takeoff_complete and self._nav_command == Cmd.NAV_TAKEOFF) or self.landing.aborting
+        )
+
+    @property
+    def _nav_command(self) -> int | None:
+        return None if self.mission.nav is None else self.mission.nav.command
+
+    def _judge_flying(self) -> None:
+        """ArduPlane's guess, 5 times a second: moving through the air or over ground, low-passed."""
+        est = self.est
+        moving = est.groundspeed_m_s >= 1.5
+        if self.armed:
+            through_air = est.airspeed_m_s >= 0.75 * max(2.0, self.tune["AIRSPEED_MIN"])
+            still = est.groundspeed_m_s < 0.3
+            guess = (through_air and not still) or moving
+            if self.throttle_suppressed and self.mode.auto_throttle and not self.is_flying:
+                guess = moving
+        else:
+            guess = est.groundspeed_m_s > 4.0 and not self.body.on_wheels
+        self._flying_probability += 0.15 * (float(guess) - self._flying_probability)
+        was_flying = self.is_flying
+        self.is_flying = self._flying_probability >= (0.1 if self.armed else 0.9)
+        if self.is_flying:
+            self._last_flying_s = self.time_s
+            if not was_flying:
+                self.flying_since_s = self.time_s
+        else:
+            self.flying_since_s = None
+
+    def _estimate_wind(self) -> None:
+        if not self.is_flying or self.body.on_wheels:
+            return
+        n, e = self._wind_estimate
+        rate = 0.1 / 8.0
+        self._wind_estimate = (n + (self.wind.north_m_s - n) * rate, e + (self.wind.east_m_s - e) * rate)
+
+    def _check_throttle_suppression(self) -> None:
+        if not self.throttle_suppressed or not self.mode.auto_throttle:
+            return
+        if self._climbing_out():
+            already = self.is_flying and self.alt_rel_home_m > 5.0 and self.est.groundspeed_m_s >= 5.0
+            if already or self.climbout.check_launch():
+                self.throttle_suppressed = False
+            return
+        if not self.armed:
+            return
+        moving = self.est.groundspeed_m_s >= 5.0 and self.est.airspeed_m_s >= 5.0
+        if abs(self.alt_rel_home_m) >= 10.0 or moving:
+            self.throttle_suppressed = False
+
+    def _disarm_after_landing(self) -> None:
+        delay = self.tune["LAND_DISARMDELAY"]
+        if not self.armed or delay <= 0 or self.is_flying or self._last_flying_s is None:
+            return
+        if self.time_s - self._last_flying_s >= delay:
+            self._disarm()
+            self.say(Severity.INFO, "Auto disarmed")
+            self.landing.report_rest()
+
+    # orders that several modes give
+
+    def order_energy(self) -> None:
+        """Target height and speed by total energy."""
+        tune = self.tune
+        high = tune["PTCH_LIM_MAX_DEG"]
+        if tune["TECS_PITCH_MAX"] > 0:
+            high = min(high, tune["TECS_PITCH_MAX"])
+        low = tune["PTCH_LIM_MIN_DEG"]
+        if tune["TECS_PITCH_MIN"] < 0:
+            low = max(low, tune["TECS_PITCH_MIN"])
+        self.pilot.fly_energy(
+            self.nav.target_alt_m,
+            self.target_airspeed_m_s(),
+            False,
+            math.radians(low),
+            math.radians(high),
+            max(0.0, tune["THR_MIN"]) * 0.01,
+            tune["THR_MAX"] * 0.01,
+        )
+
+    def stick_pitch_rad(self, stick: float) -> float:
+        """Pitch that a stick asks for, within PTCH_LIM_MAX_DEG and PTCH_LIM_MIN_DEG."""
+        limit = self.tune["PTCH_LIM_MAX_DEG"] if stick >= 0 else -self.tune["PTCH_LIM_MIN_DEG"]
+        return math.radians(stick * limit)
+
+    def throttle_ramp(self, target: float) -> float:
+        """Throttle on its way to a target, 0.1 s at 100 %/s further than it is."""
+        return min(target, self._surfaces[3] + 0.1)
+
+    def bank_limit_deg(self) -> float:
+        """ROLL_LIMIT_DEG, less when the airspeed does not carry the load of so steep a turn."""
+        limit = self.tune["ROLL_LIMIT_DEG"]
+        if self.tune["STALL_PREVENTION"] == 0 or not self.is_flying:
+            return limit
+        ratio = self.est.airspeed_m_s / max(1.0, self.tune["AIRSPEED_MIN"])
+        load = ratio * ratio
+        if load <= 1.0:
+            return min(limit, 25.0)
+        return min(limit, max(25.0, math.degrees(math.acos(1.0 / load))))
+
+    def _bank_max_deg(self) -> float:
+        limit = self.bank_limit_deg()
+        mode = self.mode
+        if self._climbing_out():
+            return self.climbout.bank_limit_deg(limit)
+        if self.landing.flaring:
+            return min(limit, self.tune["LEVEL_ROLL_LIMIT"])
+        if isinstance(mode, GuidedMode) and mode.heading is not None:
+            return min(limit, math.degrees(mode.heading[2]))
+        return limit
+
+    def target_airspeed_m_s(self) -> float:
+        """Airspeed to fly, m/s EAS."""
+        tune = self.tune
+        slow, fast = tune["AIRSPEED_MIN"], tune["AIRSPEED_MAX"]
+        target = tune["AIRSPEED_CRUISE"]
+        if self.mode.number in (Mode.FBWB, Mode.CRUISE):
+            target = slow + (fast - slow) * self.rc.throttle()
+        elif self.landing.active and not self.landing.aborting:
+            target = self.landing.airspeed_m_s()
+        elif self._new_airspeed_m_s is not None and self.mode.number in (Mode.AUTO, Mode.GUIDED):
+            target = self._new_airspeed_m_s
+        least = self._min_groundspeed_m_s if self._min_groundspeed_m_s is not None else tune["MIN_GROUNDSPEED"]
+        if least > 0 and self.mode.auto_throttle and self.mode.number is not Mode.CIRCLE:
+            est = self.est
+            ahead = est.velocity_n_m_s * math.cos(est.yaw_rad) + est.velocity_e_m_s * math.sin(est.yaw_rad)
+            target = max(target, est.airspeed_m_s + (least - ahead) / est.eas_to_tas)
+        return min(fast, max(slow, target))
+
+    def head_wind_m_s(self) -> float:
+        """Estimated wind against the nose."""
+        north, east = self._wind_estimate
+        return -(north * math.cos(self.est.yaw_rad) + east * math.sin(self.est.yaw_rad))
+
+    def l1_length_m(self) -> float:
+        """Present length of the lateral law."""
+        return self.pilot.track[4]
+
+    # places
+
+    def here(self) -> Spot:
+        """Where the plane believes it is."""
+        est = self.est
+        return Spot(est.n_m, est.e_m, est.alt_m)
+
+    @property
+    def alt_rel_home_m(self) -> float:
+        """Height above home."""
+        return self.est.alt_m - self.home.alt_m
+
+    @property
+    def on_circle(self) -> bool:
+        """True while an ordered circle is flown, not still approached."""
+        return self.pilot.on_circle
+
+    @property
+    def in_auto(self) -> bool:
+        """True in AUTO."""
+        return isinstance(self.mode, AutoMode)
+
+    def alt_of(self, item: StoredItem) -> float:
+        """Height of an item above mean sea level; terrain is flat here, at home's elevation."""
+        return item.alt_m if item.frame == 0 else item.alt_m + self.home.alt_m
+
+    @overload
+    def spot_of(self, item: StoredItem, *, or_none: Literal[False] = False) -> Spot: ...
+    @overload
+    def spot_of(self, item: StoredItem, *, or_none: Literal[True]) -> Spot | None: ...
+    def spot_of(self, item: StoredItem, *, or_none: bool = False) -> Spot | None:
+        """Place of an item; without one, where the plane is (or None), and without height, its height."""
+        if item.lat_deg == 0.0 and item.lon_deg == 0.0:
+            if or_none:
+                return None
+            here = self.here()
+            return here if item.alt_m == 0.0 else Spot(here.n_m, here.e_m, self.alt_of(item))
+        north, east = self.frame.to_plane(item.lat_deg, item.lon_deg)
+        return Spot(north, east, self.alt_of(item))
+
+    def distance_to_item(self, item: StoredItem) -> float | None:
+        """Distance to an item's place, or None without one."""
+        spot = self.spot_of(item, or_none=True)
+        if spot is None:
+            return None
+        here = self.here()
+        return math.hypot(distance_m(here, spot), spot.alt_m - here.alt_m)
+
+    def return_spot(self) -> Spot:
+        """Where RTL goes: the nearest rally point within RALLY_LIMIT_KM, or home at RTL_ALTITUDE."""
+        here = self.here()
+        altitude = self.tune["RTL_ALTITUDE"]
+        home = Spot(self.home.n_m, self.home.e_m, here.alt_m if altitude < 0 else self.home.alt_m + altitude)
+        best: Spot | None = None
+        for point in self._plan.rally:
+            north, east = self.frame.to_plane(point.lat_deg, point.lon_deg)
+            spot = Spot(north, east, point.alt_m + (self.home.alt_m if point.relative else 0.0))
+            if best is None or distance_m(here, spot) < distance_m(here, best):
+                best = spot
+        if best is None:
+            return home
+        limit = self.tune["RALLY_LIMIT_KM"] * 1000.0
+        if limit > 0 and distance_m(here, best) > limit and distance_m(here, home) < distance_m(here, best):
+            return home
+        if self.tune["RALLY_INCL_HOME"] != 0 and distance_m(here, home) < distance_m(here, best):
+            return home
+        return best
+
+    # what the mission runner asks for
+
+    def start_command(self, item: StoredItem) -> bool:
+        """Begin a mission command."""
+        return self.commands.start(item)
+
+    def verify_command(self, item: StoredItem) -> bool:
+        """Look whether a mission command is done."""
+        return self.commands.verify(item)
+
+    def mission_complete(self) -> None:
+        """The last item is done: go home."""
+        if self.in_auto:
+            self.change_mode(Mode.RTL, "mission end")
+            self.say(Severity.INFO, "Mission complete, changing mode to RTL")
+
+    # saying
+
+    def say(self, severity: Severity, text: str) -> None:
+        """Send a status text."""
+        self._events.append(StatusText(int(severity), text))
+
+    def item_reached(self, seq: int) -> None:
+        """Send MISSION_ITEM_REACHED."""
+        self._events.append(MissionItemReached(seq))
+
+    def circle_reached(self) -> None:
+        """A circle begins to be flown."""
+        if isinstance(self.mode, GuidedMode):
+            self.mode.circle_reached()
+
+    def events(self) -> list[Event]:
+        """Events since the last call, oldest first; at most 1,024 are kept (the oldest are dropped)."""
+        drained = list(self._events)
+        self._events.clear()
+        return drained
+
+    # commands
+
+    def arm(self, *, force: bool = False) -> MavResult:
+        """Arm, if the pre-arm checks and the mode let it."""
+        if self.armed:
+            return MavResult.ACCEPTED
+        if not force:
+            failures = list(self.prearm())
+            if not self.mode.armable and not any("not armable" in failure for failure in failures):
+                failures.append(f"{self.mode.number.name} mode not armable")
+            if failures:
+                for failure in failures:
+                    self.say(Severity.CRITICAL, f"Arm: {failure}")
+                return MavResult.FAILED
+        self.armed = True
+        self.throttle_suppressed = self.mode.auto_throttle and not self.is_flying
+        self._ground_heading_rad = self.est.yaw_rad
+        self.climbout.reset()
+        self._events.append(Armed())
+        self.say(Severity.INFO, "Throttle armed")
+        if not self.is_flying:
+            self._put_home(self.body.lat_deg, self.body.lon_deg, self.config.home_alt_amsl_m)
+        return MavResult.ACCEPTED
+
+    def disarm(self, *, force: bool = False) -> MavResult:
+        """Disarm; in flight only by force."""
+        if not self.armed:
+            return MavResult.ACCEPTED
+        if self.is_flying and not force:
+            return MavResult.FAILED
+        self._disarm()
+        return MavResult.ACCEPTED
+
+    def _disarm(self) -> None:
+        self.armed = False
+        self.throttle_suppressed = True
+        self.climbout.reset()
+        self._new_airspeed_m_s = None
+        self._min_groundspeed_m_s = None
+        self._events.append(Disarmed())
+        self.say(Severity.INFO, "Throttle disarmed")
+        if not self.in_auto:
+            # As ArduPlane: in AUTO the mission stays where it was.
+            self.mission.reset()
+
+    def set_mode(self, number: int) -> MavResult:
+        """Change the mode as a ground station asks."""
+        if number not in self._modes:
+            self.say(Severity.WARNING, f"No such mode {number}")
+            return MavResult.FAILED
+        if self._in_fence_recovery and self._breach is not None and int(self.tune["FENCE_OPTIONS"]) & 1:
+            name = Mode(number).name
+            self.say(Severity.NOTICE, f"Mode change to {name} denied, in fence recovery")
+            return MavResult.FAILED
+        self._in_fence_recovery = False
+        self.change_mode(Mode(number), "ground station")
+        return MavResult.ACCEPTED
+
+    def change_mode(self, mode: Mode, reason: str) -> None:
+        """Change the mode."""
+        if self.mode.number is mode:
+            return
+        self.mode.leave()
+        self.mode = self._modes[mode]
+        self.pilot.fly_level()
+        self._new_airspeed_m_s = None
+        self.nav.hold_course_rad = None
+        if not self.is_flying:
+            self.throttle_suppressed = self.mode.auto_throttle or not self.armed
+        elif self.armed:
+            self.throttle_suppressed = False
+        self._events.append(ModeChanged(mode, reason))
+        self.mode.enter()
+
+    def enter_auto_to_land(self) -> None:
+        """From RTL into the landing sequence that the mission was just set to."""
+        self.resume_forced = True
+        self.change_mode(Mode.AUTO, "RTL complete")
+        self.resume_forced = False
+
+    def set_mission_current(self, seq: int) -> MavResult:
+        """Go to an item of the mission."""
+        if not self.mission.set_current(seq):
+            return MavResult.FAILED
+        self._mission_current = self.mission.current_seq
+        self._events.append(MissionCurrentChanged(self._mission_current))
+        return MavResult.ACCEPTED
+
+    def mission_start(self) -> MavResult:
+        """Enter AUTO."""
+        return self.set_mode(Mode.AUTO)
+
+
+    def takeoff(self, alt_rel_home_m: float) -> MavResult:
+        """NAV_TAKEOFF outside a mission, which only a VTOL can."""
+        return MavResult.FAILED
+
+    def reposition(self, target: RepositionTarget) -> MavResult:
+        """Fly to a point in GUIDED."""
+        if not target.change_mode and self.mode.number is not Mode.GUIDED:
+            return MavResult.DENIED
+        values = (target.lat_deg, target.lon_deg, target.alt_m, target.radius_m)
+        if any(value is not None and not math.isfinite(value) for value in values):
+            return MavResult.DENIED
+        lat, lon = target.lat_deg, target.lon_deg
+        if lat is not None and lon is not None and not (-90.0 <= lat <= 90.0 and -180.0 <= lon <= 180.0):
+            return MavResult.DENIED
+        if target.frame not in (0, 3, 10) or target.speed_m_s == 0.0:
+            return MavResult.DENIED
+        if self.mode.number is not Mode.GUIDED:
+            result = self.set_mode(Mode.GUIDED)
+            if result is not MavResult.ACCEPTED:
+                return result
+        guided = self.mode
+        if not isinstance(guided, GuidedMode):
+            return MavResult.FAILED
+        spot = self.here()
+        if lat is not None and lon is not None and (lat != 0.0 or lon != 0.0):
+            spot.n_m, spot.e_m = self.frame.to_plane(lat, lon)
+        if target.alt_m is not None:
+            spot.alt_m = target.alt_m if target.frame == 0 else target.alt_m + self.home.alt_m
+        if target.radius_m is not None and target.radius_m != 0.0:
+            guided.radius_m = abs(target.radius_m)
+            guided.clockwise = target.radius_m > 0
+            spot.anticlockwise = target.radius_m < 0
+        if target.speed_m_s is not None and target.speed_m_s > 0:
+            self.change_speed(0, target.speed_m_s, -1.0)
+        guided.climb_rate_m_s = 0.0
+        guided.go_to(spot)
+        return MavResult.ACCEPTED
+
+    def change_speed(self, kind: int, speed_m_s: float, throttle_pct: float) -> MavResult:
+        """Target airspeed (0), least ground speed (1) or cruise throttle."""
+        if not math.isfinite(speed_m_s):
+            return MavResult.DENIED
+        if kind == 0:
+            if speed_m_s == -2.0:
+                self._new_airspeed_m_s = None
+                return MavResult.ACCEPTED
+            if self.tune["AIRSPEED_MIN"] <= speed_m_s <= self.tune["AIRSPEED_MAX"]:
+                self._new_airspeed_m_s = speed_m_s
+                self.say(Severity.INFO, f"Set airspeed {int(speed_m_s)} m/s")
+                return MavResult.ACCEPTED
+        elif kind == 1:
+            self._min_groundspeed_m_s = max(0.0, speed_m_s)
+            self.say(Severity.INFO, f"Set groundspeed {int(max(0.0, speed_m_s))}")
+            return MavResult.ACCEPTED
+        if 0 < throttle_pct <= 100:
+            self._cruise_throttle = throttle_pct
+            self.pilot.set_params({**self.tune.for_pilot(), "TRIM_THROTTLE": throttle_pct})
+            self.say(Severity.INFO, f"Set throttle {int(throttle_pct)}")
+            return MavResult.ACCEPTED
+        return MavResult.FAILED
+
+    def change_altitude(self, alt_m: float, frame: int, rate_m_s: float = 0.0) -> MavResult:
+        """Another height in GUIDED, at a climb rate or as fast as it goes (0)."""
+        guided = self.mode
+        if not isinstance(guided, GuidedMode) or not math.isfinite(alt_m) or frame not in (0, 3, 10):
+            return MavResult.FAILED
+        self.nav.next = self.nav.next.copy()
+        self.nav.next.alt_m = alt_m if frame == 0 else alt_m + self.home.alt_m
+        self.nav.reset_slope()
+        guided.climb_rate_m_s = abs(rate_m_s) if math.isfinite(rate_m_s) else 0.0
+        return MavResult.ACCEPTED
+
+    def change_heading(self, kind: int, heading_deg: float, accel_m_s2: float) -> MavResult:
+        """A course (0) or heading (1) instead of a point in GUIDED; 2 goes back to the point."""
+        guided = self.mode
+        if not isinstance(guided, GuidedMode) or kind not in (0, 1, 2):
+            return MavResult.FAILED
+        if kind == 2:
+            guided.heading = None
+            return MavResult.ACCEPTED
+        if not math.isfinite(heading_deg) or not 0.0 <= heading_deg <= 360.0:
+            return MavResult.DENIED
+        limit = math.atan(accel_m_s2 / 9.80665) if math.isfinite(accel_m_s2) and accel_m_s2 > 0 else math.radians(30.0)
+        guided.heading = (kind, wrap_pi(math.radians(heading_deg)), limit)
+        return MavResult.ACCEPTED
+
+    def set_home(self, lat_deg: float | None, lon_deg: float | None, alt_amsl_m: float | None) -> MavResult:
+        """Move home; all None is where the plane is."""
+        if lat_deg is None or lon_deg is None:
+            self._put_home(self.body.lat_deg, self.body.lon_deg, self.est.alt_m)
+            return MavResult.ACCEPTED
+        alt = self.home.alt_m if alt_amsl_m is None else alt_amsl_m
+        if not all(map(math.isfinite, (lat_deg, lon_deg, alt))) or abs(lat_deg) > 90 or abs(lon_deg) > 180:
+            return MavResult.DENIED
+        self._put_home(lat_deg, lon_deg, alt)
+        return MavResult.ACCEPTED
+
+    def _put_home(self, lat_deg: float, lon_deg: float, alt_m: float) -> None:
+        north, east = self.frame.to_plane(lat_deg, lon_deg)
+        self.home = Spot(north, east, alt_m)
+        self._home_lat_lon = (lat_deg, lon_deg)
+        self._events.append(HomeChanged(lat_deg, lon_deg, alt_m))
+
+    def do_mission_command(self, item: StoredItem) -> MavResult:
+        """A mission command sent on its own."""
+        command = item.command
+        if command == Cmd.DO_LAND_START:
+            if self.mission.jump_to_landing(self.distance_to_item):
+                self.enter_auto_to_land()
+                return MavResult.ACCEPTED
+            return MavResult.FAILED
+        if command == Cmd.DO_RETURN_PATH_START:
+            if self.mission.jump_to_return_path(self.distance_to_item):
+                self.enter_auto_to_land()
+                return MavResult.ACCEPTED
+            return MavResult.FAILED
+        if command == Cmd.DO_GO_AROUND:
+            return MavResult.ACCEPTED if self.landing.request_go_around() else MavResult.FAILED
+        if command == Cmd.DO_JUMP_TAG:
+            tags = [i.seq for i in self._plan.mission[1:] if i.command == Cmd.JUMP_TAG and int(i.p1) == int(item.p1)]
+            return self.set_mission_current(tags[0]) if tags else MavResult.FAILED
+        if command == Cmd.DO_CHANGE_SPEED:
+            return self.change_speed(int(item.p1), item.p2, item.p3)
+        if command == Cmd.NAV_RETURN_TO_LAUNCH:
+            return self.set_mode(Mode.RTL)
+        if command == Cmd.NAV_LOITER_UNLIM:
+            return self.set_mode(Mode.LOITER)
+        if command in AT_ONCE or command in (
+            Cmd.DO_SET_HOME,
+            Cmd.DO_FENCE_ENABLE,
+            Cmd.DO_INVERTED_FLIGHT,
+            Cmd.DO_AUTOTUNE_ENABLE,
+            Cmd.DO_SET_ROI,
+            Cmd.DO_SET_ROI_LOCATION,
+            Cmd.DO_SET_ROI_NONE,
+            Cmd.DO_MOUNT_CONTROL,
+            Cmd.DO_ENGINE_CONTROL,
+        ):
+            return MavResult.ACCEPTED if self.commands.start(item) else MavResult.FAILED
+        return MavResult.UNSUPPORTED
+
+    def pause(self, *, hold: bool) -> MavResult:
+        """DO_PAUSE_CONTINUE, which ArduPlane does not have."""
+        return MavResult.UNSUPPORTED
+
+    # the world outside
+
+    def rc_input(self, channels: Mapping[int, int | None]) -> None:
+        """Radio channels by number in µs; None gives one back to the transmitter."""
+        self.rc.override(channels)
+
+    def move_by_hand(self, roll_rad: float, pitch_rad: float, yaw_rad: float) -> None:
+        """Hold the plane in the hand, on the ground, with an attitude."""
+        if self.body.height_m < 2.0:
+            self.body.hold(roll_rad, pitch_rad, yaw_rad)
+
+    def put_down(self) -> None:
+        """Put the plane on its wheels again."""
+        if self.body.held:
+            self.body.place(self.body.lat_deg, self.body.lon_deg, self.body.yaw_rad)
+
+    def set_wind(self, speed_m_s: float, from_deg: float) -> None:
+        """Change the steady wind."""
+        self.wind.set(speed_m_s, from_deg)
+
+    def failsafe_gcs(self, active: bool) -> None:
+        """The ground station's heartbeat is lost, or back."""
+        if active == self._gcs_failsafe:
+            return
+        self._gcs_failsafe = active
+        if not active:
+            self._failsafe_pending = False
+            self.say(Severity.WARNING, "GCS Failsafe Off")
+            return
+        self._long_failsafe()
+
+    def _long_failsafe(self) -> None:
+        """FS_LONG_ACTN: 0 continue, 1 RTL, 2 glide, 3 parachute, 4 AUTO; what "continue" means depends on the mode."""
+        self.rc.clear()
+        action = int(self.tune["FS_LONG_ACTN"])
+        target: Mode | None = {0: None, 1: Mode.RTL, 2: Mode.FBWA, 4: Mode.AUTO}.get(action)
+        mode = self.mode.number
+        if mode is Mode.AUTO and (self.landing.active or self.mission.in_landing_sequence):
+            target = None
+        elif mode is Mode.RTL:
+            target = Mode.AUTO if action == 4 else None
+        elif mode not in (Mode.AUTO, Mode.GUIDED):
+            if mode is Mode.TAKEOFF and self._climbing_out() and action not in (2, 3):
+                self._failsafe_pending = True
+                target = None
+            elif action in (0, 1):
+                target = Mode.RTL
+        if target is not None:
+            self.change_mode(target, "GCS failsafe")
+        self.say(Severity.WARNING, f"GCS Failsafe On: {self.mode.number.name}")
+
+    def fence_breached(self, kind: FenceBreach | None) -> None:
+        """A fence was crossed, or all are clear again (None)."""
+        if kind is self._breach:
+            return
+        before, self._breach = self._breach, kind
+        if kind is None:
+            if before is not None:
+                self.say(Severity.NOTICE, "Fence breach cleared")
+            return
+        if not self.armed or self.landing.flaring:
+            return
+        self.say(Severity.NOTICE, f"{kind.value} fence breached")
+        action = int(self.tune["FENCE_ACTION"])
+        if action == 0 or self._in_fence_recovery:
+            return
+        if action in (6, 7):
+            self.change_mode(Mode.GUIDED, "fence breached")
+            guided = self.mode
+            if isinstance(guided, GuidedMode):
+                spot = self.return_spot() if self.tune["FENCE_RET_RALLY"] != 0 else self.home.copy()
+                height = self.tune["FENCE_RET_ALT"] or self.tune["RTL_ALTITUDE"]
+                spot.alt_m = self.home.alt_m + height
+                guided.go_to(spot)
+        elif self.in_auto and self.mission.in_landing_sequence and self.tune["RTL_AUTOLAND"] in (1, 2):
+            return
+        else:
+            self.change_mode(Mode.RTL, "fence breached")
+        self._in_fence_recovery = True
+
+    def reboot(self) -> None:
+        """Back to the start place, disarmed, time from zero."""
+        self._boot()
+
+    # camera
+
+    def take_picture(self) -> None:
+        """Trigger the camera."""
+        self._pictures += 1
+        self._last_picture = (self.est.n_m, self.est.e_m)
+        est = self.est
+        lat, lon = self.frame.to_earth(est.n_m, est.e_m)
+        self._events.append(
+            CameraTriggered(
+                index=self._pictures,
+                lat_deg=lat,
+                lon_deg=lon,
+                alt_amsl_m=est.alt_m,
+                alt_rel_home_m=self.alt_rel_home_m,
+                roll_deg=math.degrees(est.roll_rad),
+                pitch_deg=math.degrees(est.pitch_rad),
+                yaw_deg=math.degrees(est.yaw_rad) % 360.0,
+            )
+        )
+
+    def _take_pictures(self) -> None:
+        if self.trigger_distance_m <= 0.0 or not self.is_flying:
+            return
+        last = self._last_picture
+        if last is None or math.hypot(self.est.n_m - last[0], self.est.e_m - last[1]) >= self.trigger_distance_m:
+            self.take_picture()
+
+    # telemetry
+
+    def snapshot(self) -> Snapshot:
+        """The present instant."""
+        est, body, sensors, tick = self.est, self.body, self.sensors, self._tick
+        aileron, elevator, rudder, throttle = self._surfaces
+        gps = sensors.gps(body, math.floor(self.time_s * 5.0) / 5.0)
+        lat, lon = self.frame.to_earth(est.n_m, est.e_m)
+        bank, pitch = self.pilot.attitude_demand
+        nav_bearing, target_bearing, _, xtrack, _ = self.pilot.track
+        nav = self.nav
+        navigating = self._navigates()
+        airspeed_target = self.pilot.energy_demand[1]
+        here = self.here()
+        ekf_age = self.time_s
+        fix = ekf_age >= 8.8
+        flags = EkfFlag.ATTITUDE | EkfFlag.VELOCITY_VERT | EkfFlag.POS_VERT_ABS
+        if ekf_age < _EKF_INIT_S:
+            flags = EkfFlag(0)
+        elif ekf_age < _EKF_READY_S:
+            flags = EkfFlag.ATTITUDE | EkfFlag.VELOCITY_VERT | EkfFlag.POS_VERT_ABS | EkfFlag.CONST_POS_MODE
+        else:
+            flags |= (
+                EkfFlag.VELOCITY_HORIZ
+                | EkfFlag.POS_HORIZ_REL
+                | EkfFlag.POS_HORIZ_ABS
+                | EkfFlag.PRED_POS_HORIZ_REL
+                | EkfFlag.PRED_POS_HORIZ_ABS
+            )
+        wind_n, wind_e = self._wind_estimate
+        target: Spot | None = nav.next if navigating else None
+        target_lat_lon = (None, None) if target is None else self.frame.to_earth(target.n_m, target.e_m)
+        return Snapshot(
+            time_s=self.time_s,
+            mode=self.mode.number,
+            armed=self.armed,
+            system_state=self._system_state(),
+            landed_state=self._landed_state(),
+            is_flying=self.is_flying,
+            gcs_failsafe=self._gcs_failsafe,
+            roll_rad=est.roll_rad,
+            pitch_rad=est.pitch_rad,
+            yaw_rad=est.yaw_rad,
+            roll_rate_rad_s=est.p_rad_s,
+            pitch_rate_rad_s=est.q_rad_s,
+            yaw_rate_rad_s=est.r_rad_s,
+            lat_deg=lat,
+            lon_deg=lon,
+            alt_amsl_m=est.alt_m,
+            alt_rel_home_m=self.alt_rel_home_m,
+            alt_agl_m=est.alt_m - self.config.home_alt_amsl_m,
+            north_m=est.n_m,
+            east_m=est.e_m,
+            down_m=self.config.home_alt_amsl_m - est.alt_m,
+            velocity_n_m_s=est.velocity_n_m_s,
+            velocity_e_m_s=est.velocity_e_m_s,
+            velocity_d_m_s=est.velocity_d_m_s,
+            airspeed_m_s=est.airspeed_m_s,
+            groundspeed_m_s=est.groundspeed_m_s,
+            heading_deg=math.degrees(est.yaw_rad) % 360.0,
+            climb_m_s=-est.velocity_d_m_s,
+            throttle_pct=round(100.0 * throttle),
+            home_lat_deg=self._home_lat_lon[0],
+            home_lon_deg=self._home_lat_lon[1],
+            home_alt_amsl_m=self.home.alt_m,
+            accel_m_s2=sensors.accel_m_s2(body, tick, throttle),
+            gyro_rad_s=sensors.gyro_rad_s(body, tick),
+            mag_mgauss=sensors.mag_mgauss(body, tick),
+            static_pressure_pa=sensors.static_pressure_pa(body, tick, self.time_s),
+            differential_pressure_pa=sensors.differential_pressure_pa(body, tick),
+            temperature_c=sensors.temperature_c(body),
+            gps_fix_type=gps.fix_type if fix else 1,
+            gps_satellites=gps.satellites if fix else 0,
+            gps_hdop=gps.hdop if fix else 100.0,
+            gps_vdop=gps.vdop if fix else 100.0,
+            gps_lat_deg=gps.lat_deg,
+            gps_lon_deg=gps.lon_deg,
+            gps_alt_amsl_m=gps.alt_amsl_m,
+            gps_speed_m_s=gps.speed_m_s,
+            gps_course_deg=gps.course_deg,
+            wind_from_deg=math.degrees(math.atan2(-wind_e, -wind_n)) % 360.0,
+            wind_speed_m_s=math.hypot(wind_n, wind_e),
+            wind_down_m_s=0.0,
+            battery_voltage_v=self.battery.voltage_v,
+            battery_current_a=self.battery.current_a,
+            battery_consumed_mah=self.battery.consumed_mah,
+            battery_consumed_j=self.battery.consumed_j,
+            battery_remaining_pct=round(100.0 * self.battery.remaining),
+            nav_roll_deg=math.degrees(bank),
+            nav_pitch_deg=math.degrees(pitch),
+            nav_bearing_deg=math.degrees(nav_bearing) if navigating else 0.0,
+            target_bearing_deg=math.degrees(target_bearing) if navigating else 0.0,
+            wp_distance_m=distance_m(here, nav.next) if navigating else 0.0,
+            alt_error_m=nav.target_alt_m - est.alt_m if self.mode.auto_throttle else 0.0,
+            airspeed_error_m_s=airspeed_target - est.airspeed_m_s if airspeed_target > 0 else 0.0,
+            xtrack_error_m=xtrack if navigating else 0.0,
+            target_lat_deg=target_lat_lon[0],
+            target_lon_deg=target_lat_lon[1],
+            target_alt_amsl_m=nav.target_alt_m if navigating else None,
+            servo_pwm_us=(
+                round(1500 + 400 * aileron),
+                round(1500 + 400 * elevator),
+                round(1000 + 1000 * throttle),
+                round(1500 + 400 * rudder),
+                0,
+                0,
+                0,
+                0,
+            ),
+            rc_pwm_us=self.rc.pwm()[:8],
+            mission_current=self.mission.current_seq,
+            mission_total=self.mission.total,
+            mission_state=self._mission_state(),
+            ekf_flags=int(flags),
+            ekf_velocity_variance=0.02,
+            ekf_pos_horiz_variance=0.03,
+            ekf_pos_vert_variance=0.02,
+            ekf_compass_variance=0.03,
+            vibration_m_s2=sensors.vibration_m_s2(tick, throttle),
+        )
+
+    def _system_state(self) -> SystemState:
+        if self._gcs_failsafe:
+            return SystemState.CRITICAL
+        return SystemState.ACTIVE if self.is_flying else SystemState.STANDBY
+
+    def _landed_state(self) -> LandedState:
+        if not self.is_flying:
+            return LandedState.ON_GROUND
+        if self._climbing_out():
+            return LandedState.TAKEOFF
+        if self.landing.active:
+            return LandedState.LANDING
+        return LandedState.IN_AIR
+
+    def _mission_state(self) -> MissionState:
+        if self.mission.total == 0:
+            return MissionState.NO_MISSION
+        if self.mission.state is RunState.COMPLETE:
+            return MissionState.COMPLETE
+        return MissionState.ACTIVE if self.mission.state is RunState.RUNNING else MissionState.NOT_STARTED
+

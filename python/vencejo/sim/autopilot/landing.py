@@ -1,0 +1,261 @@
+"""The landing: approach along a glide slope to an aim point before the landing point, flare, and roll to rest.
+
+The slope is ArduPlane's (LAND_TYPE 0): straight to a point above and before the landing point, where the flare begins. How far before
+is what an owner tunes on a real plane (LAND_FLARE_AIM); here it is worked out, so that the plane comes to rest on the point: the flare law
+says how long the sink rate takes to fade, the airframe how fast the plane slows down meanwhile and on its wheels, and the ground speed of
+the moment contains the wind.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+from .geo import Spot, bearing_rad, distance_m, wrap_pi
+from .interface import Severity, StoredItem
+
+if TYPE_CHECKING:
+    from .core import Autopilot
+
+__all__ = ["Landing", "Stage"]
+
+_PROJECTION_M = 500.0
+_FLARE_DECEL_M_S2 = 0.68
+"""How fast the airframe slows down in the flare, motor off: g over a glide ratio of 14 in ground effect of the speeds flown."""
+_ROLL_DECEL_M_S2 = 2.6
+"""How fast it slows down on its wheels: rolling friction of the airframe file and drag."""
+
+
+class Stage(IntEnum):
+    """Progress of a landing."""
+
+    NORMAL = 0
+    """Turning on to the final leg."""
+    APPROACH = 1
+    """On the glide slope."""
+    PREFLARE = 2
+    """Slowing down to LAND_PF_ARSPD."""
+    FINAL = 3
+    """Flare and roll."""
+
+
+class Landing:
+    """The landing of one plane, begun by NAV_LAND."""
+
+    def __init__(self, ap: Autopilot) -> None:
+        self._ap = ap
+        self.active = False
+        self.stage = Stage.NORMAL
+        self.aborting = False
+        self._slope: float | None = None
+        self._flare_height_m = 0.0
+        self._flare_sink_m_s = 0.0
+        self._report = False
+        self._fresh = False
+        self._groundspeed_m_s = 0.0
+        self._abort_alt_m = 30.0
+
+    @property
+    def flaring(self) -> bool:
+        """True from the flare on."""
+        return self.active and self.stage is Stage.FINAL
+
+    def begin(self, item: StoredItem) -> None:
+        """Start NAV_LAND."""
+        ap = self._ap
+        self.active = True
+        self.aborting = False
+        self.stage = Stage.NORMAL
+        self._slope = None
+        self._fresh = False
+        self._groundspeed_m_s = ap.est.groundspeed_m_s
+        self._abort_alt_m = item.p1 if item.p1 > 0 else (ap.climbout.altitude_rel_m or 30.0)
+        spot = ap.spot_of(item)
+        ap.nav.set_next(spot)
+        ap.say(Severity.INFO, f"Landing approach start at {ap.alt_rel_home_m:.1f}m")
+
+    def end(self) -> None:
+        """Another command or mode takes over."""
+        self.active = False
+        self.aborting = False
+        self.stage = Stage.NORMAL
+        self._report = False
+
+    def request_go_around(self) -> bool:
+        """Break off; False when no landing is flown or the wheels are all but down."""
+        if not self.active or self.aborting:
+            return False
+        ap = self._ap
+        self.aborting = True
+        self.stage = Stage.NORMAL
+        ap.nav.hold_course_rad = ap.est.yaw_rad
+        ap.climbout.begin_climb(ap.climbout.pitch_deg or 10.0, self._abort_alt_m)
+        ap.say(Severity.NOTICE, f"Landing aborted, climbing to {self._abort_alt_m:.0f}m")
+        return True
+
+    # navigation, 10 times a second
+
+    def verify(self) -> None:
+        """Follow the runway and see which stage it is."""
+        ap = self._ap
+        nav = ap.nav
+        if self.aborting:
+            course = nav.hold_course_rad
+            if course is not None:
+                ap.pilot.fly_heading(course)
+            if ap.alt_rel_home_m > self._abort_alt_m:
+                self.end()
+                if not ap.mission.restart_landing(ap.distance_to_item):
+                    ap.mission.stop()
+            return
+        height = ap.here().alt_m - nav.next.alt_m
+        sink = ap.est.velocity_d_m_s
+        # Gusts do not move the aim point.
+        self._groundspeed_m_s += (ap.est.groundspeed_m_s - self._groundspeed_m_s) * 0.05
+        if self.stage is Stage.NORMAL and self._fresh:
+            track = ap.pilot.track
+            lined_up = abs(track[2]) < math.radians(10.0)
+            on_line = abs(track[3]) < 5.0
+            part = nav.proportion
+            below = ap.here().alt_m < nav.previous.alt_m
+            if (
+                ap.mission.previous_nav_command == 31
+                or (part >= 0 and lined_up and on_line)
+                or (part > 0.15 and lined_up and below)
+                or part > 0.5
+            ):
+                self.stage = Stage.APPROACH
+        tune = ap.tune
+        approaching = self.stage in (Stage.APPROACH, Stage.PREFLARE)
+        flare_seconds = tune["LAND_FLARE_SEC"]
+        low = height <= tune["LAND_FLARE_ALT"]
+        soon = flare_seconds > 0 and height <= sink * flare_seconds and nav.proportion > 0.5
+        crashed = abs(sink) < 0.2 and not ap.is_flying
+        if self.stage is not Stage.FINAL and (
+            (approaching and (low or soon)) or nav.proportion >= 1.0 or crashed
+        ):
+            self.stage = Stage.FINAL
+            self._report = True
+            self._flare_height_m = max(0.5, height)
+            self._flare_sink_m_s = max(0.0, sink)
+            distance = distance_m(ap.here(), nav.next)
+            ap.say(
+                Severity.INFO,
+                f"Flare {height:.1f}m sink={sink:.2f} speed={ap.est.groundspeed_m_s:.1f} dist={distance:.1f}",
+            )
+        elif self.stage is Stage.APPROACH and tune["LAND_PF_ARSPD"] > 0:
+            by_alt = 0 < height <= tune["LAND_PF_ALT"]
+            by_time = tune["LAND_PF_SEC"] > 0 and height <= sink * tune["LAND_PF_SEC"]
+            if by_alt or by_time:
+                self.stage = Stage.PREFLARE
+        self._fresh = True
+        # The line goes on beyond the point, so that nothing turns when the plane floats past it.
+        bearing = bearing_rad(nav.previous, nav.next)
+        ahead = nav.next.moved(bearing, distance_m(nav.previous, ap.here()) + 200.0)
+        nav.fly_leg(nav.previous, ahead)
+
+    def report_rest(self) -> None:
+        """After disarming: say how far from the point the plane stands."""
+        if self._report:
+            self._report = False
+            distance = distance_m(self._ap.here(), self._ap.nav.next)
+            self._ap.say(Severity.INFO, f"Distance from LAND point={distance:.2f}m")
+
+    def airspeed_m_s(self) -> float:
+        """Target airspeed: the approach speed, and half of the head wind on top."""
+        tune = self._ap.tune
+        cruise, slowest = tune["AIRSPEED_CRUISE"], tune["AIRSPEED_MIN"]
+        target = tune["TECS_LAND_ARSPD"] if tune["TECS_LAND_ARSPD"] >= 0 else 0.5 * (cruise + slowest)
+        if self.stage is Stage.NORMAL:
+            target = cruise
+        elif self.stage in (Stage.PREFLARE, Stage.FINAL) and tune["LAND_PF_ARSPD"] > 0:
+            target = tune["LAND_PF_ARSPD"]
+        part = min(1.0, max(0.0, tune["LAND_WIND_COMP"] * 0.01))
+        return min(max(target + part * self._ap.head_wind_m_s(), target), max(cruise, target))
+
+    def adjust_altitude(self) -> bool:
+        """Target height on the glide slope; False while another rule gives it."""
+        if not self.active or self.aborting or self.stage is Stage.NORMAL:
+            return False
+        ap = self._ap
+        nav, tune = ap.nav, ap.tune
+        total = max(1.0, distance_m(nav.previous, nav.next))
+        sink_height = nav.previous.alt_m - nav.next.alt_m
+        groundspeed = max(0.5, self._groundspeed_m_s)
+        sink_rate = sink_height / max(0.5, total / groundspeed)
+
+        flare_alt = tune["LAND_FLARE_ALT"]
+        aim_height = tune["LAND_FLARE_SEC"] * sink_rate
+        if aim_height <= 0:
+            aim_height = flare_alt
+        if flare_alt > 0:
+            aim_height = min(aim_height, 2.0 * flare_alt)
+        flare_distance = min(self._distance_to_rest(groundspeed, sink_rate, aim_height), 0.5 * total)
+
+        first = self._slope is None
+        slope = (sink_height - aim_height) / (total - flare_distance)
+        self._slope = slope
+        if first:
+            ap.say(Severity.INFO, f"Landing glide slope {math.degrees(math.atan(slope)):.1f} degrees")
+        # Aim beyond the ground, so that the target height has no kink near the runway.
+        bearing = bearing_rad(nav.previous, nav.next)
+        end = nav.next.moved(bearing, _PROJECTION_M - flare_distance)
+        end.alt_m = nav.next.alt_m + aim_height - slope * _PROJECTION_M
+        nav.set_proportion(end, end.alt_m - nav.previous.alt_m, 1.0 - nav.proportion_of(nav.previous, end))
+        return True
+
+    def _distance_to_rest(self, groundspeed: float, sink_rate: float, height: float) -> float:
+        """Ground covered from the flare to rest.
+
+        The flare law's sink rate is ``touch + (sink_rate - touch) h / height``; integrated, the ground is reached after
+        ``height / (sink_rate - touch) * ln(sink_rate / touch)``.
+        """
+        touch = max(0.05, self._ap.tune["TECS_LAND_SINK"])
+        if sink_rate > touch * 1.05:
+            seconds = height / (sink_rate - touch) * math.log(sink_rate / touch)
+        else:
+            seconds = height / max(touch, sink_rate)
+        # 50 is the default, and means as worked out.
+        seconds *= min(2.0, max(0.0, self._ap.tune["LAND_FLARE_AIM"] / 50.0))
+        seconds = min(seconds, 0.7 * groundspeed / _FLARE_DECEL_M_S2)
+        touch_speed = groundspeed - _FLARE_DECEL_M_S2 * seconds
+        return 0.5 * (groundspeed + touch_speed) * seconds + touch_speed * touch_speed / (2.0 * _ROLL_DECEL_M_S2)
+
+    # control
+
+    def order(self) -> None:
+        """Pitch and throttle for this stage."""
+        ap = self._ap
+        tune = ap.tune
+        if self.aborting:
+            ap.climbout.order_climb()
+            return
+        nav = ap.nav
+        pitch_max = math.radians(min(tune["PTCH_LIM_MAX_DEG"], tune["TECS_LAND_PMAX"]))
+        pitch_min = math.radians(tune["PTCH_LIM_MIN_DEG"])
+        if self.stage is Stage.NORMAL:
+            ap.order_energy()
+        elif self.stage is not Stage.FINAL:
+            ap.pilot.fly_approach(
+                nav.target_alt_m, self.airspeed_m_s(), nav.proportion, pitch_min, pitch_max, tune["THR_MAX"] * 0.01
+            )
+        elif ap.body.on_wheels:
+            ap.pilot.fly_pitch(0.0, 0.0)
+        else:
+            height = ap.here().alt_m - nav.next.alt_m
+            # The nose must be up before the wheels touch.
+            touch = math.radians(tune["LAND_PITCH_DEG"])
+            part = min(1.0, max(0.0, (height - tune["TECS_FLARE_HGT"]) / max(0.5, self._flare_height_m)))
+            low = touch + part * (math.radians(-12.0) - touch)
+            ap.pilot.fly_flare(height, self._flare_height_m, self._flare_sink_m_s, self.airspeed_m_s(), low, pitch_max)
+
+    def ground_heading_rad(self) -> float | None:
+        """Runway heading to steer when rolling."""
+        if not self.flaring:
+            return None
+        return wrap_pi(bearing_rad(self._ap.nav.previous, self._ap.nav.next))
+
+    def target(self) -> Spot:
+        """Where it lands."""
+        return self._ap.nav.next

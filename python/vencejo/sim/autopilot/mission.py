@@ -1,0 +1,401 @@
+"""The flow of a mission: which item is flown, which DO and CONDITION commands run beside it, jumps and landing sequences.
+
+One navigation command is flown at a time. The DO and CONDITION commands that stand before the next navigation command run one
+after another meanwhile; those not reached when it completes are skipped, as ArduPlane does. What a command means is the host's business.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from enum import Enum
+from typing import Protocol
+
+from .interface import PlanView, Severity, StoredItem
+from .names import AT_ONCE, Cmd, is_nav, word
+
+__all__ = ["MissionHost", "MissionRunner", "RunState"]
+
+_FIRST = 1
+_FOREVER = -1
+_LANDINGS = (Cmd.NAV_LAND, Cmd.NAV_VTOL_LAND)
+_TAKEOFFS = (Cmd.NAV_TAKEOFF, Cmd.NAV_VTOL_TAKEOFF)
+
+
+class RunState(Enum):
+    """Whether the mission runs."""
+
+    STOPPED = 0
+    RUNNING = 1
+    COMPLETE = 2
+
+
+class MissionHost(Protocol):
+    """Who flies the commands."""
+
+    def start_command(self, item: StoredItem) -> bool:
+        """Begin a command; False when this plane cannot do it."""
+        ...
+
+    def verify_command(self, item: StoredItem) -> bool:
+        """True when the command is done."""
+        ...
+
+    def mission_complete(self) -> None:
+        """The last command is done."""
+        ...
+
+    def say(self, severity: Severity, text: str) -> None:
+        """Announce something."""
+        ...
+
+
+class MissionRunner:
+    """Runs the stored mission.
+
+    Attributes
+    ----------
+    state : RunState
+        Whether it runs.
+    nav : StoredItem or None
+        The navigation command that is flown, or was last.
+    in_landing_sequence, in_return_path : bool
+        Set by landing commands and by jumps into those parts of the mission.
+    """
+
+    def __init__(self, plan: PlanView, host: MissionHost) -> None:
+        self._plan = plan
+        self._host = host
+        self._revision = plan.mission_revision
+        self.state = RunState.STOPPED
+        self.nav: StoredItem | None = None
+        self.in_landing_sequence = False
+        self.in_return_path = False
+        self.previous_nav_command: int | None = None
+        self._nav_loaded = False
+        self._do: StoredItem | None = None
+        self._do_loaded = False
+        self._do_all_done = False
+        self._previous_wp_seq: int | None = None
+        self._jumps: dict[int, int] = {}
+
+    # reading
+
+    @property
+    def total(self) -> int:
+        """Items without home."""
+        return max(0, len(self._plan.mission) - 1)
+
+    @property
+    def current_seq(self) -> int:
+        """Sequence number of the command being flown, 0 before the first."""
+        return 0 if self.nav is None else self.nav.seq
+
+    def next_nav(self, start: int) -> StoredItem | None:
+        """The navigation command at or after ``start``, jumps followed but not counted."""
+        seq = start
+        for _ in range(self.total + 1):
+            item = self._next(seq, count=False)
+            if item is None or is_nav(item.command):
+                return item
+            seq = item.seq + 1
+        return None
+
+    def starts_with_takeoff(self) -> bool:
+        """True when the next navigation command is a take-off."""
+        start = self.current_seq if self.nav is not None else _FIRST
+        for _ in range(16):
+            item = self.next_nav(start)
+            if item is None:
+                return False
+            if item.command in _TAKEOFFS:
+                return True
+            if item.command != Cmd.NAV_DELAY:
+                return False
+            start = item.seq + 1
+        return False
+
+    # running
+
+    def start_or_resume(self, *, restart: bool) -> None:
+        """Enter AUTO: go on where the mission was, or from the beginning."""
+        if restart or self.state is RunState.COMPLETE or self.nav is None:
+            self._start()
+            return
+        self.state = RunState.RUNNING
+        if self._do_loaded and self._do is not None:
+            self.set_current(self._do.seq)
+        elif self._nav_loaded:
+            self.set_current(self.nav.seq)
+
+    def stop(self) -> None:
+        """Leave AUTO."""
+        if self.state is RunState.RUNNING:
+            self.state = RunState.STOPPED
+
+    def reset(self) -> None:
+        """Back before the first command."""
+        self.nav = None
+        self.previous_nav_command = None
+        self._previous_wp_seq = None
+        self.in_landing_sequence = self.in_return_path = False
+        self._nav_loaded = self._do_loaded = self._do_all_done = False
+        self._do = None
+        self._jumps.clear()
+
+    def update(self) -> list[int]:
+        """Look after the running commands, 10 times a second; returns the items that were completed."""
+        reached: list[int] = []
+        if self.state is not RunState.RUNNING or self.total == 0:
+            return reached
+        if not self._nav_loaded or self.nav is None:
+            if not self._advance_nav(None):
+                self._complete()
+                return reached
+        elif self._verify(self.nav, reached):
+            self._nav_loaded = False
+            if not self._advance_nav(None):
+                self._complete()
+                return reached
+        if self.state is not RunState.RUNNING:
+            return reached
+        if not self._do_loaded:
+            self._advance_do()
+        elif self._do is not None and self._verify(self._do, reached):
+            self._do_loaded = False
+        return reached
+
+    def notice_change(self) -> bool:
+        """Forget the command that was flown when the mission was cleared; True when the mission changed."""
+        revision = self._plan.mission_revision
+        if revision == self._revision:
+            return False
+        self._revision = revision
+        if self.total == 0:
+            self.reset()
+            self.state = RunState.STOPPED
+        return True
+
+    def set_current(self, seq: int) -> bool:
+        """Go to an item; False when there is none."""
+        self.in_landing_sequence = self.in_return_path = False
+        items = self._plan.mission
+        if not 0 <= seq < len(items) or self.total == 0:
+            return False
+        self.in_landing_sequence = items[seq].command == Cmd.DO_LAND_START
+        self.in_return_path = items[seq].command == Cmd.DO_RETURN_PATH_START
+        self._do = None
+        self._do_loaded = self._do_all_done = self._nav_loaded = False
+        if seq == 0 or self.state is RunState.COMPLETE:
+            self.previous_nav_command = None
+            self._previous_wp_seq = None
+            self._jumps.clear()
+            seq = max(seq, _FIRST)
+        if self.state is RunState.RUNNING:
+            if not self._advance_nav(seq):
+                self._complete()
+                return False
+            return True
+        # Not running: only remember where to go on.
+        for _ in range(self.total + 1):
+            item = self._next(seq, count=True)
+            if item is None:
+                self.nav = None
+                return False
+            if is_nav(item.command):
+                self.nav = item
+                self._nav_loaded = True
+                break
+            if not self._do_loaded:
+                self._do, self._do_loaded = item, True
+            seq = item.seq + 1
+        self._do_all_done = not self._do_loaded
+        self.state = RunState.STOPPED
+        return True
+
+    # landing and return
+
+    def landing_start(self, distance_to: Callable[[StoredItem], float | None]) -> int | None:
+        """The nearest DO_LAND_START. ``distance_to`` answers None for an item without a place."""
+        best: tuple[float, int] | None = None
+        for item in self._plan.mission[_FIRST:]:
+            if item.command != Cmd.DO_LAND_START:
+                continue
+            distance = distance_to(item)
+            if distance is None:
+                following = self.next_nav(item.seq)
+                distance = None if following is None else distance_to(following)
+            if distance is not None and (best is None or distance < best[0]):
+                best = (distance, item.seq)
+        return None if best is None else best[1]
+
+    def jump_to_landing(self, distance_to: Callable[[StoredItem], float | None]) -> bool:
+        """Go to the nearest landing sequence; False and a warning when there is none."""
+        seq = self.landing_start(distance_to)
+        if seq is not None and self.set_current(seq):
+            if self.state is RunState.STOPPED:
+                self.start_or_resume(restart=False)
+            self._host.say(Severity.INFO, "Landing sequence start")
+            self.in_landing_sequence = True
+            return True
+        self._host.say(Severity.WARNING, "Unable to start landing sequence")
+        return False
+
+    def jump_to_return_path(self, distance_to: Callable[[StoredItem], float | None]) -> bool:
+        """Join the return path (the items after a DO_RETURN_PATH_START) at its nearest waypoint."""
+        if self.state is RunState.RUNNING and self.in_landing_sequence:
+            self._host.say(Severity.INFO, "Landing sequence active")
+            return True
+        if self.state is RunState.RUNNING and self.in_return_path:
+            self._host.say(Severity.INFO, "Return path active")
+            return True
+        best: tuple[float, int] | None = None
+        inside = False
+        for item in self._plan.mission[_FIRST:]:
+            if item.command == Cmd.DO_RETURN_PATH_START:
+                inside = True
+            elif inside and (item.command == Cmd.DO_LAND_START or item.command in _LANDINGS):
+                inside = False
+            elif inside and is_nav(item.command):
+                distance = distance_to(item)
+                if distance is not None and (best is None or distance < best[0]):
+                    best = (distance, item.seq)
+        if best is not None and self.set_current(best[1]):
+            if self.state is RunState.STOPPED:
+                self.start_or_resume(restart=False)
+            self._host.say(Severity.INFO, "Return path started")
+            self.in_return_path = True
+            return True
+        return False
+
+    def restart_landing(self, distance_to: Callable[[StoredItem], float | None]) -> bool:
+        """After an aborted landing: climb item, landing start, or the waypoint before."""
+        if self.nav is None or self.nav.command != Cmd.NAV_LAND:
+            return False
+        items = self._plan.mission
+        after = self.nav.seq + 1
+        if after < len(items) and items[after].command == Cmd.NAV_CONTINUE_AND_CHANGE_ALT and items[after].p1 in (0, 1):
+            alt = items[after].alt_m
+            if self.set_current(after):
+                self._host.say(Severity.NOTICE, f"Restarted landing sequence. Climbing to {alt:.0f}m")
+                return True
+        start = self.landing_start(distance_to)
+        if start is not None and self.set_current(start):
+            self._host.say(Severity.NOTICE, f"Restarted landing via DO_LAND_START: {start}")
+            return True
+        previous = self._previous_wp_seq
+        if previous is not None and self.set_current(previous):
+            self._host.say(Severity.NOTICE, f"Restarted landing sequence at waypoint {previous}")
+            return True
+        self._host.say(Severity.WARNING, "Unable to restart landing sequence")
+        return False
+
+    # inside
+
+    def _start(self) -> None:
+        self.state = RunState.RUNNING
+        self.reset()
+        if not self._advance_nav(None):
+            self._complete()
+
+    def _complete(self) -> None:
+        self.state = RunState.COMPLETE
+        self.in_landing_sequence = self.in_return_path = False
+        self._host.mission_complete()
+
+    def _verify(self, item: StoredItem, reached: list[int]) -> bool:
+        if item.command in AT_ONCE:
+            return True
+        if not self._host.verify_command(item):
+            return False
+        reached.append(item.seq)
+        return True
+
+    def _begin(self, item: StoredItem) -> bool:
+        if item.command in _LANDINGS or item.command == Cmd.DO_LAND_START:
+            self.in_landing_sequence = True
+        elif item.command == Cmd.DO_RETURN_PATH_START:
+            self.in_return_path = True
+        elif item.command in _TAKEOFFS:
+            self.in_landing_sequence = self.in_return_path = False
+        text = f"Mission: {item.seq} {word(item.command)}"
+        if item.command in (Cmd.JUMP_TAG, Cmd.DO_JUMP_TAG):
+            text += f" {int(item.p1)}"
+        self._host.say(Severity.INFO, text)
+        return self._host.start_command(item)
+
+    def _advance_nav(self, start: int | None) -> bool:
+        if self.state is not RunState.RUNNING or self._nav_loaded:
+            return False
+        self._do = None
+        self._do_loaded = self._do_all_done = False
+        seq = start if start is not None else (_FIRST if self.nav is None else self.nav.seq + 1)
+        for _ in range(255):
+            item = self._next(seq, count=True)
+            if item is None:
+                return False
+            if is_nav(item.command):
+                if self.nav is not None:
+                    self.previous_nav_command = self.nav.command
+                    if self.nav.lat_deg != 0.0 or self.nav.lon_deg != 0.0:
+                        self._previous_wp_seq = self.nav.seq
+                self.nav = item
+                if self._begin(item):
+                    self._nav_loaded = True
+                    self._do_all_done = not self._do_loaded
+                    return True
+                if self.state is not RunState.RUNNING:
+                    return True
+            elif not self._do_loaded:
+                self._do, self._do_loaded = item, True
+                self._begin(item)
+            seq = item.seq + 1
+        return False
+
+    def _advance_do(self) -> None:
+        if self._do_all_done or self._do is None:
+            return
+        item = self._next(self._do.seq + 1, count=False)
+        if item is None or is_nav(item.command):
+            self._do_all_done = True
+            return
+        self._do, self._do_loaded = item, True
+        self._begin(item)
+
+    def _next(self, start: int, *, count: bool) -> StoredItem | None:
+        """The command at or after ``start`` that is not a jump."""
+        items = self._plan.mission
+        seq = start
+        first_jump: int | None = None
+        for _ in range(64 + len(items)):
+            if not _FIRST <= seq < len(items):
+                return None
+            item = items[seq]
+            if item.command == Cmd.DO_JUMP:
+                target = int(item.p1) if math.isfinite(item.p1) else 0
+            elif item.command == Cmd.DO_JUMP_TAG:
+                target = self._tag(int(item.p1) if math.isfinite(item.p1) else -1)
+            else:
+                return item
+            if not _FIRST <= target < len(items):
+                return None
+            if not count and first_jump == seq:
+                return None
+            first_jump = seq if first_jump is None else first_jump
+            times = int(item.p2)
+            done = self._jumps.get(seq, 0)
+            if times == _FOREVER or done < times:
+                if count:
+                    self._jumps[seq] = done + 1
+                    shown = "unlimited" if times == _FOREVER else str(times)
+                    self._host.say(Severity.INFO, f"Mission: {seq} Jump {done + 1}/{shown}")
+                seq = target
+            else:
+                seq += 1
+        return None
+
+    def _tag(self, tag: int) -> int:
+        for item in self._plan.mission[_FIRST:]:
+            if item.command == Cmd.JUMP_TAG and int(item.p1) == tag:
+                return item.seq
+        return 0

@@ -1,0 +1,271 @@
+"""Where the plane is going: the leg or circle being flown, its target height, and the loiter turns counted.
+
+It owns the geometry between mission or mode and the control laws. Distances are metres in the tangent plane, heights above mean
+sea level.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from .geo import Spot, bearing_rad, distance_m, wrap_pi
+
+if TYPE_CHECKING:
+    from .core import Autopilot
+
+__all__ = ["Loiter", "Navigator"]
+
+_HEADING_TOLERANCE_RAD = math.radians(10.0)
+
+
+@dataclass(slots=True)
+class Loiter:
+    """A circle being flown."""
+
+    clockwise: bool = True
+    radius_m: float = 0.0
+    """Radius at sea level, as ordered."""
+    turned_rad: float = 0.0
+    """Angle flown on the circle since it was reached."""
+    counting: bool = False
+    last_bearing_rad: float = 0.0
+    started_s: float | None = None
+    total_rad: float = 0.0
+    duration_s: float = 0.0
+    goal_met: bool = False
+    """The turns, the time or the height are done; only the exit heading is missing."""
+    reached_alt: bool = False
+    stuck: bool = False
+    next_lap_check_rad: float = 0.0
+    lap_alt_m: float = 0.0
+
+
+class Navigator:
+    """Legs, circles and heights of one plane."""
+
+    def __init__(self, ap: Autopilot) -> None:
+        self._ap = ap
+        here = ap.here()
+        self.previous = here
+        self.next = here.copy()
+        self.crosstrack = False
+        self.next_crosstrack = True
+        self.distance = 0.0
+        self.proportion = 0.0
+        self.turn_angle_deg = 90.0
+        self.loiter = Loiter()
+        self.hold_course_rad: float | None = None
+        self.target_alt_m = here.alt_m
+        self._offset_m = 0.0
+        """Height between start and end of a sloped leg; 0 when the target is simply the end's height."""
+
+    # targets
+
+    def set_next(self, spot: Spot) -> None:
+        """Fly to the next waypoint of a mission, along the line from the last one."""
+        here = self._ap.here()
+        if self.next_crosstrack:
+            self.previous = self.next
+            self.crosstrack = True
+        else:
+            self.previous = here
+            self.next_crosstrack = True
+            self.crosstrack = False
+        self.next = spot
+        if self.passed(self.previous, self.next):
+            self.previous = here
+        self.reset_loiter()
+        self._set_up_slope(mission=True)
+        self._set_up_turn()
+        self.adjust_altitude()
+
+    def set_guided(self, spot: Spot) -> None:
+        """Fly straight to a point that no mission gave."""
+        here = self._ap.here()
+        self.previous = here
+        self.next = spot
+        self.crosstrack = False
+        self.loiter.clockwise = not (self._ap.tune["WP_LOITER_RAD"] < 0 or spot.anticlockwise)
+        self.target_alt_m = here.alt_m
+        self.reset_loiter()
+        self._set_up_slope(mission=False)
+        self._set_up_turn()
+
+    def stay(self) -> None:
+        """The next point is here."""
+        self.previous = self._ap.here()
+        self.next = self.previous.copy()
+
+    def reset_loiter(self) -> None:
+        """A new target is a new loiter."""
+        clockwise, radius = self.loiter.clockwise, self.loiter.radius_m
+        self.loiter = Loiter(clockwise=clockwise, radius_m=radius)
+
+    def reset_slope(self) -> None:
+        """Go to the target height at once."""
+        self._offset_m = 0.0
+
+    # geometry
+
+    def update_distance(self) -> None:
+        """Distance to go and part of the leg flown; 10 times a second."""
+        here = self._ap.here()
+        self.distance = distance_m(here, self.next)
+        self.proportion = self.proportion_of(self.previous, self.next)
+
+    def proportion_of(self, start: Spot, end: Spot) -> float:
+        """Part of a leg that lies behind the plane: 0 at its start, 1 at its end."""
+        here = self._ap.here()
+        n, e = end.n_m - start.n_m, end.e_m - start.e_m
+        square = n * n + e * e
+        if square < 1e-6:
+            return 1.0
+        return ((here.n_m - start.n_m) * n + (here.e_m - start.e_m) * e) / square
+
+    def passed(self, start: Spot, end: Spot) -> bool:
+        """True beyond the line across the end of a leg."""
+        return self.proportion_of(start, end) >= 1.0
+
+    def turn_distance(self) -> float:
+        """How far before a waypoint the turn to the next leg begins.
+
+        WP_RADIUS, corrected for thin air, but not more than the L1 length, and less for turns below 90°.
+        """
+        ap = self._ap
+        full = min(ap.tune["WP_RADIUS"] * ap.est.eas_to_tas**2, ap.l1_length_m())
+        return full * min(1.0, abs(self.turn_angle_deg) / 90.0)
+
+    def _set_up_turn(self) -> None:
+        ap = self._ap
+        current = ap.mission.nav
+        following = None if current is None else ap.mission.next_nav(current.seq + 1)
+        place = None if following is None else ap.spot_of(following, or_none=True)
+        if place is None or not ap.in_auto:
+            self.turn_angle_deg = 90.0
+            return
+        now = bearing_rad(self.previous, self.next)
+        self.turn_angle_deg = math.degrees(wrap_pi(bearing_rad(self.next, place) - now))
+
+    # heights
+
+    def _set_up_slope(self, *, mission: bool) -> None:
+        """Decide between a slope along the leg and going to the height at once.
+
+        As ArduPlane: a mission slopes when it is above 20 m or descends, other modes only when they descend; height differences
+        below ALT_SLOPE_MIN are flown at once.
+        """
+        here = self._ap.here()
+        descends = here.alt_m > self.next.alt_m
+        if descends or (mission and here.alt_m - self._ap.home.alt_m > 20.0):
+            self._set_offset(self.previous)
+        else:
+            self._offset_m = 0.0
+
+    def _set_offset(self, start: Spot) -> None:
+        self._offset_m = self.next.alt_m - start.alt_m
+        smallest = self._ap.tune["ALT_SLOPE_MIN"]
+        if not self._ap.landing.active and (smallest <= 0 or abs(self._offset_m) < smallest):
+            self._offset_m = 0.0
+
+    def adjust_altitude(self) -> None:
+        """Target height for now."""
+        if self._offset_m == 0.0 or self._ap.on_circle or self.passed(self.previous, self.next):
+            self.target_alt_m = self.next.alt_m
+            return
+        self.set_proportion(self.next, self._offset_m, 1.0 - self.proportion)
+        here = self._ap.here()
+        highest = self._ap.tune["ALT_SLOPE_MAXHGT"]
+        if highest > 0 and self._offset_m > 0 and here.alt_m > self.target_alt_m + highest:
+            # Far above a climbing slope (the zoom after a take-off): begin a new one from here.
+            self.previous = Spot(self.previous.n_m, self.previous.e_m, here.alt_m)
+            self._set_offset(here)
+            self.target_alt_m = self.next.alt_m if self._offset_m == 0.0 else here.alt_m
+        low, high = sorted((self.previous.alt_m, self.next.alt_m))
+        self.target_alt_m = min(high, max(low, self.target_alt_m))
+
+    def set_proportion(self, end: Spot, offset_m: float, part: float) -> None:
+        """Target height ``part`` of the offset before the end of a slope."""
+        self.target_alt_m = end.alt_m - offset_m * min(1.0, max(0.0, part))
+
+    # orders
+
+    def fly_leg(self, start: Spot, end: Spot) -> None:
+        """Follow a leg."""
+        self._ap.pilot.fly_leg(start.n_m, start.e_m, end.n_m, end.e_m)
+
+    def fly_circle(self, radius_m: float = 0.0) -> None:
+        """Circle around the next point; a radius of at most 1 m means WP_LOITER_RAD."""
+        ap = self._ap
+        loiter = self.loiter
+        if radius_m <= 1.0:
+            default = ap.tune["WP_LOITER_RAD"]
+            radius_m = abs(default) if abs(default) > 1.0 else 60.0
+            loiter.clockwise = not (self.next.anticlockwise or default < 0)
+        loiter.radius_m = radius_m
+        # In thin air the same bank needs a wider circle: true airspeed grows.
+        ap.pilot.fly_circle(self.next.n_m, self.next.e_m, self.circle_radius_m, loiter.clockwise)
+        if loiter.started_s is None and (ap.on_circle or self.proportion > 1.0):
+            loiter.started_s = ap.time_s
+            ap.circle_reached()
+
+    @property
+    def circle_radius_m(self) -> float:
+        """Radius over ground of the circle being flown."""
+        return self.loiter.radius_m * self._ap.est.eas_to_tas**2
+
+    def count_turns(self) -> None:
+        """Add up the angle flown on the circle, and see whether its height is reached; 10 times a second."""
+        ap, loiter = self._ap, self.loiter
+        here = ap.here()
+        bearing = bearing_rad(here, self.next)
+        if not loiter.counting:
+            if ap.on_circle:
+                loiter.counting = True
+                loiter.turned_rad = 1e-4
+                loiter.lap_alt_m = here.alt_m
+                loiter.next_lap_check_rad = 3.0 * math.tau
+        else:
+            delta = wrap_pi(bearing - loiter.last_bearing_rad)
+            loiter.turned_rad += delta if loiter.clockwise else -delta
+        loiter.last_bearing_rad = bearing
+        if ap.on_circle and abs(here.alt_m - self.target_alt_m) < 5.0:
+            loiter.reached_alt = True
+            loiter.stuck = False
+        elif not loiter.reached_alt and abs(loiter.turned_rad) >= loiter.next_lap_check_rad > 0.0:
+            loiter.stuck = abs(here.alt_m - loiter.lap_alt_m) < 5.0
+            loiter.lap_alt_m = here.alt_m
+            loiter.next_lap_check_rad += 3.0 * math.tau
+
+    def lined_up(self, target: Spot | None) -> bool:
+        """True when the circle may be left towards ``target``.
+
+        The tangent must point there within 10°, and 10° more for each turn flown meanwhile, so that no wind keeps the plane
+        circling.
+        """
+        if target is None:
+            return True
+        here = self._ap.here()
+        radius = self.circle_radius_m
+        if radius <= 0.0:
+            return True
+        side = 1.0 if self.loiter.clockwise else -1.0
+        from_centre = bearing_rad(self.next, here)
+        on_circle = self.next.moved(from_centre, radius)
+        distance = distance_m(self.next, target)
+        if distance <= 0.0:
+            return True
+        if distance >= radius:
+            wanted = bearing_rad(on_circle, target)
+        else:
+            # Inside the circle nothing lines up: turn off where the chord is shortest.
+            chord = 2.0 * math.asin((radius - distance) / (2.0 * radius))
+            wanted = bearing_rad(self.next, target) + (math.pi / 2 - chord) * side
+        heading = from_centre + math.pi / 2 * side
+        tolerance = _HEADING_TOLERANCE_RAD * (1 + int(abs(self.loiter.turned_rad) / math.tau))
+        if abs(wrap_pi(wanted - heading)) > tolerance:
+            return False
+        if self.next.exit_tangent:
+            self.next = here
+        return True

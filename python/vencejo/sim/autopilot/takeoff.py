@@ -1,0 +1,177 @@
+"""The take-off: throttle held back until the plane is armed and level, the roll on the runway or the throw, and the climb.
+
+Shared by NAV_TAKEOFF, mode TAKEOFF and the climb after an aborted landing.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from .interface import Severity
+
+if TYPE_CHECKING:
+    from .core import Autopilot
+
+__all__ = ["Takeoff"]
+
+_COURSE_SPEED_M_S = 5.0
+_COURSE_WAIT_S = 0.3
+
+
+class Takeoff:
+    """The take-off of one plane."""
+
+    def __init__(self, ap: Autopilot) -> None:
+        self._ap = ap
+        self.pitch_deg = 0.0
+        self.altitude_rel_m: float | None = None
+        """Height above home where the climb ends."""
+        self._timer_s: float | None = None
+        self._reported_s = -10.0
+        self._fast_since_s: float | None = None
+        self._level_off_m: float | None = None
+        self._start_alt_m = 0.0
+        self._triggered_s: float | None = None
+        self._thrown = False
+
+    def begin_climb(self, pitch_deg: float, altitude_rel_m: float) -> None:
+        """Climb with at least this pitch to a height above home."""
+        self.pitch_deg = pitch_deg
+        self.altitude_rel_m = altitude_rel_m
+        self._fast_since_s = None
+        self._level_off_m = None
+        self._start_alt_m = self._ap.here().alt_m
+
+    def reset(self) -> None:
+        """Disarmed: everything begins again."""
+        self._timer_s = None
+        self._triggered_s = None
+        self._thrown = False
+
+    def check_launch(self) -> bool:
+        """The launch sequence, 10 times a second while the throttle is held back; True when it may be opened."""
+        ap = self._ap
+        if not ap.armed:
+            self.reset()
+            return False
+        now = ap.time_s
+        delay = min(12.7, ap.tune["TKOFF_THR_DELAY"] * 0.1)
+        if self._timer_s is None:
+            self._timer_s = now
+            if now - self._reported_s > 2.0:
+                self._reported_s = now
+                accel = ap.est.forward_accel_m_s2 - 9.81 * math.sin(ap.est.pitch_rad)
+                ap.say(Severity.INFO, f"Armed AUTO, xaccel = {accel:.1f} m/s/s, waiting {delay:.1f} sec")
+        est = ap.est
+        if not -30.0 < math.degrees(est.pitch_rad) < 45.0 or abs(math.degrees(est.roll_rad)) > 30.0:
+            if now - self._reported_s > 2.0:
+                self._reported_s = now
+                ap.say(Severity.WARNING, "Bad launch AUTO")
+            self._timer_s = None
+            return False
+        if now - self._timer_s + 1e-6 >= delay:
+            ap.say(Severity.INFO, f"Triggered AUTO. GPS speed = {est.groundspeed_m_s:.1f}")
+            self._timer_s = None
+            self._triggered_s = now
+            self._start_alt_m = ap.here().alt_m
+            return True
+        return False
+
+    def throw(self) -> None:
+        """A hand launch: once the motor runs, the plane leaves the hand at flying speed."""
+        ap = self._ap
+        if self._thrown or self._triggered_s is None or ap.time_s - self._triggered_s < 0.6:
+            return
+        self._thrown = True
+        body = ap.body
+        if body.height_m > 1.0 or ap.est.groundspeed_m_s > 5.0:
+            return
+        # Thrown at 9 m/s over ground, level with the eyes, 12° up.
+        body.place(
+            body.lat_deg,
+            body.lon_deg,
+            body.yaw_rad,
+            height_m=1.7,
+            pitch_rad=math.radians(12.0),
+            speed_m_s=9.0,
+            wind_ne_m_s=(ap.wind.north_m_s, ap.wind.east_m_s),
+        )
+
+    # NAV_TAKEOFF, 10 times a second
+
+    def verify(self) -> bool:
+        """Hold the course of the roll; True when the height is reached."""
+        ap = self._ap
+        nav = ap.nav
+        est = ap.est
+        if nav.hold_course_rad is None and not ap.throttle_suppressed:
+            if self._fast_since_s is None and est.groundspeed_m_s > _COURSE_SPEED_M_S:
+                self._fast_since_s = ap.time_s
+            if self._fast_since_s is not None and ap.time_s - self._fast_since_s >= _COURSE_WAIT_S:
+                course = math.atan2(est.velocity_e_m_s, est.velocity_n_m_s)
+                degrees = math.degrees(course) % 360.0
+                nav.hold_course_rad = course
+                ap.say(Severity.INFO, f"Autoland direction= {degrees:.0f}")
+                ap.say(
+                    Severity.INFO,
+                    f"Holding course {int(degrees * 100)} at {est.groundspeed_m_s:.1f}m/s "
+                    f"({math.degrees(est.yaw_rad - course):.1f})".replace("(-0.0)", "(0.0)"),
+                )
+        if nav.hold_course_rad is None:
+            ap.pilot.fly_level()
+        else:
+            ap.pilot.fly_heading(nav.hold_course_rad)
+        reached = self.altitude_rel_m is not None and ap.alt_rel_home_m > self.altitude_rel_m
+        if reached:
+            ap.say(Severity.INFO, f"Takeoff complete at {ap.alt_rel_home_m:.2f}m")
+            nav.hold_course_rad = None
+            nav.stay()
+            nav.next_crosstrack = False
+        return reached
+
+    # control
+
+    def order_climb(self) -> None:
+        """Full throttle; pitch for speed, above the climb's pitch, which fades over the last seconds."""
+        ap = self._ap
+        tune = ap.tune
+        est = ap.est
+        slow = max(tune["TKOFF_ROTATE_SPD"], tune["AIRSPEED_MIN"])
+        throttle = (tune["TKOFF_THR_MAX"] or tune["THR_MAX"]) * 0.01
+        if ap.body.on_wheels and est.airspeed_m_s < slow:
+            # Rolling: the wheels carry the plane until it can fly.
+            ap.pilot.fly_pitch(0.0, ap.throttle_ramp(throttle))
+            return
+        low = self._pitch_min_deg()
+        high = max(low, min(tune["PTCH_LIM_MAX_DEG"], tune["TECS_PITCH_MAX"] or tune["PTCH_LIM_MAX_DEG"]))
+        ap.pilot.fly_energy(
+            ap.home.alt_m + (self.altitude_rel_m or 0.0),
+            ap.target_airspeed_m_s(),
+            True,
+            math.radians(low),
+            math.radians(high),
+            throttle,
+            throttle,
+        )
+
+    def _pitch_min_deg(self) -> float:
+        ap = self._ap
+        remaining = (self.altitude_rel_m or 0.0) - ap.alt_rel_home_m
+        seconds = ap.tune["TKOFF_PLIM_SEC"]
+        climb = -ap.est.velocity_d_m_s
+        if self._level_off_m is not None:
+            return self.pitch_deg * max(0.0, min(1.0, remaining / self._level_off_m))
+        if seconds > 0 and climb > 0.1 and ap.alt_rel_home_m >= 10.0 and 0 < remaining / climb <= seconds:
+            self._level_off_m = max(0.1, remaining)
+            ap.say(Severity.INFO, f"Takeoff level-off starting at {int(remaining)}m")
+        return self.pitch_deg
+
+    def bank_limit_deg(self, full_deg: float) -> float:
+        """Bank limit: LEVEL_ROLL_LIMIT near the ground, all of it at three times TKOFF_LVL_ALT."""
+        ap = self._ap
+        level = ap.tune["LEVEL_ROLL_LIMIT"]
+        low = max(0.0, ap.tune["TKOFF_LVL_ALT"])
+        height = ap.here().alt_m - self._start_alt_m
+        part = min(1.0, max(0.0, (height - low) / max(1.0, 2.0 * low)))
+        return level + part * max(0.0, full_deg - level)

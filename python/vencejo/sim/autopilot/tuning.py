@@ -1,0 +1,114 @@
+"""The parameters as the autopilot reads them: by ArduPlane's name, cached until one changes."""
+
+from __future__ import annotations
+
+from .interface import Parameters
+
+__all__ = ["PILOT_NAMES", "Tuning"]
+
+PILOT_NAMES = (
+    "NAVL1_PERIOD NAVL1_DAMPING NAVL1_XTRACK_I TECS_TIME_CONST TECS_LAND_TCONST TECS_CLMB_MAX TECS_SINK_MIN "
+    "TECS_SINK_MAX TECS_SPDWEIGHT TECS_LAND_SPDWGT TECS_INTEG_GAIN TECS_THR_DAMP TECS_PTCH_DAMP TECS_LAND_DAMP "
+    "TECS_RLL2THR TECS_VERT_ACC TECS_HDEM_TCONST TECS_LAND_SINK TRIM_THROTTLE THR_SLEWRATE AIRSPEED_MIN AIRSPEED_MAX "
+    "RLL2SRV_TCONST RLL2SRV_RMAX PTCH2SRV_TCONST PTCH2SRV_RMAX_UP PTCH2SRV_RLL KFF_RDDRMIX YAW2SRV_DAMP SCALING_SPEED "
+    "RLL_RATE_FF RLL_RATE_P RLL_RATE_I RLL_RATE_D RLL_RATE_IMAX PTCH_RATE_FF PTCH_RATE_P PTCH_RATE_I PTCH_RATE_D "
+    "PTCH_RATE_IMAX"
+).split()
+"""Parameters of the control laws, handed to them as they are."""
+
+_DEFAULTS = {
+    "AIRSPEED_CRUISE": 22.0,
+    "AIRSPEED_MAX": 30.0,
+    "AIRSPEED_MIN": 10.0,
+    "ALT_SLOPE_MAXHGT": 5.0,
+    "ALT_SLOPE_MIN": 15.0,
+    "BATT_CAPACITY": 3300.0,
+    "FBWB_CLIMB_RATE": 2.0,
+    "FENCE_ACTION": 1.0,
+    "FENCE_OPTIONS": 1.0,
+    "FENCE_RET_ALT": 0.0,
+    "FENCE_RET_RALLY": 0.0,
+    "FS_LONG_ACTN": 0.0,
+    "LAND_DISARMDELAY": 20.0,
+    "LAND_FLARE_AIM": 50.0,
+    "LAND_FLARE_ALT": 3.0,
+    "LAND_FLARE_SEC": 3.0,
+    "LAND_PF_ALT": 10.0,
+    "LAND_PF_ARSPD": 0.0,
+    "LAND_PF_SEC": 6.0,
+    "LAND_PITCH_DEG": 1.0,
+    "LAND_WIND_COMP": 50.0,
+    "LEVEL_ROLL_LIMIT": 5.0,
+    "MIN_GROUNDSPEED": 0.0,
+    "MIS_RESTART": 0.0,
+    "PTCH_LIM_MAX_DEG": 25.0,
+    "PTCH_LIM_MIN_DEG": -20.0,
+    "RALLY_INCL_HOME": 0.0,
+    "RALLY_LIMIT_KM": 5.0,
+    "ROLL_LIMIT_DEG": 65.0,
+    "RTL_ALTITUDE": 100.0,
+    "RTL_AUTOLAND": 0.0,
+    "RTL_RADIUS": 0.0,
+    "STALL_PREVENTION": 1.0,
+    "TECS_FLARE_HGT": 1.0,
+    "TECS_LAND_ARSPD": -1.0,
+    "TECS_LAND_PMAX": 10.0,
+    "TECS_LAND_SINK": 0.25,
+    "TECS_PITCH_MAX": 15.0,
+    "TECS_PITCH_MIN": 0.0,
+    "THR_MAX": 100.0,
+    "THR_MIN": 0.0,
+    "TKOFF_ALT": 50.0,
+    "TKOFF_DIST": 200.0,
+    "TKOFF_LVL_ALT": 10.0,
+    "TKOFF_LVL_PITCH": 15.0,
+    "TKOFF_PLIM_SEC": 2.0,
+    "TKOFF_ROTATE_SPD": 0.0,
+    "TKOFF_THR_DELAY": 2.0,
+    "TKOFF_THR_MAX": 0.0,
+    "TRIM_THROTTLE": 50.0,
+    "WP_LOITER_RAD": 80.0,
+    "WP_MAX_RADIUS": 0.0,
+    "WP_RADIUS": 50.0,
+}
+"""ArduPlane's values, for a store that lacks a name."""
+
+
+class Tuning:
+    """Cached view of a parameter store."""
+
+    __slots__ = ("_cache", "_params", "_revision")
+
+    def __init__(self, params: Parameters) -> None:
+        self._params = params
+        self._revision = params.revision
+        self._cache: dict[str, float] = {}
+
+    def __getitem__(self, name: str) -> float:
+        value = self._cache.get(name)
+        if value is None:
+            try:
+                value = float(self._params.get(name))
+            except KeyError:
+                value = _DEFAULTS[name]
+            self._cache[name] = value
+        return value
+
+    def refresh(self) -> bool:
+        """Forget cached values when the store changed; True when it did."""
+        revision = self._params.revision
+        if revision == self._revision:
+            return False
+        self._revision = revision
+        self._cache.clear()
+        return True
+
+    def for_pilot(self) -> dict[str, float]:
+        """The parameters of the control laws that the store has."""
+        found: dict[str, float] = {}
+        for name in PILOT_NAMES:
+            try:
+                found[name] = float(self._params.get(name))
+            except KeyError:
+                continue
+        return found
