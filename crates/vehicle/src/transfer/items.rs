@@ -24,6 +24,9 @@ const FIRST_REQUESTS: usize = 4;
 /// An item counts as lost when this many asked for after it have come.
 const OVERTAKEN: u32 = 3;
 
+/// A vehicle that goes back to an earlier item more often gets nowhere.
+const INSISTENCE: u32 = 20;
+
 /// What a machine puts out. Bounded by its owner, who drains it after every call: a call adds at most a window of items.
 pub(crate) type Outbox = VecDeque<TransferOutput>;
 
@@ -65,6 +68,8 @@ pub(crate) struct ItemUpload {
     /// When it last got further, and the item it got to.
     progressed: MonoTime,
     furthest: u16,
+    /// How often the vehicle went back to an earlier item.
+    insisted: u32,
     restarts: u32,
     round_trip: RoundTrip,
     out: Outbox,
@@ -88,8 +93,8 @@ enum Upload {
         sent: u16,
         /// Items sent ahead of its requests, plus the one it asks for.
         window: u16,
-        /// It complained about an item out of order; it asks again, or has given up.
-        complained: Option<MonoTime>,
+        /// It complained about an item out of order: it has not got all, and asks again.
+        complained: bool,
     },
     Over(Option<Result<ItemsSent, TransferError>>),
 }
@@ -106,6 +111,7 @@ impl ItemUpload {
             began: now,
             progressed: now,
             furthest: 0,
+            insisted: 0,
             restarts: 0,
             round_trip: RoundTrip::new(config.round_trip, MESSAGE_TIMEOUT),
             out: Outbox::new(),
@@ -116,6 +122,10 @@ impl ItemUpload {
 
     fn count(&self) -> u16 {
         self.items.len() as u16
+    }
+
+    fn asked(&self) -> u16 {
+        if let Upload::Sending { asked, .. } = self.state { asked } else { 0 }
     }
 
     fn send_count(&mut self, tries: u32, now: MonoTime) {
@@ -164,7 +174,7 @@ impl ItemUpload {
                 let window = if self.config.is_ardupilot { self.config.item_window.clamp(1, 64) } else { 1 };
                 Some((0, window))
             }
-            // It asks for the next item only when it has the one before: a lower number is late, a higher one not for us.
+            // It asks for the next item only when it has the one before.
             Upload::Sending { asked, answered, sent, window, .. } => {
                 if seq == asked {
                     // Asked again: the item was lost. Go back to it, and no longer send ahead.
@@ -172,20 +182,48 @@ impl ItemUpload {
                 } else if seq > asked && seq <= sent {
                     Some((sent, window))
                 } else {
-                    None
+                    // A lower number is late, unless the vehicle insists.
+                    (seq < asked && now.since(answered) >= REQUEST_REPEAT / 2).then_some((seq, 1))
                 }
             }
             _ => None,
         };
         self.heard = now;
-        if seq > self.furthest {
-            (self.furthest, self.progressed) = (seq, now);
-        }
         if let Some((from, window)) = step {
+            if seq < self.asked() {
+                self.insisted += 1;
+                self.furthest = seq;
+            }
+            if seq > self.furthest && self.insisted <= INSISTENCE {
+                (self.furthest, self.progressed) = (seq, now);
+            }
             let to = count.min(seq.saturating_add(window)).max(from);
             self.send_items(from, to);
-            self.state = Upload::Sending { asked: seq, answered: now, sent: to, window, complained: None };
+            self.state = Upload::Sending { asked: seq, answered: now, sent: to, window, complained: false };
         }
+    }
+
+    /// Goes on with an upload that ended without the final MISSION_ACK: the vehicle asks for an item after all.
+    pub(crate) fn resume(&mut self, now: MonoTime) {
+        let count = self.count();
+        // The request that follows is to be answered at once.
+        let answered = MonoTime::ZERO;
+        self.state =
+            Upload::Sending { asked: count.saturating_sub(1), answered, sent: count, window: 1, complained: false };
+        self.heard = now;
+        self.progressed = now;
+    }
+
+    /// Whether a message asks for an item of this list.
+    #[allow(deprecated, reason = "ArduPilot asks with MISSION_REQUEST, also for MISSION_ITEM_INT")]
+    pub(crate) fn is_asked_by(&self, from: Address, message: &Message) -> bool {
+        let kind = mav_mission_type(self.kind);
+        self.config.concerns_us(from, message)
+            && match message {
+                Message::Dialect(MavMessage::MISSION_REQUEST_INT(request)) => request.mission_type == kind,
+                Message::Dialect(MavMessage::MISSION_REQUEST(request)) => request.mission_type == kind,
+                _ => false,
+            }
     }
 
     fn on_ack(&mut self, result: MissionResult, now: MonoTime) {
@@ -202,7 +240,7 @@ impl ItemUpload {
             MissionResult::INVALID_SEQUENCE => match &mut self.state {
                 Upload::Sending { window, complained, .. } if self.config.is_ardupilot => {
                     *window = 1;
-                    complained.get_or_insert(now);
+                    *complained = true;
                 }
                 Upload::Sending { .. } => self.restart(now),
                 _ => {}
@@ -230,12 +268,11 @@ impl ItemUpload {
         let limit = self.progressed + PROGRESS_LIMIT;
         match self.state {
             Upload::Counting { retry_at, .. } => Some(retry_at.min(limit)),
-            Upload::Sending { sent, complained, .. } => {
-                let silence = self.heard + STALL_LIMIT;
-                let repeat = REQUEST_REPEAT + ITEM_TIMEOUT + self.round_trip.timeout();
-                let complained = complained.map(|at| at + repeat);
-                let finished = (sent == self.count()).then(|| self.heard + repeat);
-                [Some(silence), Some(limit), complained, finished].into_iter().flatten().min()
+            Upload::Sending { asked, complained, .. } => {
+                let stalled = (self.heard + STALL_LIMIT).min(limit);
+                let is_last = asked + 1 == self.count() && !complained;
+                let finished = self.heard + REQUEST_REPEAT + ITEM_TIMEOUT + self.round_trip.timeout();
+                Some(if is_last { finished.min(stalled) } else { stalled })
             }
             Upload::Over(_) => None,
         }
@@ -284,8 +321,8 @@ impl Transfer for ItemUpload {
                     self.send_count(tries + 1, now);
                 }
             }
-            // Every item was sent and none is asked for again: the final MISSION_ACK was lost.
-            Upload::Sending { sent, complained: None, .. } if sent == self.count() => {
+            // The last item was sent and is not asked for again: most likely the final MISSION_ACK was lost.
+            Upload::Sending { asked, complained: false, .. } if asked + 1 == self.count() => {
                 self.end(Ok(ItemsSent { acknowledged: false }));
             }
             Upload::Sending { .. } => self.restart(now),

@@ -24,6 +24,8 @@ const PACKED_MAX: usize = 24 * MAX_PARAMS;
 const MAX_PARAMS: usize = 10_000;
 /// Parameters asked for at once when gaps are filled: ArduPilot queues 20 requests.
 const MAX_REQUESTS: usize = 10;
+/// A vehicle that says so often, each time after the value was sent, that it has another one keeps it.
+const CONTRADICTIONS: u32 = 4;
 /// The index of a PARAM_VALUE that answers a name, or that nobody asked for.
 const NO_INDEX: u16 = u16::MAX;
 
@@ -411,7 +413,7 @@ impl Transfer for ParamRead {
     }
 
     fn on_time(&mut self, now: MonoTime) {
-        if self.retry_at.is_none_or(|at| now < at) {
+        if self.deadline().is_none_or(|at| now < at) {
             return;
         }
         if now.since(self.began) >= PARAM_ANSWER_LIMIT {
@@ -459,10 +461,11 @@ enum Set {
     Setting {
         value: ParamValue,
         began: MonoTime,
-        sent: MonoTime,
         retry_at: MonoTime,
-        /// Another value that the vehicle says it has, and how often it did.
-        other: Option<(ParamValue, u32)>,
+        /// Another value that the vehicle says it has since the value was sent last.
+        other: Option<ParamValue>,
+        /// How often it was sent and another value came back.
+        contradicted: u32,
     },
     Over(Option<Result<Param, TransferError>>),
 }
@@ -492,7 +495,7 @@ impl ParamSet {
                 Err(error) => self.step = Set::Over(Some(Err(error.into()))),
                 Ok(value) => {
                     let retry_at = now + self.round_trip.timeout();
-                    self.step = Set::Setting { value, began: now, sent: now, retry_at, other: None };
+                    self.step = Set::Setting { value, began: now, retry_at, other: None, contradicted: 0 };
                     self.send(value);
                 }
             },
@@ -511,23 +514,16 @@ impl ParamSet {
     }
 
     fn on_value(&mut self, param: Param, now: MonoTime) {
-        let Set::Setting { value, sent, retry_at, other, .. } = &mut self.step else { return };
+        let Set::Setting { value, retry_at, other, .. } = &mut self.step else { return };
         // As it came over the wire: a C-cast integer above 2^24 has lost its last bits both ways.
         let wire = |value: ParamValue| value.to_wire(self.config.param_encoding).to_bits();
         if wire(param.value) == wire(*value) {
             self.step = Set::Over(Some(Ok(param)));
             return;
         }
-        // The old value may be a late answer to what was read before. Ask once more, and believe what it says then.
-        let round_trip = now.since(*sent);
-        let times = other.map_or(0, |(kept, times)| if kept == param.value { times } else { 0 }) + 1;
-        *other = Some((param.value, times));
-        if times >= 3 {
-            let (name, asked) = (self.name, *value);
-            self.step = Set::Over(Some(Err(TransferError::ParamNotKept { name, asked, kept: param.value })));
-        } else {
-            *retry_at = now + self.round_trip.timeout().min(round_trip.max(ITEM_TIMEOUT));
-        }
+        // The old value may be a late answer to what was read before: send it again, and then believe the vehicle.
+        *other = Some(param.value);
+        *retry_at = (*retry_at).min(now + ITEM_TIMEOUT);
     }
 }
 
@@ -563,25 +559,28 @@ impl Transfer for ParamSet {
                 reading.on_time(now);
                 self.advance(now);
             }
-            Set::Setting { value, began, retry_at, other, .. } if now >= *retry_at => {
-                if now.since(*began) >= PARAM_ANSWER_LIMIT {
-                    let (name, asked) = (self.name, *value);
-                    self.step = Set::Over(Some(Err(match *other {
-                        Some((kept, _)) => TransferError::ParamNotKept { name, asked, kept },
-                        None => TransferError::Timeout { step: "PARAM_SET", waited: now.since(*began) },
-                    })));
+            Set::Setting { value, began, retry_at, other, contradicted } if now >= *retry_at => {
+                let (name, asked) = (self.name, *value);
+                let waited = now.since(*began);
+                match other.take() {
+                    Some(kept) => {
+                        *contradicted += 1;
+                        if *contradicted >= CONTRADICTIONS {
+                            let error = TransferError::ParamNotKept { name, asked, kept };
+                            self.step = Set::Over(Some(Err(error)));
+                            return;
+                        }
+                    }
+                    None => self.round_trip.timed_out(),
+                }
+                if waited >= SILENCE_LIMIT {
+                    self.step = Set::Over(Some(Err(TransferError::Timeout { step: "PARAM_SET", waited })));
                     return;
                 }
-                self.round_trip.timed_out();
                 *retry_at = now + self.round_trip.timeout();
-                if other.is_some() {
-                    self.out.push_back(request_read(&self.config, Some(self.name), -1));
-                } else {
-                    // ArduPilot may keep silent when nothing changes: set and read in one go.
-                    let value = *value;
-                    self.send(value);
-                    self.out.push_back(request_read(&self.config, Some(self.name), -1));
-                }
+                // ArduPilot may keep silent when nothing changes: set and read in one go.
+                self.send(asked);
+                self.out.push_back(request_read(&self.config, Some(name), -1));
             }
             _ => {}
         }

@@ -10,7 +10,7 @@ use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
 
 use super::ftp::{FTP_ABSENT, FileEnd, FileRead, FileWrite, abandon};
 use super::items::{ItemDownload, ItemUpload, ItemsSent, Outbox, mav_mission_type};
-use super::timing::{DENIED_WAIT, MESSAGE_TIMEOUT, RoundTrip, SILENCE_LIMIT};
+use super::timing::{DENIED_WAIT, MESSAGE_TIMEOUT, RESTARTS, RoundTrip, SILENCE_LIMIT};
 use super::{MissionResult, Transfer, TransferConfig, TransferError, TransferOutput};
 
 /// By which protocol a plan goes.
@@ -96,7 +96,7 @@ fn file_len(kind: PlanKind, front: &[u8]) -> Result<FileEnd, String> {
 /// Any of the two ways to read a plan.
 #[derive(Debug)]
 enum Read {
-    Ftp(FileRead),
+    Ftp(Box<FileRead>),
     Items(ItemDownload),
 }
 
@@ -106,7 +106,7 @@ impl Read {
             PlanRoute::Items => Self::Items(ItemDownload::new(config, kind, now)),
             PlanRoute::Ftp => {
                 let end = Box::new(move |front: &[u8]| file_len(kind, front));
-                Self::Ftp(FileRead::new(config, path(kind), MAX_FILE, end, closing, now))
+                Self::Ftp(Box::new(FileRead::new(config, path(kind), MAX_FILE, end, closing, now)))
             }
         }
     }
@@ -246,6 +246,8 @@ pub struct PlanUpload {
     route: PlanRoute,
     /// The MAVFTP session that carried the file.
     session: Option<u8>,
+    /// How often the list was sent again because the vehicle did not confirm it.
+    resent: u32,
     step: Step,
     result: Option<Result<VerifiedPlan, TransferError>>,
     out: Outbox,
@@ -255,7 +257,8 @@ pub struct PlanUpload {
 enum Step {
     SendFile(FileWrite),
     SendItems(ItemUpload),
-    ReadBack(PlanDownload),
+    /// The upload is kept when its final MISSION_ACK did not come: the vehicle may still ask for an item.
+    ReadBack(PlanDownload, Option<ItemUpload>),
     Over,
 }
 
@@ -273,6 +276,7 @@ impl PlanUpload {
             items,
             route,
             session: None,
+            resent: 0,
             step: Step::Over,
             result: None,
             out: Outbox::new(),
@@ -334,11 +338,14 @@ impl PlanUpload {
                 }
                 match send.result() {
                     None => {}
-                    Some(Ok(ItemsSent { acknowledged })) => {
-                        if !acknowledged {
-                            tracing::debug!(kind = %self.kind, "no final MISSION_ACK; the read-back decides");
-                        }
+                    Some(Ok(ItemsSent { acknowledged: true })) => self.read_back(None, now),
+                    Some(Ok(ItemsSent { acknowledged: false })) => {
+                        tracing::debug!(kind = %self.kind, "no final MISSION_ACK; the read-back decides");
+                        let Step::SendItems(send) = std::mem::replace(&mut self.step, Step::Over) else { return };
                         self.read_back(None, now);
+                        if let Step::ReadBack(_, unfinished) = &mut self.step {
+                            *unfinished = Some(send);
+                        }
                     }
                     Some(Err(error)) => self.end(Err(error)),
                 }
@@ -353,7 +360,8 @@ impl PlanUpload {
                     Some(Err(error)) => self.fail_or_reroute(error, now),
                 }
             }
-            Step::ReadBack(read) => {
+            Step::ReadBack(read, unfinished) => {
+                let was_acknowledged = unfinished.is_none();
                 while let Some(output) = read.poll_output() {
                     put(output, total / 2, 1);
                 }
@@ -363,6 +371,11 @@ impl PlanUpload {
                         Ok(()) => {
                             let (kind, route) = (self.kind, self.route);
                             self.end(Ok(VerifiedPlan { kind, items: plan.items, route }));
+                        }
+                        // It never said that it has it all: once more.
+                        Err(TransferError::NotAsSent { .. }) if !was_acknowledged && self.resent < RESTARTS => {
+                            self.resent += 1;
+                            self.send(self.route, now);
                         }
                         Err(error) => self.fail_or_reroute(error, now),
                     },
@@ -379,7 +392,7 @@ impl PlanUpload {
 
     fn read_back(&mut self, closing: Option<u8>, now: MonoTime) {
         self.session = closing;
-        self.step = Step::ReadBack(PlanDownload::by(self.route, &self.config, self.kind, closing, now));
+        self.step = Step::ReadBack(PlanDownload::by(self.route, &self.config, self.kind, closing, now), None);
         self.advance(now);
     }
 
@@ -405,7 +418,16 @@ impl Transfer for PlanUpload {
         match &mut self.step {
             Step::SendFile(step) => step.on_message(from, message, now),
             Step::SendItems(step) => step.on_message(from, message, now),
-            Step::ReadBack(step) => step.on_message(from, message, now),
+            Step::ReadBack(_, unfinished)
+                if unfinished.as_ref().is_some_and(|send| send.is_asked_by(from, message)) =>
+            {
+                if let Some(mut send) = unfinished.take() {
+                    send.resume(now);
+                    send.on_message(from, message, now);
+                    self.step = Step::SendItems(send);
+                }
+            }
+            Step::ReadBack(step, _) => step.on_message(from, message, now),
             Step::Over => {}
         }
         self.advance(now);
@@ -415,7 +437,7 @@ impl Transfer for PlanUpload {
         match &mut self.step {
             Step::SendFile(step) => step.on_time(now),
             Step::SendItems(step) => step.on_time(now),
-            Step::ReadBack(step) => step.on_time(now),
+            Step::ReadBack(step, _) => step.on_time(now),
             Step::Over => {}
         }
         self.advance(now);
@@ -425,7 +447,7 @@ impl Transfer for PlanUpload {
         match &self.step {
             Step::SendFile(step) => step.deadline(),
             Step::SendItems(step) => step.deadline(),
-            Step::ReadBack(step) => step.deadline(),
+            Step::ReadBack(step, _) => step.deadline(),
             Step::Over => None,
         }
     }
@@ -442,7 +464,7 @@ impl Transfer for PlanUpload {
         match &mut self.step {
             Step::SendFile(step) => step.cancel(now),
             Step::SendItems(step) => step.cancel(now),
-            Step::ReadBack(step) => step.cancel(now),
+            Step::ReadBack(step, _) => step.cancel(now),
             Step::Over => {}
         }
         self.advance(now);
@@ -506,7 +528,6 @@ pub struct PlanClear {
     config: TransferConfig,
     kind: PlanKind,
     step: Clear,
-    heard: MonoTime,
     began: MonoTime,
     round_trip: RoundTrip,
     out: Outbox,
@@ -515,7 +536,7 @@ pub struct PlanClear {
 #[derive(Debug)]
 enum Clear {
     Asking { retry_at: MonoTime },
-    Checking(ItemDownload),
+    Checking(Box<ItemDownload>),
     Over(Option<Result<(), TransferError>>),
 }
 
@@ -526,7 +547,6 @@ impl PlanClear {
             config: config.clone(),
             kind,
             step: Clear::Over(None),
-            heard: now,
             began: now,
             round_trip: RoundTrip::new(config.round_trip, MESSAGE_TIMEOUT),
             out: Outbox::new(),
@@ -576,10 +596,9 @@ impl Transfer for PlanClear {
             (Clear::Asking { retry_at }, Message::MissionAck(ack))
                 if self.config.concerns_us(from, message) && ack.mission_type == self.kind.mission_type() =>
             {
-                self.heard = now;
                 match MissionResult(ack.result) {
                     MissionResult::ACCEPTED => {
-                        self.step = Clear::Checking(ItemDownload::new(&self.config, self.kind, now));
+                        self.step = Clear::Checking(Box::new(ItemDownload::new(&self.config, self.kind, now)));
                     }
                     // Left over from an upload before this.
                     MissionResult::INVALID_SEQUENCE | MissionResult::OPERATION_CANCELLED => {}
@@ -599,7 +618,7 @@ impl Transfer for PlanClear {
     fn on_time(&mut self, now: MonoTime) {
         match &mut self.step {
             Clear::Asking { retry_at } if now >= *retry_at => {
-                let waited = now.since(self.heard);
+                let waited = now.since(self.began);
                 if waited >= SILENCE_LIMIT {
                     self.step = Clear::Over(Some(Err(TransferError::Timeout { step: "MISSION_CLEAR_ALL", waited })));
                 } else {

@@ -42,9 +42,9 @@ pub(crate) const DENIED_WAIT: Duration = Duration::from_millis(1000);
 /// A vehicle that announces MAVFTP but answers nothing for this long has it switched off (`BRD_OPTIONS`).
 pub(crate) const FTP_ABSENT_AFTER: Duration = Duration::from_secs(3);
 
-/// ArduPilot closes a MAVFTP session that was idle for 3 s when another one asks (`FTP_SESSION_TIMEOUT`): wait a bit longer
-/// for another station to be done.
-pub(crate) const FTP_BUSY_LIMIT: Duration = Duration::from_millis(4500);
+/// ArduPilot closes a MAVFTP session that was idle for 3 s when another one asks (`FTP_SESSION_TIMEOUT`). Each of its
+/// answers counts as activity, a refusal too: who asks sooner than after 3 s keeps the other one's session alive.
+pub(crate) const FTP_BUSY_WAIT: Duration = Duration::from_millis(3200);
 
 /// First wait for a MAVFTP answer when nothing is known of the link: the requests may be repeated without harm.
 pub(crate) const FTP_FIRST_TIMEOUT: Duration = Duration::from_millis(500);
@@ -64,8 +64,8 @@ pub(crate) const PARAM_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// Shortest wait before asking again: three turns of the vehicle's main loop.
 const MIN_TIMEOUT: Duration = Duration::from_millis(60);
-/// Longest wait before asking again.
-const MAX_TIMEOUT: Duration = Duration::from_millis(4000);
+/// Longest wait before asking again on a link of which nothing is known.
+const MAX_UNKNOWN: Duration = Duration::from_millis(4000);
 /// Least allowance for variation: two turns of the main loop.
 const MIN_VARIATION: Duration = Duration::from_millis(40);
 
@@ -108,11 +108,15 @@ impl RoundTrip {
 
     /// How long to wait for an answer now.
     pub(crate) fn timeout(&self) -> Duration {
-        let base = match self.estimate {
-            None => self.unknown,
-            Some((smoothed, variation)) => (smoothed + (variation * 4).max(MIN_VARIATION)).max(MIN_TIMEOUT),
+        let (base, most) = match self.estimate {
+            None => (self.unknown, MAX_UNKNOWN),
+            Some((smoothed, variation)) => {
+                let base = (smoothed + (variation * 4).max(MIN_VARIATION)).max(MIN_TIMEOUT);
+                // Where the round trip is known, much more waiting is of no use: what is late was lost.
+                (base, (2 * ITEM_TIMEOUT).max(base * 4))
+            }
         };
-        (base * (1 << self.backoff)).min(MAX_TIMEOUT.max(base))
+        (base * (1 << self.backoff)).min(most)
     }
 
     /// Shortest round trip seen.
@@ -143,6 +147,6 @@ mod tests {
         for _ in 0..40 {
             slow.timed_out();
         }
-        assert_eq!(slow.timeout(), MAX_TIMEOUT.max(ms(4020)));
+        assert_eq!(slow.timeout(), ms(4 * 4020));
     }
 }

@@ -18,21 +18,19 @@ pub use read::FtpGet;
 pub(crate) use read::{FileEnd, FileRead};
 pub(crate) use write::FileWrite;
 
-use std::time::Duration;
-
 use vencejo_proto::ftp::{FtpError, FtpOpcode, FtpPayload};
 use vencejo_proto::{Address, Message, MonoTime};
 
 use super::config::FtpLease;
 use super::items::Outbox;
-use super::timing::{FTP_ABSENT_AFTER, FTP_BUSY_LIMIT, FTP_FIRST_TIMEOUT, RESTARTS, RoundTrip, SILENCE_LIMIT};
+use super::timing::{FTP_ABSENT_AFTER, FTP_BUSY_WAIT, FTP_FIRST_TIMEOUT, RESTARTS, RoundTrip, SILENCE_LIMIT};
 use super::{TransferConfig, TransferError, TransferOutput};
 
 /// Step of a timeout that means: MAVFTP never answered.
 pub(crate) const FTP_ABSENT: &str = "opening a file by MAVFTP";
 
-/// Wait before asking again while another station has a file open.
-const BUSY_RETRY: Duration = Duration::from_millis(250);
+/// How often a session of ours is ended before another station is suspected.
+const EVICTIONS: u32 = 3;
 
 /// Messages that end an upload's session so that the vehicle does not take its file, should it still be open: the magic
 /// number at its front is overwritten first.
@@ -63,7 +61,9 @@ struct Session {
     /// When the transfer last got on.
     progressed: MonoTime,
     was_heard: bool,
-    busy_since: Option<MonoTime>,
+    /// How often the vehicle refused because another session is open.
+    busy: u32,
+    has_waited: bool,
     restarts: u32,
     out: Outbox,
 }
@@ -111,7 +111,8 @@ impl Session {
             began: now,
             progressed: now,
             was_heard: false,
-            busy_since: None,
+            busy: 0,
+            has_waited: false,
             restarts: 0,
             out: Outbox::new(),
         };
@@ -168,7 +169,7 @@ impl Session {
 
     fn opened(&mut self, now: MonoTime) {
         self.closing = None;
-        self.busy_since = None;
+        self.busy = 0;
         self.progress(now);
         self.opening = Opening::Open { since: now };
     }
@@ -239,14 +240,20 @@ impl Session {
         }
     }
 
+    /// Another session is open.
     fn on_busy(&mut self, now: MonoTime) -> Event {
-        let since = *self.busy_since.get_or_insert(now);
-        if now.since(since) >= FTP_BUSY_LIMIT {
+        self.busy += 1;
+        let retry_at = if self.busy <= EVICTIONS {
+            // Most likely it is ours: its good-bye was lost, or overtaken by this open, or a late duplicate has opened it
+            // again. Once that is ended, it is free.
+            self.closing.get_or_insert(self.lease.previous);
+            if self.busy == 1 { now } else { now + self.round_trip.timeout() }
+        } else if self.has_waited {
             return Event::Failed(TransferError::FtpBusy { path: self.path.clone() });
-        }
-        // Most likely it is ours: the session whose good-bye was lost. Then it is free at once.
-        let retry_at = if since == now { now } else { now + BUSY_RETRY };
-        self.closing.get_or_insert(self.lease.previous);
+        } else {
+            self.has_waited = true;
+            now + FTP_BUSY_WAIT
+        };
         self.opening = Opening::Busy { retry_at };
         Event::Busy
     }

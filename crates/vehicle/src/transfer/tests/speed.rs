@@ -1,0 +1,124 @@
+//! How long transfers take in virtual time, against the imitation of an ArduPlane. The figures are aims of the design;
+//! the imitation has ArduPlane's 20 ms loop and queue of five, so they hold for a real one as far as it is true to it.
+
+use std::time::Duration;
+
+use vencejo_flight::plan::PlanKind;
+use vencejo_proto::param::{Param, ParamName, ParamValue};
+
+use super::{by_ftp, by_items, has, mission};
+use crate::transfer::testing::{Faults, MockPlane, Running, World, run};
+use crate::transfer::{ParamList, PlanDownload, PlanRoute, PlanUpload, TransferConfig};
+
+const LIMIT: Duration = Duration::from_secs(300);
+
+fn upload(config: &TransferConfig, count: u16, faults: Faults, seed: u64) -> Duration {
+    let items = mission(count);
+    let mut world = World::new(
+        Running::new(PlanUpload::new(config, PlanKind::Mission, items.clone(), Default::default())),
+        MockPlane::new(),
+        faults,
+        seed,
+    );
+    let (result, took) = run(&mut world, LIMIT);
+    let plan = result.expect("uploaded");
+    assert!(has(&world.plane.plans[0], &items) && plan.items.len() == items.len());
+    took
+}
+
+fn params(count: u16) -> Vec<Param> {
+    (0..count)
+        .map(|index| Param {
+            name: ParamName::new(&format!("GROUP{}_PAR_{index}", index / 20)).expect("a name"),
+            value: match index % 4 {
+                0 => ParamValue::I8(index as i8),
+                1 => ParamValue::I16(index as i16),
+                2 => ParamValue::I32(i32::from(index) * 100_001),
+                _ => ParamValue::F32(f32::from(index) * 0.37),
+            },
+        })
+        .collect()
+}
+
+fn list(config: &TransferConfig, faults: Faults, seed: u64) -> Duration {
+    let mut plane = MockPlane::new();
+    plane.params = params(1399);
+    let mut world = World::new(Running::new(ParamList::new(config, Default::default())), plane, faults, seed);
+    let (result, took) = run(&mut world, LIMIT);
+    let read = result.expect("read");
+    assert_eq!(read.len(), 1399);
+    assert!(read.iter().zip(&world.plane.params).all(|(a, b)| a.name == b.name));
+    took
+}
+
+fn ms(ms: u64) -> Duration {
+    Duration::from_millis(ms)
+}
+
+#[test]
+fn six_hundred_and_fifty_items_are_sent_and_verified() {
+    let near = upload(&by_ftp(ms(0), 1), 650, Faults::default(), 1);
+    assert!(near <= ms(500), "no delay: {near:?}");
+    let far = upload(&by_ftp(ms(200), 1), 650, Faults::round_trip(ms(200)), 1);
+    assert!(far <= ms(1800), "200 ms: {far:?}");
+    let unknown = TransferConfig { round_trip: None, ..by_ftp(ms(0), 1) };
+    let found_out = upload(&unknown, 650, Faults::round_trip(ms(200)), 1);
+    assert!(found_out <= ms(1800), "200 ms, not known before: {found_out:?}");
+    println!("650 items: {near:?}, at 200 ms {far:?} (found out {found_out:?})");
+}
+
+#[test]
+fn a_thin_line_is_kept_busy_but_not_flooded() {
+    let thin = Faults { bytes_per_s: Some(5760.0), delay: ms(10), ..Faults::default() };
+    let bytes = 650.0 * 38.0 * 2.0;
+    let took = upload(&by_ftp(ms(30), 1), 650, thin, 1);
+    println!("650 items at 57,600 baud: {took:?}");
+    assert!(took.as_secs_f64() <= 1.35 * bytes / 5760.0, "{took:?}");
+}
+
+#[test]
+fn a_hundred_items_over_a_lossy_link() {
+    for (loss, aim) in [(0.05, ms(800)), (0.2, ms(2500))] {
+        let mut took: Vec<_> =
+            (0..100).map(|seed| upload(&by_ftp(ms(0), seed as u32), 100, Faults::loss(loss), seed)).collect();
+        took.sort();
+        println!("100 items at {loss}: median {:?}, worst of 100 {:?}", took[50], took[99]);
+        assert!(took[50] <= aim, "median {:?}", took[50]);
+    }
+}
+
+#[test]
+fn parameters_come_as_a_file() {
+    let near = list(&by_ftp(ms(0), 1), Faults::default(), 1);
+    let far = list(&by_ftp(ms(200), 1), Faults::round_trip(ms(200)), 1);
+    println!("1,399 parameters: {near:?}, at 200 ms {far:?}");
+    assert!(near <= ms(100) && far <= ms(700), "{near:?} {far:?}");
+    for seed in 0..20 {
+        let lossy = list(&by_ftp(ms(0), seed as u32), Faults::loss(0.2), seed);
+        assert!(lossy <= ms(2500), "{lossy:?}");
+    }
+}
+
+#[test]
+fn item_by_item_works_at_the_pace_of_the_vehicle() {
+    let took = upload(&by_items(ms(0)), 100, Faults::default(), 1);
+    assert!(took <= ms(100 * 20 + 500), "{took:?}");
+    let ahead = upload(&TransferConfig { item_window: 64, ..by_items(ms(0)) }, 650, Faults::default(), 1);
+    println!("650 items by items, 64 ahead, read back by items: {ahead:?}");
+    assert!(ahead <= ms(1000), "{ahead:?}");
+}
+
+#[test]
+fn a_download_takes_a_few_turns_of_the_vehicle() {
+    let mut plane = MockPlane::new();
+    plane.store(PlanKind::Mission, &mission(650));
+    let config = by_ftp(ms(0), 3);
+    let transfer = PlanDownload::new(&config, PlanKind::Mission, Default::default());
+    let mut world = World::new(Running::new(transfer), plane, Faults::default(), 1);
+    let (result, took) = run(&mut world, LIMIT);
+    let plan = result.expect("read");
+    assert_eq!((plan.items.len(), plan.route), (650, PlanRoute::Ftp));
+    assert!(took <= ms(100), "{took:?}");
+    let (done, total) = *world.station.progress.last().expect("progress");
+    assert_eq!((done, total), (650, 650));
+}
