@@ -3,7 +3,8 @@
 //! ```text
 //! cargo run --release -p vencejo-link --example decode -- tests/fixtures/captures/arduplane-50hz-20s.mavlink
 //! ```
-//! Prints one line of JSON. The bytes come over a loopback TCP connection when `--tcp` is given, else from memory.
+//! Prints one line of JSON: `decode_hz` is the decoder and the messages alone, from memory; `socket_to_listener_hz` is
+//! all of it, from a loopback TCP connection, with the sender on the same core.
 #![allow(clippy::print_stdout, reason = "a measuring program")]
 
 use std::error::Error;

@@ -405,7 +405,7 @@ impl Hub {
         let known = frame.is_known();
         let (verdict, ports, sinks, recorder) = {
             let mut inner = self.inner();
-            let all = SlotSet(u64::MAX);
+            let all = SlotSet(mask(inner.links.len()));
             let Some(link) = inner.links.get_mut(usize::from(port.slot)).and_then(Option::as_mut) else { return };
             if link.port.id != port.id {
                 return;
@@ -415,8 +415,7 @@ impl Hub {
             let mut ports: SmallVec<[Arc<Port>; 8]> = SmallVec::new();
             match verdict {
                 Verdict::Handle { forward, .. } => {
-                    let open = SlotSet(forward.0 & mask(inner.links.len()));
-                    let ready = open.iter().filter_map(|slot| inner.link(slot)).map(|link| &link.port);
+                    let ready = forward.iter().filter_map(|slot| inner.link(slot)).map(|link| &link.port);
                     ports.extend(ready.filter(|other| other.forwards || port.forwards).cloned());
                 }
                 Verdict::Copy => {
@@ -485,20 +484,24 @@ fn send_to(ports: &[Arc<Port>], frame: &Frame, recorder: Option<&RecorderHandle>
 }
 
 /// Turns what a socket gives into frames for the hub, and counts what was none.
+#[derive(Default)]
 pub(crate) struct Intake {
     decoder: FrameDecoder,
     counted: DecoderStats,
+    /// Bytes of the frames that the decoder handed out.
+    framed_bytes: u64,
 }
 
 impl Intake {
     pub(crate) fn new() -> Self {
-        Self { decoder: FrameDecoder::new(), counted: DecoderStats::default() }
+        Self::default()
     }
 
     /// Takes in bytes; calls `each` with every frame in them.
     pub(crate) fn feed(&mut self, port: &Port, bytes: &[u8], mut each: impl FnMut(&Frame)) {
         self.decoder.push(bytes);
         while let Some(frame) = self.decoder.next_frame() {
+            self.framed_bytes += frame.bytes().len() as u64;
             each(&frame);
         }
         let stats = self.decoder.stats();
@@ -506,10 +509,35 @@ impl Intake {
         self.counted = stats;
     }
 
+    /// Takes in a datagram. Normally it holds whole frames: when it does, a beginning that an earlier, damaged one left
+    /// behind is given up at once instead of swallowing what follows.
+    pub(crate) fn feed_datagram(&mut self, port: &Port, bytes: &[u8], each: impl FnMut(&Frame)) {
+        let held_back = self.counted.bytes - self.counted.garbage_bytes - self.framed_bytes;
+        if held_back > 0 && is_all_frames(bytes) {
+            port.counters.add_garbage(0, held_back);
+            *self = Self::new();
+        }
+        self.feed(port, bytes, each);
+    }
+
     /// Bytes that came from somebody to whom we do not listen.
     pub(crate) fn ignore(port: &Port, bytes: usize) {
-        port.counters.add_garbage(bytes);
+        port.counters.add_garbage(bytes as u64, bytes as u64);
     }
+}
+
+/// Whether bytes are whole frames that the dialect knows, from the first byte to the last.
+fn is_all_frames(bytes: &[u8]) -> bool {
+    let mut decoder = FrameDecoder::new();
+    decoder.push(bytes);
+    let mut framed = 0;
+    while let Some(frame) = decoder.next_frame() {
+        if !frame.is_known() {
+            return false;
+        }
+        framed += frame.bytes().len();
+    }
+    framed == bytes.len()
 }
 
 #[cfg(test)]

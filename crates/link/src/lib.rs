@@ -75,7 +75,7 @@ pub use address::{
     AddressError, DEFAULT_BAUD, DEFAULT_TCP_PORT, DEFAULT_UDP_PORT, DEFAULT_USB_BAUD, HostPort, LinkAddress,
 };
 pub use clock::{Clock, SystemClock};
-pub use endpoint::{LinkHandle, LinkState};
+pub use endpoint::{LinkHandle, LinkState, serial_ports};
 pub use hub::{FrameSink, Hub, LinkError, LinkId, LinkInfo, LinkOptions, Route, SendReport, SinkId, SinkScope};
 pub use recorder::{
     Folder, Recorder, RecorderConfig, RecorderHandle, RecorderState, RecorderStatus, Storage, StorageFile, StoredFile,

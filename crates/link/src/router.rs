@@ -30,7 +30,7 @@ pub const MAX_LINKS: usize = 64;
 const MAX_SOURCES: usize = 512;
 /// A frame that comes again within this time is a copy …
 const COPY_WINDOW_MS: u32 = 1000;
-/// … unless its sender has meanwhile sent so many others that its counter has gone round.
+/// … unless its sender has meanwhile counted so far that its counter may have gone round.
 const COPY_FRAMES: u16 = 200;
 /// A link on which a system was heard this recently keeps carrying what we send to it.
 const FRESH: Duration = Duration::from_millis(2500);
@@ -104,13 +104,13 @@ pub(crate) enum Verdict {
 struct Recent {
     identity: u32,
     at_ms: u32,
-    count: u16,
+    progress: u16,
     slot: Slot,
     used: bool,
 }
 
 impl Recent {
-    const UNUSED: Self = Self { identity: 0, at_ms: 0, count: 0, slot: 0, used: false };
+    const UNUSED: Self = Self { identity: 0, at_ms: 0, progress: 0, slot: 0, used: false };
 }
 
 /// One component that was heard.
@@ -119,8 +119,8 @@ struct Source {
     slots: SlotSet,
     /// Recent frames by their number.
     recent: Box<[Recent; 256]>,
-    /// Frames that were no copies.
-    count: u16,
+    /// How far it has counted, lost frames included.
+    progress: u16,
     last_sequence: u8,
     /// Whether its counter moves: senders that write always the same number cannot be told from loops by it.
     counts: bool,
@@ -132,7 +132,7 @@ impl Source {
             address,
             slots: SlotSet::EMPTY,
             recent: Box::new([Recent::UNUSED; 256]),
-            count: 0,
+            progress: 0,
             last_sequence: sequence,
             counts: false,
         }
@@ -295,8 +295,12 @@ impl Router {
         };
         let source = &mut self.sources[number];
         source.slots.0 |= SlotSet::one(origin).0;
-        source.counts |= sequence != source.last_sequence;
-        source.last_sequence = sequence;
+        let ahead = sequence.wrapping_sub(source.last_sequence);
+        source.counts |= ahead != 0;
+        if ahead < 128 {
+            source.last_sequence = sequence;
+            source.progress = source.progress.wrapping_add(u16::from(ahead));
+        }
     }
 
     fn heard_at(&self, slot: Slot, system: SystemId) -> u64 {
@@ -321,37 +325,36 @@ impl Router {
         if !self.locals.contains(&source) {
             return false;
         }
-        let (table, count) = match self.source(source) {
-            Some(known) => (&known.recent[usize::from(frame.sequence())], known.count),
+        let (recent, progress) = match self.source(source) {
+            Some(known) => (&known.recent[usize::from(frame.sequence())], known.progress),
             None => (&self.strays[stray_index(frame)], 0),
         };
-        table.slot == OURSELVES && is_same(table, frame, count, now)
+        recent.slot == OURSELVES && is_same(recent, frame, progress, now)
     }
 
     /// Whether the frame was handled lately; remembers it when not.
     fn is_copy(&mut self, origin: Slot, frame: &Frame, now: MonoTime) -> bool {
-        let (recent, count, counts) = match self.index.get(frame.source()).map(|number| &mut self.sources[number]) {
-            Some(source) => (&mut source.recent[usize::from(frame.sequence())], Some(&mut source.count), source.counts),
-            None => (&mut self.strays[stray_index(frame)], None, true),
+        let (recent, progress, counts) = match self.index.get(frame.source()) {
+            Some(number) => {
+                let source = &mut self.sources[number];
+                (&mut source.recent[usize::from(frame.sequence())], source.progress, source.counts)
+            }
+            None => (&mut self.strays[stray_index(frame)], 0, true),
         };
-        let number = count.as_ref().map_or(0, |count| **count);
         let may_repeat = recent.slot == origin && !counts;
-        if !may_repeat && is_same(recent, frame, number, now) {
+        if !may_repeat && is_same(recent, frame, progress, now) {
             return true;
         }
-        *recent = Recent { identity: identity(frame), at_ms: now_ms(now), count: number, slot: origin, used: true };
-        if let Some(count) = count {
-            *count = count.wrapping_add(1);
-        }
+        *recent = Recent { identity: identity(frame), at_ms: now_ms(now), progress, slot: origin, used: true };
         false
     }
 }
 
-fn is_same(recent: &Recent, frame: &Frame, count: u16, now: MonoTime) -> bool {
+fn is_same(recent: &Recent, frame: &Frame, progress: u16, now: MonoTime) -> bool {
     recent.used
         && recent.identity == identity(frame)
         && now_ms(now).wrapping_sub(recent.at_ms) < COPY_WINDOW_MS
-        && count.wrapping_sub(recent.count) < COPY_FRAMES
+        && progress.wrapping_sub(recent.progress) < COPY_FRAMES
 }
 
 fn now_ms(now: MonoTime) -> u32 {
@@ -500,6 +503,10 @@ mod tests {
         // 10,000 equal heartbeats within a second, counted: the number goes round.
         for n in 0..10_000u32 {
             received(&mut router, 0, &heartbeat(1, 1, n as u8));
+        }
+        // The same when most of them are lost.
+        for n in (0..10_000u32).filter(|n| n % 7 == 0) {
+            received(&mut router, 0, &heartbeat(3, 1, n as u8));
         }
         // A sender that does not count.
         for _ in 0..100 {

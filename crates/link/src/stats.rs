@@ -413,10 +413,10 @@ impl PortCounters {
         add(&self.unknown_ids, before.unknown_id, after.unknown_id);
     }
 
-    /// Bytes that never reached a decoder.
-    pub(crate) fn add_garbage(&self, bytes: usize) {
-        self.bytes_in.fetch_add(bytes as u64, Ordering::Relaxed);
-        self.garbage_bytes.fetch_add(bytes as u64, Ordering::Relaxed);
+    /// Bytes that came in, and bytes that turned out to be garbage, beside what a decoder counts.
+    pub(crate) fn add_garbage(&self, came: u64, garbage: u64) {
+        self.bytes_in.fetch_add(came, Ordering::Relaxed);
+        self.garbage_bytes.fetch_add(garbage, Ordering::Relaxed);
     }
 
     pub(crate) fn add_sent(&self, bytes: usize) {

@@ -15,6 +15,8 @@ use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 use vencejo_proto::MonoTime;
 
+pub use serial::serial_ports;
+
 use crate::address::{HostPort, LinkAddress};
 use crate::hub::{Hub, LinkError, LinkId, LinkOptions, Port};
 use crate::outlet::{NoOutlet, Outlet, StreamQueue};

@@ -1,5 +1,6 @@
 //! Owns serial links: a port opened for us alone, raw, 8 data bits, no parity, one stop bit, no flow control.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use serial2_tokio::SerialPort;
@@ -9,6 +10,11 @@ use crate::outlet::StreamQueue;
 
 /// What is handed to the system at once: some 40 ms on a 57,600 baud line.
 const BATCH_BYTES: usize = 256;
+
+/// The serial ports of this machine, as far as the system tells.
+pub fn serial_ports() -> Vec<PathBuf> {
+    SerialPort::available_ports().unwrap_or_default()
+}
 
 /// A serial link.
 pub(super) struct Serial {
@@ -50,7 +56,7 @@ impl Serial {
     fn explain(&self, error: &std::io::Error) -> String {
         use std::io::ErrorKind;
         let hint = match error.kind() {
-            ErrorKind::NotFound => "; is it plugged in? `vencejo links` lists the ports",
+            ErrorKind::NotFound => "; is it plugged in? On Linux `ls /dev/serial/by-id` shows what is",
             ErrorKind::PermissionDenied => {
                 "; may you use it? On Linux: `sudo usermod -aG dialout $USER`, then log in again"
             }

@@ -225,8 +225,9 @@ impl Udp {
             let now = context.hub.clock().now();
             for _ in 0..READ_BURST {
                 match socket.try_recv(&mut buffer) {
-                    Ok(count) => intake
-                        .feed(&context.port, &buffer[..count], |frame| context.hub.receive(&context.port, frame, now)),
+                    Ok(count) => intake.feed_datagram(&context.port, &buffer[..count], |frame| {
+                        context.hub.receive(&context.port, frame, now)
+                    }),
                     Err(error) if error.kind() == ErrorKind::WouldBlock => break,
                     Err(error) if is_passing(&error) => {}
                     Err(error) => return error,
@@ -261,7 +262,7 @@ impl Udp {
                         let mut is_new = false;
                         let Caller { intake, systems, spoke, .. } = caller;
                         // The place must be known before the hub answers what it hears.
-                        intake.feed(&context.port, &buffer[..count], |frame| {
+                        intake.feed_datagram(&context.port, &buffer[..count], |frame| {
                             if frame.is_known() {
                                 systems.insert(frame.source().system);
                                 if !*spoke {
@@ -435,6 +436,36 @@ mod tests {
         }
         let stats = listening.hub.stats(link.id()).unwrap();
         assert_eq!((stats.bad_crc, stats.garbage_bytes), (0, 0));
+        link.close().await;
+    }
+
+    /// Whatever is cut off, every whole frame is found.
+    #[tokio::test]
+    async fn truncated_datagrams_cost_only_themselves() {
+        let mut listening = Listening::new();
+        let link = listening.open("udpin:127.0.0.1:0").await;
+        let place = link.local_address().unwrap();
+        let vehicle = peer().await;
+        let len = heartbeat(1, 1, 0).bytes().len();
+        let mut whole = 0u32;
+        let mut heard = 0u32;
+        for n in 0..1998u32 {
+            let frame = heartbeat(1, 1, n as u8);
+            // Every third is cut, at each place in turn.
+            let cut = if n % 3 == 0 { 1 + (n / 3) as usize % (len - 1) } else { len };
+            whole += u32::from(cut == len);
+            vehicle.send_to(&frame.bytes()[..cut], place).await.unwrap();
+            if n % 3 == 2 {
+                while heard < whole {
+                    let frame = listening.next().await;
+                    assert_eq!(frame.source().system.0, 1);
+                    heard += 1;
+                }
+            }
+        }
+        let stats = listening.hub.stats(link.id()).unwrap();
+        assert_eq!((heard, stats.received.frames), (1332, 1332));
+        assert_eq!(stats.received.bytes, stats.garbage_bytes + 1332 * len as u64);
         link.close().await;
     }
 
