@@ -17,4 +17,4 @@ compile() { # output, arguments
 
 # run: what `make demo` needs. dev: that and the tools; constrained, so that the two agree.
 compile requirements/run.lock pyproject.toml --group build "$@"
-compile requirements/dev.lock pyproject.toml --group dev --constraint requirements/run.lock "$@"
+compile requirements/dev.lock pyproject.toml --group tools --constraint requirements/run.lock "$@"
