@@ -41,7 +41,7 @@ pub enum VehicleError {
         attempts: u32,
     },
     /// The vehicle accepted, but what it reports does not show the effect.
-    #[error("vehicle accepted {command} but within {} s does not show {wanted}; it shows {observed}{}", within.as_secs_f64(), join_reasons(reasons))]
+    #[error("vehicle accepted {command} but within {:.1} s does not show {wanted}; it shows {observed}{}", within.as_secs_f64(), join_reasons(reasons))]
     NotConfirmed {
         /// What was sent.
         command: CommandName,
@@ -109,7 +109,7 @@ pub enum VehicleError {
     #[error("the vehicle has not said where home is; wait until it has a position")]
     HomeUnknown,
     /// The vehicle was not heard for too long to act on what it said.
-    #[error("the vehicle's state is not known (nothing heard for {} s); wait for its heartbeat", age.as_secs_f64())]
+    #[error("the vehicle's state is not known (nothing heard for {:.1} s); wait for its heartbeat", age.as_secs_f64())]
     NotHeard {
         /// For how long.
         age: Duration,

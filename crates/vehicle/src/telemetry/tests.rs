@@ -105,7 +105,10 @@ fn values_are_those_that_an_independent_reader_finds() {
     let mission = telemetry.mission.expect("mission").value;
     assert_eq!((mission.seq, mission.total, mission.state), (11, Some(11), Some(MissionState::Active)));
     assert_eq!(telemetry.item_reached.expect("reached").value, 10);
-    assert_eq!((telemetry.mode().map(|mode| mode.to_string()), telemetry.is_armed()), (Some("AUTO".into()), Some(false)));
+    assert_eq!(
+        (telemetry.mode().map(|mode| mode.to_string()), telemetry.is_armed()),
+        (Some("AUTO".into()), Some(false))
+    );
 }
 
 #[test]
@@ -182,17 +185,24 @@ fn what_cannot_be_is_none_counted_and_flagged() {
         assert_eq!(t.invalid_values, count, "{t:#?}");
     };
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30] {
-        let t = apply(MavMessage::ATTITUDE(ATTITUDE_DATA { roll: bad, pitch: 0.1, yaw: bad, ..ATTITUDE_DATA::default() }));
+        let t =
+            apply(MavMessage::ATTITUDE(ATTITUDE_DATA { roll: bad, pitch: 0.1, yaw: bad, ..ATTITUDE_DATA::default() }));
         let attitude = t.attitude.expect("attitude");
         assert_eq!((attitude.value.roll_rad, attitude.value.yaw_rad), (None, None));
         assert!(attitude.value.pitch_rad.is_some(), "the others stay");
         check(t, attitude.invalid, 2);
-        let t = apply(MavMessage::VFR_HUD(VFR_HUD_DATA { airspeed: bad, climb: bad, throttle: 101, ..VFR_HUD_DATA::default() }));
+        let t = apply(MavMessage::VFR_HUD(VFR_HUD_DATA {
+            airspeed: bad,
+            climb: bad,
+            throttle: 101,
+            ..VFR_HUD_DATA::default()
+        }));
         check(t, t.hud.expect("hud").invalid, 3);
         let t = apply(MavMessage::WIND(WIND_DATA { direction: bad, speed: bad, speed_z: bad }));
         check(t, t.wind.expect("wind").invalid, 3);
     }
-    let far = GLOBAL_POSITION_INT_DATA { lat: 910_000_000, lon: 10, vx: i16::MIN, ..GLOBAL_POSITION_INT_DATA::default() };
+    let far =
+        GLOBAL_POSITION_INT_DATA { lat: 910_000_000, lon: 10, vx: i16::MIN, ..GLOBAL_POSITION_INT_DATA::default() };
     let t = apply(MavMessage::GLOBAL_POSITION_INT(far));
     let position = t.position.expect("position");
     assert_eq!((position.value.lat_deg, position.value.lon_deg), (None, None), "half a position is none");
@@ -210,7 +220,8 @@ fn what_cannot_be_is_none_counted_and_flagged() {
     let t = apply(MavMessage::BATTERY_STATUS(BATTERY_STATUS_DATA { id: 200, ..BATTERY_STATUS_DATA::default() }));
     assert_eq!((t.batteries, t.invalid_values), ([None; MAX_BATTERIES], 1));
     // A home that cannot be does not replace one that can.
-    let good = HOME_POSITION_DATA { latitude: 403_332_000, longitude: -37_978_000, altitude: 600_000, ..Default::default() };
+    let good =
+        HOME_POSITION_DATA { latitude: 403_332_000, longitude: -37_978_000, altitude: 600_000, ..Default::default() };
     let t = apply(MavMessage::HOME_POSITION(good));
     let t = apply_to(t, MavMessage::HOME_POSITION(HOME_POSITION_DATA { latitude: 910_000_000, ..Default::default() }));
     assert_eq!(t.home.expect("home").value.alt_amsl_m, 600.0);
@@ -220,8 +231,8 @@ fn what_cannot_be_is_none_counted_and_flagged() {
 #[test]
 fn no_payload_makes_a_value_that_is_no_number() {
     let ids = [
-        1, 2, 24, 26, 27, 29, 30, 33, 36, 42, 46, 62, 65, 74, 109, 116, 129, 147, 148, 162, 166, 168, 193, 231, 241, 242,
-        245, 295,
+        1, 2, 24, 26, 27, 29, 30, 33, 36, 42, 46, 62, 65, 74, 109, 116, 129, 147, 148, 162, 166, 168, 193, 231, 241,
+        242, 245, 295,
     ];
     // CRC_EXTRA is one byte: the right one is the one that the decoder takes.
     let extras = ids.map(|id| (0..=255).find(|extra| frame(id, &[1; 255], *extra).is_some()).expect("known message"));
@@ -301,7 +312,10 @@ fn cells_are_told_from_packs() {
 fn values_age() {
     let sampled = Sampled { value: 1, at: MonoTime::from_millis(1_000), invalid: false };
     let at = |ms| sampled.freshness(MonoTime::from_millis(ms));
-    assert_eq!((at(4_500), at(4_501), at(6_000), at(6_001)), (Freshness::Fresh, Freshness::Stale, Freshness::Stale, Freshness::Lost));
+    assert_eq!(
+        (at(4_500), at(4_501), at(6_000), at(6_001)),
+        (Freshness::Fresh, Freshness::Stale, Freshness::Stale, Freshness::Lost)
+    );
     assert_eq!(at(0), Freshness::Fresh, "a clock does not go back, but if it did");
 }
 
@@ -324,7 +338,10 @@ fn versions_and_hashes_read_as_people_write_them() {
 fn a_heartbeat_names_mode_and_family() {
     let t = arduplane();
     let heartbeat = t.heartbeat.expect("heartbeat").value;
-    assert_eq!((heartbeat.mode.family, heartbeat.mode.name(), heartbeat.is_armed), (ModeFamily::ArduPlane, Some("AUTO"), true));
+    assert_eq!(
+        (heartbeat.mode.family, heartbeat.mode.name(), heartbeat.is_armed),
+        (ModeFamily::ArduPlane, Some("AUTO"), true)
+    );
 }
 
 #[test]

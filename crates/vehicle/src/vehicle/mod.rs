@@ -30,8 +30,8 @@ use crate::telemetry::{
 };
 use crate::timesync::{TimeSync, TimeSyncEvent};
 use crate::transfer::{
-    FtpSessions, Param, ParamList, ParamRead, ParamSet, PlanClear, PlanDownload, PlanUpload, TransferConfig, TransferError,
-    TransferOutput,
+    FtpSessions, Param, ParamList, ParamRead, ParamSet, PlanClear, PlanDownload, PlanUpload, TransferConfig,
+    TransferError, TransferOutput,
 };
 use lane::{Lane, Machine, Yield};
 use steps::{Context, Effect, Fallback, Step};
@@ -580,11 +580,14 @@ impl Vehicle {
         self.tracker.reset();
         self.mission_ids = [None; 3];
         self.event(VehicleEvent::Rebooted);
-        for lane in [&mut self.transfer, &mut self.param].into_iter().flatten() {
+        for mut lane in [self.transfer.take(), self.param.take()].into_iter().flatten() {
             lane.machine.cancel(now);
+            while let Some(output) = lane.machine.poll_output() {
+                if let TransferOutput::Send(message) = output {
+                    self.outputs.push_back(Output::Send(message));
+                }
+            }
         }
-        self.drain_lanes(now);
-        (self.transfer, self.param) = (None, None);
         for op in std::mem::take(&mut self.ops) {
             let is_wanted = match op.state {
                 State::Commanding { ref command, id, .. } => {

@@ -1,1 +1,1083 @@
-//! Under construction.
+//! The aggregate against an imitated ArduPlane over a bad link, and against what a real one was recorded to answer.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use rand::rngs::SmallRng;
+use rand::{Rng, SeedableRng};
+use vencejo_flight::plan::MissionItem;
+use vencejo_proto::dialect::{
+    ATTITUDE_DATA, AUTOPILOT_VERSION_DATA, EXTENDED_SYS_STATE_DATA, GLOBAL_POSITION_INT_DATA, HOME_POSITION_DATA,
+    MISSION_COUNT_DATA, MISSION_CURRENT_DATA, MavLandedState, MavProtocolCapability, MissionState, TIMESYNC_DATA,
+};
+use vencejo_proto::param::{Param, ParamName, ParamType, ParamValue};
+use vencejo_proto::{CommandAck, CommandInt, CommandLong, Heartbeat};
+
+use super::*;
+use crate::command::cmd;
+use crate::modes::ModeFamily;
+use crate::request::{AltFrame, SpeedKind, Turn};
+use crate::transfer::testing::{Endpoint, Faults, MockPlane, PLANE, RIVAL, STATION, World, recorded};
+
+/// A vehicle as one end of a link; keeps results and events.
+struct Station {
+    vehicle: Vehicle,
+    results: BTreeMap<RequestId, Result<Reply, VehicleError>>,
+    progress: Vec<(RequestId, u32, u32)>,
+    events: Vec<VehicleEvent>,
+}
+
+impl Station {
+    fn new() -> Self {
+        Self::with(VehicleConfig::default())
+    }
+
+    fn with(config: VehicleConfig) -> Self {
+        Self {
+            vehicle: Vehicle::new(PLANE, STATION, config, MonoTime::ZERO),
+            results: BTreeMap::new(),
+            progress: Vec::new(),
+            events: Vec::new(),
+        }
+    }
+}
+
+impl Endpoint for Station {
+    fn receive(&mut self, from: Address, message: &Message, now: MonoTime) {
+        if from.system == PLANE.system {
+            self.vehicle.on_message(from.component, message, now);
+        } else {
+            self.vehicle.on_foreign(from, message, now);
+        }
+    }
+
+    fn tick(&mut self, now: MonoTime) {
+        self.vehicle.on_time(now);
+    }
+
+    fn wakes_at(&self) -> Option<MonoTime> {
+        self.vehicle.deadline()
+    }
+
+    fn next_output(&mut self) -> Option<Message> {
+        loop {
+            match self.vehicle.poll_output()? {
+                Output::Send(message) => return Some(message),
+                Output::Progress { id, done, total } => self.progress.push((id, done, total)),
+                Output::Finished { id, result } => {
+                    assert!(self.results.insert(id, result).is_none(), "{id} has one result");
+                }
+                Output::Event(event) => self.events.push(event),
+            }
+        }
+    }
+}
+
+/// An ArduPlane as far as requests see it: heartbeat, streams, commands; plans and parameters by [`MockPlane`].
+struct Plane {
+    services: MockPlane,
+    out: VecDeque<Message>,
+    booted: MonoTime,
+    next_heartbeat: MonoTime,
+    next_stream: MonoTime,
+    is_streaming: bool,
+    is_armed: bool,
+    mode: u32,
+    current: u16,
+    landed: MavLandedState,
+    /// Commands that came, repetitions included.
+    commands: Vec<CommandLong>,
+    ints: Vec<CommandInt>,
+    streams_asked: usize,
+    /// Arming is refused, with these texts.
+    refuses: Option<Vec<&'static str>>,
+    /// Acknowledges, but does nothing.
+    is_lazy: bool,
+    /// Answers that the next command does not get.
+    mute: usize,
+    /// Commands that the next ones do not reach.
+    deaf: usize,
+    /// Commands that it does not know.
+    unknown: Vec<u16>,
+}
+
+impl Plane {
+    fn new() -> Self {
+        let mut services = MockPlane::new();
+        let param = |name: &str, value| Param {
+            name: ParamName::new(name).expect("a name"),
+            value: ParamValue::new(ParamType::F32, value).expect("a value"),
+        };
+        services.params = vec![param("TKOFF_ALT", 50.0), param("WP_LOITER_RAD", 80.0)];
+        Self {
+            services,
+            out: VecDeque::new(),
+            booted: MonoTime::ZERO,
+            next_heartbeat: MonoTime::from_millis(3),
+            next_stream: MonoTime::from_millis(5),
+            is_streaming: false,
+            is_armed: false,
+            mode: 5,
+            current: 0,
+            landed: MavLandedState::MAV_LANDED_STATE_ON_GROUND,
+            commands: Vec::new(),
+            ints: Vec::new(),
+            streams_asked: 0,
+            refuses: None,
+            is_lazy: false,
+            mute: 0,
+            deaf: 0,
+            unknown: Vec::new(),
+        }
+    }
+
+    fn reboot(&mut self, now: MonoTime) {
+        self.services.reboot();
+        self.out.clear();
+        self.booted = now;
+        (self.is_streaming, self.is_armed, self.mode, self.current) = (false, false, 5, 0);
+        self.next_heartbeat = now + Duration::from_millis(1_500);
+    }
+
+    fn heartbeat(&mut self) {
+        let armed = if self.is_armed { Heartbeat::ARMED } else { 0 };
+        self.out.push_back(Message::Heartbeat(Heartbeat {
+            custom_mode: self.mode,
+            mav_type: 1,
+            autopilot: 3,
+            base_mode: armed | Heartbeat::CUSTOM_MODE,
+            system_status: 3,
+            mavlink_version: 3,
+        }));
+    }
+
+    fn text(&mut self, severity: u8, text: &str) {
+        self.out.push_back(Message::StatusText(StatusText { severity, text: text.into(), id: 0, chunk_seq: 0 }));
+    }
+
+    fn stream(&mut self, now: MonoTime) {
+        let time_boot_ms = now.since(self.booted).as_millis() as u32;
+        let total = self.services.plans[0].len().saturating_sub(1) as u16;
+        for message in [
+            MavMessage::ATTITUDE(ATTITUDE_DATA { time_boot_ms, ..Default::default() }),
+            MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA {
+                time_boot_ms,
+                lat: 403_332_000,
+                lon: -37_978_000,
+                alt: 600_090,
+                ..Default::default()
+            }),
+            MavMessage::EXTENDED_SYS_STATE(EXTENDED_SYS_STATE_DATA { landed_state: self.landed, ..Default::default() }),
+            MavMessage::MISSION_CURRENT(MISSION_CURRENT_DATA {
+                seq: self.current,
+                total,
+                mission_state: MissionState::MISSION_STATE_ACTIVE,
+                ..Default::default()
+            }),
+        ] {
+            self.out.push_back(Message::Dialect(message));
+        }
+    }
+
+    /// Executes a command; its `MAV_RESULT`.
+    fn execute(&mut self, command: u16, p: [f32; 4]) -> u8 {
+        if self.unknown.contains(&command) {
+            return 3;
+        }
+        match command {
+            cmd::COMPONENT_ARM_DISARM => {
+                if p[0] == 1.0
+                    && let Some(reasons) = self.refuses.clone()
+                {
+                    for reason in reasons {
+                        self.text(2, reason);
+                    }
+                    return 4;
+                }
+                if !self.is_lazy {
+                    self.is_armed = p[0] == 1.0;
+                }
+                0
+            }
+            cmd::DO_SET_MODE if p[1] > 26.0 => {
+                self.text(4, "No such mode 99");
+                4
+            }
+            cmd::DO_SET_MODE => {
+                if !self.is_lazy {
+                    self.mode = p[1] as u32;
+                }
+                0
+            }
+            cmd::SET_MESSAGE_INTERVAL => {
+                self.streams_asked += 1;
+                self.is_streaming = true;
+                0
+            }
+            cmd::REQUEST_MESSAGE => {
+                match p[0] as u32 {
+                    148 => {
+                        self.out.push_back(Message::Dialect(MavMessage::AUTOPILOT_VERSION(AUTOPILOT_VERSION_DATA {
+                            capabilities: MavProtocolCapability::MAV_PROTOCOL_CAPABILITY_FTP,
+                            flight_sw_version: 0x0408_0000,
+                            ..Default::default()
+                        })))
+                    }
+                    242 => self.out.push_back(Message::Dialect(MavMessage::HOME_POSITION(HOME_POSITION_DATA {
+                        latitude: 403_332_001,
+                        longitude: -37_977_996,
+                        altitude: 600_090,
+                        ..Default::default()
+                    }))),
+                    // Agreed to, and never sent.
+                    253 => {}
+                    _ => return 2,
+                }
+                0
+            }
+            cmd::DO_SET_MISSION_CURRENT => {
+                self.current = p[0] as u16;
+                0
+            }
+            cmd::DO_LAND_START => {
+                self.current = 9;
+                0
+            }
+            cmd::DO_REPOSITION
+            | cmd::DO_CHANGE_SPEED
+            | cmd::DO_CHANGE_ALTITUDE
+            | cmd::DO_SET_HOME
+            | cmd::DO_GO_AROUND => 0,
+            cmd::PREFLIGHT_REBOOT_SHUTDOWN => 0,
+            _ => 3,
+        }
+    }
+
+    fn command(&mut self, from: Address, command: u16, params: [f32; 4]) {
+        let result = self.execute(command, params);
+        if self.mute > 0 {
+            self.mute -= 1;
+            return;
+        }
+        self.out.push_back(Message::CommandAck(CommandAck {
+            command,
+            result,
+            progress: 0,
+            result_param2: 0,
+            target: from,
+        }));
+    }
+}
+
+impl Endpoint for Plane {
+    fn receive(&mut self, from: Address, message: &Message, now: MonoTime) {
+        let is_tuning = |command: u16| matches!(command, cmd::SET_MESSAGE_INTERVAL | cmd::REQUEST_MESSAGE);
+        match message {
+            Message::CommandLong(long) => {
+                if self.deaf > 0 && !is_tuning(long.command) {
+                    self.deaf -= 1;
+                    return;
+                }
+                self.commands.push(*long);
+                let [p1, p2, p3, p4, ..] = long.params;
+                self.command(from, long.command, [p1, p2, p3, p4]);
+            }
+            Message::CommandInt(int) => {
+                self.ints.push(*int);
+                self.command(from, int.command, int.params);
+            }
+            Message::Dialect(MavMessage::SET_MODE(mode)) => self.mode = mode.custom_mode,
+            Message::Dialect(MavMessage::TIMESYNC(sync)) if sync.tc1 == 0 => {
+                self.out.push_back(Message::Dialect(MavMessage::TIMESYNC(TIMESYNC_DATA {
+                    tc1: now.since(self.booted).as_nanos() as i64,
+                    ts1: sync.ts1,
+                    target_system: from.system.0,
+                    target_component: from.component.0,
+                })));
+            }
+            _ => self.services.receive(from, message, now),
+        }
+    }
+
+    fn tick(&mut self, now: MonoTime) {
+        if now >= self.next_heartbeat {
+            self.next_heartbeat = now + Duration::from_secs(1);
+            self.heartbeat();
+        }
+        if now >= self.next_stream {
+            self.next_stream = now + Duration::from_millis(100);
+            if self.is_streaming {
+                self.stream(now);
+            }
+        }
+        if self.services.wakes_at().is_some_and(|at| now >= at) {
+            self.services.tick(now);
+        }
+    }
+
+    fn wakes_at(&self) -> Option<MonoTime> {
+        [Some(self.next_heartbeat), Some(self.next_stream), self.services.wakes_at()].into_iter().flatten().min()
+    }
+
+    fn next_output(&mut self) -> Option<Message> {
+        self.out.pop_front().or_else(|| self.services.next_output())
+    }
+}
+
+type Pair = World<Station, Plane>;
+
+/// A vehicle that has been heard for two seconds over a good link.
+fn connected() -> Pair {
+    let mut world = World::new(Station::new(), Plane::new(), Faults::default(), 1);
+    wait(&mut world, 2_000);
+    assert!(world.station.vehicle.telemetry().heartbeat.is_some());
+    world
+}
+
+fn wait(world: &mut Pair, ms: u64) {
+    let until = world.now + Duration::from_millis(ms);
+    world.run(until, |_, _| false);
+}
+
+fn start(world: &mut Pair, request: Request) -> RequestId {
+    let now = world.now;
+    world.station.vehicle.request(request, now)
+}
+
+/// Runs until a request has its result.
+fn end(world: &mut Pair, id: RequestId, within_s: u64) -> Result<Reply, VehicleError> {
+    let until = world.now + Duration::from_secs(within_s);
+    let is_over = world.run(until, |station, _| station.results.contains_key(&id));
+    assert!(is_over, "no result within {within_s} s");
+    world.station.results[&id].clone()
+}
+
+fn ask(world: &mut Pair, request: Request) -> Result<Reply, VehicleError> {
+    let id = start(world, request);
+    end(world, id, 60)
+}
+
+fn mode(name: &str) -> Request {
+    Request::SetMode(ModeChoice::Name(name.into()))
+}
+
+const ARM: Request = Request::Arm { force: false };
+
+fn mission() -> Vec<MissionItem> {
+    vec![
+        MissionItem::takeoff(40.3332, -3.7990, 50.0, 12.0),
+        MissionItem::waypoint(40.3340, -3.8030, 80.0),
+        MissionItem::loiter_turns(40.3350, -3.8000, 80.0, 2.0, 60.0),
+        MissionItem::land(40.3332, -3.7978, 0.0),
+    ]
+}
+
+fn upload() -> Request {
+    Request::UploadPlan { kind: PlanKind::Mission, items: mission(), home: None }
+}
+
+fn count(world: &Pair, command: u16) -> usize {
+    world.plane.commands.iter().filter(|long| long.command == command).count()
+}
+
+// ── arm and mode ─────────────────────────────────────────────────────────────────────────────────────────────────────
+
+#[test]
+fn a_new_vehicle_is_asked_for_its_streams_and_introduces_itself() {
+    let mut world = connected();
+    wait(&mut world, 20_000);
+    let vehicle = &world.station.vehicle;
+    assert!(vehicle.telemetry().attitude.is_some() && vehicle.telemetry().home.is_some());
+    assert!(vehicle.telemetry().version.expect("version").value.has_ftp());
+    assert!(vehicle.round_trip().is_some() && vehicle.is_heard(world.now));
+    assert_eq!(world.plane.streams_asked, 19, "once each");
+    assert!(world.station.events.contains(&VehicleEvent::ArmedChanged { is_armed: false }));
+    assert!(!world.station.events.contains(&VehicleEvent::Rebooted));
+}
+
+#[test]
+fn armed_is_when_the_heartbeat_says_so() {
+    let mut world = connected();
+    assert_eq!(ask(&mut world, ARM), Ok(Reply::Done));
+    assert!(world.plane.is_armed && world.station.vehicle.telemetry().is_armed() == Some(true));
+    assert_eq!(ask(&mut world, Request::Disarm { force: false }), Ok(Reply::Done));
+    assert_eq!(world.station.vehicle.telemetry().is_armed(), Some(false));
+    assert!(world.station.events.contains(&VehicleEvent::ArmedChanged { is_armed: true }));
+    // Accepted and not done is not done.
+    world.plane.is_lazy = true;
+    let error = ask(&mut world, ARM).expect_err("not armed");
+    assert!(matches!(error, VehicleError::NotConfirmed { .. }), "{error}");
+    let error = ask(&mut world, mode("AUTO")).expect_err("not in AUTO");
+    assert_eq!(
+        error.to_string(),
+        "vehicle accepted DO_SET_MODE (176) but within 5.0 s does not show mode AUTO; it shows mode FBWA"
+    );
+}
+
+#[test]
+fn a_refusal_carries_what_the_vehicle_wrote() {
+    let mut world = connected();
+    world.plane.text(6, "EKF3 IMU0 is using GPS");
+    world.plane.refuses =
+        Some(vec!["Arm: Throttle too high", "PreArm: Battery 1 low voltage", "Arm: Throttle too high"]);
+    let error = ask(&mut world, ARM).expect_err("refused");
+    let VehicleError::CommandRefused { result, ref reasons, .. } = error else { panic!("{error}") };
+    assert_eq!(result, CommandResult::FAILED);
+    assert_eq!(*reasons, ["Arm: Throttle too high", "PreArm: Battery 1 low voltage"]);
+    assert!(error.to_string().contains("COMPONENT_ARM_DISARM (400)") && error.to_string().contains("low voltage"));
+
+    // Silent at the refusal: what it repeats every 30 s is the reason.
+    wait(&mut world, 40_000);
+    world.plane.text(2, "PreArm: Compass not calibrated");
+    world.plane.refuses = Some(vec![]);
+    wait(&mut world, 20_000);
+    let error = ask(&mut world, ARM).expect_err("refused");
+    assert!(error.to_string().ends_with(": PreArm: Compass not calibrated"), "{error}");
+
+    let error = ask(&mut world, Request::SetMode(ModeChoice::Custom(99))).expect_err("refused");
+    assert!(error.to_string().ends_with("No such mode 99"), "{error}");
+}
+
+#[test]
+fn a_lost_acknowledgement_is_made_good_by_the_heartbeat() {
+    let mut world = connected();
+    world.plane.mute = 1;
+    assert_eq!(ask(&mut world, ARM), Ok(Reply::Done));
+    assert_eq!(count(&world, cmd::COMPONENT_ARM_DISARM), 1, "sent once");
+}
+
+#[test]
+fn a_lost_command_is_repeated_after_the_heartbeat_denies_it() {
+    let mut world = connected();
+    world.plane.deaf = 2;
+    assert_eq!(ask(&mut world, ARM), Ok(Reply::Done));
+    let sent: Vec<_> = world.plane.commands.iter().filter(|long| long.command == cmd::COMPONENT_ARM_DISARM).collect();
+    assert_eq!(sent.len(), 1, "two were lost");
+    assert_eq!(sent[0].confirmation, 2);
+}
+
+#[test]
+fn a_mode_that_the_pilot_changed_meanwhile_is_not_changed_back() {
+    let mut world = connected();
+    world.plane.deaf = 1;
+    let id = start(&mut world, mode("AUTO"));
+    wait(&mut world, 100);
+    world.plane.mode = 0;
+    let error = end(&mut world, id, 30).expect_err("overtaken");
+    assert!(matches!(&error, VehicleError::NotConfirmed { observed, .. } if observed == "mode MANUAL"), "{error}");
+    assert_eq!(count(&world, cmd::DO_SET_MODE), 0, "not repeated");
+}
+
+#[test]
+fn one_at_a_time_and_ten_clicks_are_one() {
+    let mut world = connected();
+    let ids: Vec<_> = (0..10).map(|_| start(&mut world, ARM)).collect();
+    let results: Vec<_> = ids.into_iter().map(|id| end(&mut world, id, 30)).collect();
+    assert_eq!(results.iter().filter(|result| result.is_ok()).count(), 1);
+    assert!(results[1..].iter().all(|result| matches!(result, Err(VehicleError::CommandBusy { .. }))));
+    assert_eq!(count(&world, cmd::COMPONENT_ARM_DISARM), 1);
+}
+
+#[test]
+fn an_old_vehicle_takes_the_older_messages() {
+    let mut world = connected();
+    world.plane.unknown = vec![cmd::DO_SET_MODE, cmd::DO_SET_MISSION_CURRENT, cmd::DO_CHANGE_ALTITUDE];
+    assert_eq!(ask(&mut world, mode("RTL")), Ok(Reply::Done));
+    assert_eq!(world.plane.mode, 11);
+    // The mission has no item 3: nothing shows, and that is said.
+    let error = ask(&mut world, Request::SetCurrentItem(MissionSeq(3))).expect_err("not shown");
+    assert!(matches!(error, VehicleError::NotConfirmed { .. }), "{error}");
+    let higher = Request::ChangeAltitude { alt_m: 90.0, alt_frame: AltFrame::RelHome };
+    assert!(ask(&mut world, higher).is_err());
+    let older = world.plane.ints.last().expect("the older command");
+    assert_eq!((older.command, older.frame, older.z), (cmd::GUIDED_CHANGE_ALTITUDE, 3, 90.0));
+}
+
+/// Success means that the vehicle shows it; failure comes in time; and there is one of them.
+#[test]
+fn on_a_bad_link_success_is_never_false() {
+    let (mut done, mut failed) = (0, 0);
+    for seed in 0..60 {
+        let share = [0.05, 0.2, 0.3][seed as usize % 3];
+        let faults = Faults {
+            loss: share,
+            duplicates: 0.1,
+            reorder: 0.1,
+            jitter: Duration::from_millis(150),
+            ..Faults::default()
+        };
+        let mut world = World::new(Station::new(), Plane::new(), faults, seed);
+        wait(&mut world, 6_000);
+        if world.station.vehicle.telemetry().heartbeat.is_none() {
+            continue;
+        }
+        for (request, shows) in [
+            (ARM, (|plane: &Plane| plane.is_armed) as fn(&Plane) -> bool),
+            (mode("AUTO"), |plane| plane.mode == 10),
+            (Request::Disarm { force: true }, |plane| !plane.is_armed),
+            (Request::ReturnToLaunch, |plane| plane.mode == 11),
+        ] {
+            match ask(&mut world, request) {
+                Ok(_) => {
+                    assert!(shows(&world.plane), "seed {seed}: false success");
+                    done += 1;
+                }
+                Err(VehicleError::CommandTimeout { .. } | VehicleError::NotConfirmed { .. }) => failed += 1,
+                Err(error) => panic!("seed {seed}: {error}"),
+            }
+        }
+        assert!(!world.station.events.contains(&VehicleEvent::Rebooted), "seed {seed}: no restart");
+    }
+    assert!(done > 200 && failed < done / 20, "{done} done, {failed} failed");
+}
+
+// ── plans ────────────────────────────────────────────────────────────────────────────────────────────────────────────
+
+#[test]
+fn an_upload_is_known_only_when_it_was_read_back() {
+    let mut world = connected();
+    assert_eq!(world.station.vehicle.plan_state(PlanKind::Mission), PlanState::Unknown(Unknown::NeverRead));
+    let id = start(&mut world, upload());
+    assert!(world.station.vehicle.plan_state(PlanKind::Mission).may_be_mixed());
+    let reply = end(&mut world, id, 30).expect("uploaded");
+    let Reply::Plan { items, home: Some(home), state, .. } = reply else { panic!("{reply:?}") };
+    assert_eq!(items.len(), 4);
+    assert!((home.alt_amsl_m - 600.09).abs() < 0.01, "the vehicle's own");
+    let PlanState::Verified { count: 4, hash } = state else { panic!("{state}") };
+    assert_eq!(world.station.vehicle.plan_state(PlanKind::Mission), state);
+    assert!(world.station.progress.iter().any(|(of, done, total)| *of == id && done == total));
+    // Reading it gives the same fingerprint.
+    let reply = ask(&mut world, Request::DownloadPlan { kind: PlanKind::Mission }).expect("read");
+    assert!(matches!(reply, Reply::Plan { state: PlanState::Verified { hash: again, .. }, .. } if again == hash));
+    // And the progress knows the way.
+    wait(&mut world, 500);
+    let progress = world.station.vehicle.progress();
+    assert!(progress.distance_to_go_m.expect("known") > 500.0, "{progress:?}");
+
+    assert!(ask(&mut world, Request::ClearPlan { kind: PlanKind::Mission }).is_ok());
+    assert_eq!(world.station.vehicle.plan_state(PlanKind::Mission), PlanState::Empty);
+    // An empty upload is the same.
+    let empty = Request::UploadPlan { kind: PlanKind::Rally, items: vec![], home: None };
+    assert!(ask(&mut world, empty).is_ok());
+    assert_eq!(world.station.vehicle.plan_state(PlanKind::Rally), PlanState::Empty);
+}
+
+#[test]
+fn another_stations_plan_makes_ours_unknown() {
+    let changed = PlanState::Unknown(Unknown::ChangedElsewhere);
+    let by_total = |world: &mut Pair| {
+        world.plane.services.plans[0].pop();
+    };
+    let by_ack = |world: &mut Pair| {
+        let ack = MissionAck { target: RIVAL, result: 0, mission_type: 0, opaque_id: 0 };
+        world.plane.out.push_back(Message::MissionAck(ack));
+    };
+    let by_count = |world: &mut Pair| {
+        let count = MISSION_COUNT_DATA { count: 3, target_system: 1, target_component: 1, ..Default::default() };
+        let at = world.now + Duration::from_millis(10);
+        world.inject(at, true, RIVAL, &Message::Dialect(MavMessage::MISSION_COUNT(count)));
+    };
+    for change in [by_total as fn(&mut Pair), by_ack, by_count] {
+        let mut world = connected();
+        ask(&mut world, upload()).expect("uploaded");
+        wait(&mut world, 6_000);
+        assert!(matches!(world.station.vehicle.plan_state(PlanKind::Mission), PlanState::Verified { .. }));
+        change(&mut world);
+        wait(&mut world, 1_000);
+        assert_eq!(world.station.vehicle.plan_state(PlanKind::Mission), changed);
+        assert!(world.station.vehicle.mission().is_none());
+        let told = VehicleEvent::PlanStateChanged { kind: PlanKind::Mission, state: changed };
+        assert_eq!(world.station.events.iter().filter(|event| **event == told).count(), 1);
+    }
+}
+
+#[test]
+fn a_half_written_mission_is_not_flown() {
+    let mut world = connected();
+    world.plane.services.has_ftp = false;
+    world.faults.cut_after = Some(world.station_frames + 4);
+    let error = ask(&mut world, upload()).expect_err("cut");
+    assert!(matches!(error, VehicleError::Transfer(_)), "{error}");
+    world.faults.cut_after = None;
+    wait(&mut world, 8_000);
+    assert_eq!(world.station.vehicle.plan_state(PlanKind::Mission), PlanState::Unknown(Unknown::TransferFailed));
+    for request in [ARM, mode("auto"), Request::MissionResume, Request::MissionStart { from: None }] {
+        let error = ask(&mut world, request).expect_err("blocked");
+        assert!(matches!(error, VehicleError::PlanUnknown { .. }), "{error}");
+    }
+    assert!(ask(&mut world, mode("FBWA")).is_ok() && ask(&mut world, Request::Disarm { force: false }).is_ok());
+    assert_eq!(count(&world, cmd::COMPONENT_ARM_DISARM), 1, "the disarming");
+    ask(&mut world, upload()).expect("uploaded");
+    assert!(ask(&mut world, ARM).is_ok());
+}
+
+#[test]
+fn two_transfers_never_mix_and_a_failed_reading_forgets_nothing() {
+    let mut world = connected();
+    ask(&mut world, upload()).expect("uploaded");
+    let known = world.station.vehicle.plan_state(PlanKind::Mission);
+    let first = start(&mut world, Request::DownloadPlan { kind: PlanKind::Mission });
+    for request in [upload(), Request::ClearPlan { kind: PlanKind::Rally }, Request::ParamList] {
+        let error = ask(&mut world, request).expect_err("busy");
+        assert_eq!(error, VehicleError::TransferBusy { running: "plan download" });
+    }
+    let now = world.now;
+    world.station.vehicle.cancel(first, now);
+    assert_eq!(end(&mut world, first, 5), Err(VehicleError::Cancelled));
+    assert_eq!(world.station.vehicle.plan_state(PlanKind::Mission), known, "reading changes nothing");
+
+    let second = start(&mut world, upload());
+    wait(&mut world, 5);
+    let now = world.now;
+    world.station.vehicle.cancel(second, now);
+    assert_eq!(end(&mut world, second, 5), Err(VehicleError::Cancelled));
+    assert!(world.station.vehicle.plan_state(PlanKind::Mission).may_be_mixed());
+    assert_eq!(world.station.vehicle.pending(), 0);
+}
+
+#[test]
+fn parameters_are_read_and_written_one_after_the_other() {
+    let mut world = connected();
+    let set = |value| Request::ParamSet { name: "TKOFF_ALT".into(), value };
+    let ids = [
+        start(&mut world, Request::ParamList),
+        start(&mut world, set(60.0)),
+        start(&mut world, set(70.0)),
+        start(&mut world, Request::ParamRead { name: "TKOFF_ALT".into() }),
+    ];
+    let results = ids.map(|id| end(&mut world, id, 30).expect("done"));
+    assert!(matches!(&results[0], Reply::Parameters(all) if all.len() == 2));
+    let Reply::Parameter(param) = results[3] else { panic!("{results:?}") };
+    assert_eq!(param.value.as_f64(), 70.0);
+    for bad in [set(f64::NAN), Request::ParamSet { name: "TOO_LONG_A_NAME_FOR_IT".into(), value: 1.0 }] {
+        assert!(ask(&mut world, bad).is_err());
+    }
+}
+
+// ── restart and loss ─────────────────────────────────────────────────────────────────────────────────────────────────
+
+#[test]
+fn a_restart_ends_everything_and_begins_anew() {
+    let mut world = connected();
+    ask(&mut world, upload()).expect("uploaded");
+    wait(&mut world, 60_000);
+    let asked = world.plane.streams_asked;
+    let now = world.now;
+    world.plane.services.has_ftp = false;
+    world.plane.reboot(now);
+    let id = start(&mut world, Request::DownloadPlan { kind: PlanKind::Fence });
+    // It answers nothing while it boots.
+    world.faults.blackouts = vec![(now, now + Duration::from_millis(1_400))];
+    let restarted = world.now;
+    let noticed =
+        world.run(restarted + Duration::from_secs(20), |station, _| station.events.contains(&VehicleEvent::Rebooted));
+    assert!(noticed);
+    assert!(world.now.since(restarted) < Duration::from_secs(4), "by TIMESYNC: nothing streams");
+    wait(&mut world, 5_000);
+    assert_eq!(world.station.events.iter().filter(|event| **event == VehicleEvent::Rebooted).count(), 1);
+    assert_eq!(world.station.results[&id], Err(VehicleError::Rebooted));
+    let vehicle = &world.station.vehicle;
+    assert_eq!(vehicle.plan_state(PlanKind::Mission), PlanState::Unknown(Unknown::Rebooted));
+    assert_eq!(world.plane.streams_asked, 2 * asked, "asked again, once");
+    assert!(vehicle.telemetry().attitude.is_some());
+    assert_eq!(vehicle.pending(), 0);
+}
+
+#[test]
+fn a_reboot_that_was_asked_for_succeeds_by_its_acknowledgement_or_by_happening() {
+    let mut world = connected();
+    assert_eq!(ask(&mut world, Request::Reboot), Ok(Reply::Done));
+    ask(&mut world, ARM).expect("armed");
+    let error = ask(&mut world, Request::Reboot).expect_err("armed");
+    assert_eq!(error.to_string(), "the vehicle is armed; disarm it before rebooting it");
+    ask(&mut world, Request::Disarm { force: false }).expect("disarmed");
+    // Restarted before it could answer.
+    world.plane.mute = 1;
+    let id = start(&mut world, Request::Reboot);
+    wait(&mut world, 50);
+    let now = world.now;
+    world.plane.reboot(now);
+    assert_eq!(end(&mut world, id, 20), Ok(Reply::Done));
+    assert_eq!(count(&world, cmd::PREFLIGHT_REBOOT_SHUTDOWN), 2, "never repeated");
+    // Unheard, it is not rebooted.
+    let now = world.now;
+    world.faults.blackouts = vec![(now, now + Duration::from_secs(100))];
+    wait(&mut world, 5_000);
+    assert!(matches!(ask(&mut world, Request::Reboot), Err(VehicleError::NotHeard { .. })));
+}
+
+#[test]
+fn loss_and_return_are_told_and_streams_asked_only_when_needed() {
+    let mut world = connected();
+    let asked = world.plane.streams_asked;
+    let now = world.now;
+    world.faults.blackouts = vec![(now, now + Duration::from_secs(10))];
+    wait(&mut world, 5_900);
+    assert!(world.station.events.contains(&VehicleEvent::Lost));
+    assert!(!world.station.vehicle.is_heard(world.now));
+    wait(&mut world, 10_000);
+    assert!(world.station.events.contains(&VehicleEvent::Regained));
+    assert_eq!(world.plane.streams_asked, asked, "it went on streaming");
+    assert!(!world.station.events.contains(&VehicleEvent::Rebooted));
+    // Back with heartbeats alone.
+    let now = world.now;
+    world.faults.blackouts = vec![(now, now + Duration::from_secs(10))];
+    world.plane.is_streaming = false;
+    wait(&mut world, 20_000);
+    assert_eq!(world.plane.streams_asked, 2 * asked);
+}
+
+// ── requests in general ──────────────────────────────────────────────────────────────────────────────────────────────
+
+fn every_request() -> Vec<Request> {
+    let kind = PlanKind::Mission;
+    let long = CommandLong { target: Address::new(0, 0), command: 183, confirmation: 0, params: [1.0; 7] };
+    let int = CommandInt {
+        target: Address::new(0, 0),
+        frame: 0,
+        command: 16,
+        current: 0,
+        autocontinue: 0,
+        params: [0.0; 4],
+        x: 1,
+        y: 2,
+        z: 3.0,
+    };
+    vec![
+        ARM,
+        Request::Disarm { force: true },
+        mode("LOITER"),
+        Request::Takeoff { alt_rel_home_m: 60.0 },
+        reposition(40.334, -3.79, 80.0),
+        Request::ChangeSpeed { kind: SpeedKind::Airspeed, speed_m_s: 18.0 },
+        Request::ChangeAltitude { alt_m: 90.0, alt_frame: AltFrame::Amsl },
+        Request::LoiterHere,
+        Request::ReturnToLaunch,
+        Request::Land,
+        Request::AbortLanding { alt_rel_home_m: Some(40.0) },
+        Request::MissionStart { from: Some(MissionSeq(1)) },
+        Request::MissionPause,
+        Request::MissionResume,
+        Request::SetCurrentItem(MissionSeq(2)),
+        Request::SetHome(Some(Home { lat_deg: 40.0, lon_deg: -3.0, alt_amsl_m: 600.0 })),
+        Request::SetHome(None),
+        Request::RawCommandLong(long),
+        Request::RawCommandInt(int),
+        Request::RequestMessage { message_id: 242 },
+        Request::SetMessageRate { message_id: 30, rate_hz: Some(20.0) },
+        upload(),
+        Request::DownloadPlan { kind },
+        Request::ClearPlan { kind },
+        Request::ParamList,
+        Request::ParamRead { name: "TKOFF_ALT".into() },
+        Request::ParamSet { name: "TKOFF_ALT".into(), value: 55.0 },
+        Request::Reboot,
+    ]
+}
+
+fn reposition(lat_deg: f64, lon_deg: f64, alt_m: f64) -> Request {
+    Request::Reposition {
+        lat_deg,
+        lon_deg,
+        alt_m,
+        alt_frame: AltFrame::RelHome,
+        radius_m: Some(80.0),
+        turn: Turn::CounterClockwise,
+        speed_m_s: None,
+        change_mode: true,
+    }
+}
+
+#[test]
+fn every_request_ends_in_time_when_nobody_answers() {
+    for request in every_request() {
+        let mut world = connected();
+        let now = world.now;
+        world.faults.blackouts = vec![(now, now + Duration::from_secs(1_000))];
+        let result = ask(&mut world, request.clone());
+        assert!(result.is_err(), "{request:?} cannot succeed: {result:?}");
+        assert!(world.now.since(now) < Duration::from_secs(45), "{request:?} took {:?}", world.now.since(now));
+        assert_eq!(world.station.vehicle.pending(), 0);
+    }
+}
+
+#[test]
+fn every_request_can_be_cancelled() {
+    for request in every_request() {
+        let mut world = connected();
+        let now = world.now;
+        world.faults.blackouts = vec![(now, now + Duration::from_secs(1_000))];
+        let id = start(&mut world, request.clone());
+        wait(&mut world, 300);
+        let now = world.now;
+        world.station.vehicle.cancel(id, now);
+        assert_eq!(end(&mut world, id, 1), Err(VehicleError::Cancelled), "{request:?}");
+        assert_eq!(world.station.vehicle.pending(), 0);
+        world.station.vehicle.cancel(id, now);
+        wait(&mut world, 5_000);
+    }
+}
+
+/// Arms, changes the mode or starts only what was asked to: uploads, parameters, streams, restarts and losses do not.
+#[test]
+fn nothing_arms_or_starts_as_a_side_effect() {
+    let harmless: Vec<_> = every_request()
+        .into_iter()
+        .filter(|request| {
+            matches!(
+                request,
+                Request::UploadPlan { .. }
+                    | Request::DownloadPlan { .. }
+                    | Request::ClearPlan { .. }
+                    | Request::ParamList
+                    | Request::ParamRead { .. }
+                    | Request::ParamSet { .. }
+                    | Request::SetCurrentItem(_)
+                    | Request::ChangeSpeed { .. }
+                    | Request::SetHome(_)
+                    | Request::RequestMessage { .. }
+                    | Request::SetMessageRate { .. }
+            )
+        })
+        .collect();
+    assert_eq!(harmless.len(), 12);
+    let mut asked = 0;
+    for seed in 0..20 {
+        let mut rng = SmallRng::seed_from_u64(seed);
+        let mut world = World::new(Station::new(), Plane::new(), Faults::loss(0.1), seed);
+        wait(&mut world, 3_000);
+        for _ in 0..40 {
+            let now = world.now;
+            match rng.random_range(0..20) {
+                0 => world.plane.reboot(now),
+                1 => {
+                    let id = RequestId(rng.random_range(0..40));
+                    world.station.vehicle.cancel(id, now);
+                }
+                _ => {
+                    start(&mut world, harmless[rng.random_range(0..harmless.len())].clone());
+                    asked += 1;
+                }
+            }
+            wait(&mut world, rng.random_range(0..800));
+        }
+        let dangerous = [
+            cmd::COMPONENT_ARM_DISARM,
+            cmd::DO_SET_MODE,
+            cmd::NAV_TAKEOFF,
+            cmd::MISSION_START,
+            cmd::DO_REPOSITION,
+            cmd::DO_LAND_START,
+            cmd::PREFLIGHT_REBOOT_SHUTDOWN,
+        ];
+        let sent =
+            world.plane.commands.iter().map(|long| long.command).chain(world.plane.ints.iter().map(|int| int.command));
+        assert!(sent.into_iter().all(|command| !dangerous.contains(&command)));
+        assert!(!world.plane.is_armed && world.plane.mode == 5);
+    }
+    assert!(asked > 500);
+}
+
+#[test]
+fn what_is_sent_is_finite_and_in_range() {
+    let mut rng = SmallRng::seed_from_u64(5);
+    let wild = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, -1e300, 0.0, -0.0, 91.0, -181.0, 1e7];
+    let (mut refused, mut accepted) = (0, 0);
+    for round in 0..400 {
+        let mut world = connected();
+        let mut number = |tame: f64| {
+            if rng.random_bool(0.4) { wild[rng.random_range(0..wild.len())] } else { tame }
+        };
+        let request = match round % 7 {
+            0 => Request::Takeoff { alt_rel_home_m: number(60.0) },
+            1 => Request::Reposition {
+                lat_deg: number(40.3),
+                lon_deg: number(-3.8),
+                alt_m: number(80.0),
+                alt_frame: AltFrame::Terrain,
+                radius_m: Some(number(60.0)),
+                turn: Turn::Clockwise,
+                speed_m_s: Some(number(15.0)),
+                change_mode: false,
+            },
+            2 => Request::ChangeSpeed { kind: SpeedKind::Groundspeed, speed_m_s: number(15.0) },
+            3 => Request::ChangeAltitude { alt_m: number(80.0), alt_frame: AltFrame::RelHome },
+            4 => Request::AbortLanding { alt_rel_home_m: Some(number(30.0)) },
+            5 => {
+                let home = Home { lat_deg: number(40.3), lon_deg: number(-3.8), alt_amsl_m: number(600.0) };
+                Request::SetHome(Some(home))
+            }
+            _ => Request::SetMessageRate { message_id: 30, rate_hz: Some(number(10.0)) },
+        };
+        let before = (world.plane.commands.len(), world.plane.ints.len());
+        match ask(&mut world, request.clone()) {
+            Err(VehicleError::InvalidValue { .. }) => {
+                refused += 1;
+                let after = (world.plane.commands.len(), world.plane.ints.len());
+                assert_eq!(before, after, "{request:?} was refused and sent");
+            }
+            _ => accepted += 1,
+        }
+        assert!(
+            world.plane.commands.iter().all(|long| long.params.iter().all(|param| param.is_finite())),
+            "{request:?}"
+        );
+        for int in &world.plane.ints {
+            assert!(int.params.iter().chain([&int.z]).all(|param| param.is_finite()), "{request:?}");
+            assert!(int.x.abs() <= 900_000_000 && int.y.abs() <= 1_800_000_000);
+        }
+    }
+    assert!(refused > 100 && accepted > 100, "{refused} refused, {accepted} accepted");
+}
+
+#[test]
+fn a_fixed_wing_takes_off_by_its_mode_and_never_arms_for_it() {
+    let mut world = connected();
+    assert_eq!(ask(&mut world, Request::Takeoff { alt_rel_home_m: 65.0 }), Ok(Reply::Done));
+    assert_eq!((world.plane.mode, world.plane.is_armed), (13, false));
+    assert_eq!(world.plane.services.params[0].value.as_f64(), 65.0);
+    assert_eq!(ModeFamily::ArduPlane.parse("takeoff").expect("known").custom_mode, 13);
+}
+
+#[test]
+fn commands_are_sent_as_a_real_plane_was_seen_to_take_them() {
+    let mut world = connected();
+    ask(&mut world, reposition(40.3340, -3.7900, 80.0)).expect("accepted");
+    let int = world.plane.ints.last().expect("sent");
+    assert_eq!(
+        (int.frame, int.params, int.x, int.y, int.z),
+        (3, [-1.0, 1.0, 80.0, 1.0], 403_340_000, -37_900_000, 80.0)
+    );
+    ask(&mut world, Request::ChangeSpeed { kind: SpeedKind::Airspeed, speed_m_s: 18.0 }).expect("accepted");
+    assert_eq!(world.plane.commands.last().expect("sent").params, [0.0, 18.0, -1.0, 0.0, 0.0, 0.0, 0.0]);
+    ask(&mut world, Request::Land).expect("accepted");
+    ask(&mut world, Request::MissionStart { from: Some(MissionSeq(1)) }).expect("started");
+    assert_eq!((world.plane.current, world.plane.mode, world.plane.is_armed), (1, 10, false));
+    let reply = ask(&mut world, Request::RequestMessage { message_id: 148 }).expect("sent");
+    assert!(matches!(reply, Reply::Message(message) if message.id() == 148));
+    let error = ask(&mut world, Request::RequestMessage { message_id: 253 }).expect_err("never sent");
+    assert_eq!(error, VehicleError::MessageNotReceived { message_id: 253 });
+    assert!(ask(&mut world, Request::RequestMessage { message_id: 1 << 24 }).is_err());
+    // A raw command reaches the vehicle though it names nobody.
+    let raw = CommandLong { target: Address::new(0, 0), command: cmd::DO_GO_AROUND, confirmation: 0, params: [0.0; 7] };
+    assert_eq!(ask(&mut world, Request::RawCommandLong(raw)), Ok(Reply::Acknowledged { result_param2: 0 }));
+    assert_eq!(world.plane.commands.last().expect("sent").target, PLANE);
+}
+
+#[test]
+fn requests_are_bounded() {
+    let mut world = connected();
+    let now = world.now;
+    world.faults.blackouts = vec![(now, now + Duration::from_secs(1_000))];
+    let read = || Request::ParamRead { name: "TKOFF_ALT".into() };
+    let ids: Vec<_> = (0..MAX_REQUESTS + 5).map(|_| start(&mut world, read())).collect();
+    let error = end(&mut world, ids[MAX_REQUESTS], 1).expect_err("too many");
+    assert_eq!(error, VehicleError::TooManyRequests { limit: MAX_REQUESTS });
+}
+
+// ── what a real plane was recorded to say ────────────────────────────────────────────────────────────────────────────
+
+/// Plays a recording to a vehicle, asking at the moments at which the recording's station asked.
+fn play(name: &str, requests: &[(u64, Request)]) -> Station {
+    let config = VehicleConfig { streams: StreamConfig::listen_only(), ..VehicleConfig::default() };
+    let mut station = Station::with(config);
+    let mut requests = requests.iter();
+    let mut next = requests.next();
+    let mut now = MonoTime::ZERO;
+    let drain = |station: &mut Station| while station.next_output().is_some() {};
+    for (at, message) in recorded(name, PLANE) {
+        while let Some((ms, request)) = next
+            && MonoTime::from_millis(*ms) <= at
+        {
+            station.vehicle.request(request.clone(), MonoTime::from_millis(*ms));
+            next = requests.next();
+        }
+        while let Some(due) = station.vehicle.deadline().filter(|due| *due <= at) {
+            station.tick(due);
+            drain(&mut station);
+        }
+        now = at;
+        station.receive(PLANE, &message, at);
+        drain(&mut station);
+    }
+    for _ in 0..1_000 {
+        let Some(due) = station.vehicle.deadline() else { break };
+        if due > now + Duration::from_secs(60) {
+            break;
+        }
+        station.tick(due);
+        drain(&mut station);
+    }
+    assert!(next.is_none(), "all were asked");
+    station
+}
+
+#[test]
+fn modes_and_refusals_of_a_recorded_plane() {
+    let takeoff = CommandLong { target: PLANE, command: cmd::NAV_TAKEOFF, confirmation: 0, params: [0.0; 7] };
+    // The first heartbeat of the recording is the one that shows AUTO, so the mode is asked for by number.
+    let station = play(
+        "arm-refused-and-modes",
+        &[(1_003, ARM), (2_101, Request::SetMode(ModeChoice::Custom(99))), (3_104, Request::RawCommandLong(takeoff))],
+    );
+    let results: Vec<_> = station.results.values().collect();
+    assert_eq!(results.len(), 3);
+    assert_eq!(*results[0], Ok(Reply::Done));
+    let error = results[1].as_ref().expect_err("no such mode").to_string();
+    assert_eq!(error, "vehicle 1/1 refused DO_SET_MODE (176): failed (MAV_RESULT_FAILED, 4): No such mode 99");
+    let error = results[2].as_ref().expect_err("a plane");
+    assert!(matches!(error, VehicleError::CommandRefused { result: CommandResult::FAILED, .. }), "{error}");
+}
+
+#[test]
+fn a_recorded_guided_flight_confirms_what_was_asked() {
+    let station = play(
+        "guided-flight",
+        &[
+            (577, ARM),
+            (31_882, reposition(40.334, -3.79, 80.0)),
+            (57_883, Request::ChangeSpeed { kind: SpeedKind::Airspeed, speed_m_s: 18.0 }),
+            (59_982, Request::LoiterHere),
+        ],
+    );
+    assert_eq!(station.results.len(), 4);
+    for (id, result) in &station.results {
+        assert_eq!(*result, Ok(Reply::Done), "{id}");
+    }
+    let modes: Vec<_> = station
+        .events
+        .iter()
+        .filter_map(|event| match event {
+            VehicleEvent::ModeChanged { to, .. } => to.name(),
+            _ => None,
+        })
+        .collect();
+    // A command of the recording's station made the last two.
+    assert_eq!(modes, ["TAKEOFF", "GUIDED", "LOITER", "RTL", "AUTO"]);
+}
+
+#[test]
+fn a_recorded_flight_is_followed_from_boot_to_landing() {
+    for (name, reached, last) in [
+        ("arduplane-takeoff-to-landing", vec![1, 2, 3, 4, 5, 6, 8, 9, 10], 11),
+        ("arduplane-wind-flight", vec![1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 13], 14),
+    ] {
+        let station = play(name, &[]);
+        let vehicle = &station.vehicle;
+        let told = |wanted: &VehicleEvent| station.events.iter().filter(|event| *event == wanted).count();
+        assert_eq!(told(&VehicleEvent::Rebooted), 0, "{name}");
+        assert_eq!(told(&VehicleEvent::ArmedChanged { is_armed: true }), 1, "{name}");
+        assert_eq!(told(&VehicleEvent::MissionComplete), 1, "{name}: it landed and disarmed");
+        let progress = vehicle.progress();
+        assert!(progress.is_complete);
+        assert_eq!((progress.current, progress.total), (Some(MissionSeq(last)), Some(last)));
+        let seqs: Vec<_> = progress.reached.iter().map(|seq| seq.0).collect();
+        assert_eq!(seqs, reached, "{name}");
+        let texts: Vec<_> = vehicle.texts().iter().map(|text| text.text.as_str()).collect();
+        assert!(texts.contains(&"Reached waypoint #2 dist 38m") || name != "arduplane-takeoff-to-landing");
+        assert_eq!(vehicle.telemetry().invalid_values, 0);
+        let complete = station.events.iter().position(|event| *event == VehicleEvent::MissionComplete);
+        let disarmed =
+            station.events.iter().rposition(|event| *event == VehicleEvent::ArmedChanged { is_armed: false });
+        assert!(complete > disarmed, "{name}");
+    }
+}
