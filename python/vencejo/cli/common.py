@@ -242,13 +242,10 @@ def vehicle_on(
     record: bool = False,
 ) -> Iterator[Vehicle]:
     """Connect to a vehicle, and close the link at the end."""
-    from vencejo import NoVehicleError, connect
+    from vencejo import connect
 
     with status(f"Waiting for a vehicle on {link} …"):
-        try:
-            vehicle = connect(link, system_id=system_id, timeout_s=timeout_s, rate_hz=rate_hz, record=record)
-        except NoVehicleError as error:
-            raise NoVehicleError(f"{link}: {error}") from None
+        vehicle = connect(link, system_id=system_id, timeout_s=timeout_s, rate_hz=rate_hz, record=record)
     with vehicle:
         yield vehicle
 

@@ -15,7 +15,7 @@ from typing import Annotated, Final
 
 import typer
 
-from vencejo.cli.common import Failed, JsonOption, RecordOption, status, vehicle_on
+from vencejo.cli.common import Failed, JsonOption, RecordOption, distance, status, vehicle_on
 from vencejo.cli.fly import check, fly_plan, tell
 
 START_TIMEOUT_S: Final = 60.0
@@ -57,7 +57,7 @@ def demo(
         air = f"wind {wind:g} m/s from {wind_from:g}°" if wind else "no wind"
         reporter.step(
             "loaded",
-            f"Demo mission: {len(plan)} items, {plan.length_m / 1000.0:.1f} km; {air}; {speedup:g} times real time",
+            f"Demo mission: {len(plan)} items, {distance(plan.length_m)}; {air}; {speedup:g} times real time",
             items=len(plan),
         )
         with (

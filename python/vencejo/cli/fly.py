@@ -24,6 +24,7 @@ from vencejo.cli.common import (
     YesOption,
     clean,
     confirm,
+    distance,
     duration,
     progress_bar,
     say,
@@ -86,9 +87,7 @@ def fly(
     with Reporter(json=json) as reporter:
         loaded = Plan.load(plan)
         check(loaded.check(), reporter, "nothing was sent")
-        reporter.step(
-            "loaded", f"{plan}: {len(loaded.items)} items, {loaded.length_m / 1000.0:.2f} km", items=len(loaded)
-        )
+        reporter.step("loaded", f"{plan}: {len(loaded)} items, {distance(loaded.length_m)}", items=len(loaded))
         with vehicle_on(link, system_id=system, timeout_s=timeout, record=record) as vehicle:
             flight = fly_plan(
                 vehicle,
@@ -206,7 +205,7 @@ def follow(
                 reporter.view(view_of(telemetry, progress, texts, plan=plan, elapsed_s=follower.elapsed_s))
                 if follower.outcome is not None:
                     break
-    except KeyboardInterrupt:
+    except BaseException:
         progress = vehicle.mission_progress
         say(
             f"Following ended. The plane goes on flying: mode {telemetry.mode}, item {progress.item or '–'} of "

@@ -282,9 +282,10 @@ class Follower:
         self._ground_s: float | None = None
         self._rest_since_s: float | None = None
         self._running_seen = False
+        self._flies = False
         self._left: _Left | None = None
-        self._was_left: _Left | None = None
-        self._skipped = False
+        self._resumed: _Left | None = None
+        self._skipped: _Left | None = None
         self._lost = False
         self._text_s: float | None = None
         self._reached = 0
@@ -324,10 +325,10 @@ class Follower:
         if self._lost:
             self._lost = False
             notes.append(Note("regained", "the vehicle is heard again", {}))
-        notes.extend(self._new_items(progress))
-        notes.extend(self._mode_change(heartbeat.mode, progress, now_s))
         self._armed_seen |= heartbeat.is_armed
         self._look_at_the_ground(telemetry, now_s)
+        notes.extend(self._new_items(progress))
+        notes.extend(self._mode_change(heartbeat.mode, progress, now_s))
         self._running_seen |= heartbeat.mode in AUTO_MODES and not _complete(telemetry, progress)
         self.outcome = self._end(telemetry, progress, heartbeat.mode, heartbeat.is_armed, now_s)
         return notes
@@ -346,7 +347,7 @@ class Follower:
             self._text_s = max(text.time_s for text in fresh)
         self._recent = [text for text in texts if now_s - text.time_s <= REASON_WITHIN_S]
         return [
-            Note("text", f"{text.severity_name}: {clean(text.text)}", {"severity": text.severity, "text": text.text})
+            Note("text", f"{text.severity_name}: {clean(text.text)}", {"severity": text.severity, "said": text.text})
             for text in fresh
         ]
 
@@ -360,6 +361,12 @@ class Follower:
         self._reached = len(progress.reached)
         if progress.item is not None:
             self._item = progress.item
+        before = self._resumed.item if self._resumed is not None else None
+        if before is not None and self._item is not None and self._item != before:
+            # The vehicle may go on elsewhere than it left off: to its landing sequence, for instance.
+            if self._item > _next_place(self._plan, before):
+                self._skipped = self._resumed
+            self._resumed = None
         return notes
 
     def _mode_change(self, mode: str, progress: MissionProgress, now_s: float) -> list[Note]:
@@ -368,16 +375,14 @@ class Follower:
             self._auto_seen = True
             if self._left is None:
                 return []
-            left, self._left = self._left, None
-            self._was_left = left
-            if left.item is not None and progress.item is not None and progress.item - left.item not in (0, 1):
-                self._skipped = True
+            self._resumed, self._left = self._left, None
             text = f"back in {mode} at item {progress.item or '–'}"
             return [Note("mode", text, {"mode": mode, "item": progress.item})]
         if not self._auto_seen or before == mode:
             return []
         reason = self._reason()
-        if before in AUTO_MODES:
+        landed = self._flown and not self._flies and self._at_landing()
+        if before in AUTO_MODES and not landed:
             self._left = _Left(self._item, mode, now_s, reason)
         where = f" at item {self._item}" if self._item is not None else ""
         text = f"mode {before} → {mode}{where}: {reason}"
@@ -390,6 +395,10 @@ class Follower:
                 return clean(text.text)
         return "changed by the pilot, another station or the vehicle itself"
 
+    def _at_landing(self) -> bool:
+        land = landing_item(self._plan)
+        return land is not None and self._item is not None and self._item >= land
+
     def _look_at_the_ground(self, telemetry: Telemetry, now_s: float) -> None:
         position, hud = telemetry.position, telemetry.hud
         height_m = position.alt_rel_home_m if position else None
@@ -398,6 +407,7 @@ class Follower:
         flies = said in ("in air", "landing") or (
             said in (None, "undefined") and (height_m or 0.0) > 5.0 and (speed_m_s or 0.0) > 5.0
         )
+        self._flies = flies
         if flies:
             self._flown = True
             self._airborne_s = self._airborne_s if self._airborne_s is not None else self._clock_s
@@ -412,6 +422,8 @@ class Follower:
         self, telemetry: Telemetry, progress: MissionProgress, mode: str, is_armed: bool, now_s: float
     ) -> Outcome | None:
         complete = self._running_seen and _complete(telemetry, progress)
+        if self._left is not None and "mission complete" in self._left.reason.lower():
+            complete = True  # told before MISSION_CURRENT says so
         at = f"item {self._item} of {progress.total or len(self._plan.items)}" if self._item is not None else "no item"
         if self._armed_seen and not is_armed:
             if not self._flown:
@@ -437,16 +449,15 @@ class Follower:
         return None
 
     def _on_ground(self, state: str, at: str, complete: bool) -> Outcome:
-        left = self._left or (self._was_left if self._skipped else None)
-        if left is not None and not (complete and self._left is not None and not self._skipped):
+        left = self._skipped or (None if complete else self._left)
+        if left is not None:
             return Outcome(
                 Ending.INTERRUPTED,
                 False,
                 f"the plane is on the ground and {state}, but it left AUTO at item {left.item or '–'} for {left.mode} "
                 f"({left.reason})",
             )
-        land = landing_item(self._plan)
-        if not complete and (land is None or self._item is None or self._item < land):
+        if not complete and not self._at_landing():
             return Outcome(Ending.INTERRUPTED, False, f"the plane came to the ground and is {state} at {at}")
         return Outcome(Ending.LANDED, True, f"the plane has landed and is {state}")
 
@@ -478,6 +489,14 @@ def last_place(plan: Plan) -> tuple[int, MissionItem] | None:
         if item.command <= LAST_NAV_COMMAND:
             return index, item
     return None
+
+
+def _next_place(plan: Plan, item: int) -> int:
+    """Number of the next item to go to after one."""
+    for index in range(item + 1, len(plan.items) + 1):
+        if plan.items[index - 1].command <= LAST_NAV_COMMAND:
+            return index
+    return len(plan.items)
 
 
 def landing_item(plan: Plan) -> int | None:

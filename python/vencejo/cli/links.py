@@ -70,25 +70,15 @@ def links(
 def serial_ports() -> list[str]:
     """Serial ports that may have an autopilot or a radio behind them, the ones with speaking names first."""
     if sys.platform == "win32":
-        return _windows_ports()
-    return _device_ports()
+        import winreg
 
-
-def _device_ports() -> list[str]:
+        try:
+            with winreg.OpenKey(winreg.HKEY_LOCAL_MACHINE, r"HARDWARE\DEVICEMAP\SERIALCOMM") as key:
+                return sorted(str(winreg.EnumValue(key, index)[1]) for index in range(winreg.QueryInfoKey(key)[1]))
+        except OSError:
+            return []  # no serial port, no key
     patterns = ("serial/by-id/*", "ttyACM*", "ttyUSB*", "ttyAMA*", "serial[0-9]*", "cu.usb*", "cu.SLAB*", "cu.wch*")
     return [str(port) for pattern in patterns for port in sorted(Path("/dev").glob(pattern))]
-
-
-def _windows_ports() -> list[str]:
-    if sys.platform != "win32":
-        return []
-    import winreg
-
-    try:
-        with winreg.OpenKey(winreg.HKEY_LOCAL_MACHINE, r"HARDWARE\DEVICEMAP\SERIALCOMM") as key:
-            return sorted(str(winreg.EnumValue(key, index)[1]) for index in range(winreg.QueryInfoKey(key)[1]))
-    except OSError:
-        return []  # no serial port, no key
 
 
 def _watch(addresses: list[str], *, once: bool, timeout_s: float, json: bool) -> None:

@@ -279,7 +279,7 @@ def as_json(plan: Plan, kinds: list[PlanKind]) -> dict[str, Any]:
             }
             for index, item in enumerate(plan.items, start=1)
         ]
-        shown["length_m"] = round(plan.length_m, 1)
+        shown["length_m"] = None if plan.length_m is None else round(plan.length_m, 1)
         shown["findings"] = [
             {"severity": found.severity, "code": found.code, "item": found.item, "message": found.message}
             for found in (plan.check() if plan.items else ())

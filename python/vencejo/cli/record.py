@@ -164,7 +164,7 @@ def replay(
     if to:
         _play(file, to, speed, json=json)
         return
-    from vencejo.cli.tlog import summarize
+    from vencejo.recording import summarize
 
     summary = summarize(file)
     if not summary.messages:
@@ -172,7 +172,7 @@ def replay(
     if json:
         put_json(asdict(summary))
         return
-    print(f"{file}: {summary.frames} frames, {size(summary.bytes)}, {duration(summary.duration_s)}")
+    print(f"{file}: {summary.frames} frames, {size(file.stat().st_size)}, {duration(summary.duration_s)}")
     if summary.skipped_bytes:
         print(f"{summary.skipped_bytes} bytes were no whole frame and were skipped")
     shown = table("system", "component", "what", "frames", right=("system", "component", "frames"))

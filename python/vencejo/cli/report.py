@@ -29,7 +29,7 @@ class Reporter:
         self._live: Live | None = None
         self._next_s = 0.0
 
-    def step(self, event: str, text: str, **values: Any) -> None:
+    def step(self, event: str, text: str, /, **values: Any) -> None:
         """Tell that something was done or found."""
         if self.json:
             put_json({"event": event, "text": text, **values})

@@ -1,0 +1,303 @@
+"""The command without a vehicle: help, usage, errors, files."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+import shlex
+import socket
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+import vencejo
+import vencejo.errors
+from typer.testing import CliRunner, Result
+from vencejo.cli import app
+from vencejo.cli.common import EXIT_CODES, Exit, clean, describe_error
+from vencejo.cli.demo import demo_mission
+from vencejo.cli.params import compare, same
+
+from tests.support import CAPTURES
+
+FLIGHT = CAPTURES / "arduplane-takeoff-to-landing.tlog"
+
+
+def run(*args: str, **env: str) -> Result:
+    return CliRunner().invoke(app, list(args), env={"VENCEJO_LINK": "", "VENCEJO_DEBUG": "", **env})
+
+
+def commands() -> dict[str, Any]:
+    """All commands by their words, groups included."""
+    found: dict[str, Any] = {}
+
+    def walk(command: Any, words: tuple[str, ...]) -> None:
+        found[" ".join(words)] = command
+        for name, child in getattr(command, "commands", {}).items():
+            walk(child, (*words, name))
+
+    walk(typer.main.get_command(app), ())
+    return found
+
+
+COMMANDS = commands()
+
+
+def test_all_commands_are_there() -> None:
+    assert {
+        "fly",
+        "telemetry",
+        "mission upload",
+        "mission download",
+        "mission clear",
+        "mission show",
+        "params get",
+    } <= set(COMMANDS)
+    assert {
+        "params set",
+        "params save",
+        "params load",
+        "params list",
+        "links",
+        "record",
+        "replay",
+        "sim",
+        "demo",
+    } <= set(COMMANDS)
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=lambda words: words or "vencejo")
+def test_help_has_an_example_that_can_be_run(words: str) -> None:
+    text = COMMANDS[words].help or ""
+    examples = re.findall(r"Example: vencejo ([^\n]+)", text)
+    assert examples, f"vencejo {words} --help has no example"
+    for example in examples:
+        args = shlex.split(example)
+        assert " ".join(args).startswith(words), example
+        command, rest = COMMANDS[words], args[len(words.split()) :]
+        while getattr(command, "commands", None) and rest:
+            command, rest = command.commands[rest[0]], rest[1:]
+        command.make_context("vencejo", rest, resilient_parsing=False)
+
+
+@pytest.mark.parametrize("words", [words for words in COMMANDS if words != "sim"])
+def test_help_is_shown(words: str) -> None:
+    result = run(*words.split(), "--help")
+    assert result.exit_code == 0, result.output
+    assert "Example: vencejo" in result.output
+
+
+def test_alone_it_shows_help() -> None:
+    result = run()
+    assert result.exit_code == 0
+    assert "Usage: vencejo" in result.output
+    assert "Exit codes" in result.output
+
+
+def test_version() -> None:
+    result = run("--version")
+    assert (result.exit_code, result.output) == (0, f"vencejo {vencejo.__version__}\n")
+
+
+@pytest.mark.parametrize(
+    "args",
+    [
+        ("nonsense",),
+        ("links", "--nonsense"),
+        ("params", "get"),
+        ("params", "set", "WP_RADIUS", "many"),
+        ("params", "set", "WP_RADIUS", "nan"),
+        ("telemetry", "--rate", "1000"),
+        ("telemetry", "--groups", "attitude,nonsense"),
+        ("telemetry", "--groups", ","),
+        ("mission", "download", "mission.txtx"),
+        ("mission", "download", "fence.waypoints", "--kind", "fence"),
+        ("fly", str(demo_mission())),
+    ],
+    ids=" ".join,
+)
+def test_wrong_usage_ends_with_2_and_says_so(args: tuple[str, ...]) -> None:
+    result = run(*args)
+    assert result.exit_code == Exit.USAGE, result.output
+    assert result.stderr.strip()
+    assert "Traceback" not in result.stderr
+
+
+def test_every_exception_has_an_exit_code() -> None:
+    ours = {
+        name
+        for name, kind in inspect.getmembers(vencejo.errors, inspect.isclass)
+        if issubclass(kind, vencejo.VencejoError)
+    }
+    assert len(ours) > 10
+    assert set(EXIT_CODES) == ours
+    for name in ours:
+        code, text = describe_error(getattr(vencejo.errors, name)("what was wrong"))
+        assert code is EXIT_CODES[name]
+        assert text == "what was wrong"
+
+
+def test_errors_tell_what_the_vehicle_said() -> None:
+    refused = vencejo.CommandRefused("not armed", reasons=("Compass not healthy", "not armed"))
+    assert describe_error(refused) == (Exit.FAILED, "not armed\n  Compass not healthy")
+    mismatch = vencejo.PlanMismatch("not verified", differences=("item 2: altitude 80, kept 79",))
+    assert describe_error(mismatch)[1].endswith("\n  item 2: altitude 80, kept 79")
+    assert describe_error(FileNotFoundError(2, "No such file", "x.param")) == (1, "x.param: No such file")
+    assert "internal error" in describe_error(RuntimeError("oh"))[1]
+
+
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_debug_shows_the_traceback_wherever_it_stands(place: int) -> None:
+    words = ["replay", "nothing.tlog"]
+    plain = run(*words)
+    assert plain.exit_code == 1
+    assert plain.stderr == "Error: nothing.tlog: there is no such file\n"
+    result = run(*words[:place], "--debug", *words[place:])
+    assert result.exit_code == 1
+    assert "Traceback" in result.stderr
+
+
+def test_text_from_outside_cannot_steer_the_terminal() -> None:
+    assert clean("a\x1b[31mb\rc\nd") == "a\ufffd[31mb\ufffdc\ufffdd"
+    assert clean("a\nb", keep_lines=True) == "a\nb"
+
+
+def test_a_link_that_cannot_be_read() -> None:
+    result = run("params", "get", "WP_RADIUS", "--link", "bogus:1")
+    assert result.exit_code == 1
+    assert "bogus" in result.stderr
+    assert "udpin:0.0.0.0:14550" in result.stderr
+
+
+def test_no_vehicle() -> None:
+    result = run("params", "get", "WP_RADIUS", "--link", "udpin:127.0.0.1:0", "--timeout", "0.1")
+    assert result.exit_code == 1
+    assert "no vehicle was heard" in result.stderr
+
+
+def test_links_lists_every_form() -> None:
+    shown = run("links")
+    assert shown.exit_code == 0
+    told = json.loads(run("links", "--json").output)
+    assert len(told["forms"]) >= 7
+    for form in told["forms"]:
+        assert form["example"] in shown.output
+    assert isinstance(told["serial_ports"], list)
+
+
+def test_a_silent_link_is_told() -> None:
+    result = run("links", "--link", "udpin:127.0.0.1:0", "--once", "--timeout", "0.1", "--json")
+    assert result.exit_code == 1
+    assert json.loads(result.stdout)["links"][0]["frames_received"] == 0
+    assert "nothing was heard within 0.1 s" in result.stderr
+
+
+def test_mission_show_of_a_file() -> None:
+    shown = run("mission", "show", str(demo_mission()))
+    assert shown.exit_code == 0, shown.output
+    assert "NAV_LAND" in shown.output
+    told = json.loads(run("mission", "show", str(demo_mission()), "--json").output)
+    assert [item["item"] for item in told["items"]] == list(range(1, len(told["items"]) + 1))
+    assert told["items"][-1]["name"] == "NAV_LAND"
+    assert told["items"][-1]["lat_deg"] == pytest.approx(40.3332)
+    assert 8_000 < told["length_m"] < 14_000
+
+
+def test_the_demo_mission_is_sound() -> None:
+    plan = vencejo.Plan.load(demo_mission())
+    assert plan.check(position=plan.home, on_ground=True) == ()
+    commands = [item.command for item in plan.items]
+    for wanted in ("NAV_TAKEOFF", "NAV_WAYPOINT", "NAV_LOITER_TURNS", "DO_CHANGE_SPEED", "NAV_LAND"):
+        assert vencejo.Command[wanted] in commands
+
+
+def test_a_plan_that_cannot_be_read(tmp_path: Path) -> None:
+    broken = tmp_path / "broken.waypoints"
+    broken.write_text("QGC WPL 110\n1\t0\tthree\n", encoding="utf-8")
+    for words in (["fly", "--yes"], ["mission", "show"], ["mission", "upload"]):
+        result = run(*words, str(broken))
+        assert result.exit_code == 1
+        assert "line 2" in result.stderr, result.stderr
+        assert "Traceback" not in result.stderr
+
+
+def test_a_plan_with_an_error_is_not_flown(tmp_path: Path) -> None:
+    empty = tmp_path / "empty.waypoints"
+    vencejo.Plan().save(empty)
+    result = run("fly", str(empty), "--yes", "--json", "--link", "udpin:127.0.0.1:0")
+    assert result.exit_code == 1, result.output
+    assert "nothing was sent" in result.stderr
+    assert json.loads(result.stdout.splitlines()[0])["event"] == "finding"
+
+
+def test_files_are_not_overwritten(tmp_path: Path) -> None:
+    for words, name in ((["params", "save"], "here.param"), (["mission", "download"], "here.plan")):
+        file = tmp_path / name
+        file.write_text("precious", encoding="utf-8")
+        result = run(*words, str(file), "--link", "udpin:127.0.0.1:0")
+        assert result.exit_code == 1
+        assert "add --force" in result.stderr
+        assert file.read_text(encoding="utf-8") == "precious"
+
+
+def test_summary_of_a_recording() -> None:
+    shown = run("replay", str(FLIGHT))
+    assert shown.exit_code == 0, shown.output
+    assert "ArduPilot plane" in shown.output
+    assert "Throttle armed" in shown.output
+    told = json.loads(run("replay", str(FLIGHT), "--json").output)
+    assert sum(told["messages"].values()) == told["frames"] > 10_000
+    assert told["duration_s"] == pytest.approx(302.85, abs=0.1)
+    kinds = [event["kind"] for event in told["events"]]
+    assert kinds.count("armed") == 1
+    assert kinds.index("armed") < kinds.index("item_reached")
+
+
+def test_what_is_no_recording(tmp_path: Path) -> None:
+    noise = tmp_path / "noise.tlog"
+    noise.write_bytes(bytes(range(256)) * 40)
+    result = run("replay", str(noise))
+    assert result.exit_code == 1
+    assert "holds no MAVLink frame" in result.stderr
+
+
+def test_replay_to_a_station() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as station:
+        station.bind(("127.0.0.1", 0))
+        to = f"udpout:127.0.0.1:{station.getsockname()[1]}"
+        file = CAPTURES / "mission-upload-items.tlog"
+        result = run("replay", str(file), "--to", to, "--speed", "100", "--json")
+        assert result.exit_code == 0, result.output
+        told = json.loads(result.stdout)
+        assert told["sent"] == {to: told["frames"]}
+        recorded = file.read_bytes()
+        station.settimeout(5.0)
+        first = station.recv(2048)
+        assert first[0] == 0xFD
+        assert recorded[8 : 8 + len(first)] == first, "untouched"
+
+
+def test_same_value_in_a_file_and_on_a_vehicle() -> None:
+    assert same(0.10000000149011612, 0.1)
+    assert same(943.2181, 943.21814)
+    assert not same(50.0, 50.1)
+    assert not same(0.0, 1e300)
+
+
+def test_what_a_parameter_file_would_change() -> None:
+    here = {
+        name: vencejo.Parameter(name, value, 9) for name, value in {"A": 1.0, "B": 2.0, "STAT_RUNTIME": 5.0}.items()
+    }
+    changes, unknown = compare({"A": 1.0, "B": 3.0, "C": 4.0, "STAT_RUNTIME": 9.0}, here)
+    assert [(change.name, change.present, change.wanted) for change in changes] == [("B", 2.0, 3.0)]
+    assert unknown == ["C"]
+
+
+def test_help_needs_neither_the_simulator_nor_the_terminal_library() -> None:
+    code = "import sys, vencejo.cli; print([name for name in ('rich', 'pymavlink', 'jsbsim', 'numpy') if name in sys.modules])"
+    shown = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert shown.stdout.strip() == "[]"

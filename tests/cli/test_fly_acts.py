@@ -1,0 +1,203 @@
+"""Uploading, arming and starting are separate acts: their order, and what is left when one of them fails."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Callable
+from typing import Any, cast
+
+import pytest
+from vencejo import CommandRefused, Fence, Finding, Plan, StatusText, Vehicle
+from vencejo.cli.common import Failed
+from vencejo.cli.fly import Flight, fly_plan
+from vencejo.cli.follow import Ending
+from vencejo.cli.report import Reporter
+from vencejo.plan import Circle, GeoPoint
+
+from tests.cli.doubles import LAT, LON, FakeVehicle, circuit, flying, parked, progress
+
+GROUND: dict[str, Any] = {"landed": "on ground", "height_m": 0.0, "speed_m_s": 0.0}
+
+
+def fly(
+    vehicle: FakeVehicle,
+    *,
+    plan: Plan | None = None,
+    ask: Callable[[str], bool] = lambda _: True,
+    ready_timeout_s: float = 60.0,
+) -> Flight:
+    with Reporter(json=True) as reporter:
+        return fly_plan(
+            cast(Vehicle, vehicle),
+            plan or circuit(),
+            reporter,
+            ask=ask,
+            ready_timeout_s=ready_timeout_s,
+            patience_s=60.0,
+        )
+
+
+def ready_vehicle() -> FakeVehicle:
+    """A plane on the ground that flies its mission once it is started."""
+    vehicle = FakeVehicle(parked())
+
+    def arm() -> None:
+        vehicle.show(parked(mode="MANUAL", armed=True))
+
+    def start() -> None:
+        vehicle.mission_progress = progress(5)
+        vehicle.show(flying(101.0, **GROUND))
+        vehicle.frames = [
+            flying(101.0, **GROUND),
+            flying(110.0),
+            flying(200.0, armed=False, lat_deg=LAT + 1e-5, **GROUND),
+        ]
+
+    vehicle.frames = [parked()]
+    vehicle.after = {"arm": arm, "start_mission": start}
+    return vehicle
+
+
+def test_everything_in_order(capsys: pytest.CaptureFixture[str]) -> None:
+    vehicle = ready_vehicle()
+    asked: list[str] = []
+
+    def ask(question: str) -> bool:
+        asked.append(question)
+        vehicle.calls.append("asked")
+        return True
+
+    flight = fly(vehicle, ask=ask)
+    assert vehicle.calls == ["upload mission", "asked", "arm", "start_mission 1"]
+    assert "Arm" in asked[0]
+    assert flight.outcome.ending is Ending.LANDED
+    assert flight.landing_error_m == pytest.approx(1.1, abs=0.05)
+    events = [json.loads(line)["event"] for line in capsys.readouterr().out.splitlines()]
+    assert [event for event in events if event != "progress"] == ["uploaded", "ready", "armed", "started"]
+
+
+def test_a_no_leaves_it_disarmed() -> None:
+    vehicle = ready_vehicle()
+    with pytest.raises(Failed, match="not armed: the mission is on board"):
+        fly(vehicle, ask=lambda _: False)
+    assert vehicle.calls == ["upload mission"]
+
+
+def test_an_error_in_the_plan_sends_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    vehicle = ready_vehicle()
+    vehicle.findings = (Finding("error", "far_away", 2, "Item 2 is 900 km away.", "Plan it here."),)
+    with pytest.raises(Failed, match="1 error: nothing was sent"):
+        fly(vehicle)
+    assert vehicle.calls == []
+    assert "900 km away. Plan it here." in capsys.readouterr().out
+
+
+def test_fence_comes_before_the_mission_and_only_when_there_is_one() -> None:
+    vehicle = ready_vehicle()
+    fence = Fence((Circle(GeoPoint(LAT, LON), 2000.0),))
+    fly(vehicle, plan=Plan(items=circuit().items, fence=fence))
+    assert vehicle.calls[:2] == ["upload fence", "upload mission"]
+
+
+def test_pre_arm_reasons_are_told_while_it_waits(capsys: pytest.CaptureFixture[str]) -> None:
+    vehicle = ready_vehicle()
+    vehicle.texts = [
+        StatusText(10.0, 2, "PreArm: of long ago"),
+        StatusText(95.0, 2, "PreArm: Need Position Estimate"),
+        StatusText(96.0, 2, "PreArm: Need Position Estimate"),
+        StatusText(97.0, 6, "something else"),
+    ]
+    vehicle.frames = [parked(ready=False), parked(ready=False), parked(ready=True)]
+    fly(vehicle)
+    assert vehicle.calls == ["upload mission", "command 401", "arm", "start_mission 1"]
+    told = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [event["reason"] for event in told if event["event"] == "prearm"] == ["Need Position Estimate"]
+
+
+def test_a_vehicle_that_is_never_ready_is_never_armed() -> None:
+    vehicle = ready_vehicle()
+    vehicle.texts = [StatusText(99.0, 2, "PreArm: Compass not healthy")]
+    vehicle.frames = [parked(ready=False), parked(ready=False)]
+    with pytest.raises(Failed, match="not ready to arm after 0 s: Compass not healthy"):
+        fly(vehicle, ready_timeout_s=0.0)
+    assert "arm" not in vehicle.calls
+
+
+def test_a_refusal_to_arm_starts_nothing() -> None:
+    vehicle = ready_vehicle()
+    vehicle.fails["arm"] = CommandRefused("refused", reasons=("Throttle too high",))
+    with pytest.raises(CommandRefused):
+        fly(vehicle)
+    assert vehicle.calls[-1] == "arm"
+
+
+def test_what_cannot_be_started_is_disarmed_again(capsys: pytest.CaptureFixture[str]) -> None:
+    vehicle = ready_vehicle()
+    vehicle.after["start_mission"] = lambda: None
+    vehicle.fails["start_mission"] = CommandRefused("mode AUTO refused")
+    with pytest.raises(CommandRefused):
+        fly(vehicle)
+    assert vehicle.calls[-2:] == ["start_mission 1", "disarm"]
+    vehicle = ready_vehicle()
+    vehicle.after["start_mission"] = lambda: None
+    vehicle.fails = {"start_mission": CommandRefused("no"), "disarm": CommandRefused("in the air")}
+    with pytest.raises(CommandRefused, match="no"):
+        fly(vehicle)
+    assert "THE PLANE IS STILL ARMED" in capsys.readouterr().err
+
+
+def test_a_start_that_may_have_worked_is_not_undone() -> None:
+    vehicle = ready_vehicle()
+    vehicle.fails["start_mission"] = TimeoutError("no answer, but it shows AUTO")
+    with pytest.raises(TimeoutError):
+        fly(vehicle)
+    assert vehicle.calls[-1] == "start_mission 1"
+
+
+def test_in_auto_the_first_item_is_set_before_arming() -> None:
+    vehicle = ready_vehicle()
+    vehicle.frames = [parked(mode="AUTO")]
+    vehicle.after["arm"] = lambda: vehicle.show(parked(mode="AUTO", armed=True))
+    fly(vehicle)
+    assert vehicle.calls == ["upload mission", "set_current_item 1", "arm", "start_mission None"]
+
+
+def test_a_plane_in_the_air_is_not_armed_but_asked_about() -> None:
+    vehicle = ready_vehicle()
+    vehicle.show(flying(mode="LOITER"))
+    fly(vehicle)
+    assert vehicle.calls == ["upload mission", "start_mission 1"]
+
+
+def test_a_flown_mission_is_replaced_only_when_wanted() -> None:
+    vehicle = ready_vehicle()
+    vehicle.show(flying(mode="AUTO"))
+    with pytest.raises(Failed, match="goes on with its mission"):
+        fly(vehicle, ask=lambda question: "Replace" not in question)
+    assert vehicle.calls == []
+
+
+def test_a_broken_picture_says_that_the_plane_flies_on(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    vehicle = ready_vehicle()
+
+    def stream(**_: Any) -> Any:
+        raise KeyboardInterrupt
+
+    vehicle.after["start_mission"] = lambda: monkeypatch.setattr(vehicle, "stream", stream)
+    with pytest.raises(KeyboardInterrupt):
+        fly(vehicle)
+    assert "The plane goes on flying" in capsys.readouterr().err
+
+
+def test_plain_lines_without_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    out = io.StringIO()
+    monkeypatch.setattr("sys.stdout", out)
+    vehicle = ready_vehicle()
+    with Reporter(json=False) as reporter:
+        fly_plan(cast(Vehicle, vehicle), circuit(), reporter, ask=lambda _: True, ready_timeout_s=1.0, patience_s=1.0)
+    assert "mission started: the plane is in AUTO" in out.getvalue()
+    assert "item 5 of 4" in out.getvalue()
+    assert "\x1b" not in out.getvalue()
