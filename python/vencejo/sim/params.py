@@ -61,18 +61,16 @@ class Parameter:
 
 def float32(value: float) -> float:
     """The nearest 32-bit float, which is what the vehicle computes with."""
-    if not math.isfinite(value):
-        return value
     try:
         return float(struct.unpack("<f", struct.pack("<f", value))[0])
     except OverflowError:
-        raise ParamValueError(f"{value!r} does not fit a 32-bit float") from None
+        return math.copysign(math.inf, value)
 
 
 def _convert(value: float, kind: ParamType) -> float:
     """What the vehicle stores of ``value``: integers are truncated and kept in their range."""
-    if not math.isfinite(value):
-        raise ParamValueError(f"{value!r} is not a finite number")
+    if not math.isfinite(float32(value)):
+        raise ParamValueError(f"{value!r} is not a finite 32-bit float")
     if kind is ParamType.REAL32:
         return float32(value)
     low, high = _LIMITS[kind]

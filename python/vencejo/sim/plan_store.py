@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 
 from vencejo.sim.autopilot.interface import RallyPoint, Severity, StoredItem
+from vencejo.sim.params import float32
 
 __all__ = [
     "FENCE_MAX_ITEMS",
@@ -83,13 +84,6 @@ class WireItem:
     mission_type: int = 0
 
 
-def _f32(value: float) -> float:
-    try:
-        return float(struct.unpack("<f", struct.pack("<f", value))[0])
-    except OverflowError:
-        return math.copysign(math.inf, value)
-
-
 def _f16(value: float) -> float:
     try:
         return float(struct.unpack("<e", struct.pack("<e", value))[0])
@@ -115,11 +109,11 @@ _FIELDS: dict[str, Callable[[float], float]] = {
     "i8": _integer(8, signed=True),
     "u16": _integer(16, signed=False),
     "i16": _integer(16, signed=True),
-    "f32": _f32,
+    "f32": float32,
     "f16": _f16,
     "bool": lambda value: 1.0 if value > 0 else 0.0,
     "bit0": lambda value: float(int(value) & 1) if math.isfinite(value) else 0.0,
-    "cm": lambda value: _f32((math.trunc(value * 100.0) & 0xFFFF) * 0.01),
+    "cm": lambda value: float32((math.trunc(value * 100.0) & 0xFFFF) * 0.01),
     "sign": lambda value: -1.0 if value < 0 else 1.0,
     "mount": lambda _value: 2.0,
 }
@@ -227,11 +221,13 @@ def _special(item: WireItem) -> dict[str, float]:
             return {"p3": -radius if item.p3 < 0 and radius else radius}
         case 18:  # turns in a byte (in 1/256 below one turn), radius in a byte (in tens of metres above 255)
             if 0 < item.p1 < 1:
-                turns = math.trunc(_f32(item.p1 * 256.0)) / 256.0
+                turns = math.trunc(float32(item.p1 * 256.0)) / 256.0
             else:
                 turns = float(math.trunc(min(255.0, max(0.0, item.p1))))
             radius = abs(item.p3)
-            stored = float(math.trunc(radius)) if radius <= 255 else math.trunc(min(255.0, _f32(radius * 0.1))) * 10.0
+            stored = (
+                float(math.trunc(radius)) if radius <= 255 else math.trunc(min(255.0, float32(radius * 0.1))) * 10.0
+            )
             return {"p1": turns, "p3": -stored if item.p3 < 0 and stored else stored, "p4": float(item.p4 > 0)}
         case 19:
             return {"p4": float(item.p4 > 0)}
@@ -292,8 +288,8 @@ def normalise(item: WireItem) -> WireItem | MissionResult:
     frame = _FOLDED_FRAMES.get(item.frame)
     if frame is None:
         return MissionResult.UNSUPPORTED_FRAME
-    centimetres = math.trunc(_f32(_f32(item.z) * 100.0))
-    return replace(stored, frame=frame, x=item.x, y=item.y, z=_f32(centimetres * _f32(0.01)))
+    centimetres = math.trunc(float32(float32(item.z) * 100.0))
+    return replace(stored, frame=frame, x=item.x, y=item.y, z=float32(centimetres * float32(0.01)))
 
 
 class MissionStore:
@@ -319,7 +315,7 @@ class MissionStore:
             command=16,
             x=round(lat_deg * 1e7),
             y=round(lon_deg * 1e7),
-            z=_f32(round(alt_amsl_m * 100.0) * _f32(0.01)),
+            z=float32(round(alt_amsl_m * 100.0) * float32(0.01)),
         )
         if not self._items:
             self._items.append(self.home)
@@ -440,7 +436,7 @@ class FenceStore:
         elif item.command in (5003, 5004):
             if not math.isfinite(item.p1):
                 return MissionResult.INVALID_PARAM1
-            p1 = _f32(item.p1)
+            p1 = float32(item.p1)
         if (refused := _check_position(item.x, item.y)) is not None:
             return refused
         self._staged[item.seq] = WireItem(

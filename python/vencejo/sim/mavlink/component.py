@@ -25,7 +25,7 @@ from vencejo.sim.autopilot.interface import (
     Snapshot,
     StatusText,
 )
-from vencejo.sim.fence import FenceMonitor, fence_names
+from vencejo.sim.fence import FenceMonitor, FenceType
 from vencejo.sim.mavlink.codec import MavMessage, Payload, dialect, payload_of
 from vencejo.sim.mavlink.commands import CommandHandler
 from vencejo.sim.mavlink.files import VirtualFiles
@@ -67,7 +67,7 @@ def _default_autopilot(
 ) -> AutopilotPort:
     from vencejo.sim.autopilot import Autopilot
 
-    return Autopilot(config, params, plans, prearm)
+    return Autopilot(config=config, params=params, plan=plans, prearm=prearm)
 
 
 class PlaneComponent:
@@ -170,7 +170,14 @@ class PlaneComponent:
             "MANUAL_CONTROL": self._on_manual_control,
             "SET_POSITION_TARGET_GLOBAL_INT": self._on_set_position_target,
         }
+        if hasattr(self.autopilot, "on_fence_enable"):
+            self.autopilot.on_fence_enable = self._mission_fence_enable
         self._drain_events()
+
+    def _mission_fence_enable(self, action: int) -> None:
+        """DO_FENCE_ENABLE as a mission item: 0 off, 1 on, 2 without the floor."""
+        fences = FenceType.ALT_MIN if action == 2 else FenceType(15)
+        self.fence.enable(action == 1, fences)
 
     def _start_clocks(self) -> None:
         self._ticks = 0
@@ -332,10 +339,8 @@ class PlaneComponent:
         now = self.snapshot()
         new, cleared = self.fence.check(now, landing=now.landed_state is LandedState.LANDING)
         if new:
-            self.say(Severity.NOTICE, f"{fence_names(new)} breached")
             self.autopilot.fence_breached(self.fence.kind(new))
         elif cleared:
-            self.say(Severity.NOTICE, "Fence breach cleared")
             self.autopilot.fence_breached(None)
         self._check_gcs(now)
         self._expire_overrides(now.time_s)

@@ -82,6 +82,16 @@ def _clamp(value: float, low: int, high: int) -> int:
     return int(min(max(value, low), high))
 
 
+def _finite(value: float) -> float:
+    """The value, 0 when it is not finite."""
+    return value if math.isfinite(value) else 0.0
+
+
+def _round(value: float) -> float:
+    """Nearest whole number; what is not finite is left to :func:`_clamp`."""
+    return round(value) if math.isfinite(value) else value
+
+
 def _i16(value: float) -> int:
     return _clamp(value, -32768, 32767)
 
@@ -95,7 +105,7 @@ def _i32(value: float) -> int:
 
 
 def _deg_e7(degrees: float) -> int:
-    return _i32(round(degrees * 1e7))
+    return _i32(_round(degrees * 1e7))
 
 
 def _ms(s: Snapshot) -> int:
@@ -187,7 +197,7 @@ def _gps_raw_int(s: Snapshot, _c: TelemetryContext) -> MavMessage:
         _u16(s.gps_hdop * 100.0),
         _u16(s.gps_vdop * 100.0),
         _u16(s.gps_speed_m_s * 100.0),
-        _u16(s.gps_course_deg % 360.0 * 100.0),
+        _u16(_finite(s.gps_course_deg) % 360.0 * 100.0),
         _clamp(s.gps_satellites, 0, 254),
         altitude_mm,
         300,
@@ -236,9 +246,10 @@ def _attitude(s: Snapshot, _c: TelemetryContext) -> MavMessage:
 
 def _attitude_quaternion(s: Snapshot, _c: TelemetryContext) -> MavMessage:
     # Z-Y-X Euler angles to a quaternion, e.g. Diebel 2006, eq. 290.
-    cr, sr = math.cos(s.roll_rad / 2), math.sin(s.roll_rad / 2)
-    cp, sp = math.cos(s.pitch_rad / 2), math.sin(s.pitch_rad / 2)
-    cy, sy = math.cos(s.yaw_rad / 2), math.sin(s.yaw_rad / 2)
+    roll, pitch, yaw = (_finite(angle) / 2 for angle in (s.roll_rad, s.pitch_rad, s.yaw_rad))
+    cr, sr = math.cos(roll), math.sin(roll)
+    cp, sp = math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
     return dialect.MAVLink_attitude_quaternion_message(
         _ms(s),
         cr * cp * cy + sr * sp * sy,
@@ -256,12 +267,12 @@ def _global_position_int(s: Snapshot, _c: TelemetryContext) -> MavMessage:
         _ms(s),
         _deg_e7(s.lat_deg),
         _deg_e7(s.lon_deg),
-        _i32(round(s.alt_amsl_m * 100.0) * 10),
+        _i32(_round(s.alt_amsl_m * 100.0) * 10),
         _i32(s.alt_rel_home_m * 1000.0),
         _i16(s.velocity_n_m_s * 100.0),
         _i16(s.velocity_e_m_s * 100.0),
         _i16(s.velocity_d_m_s * 100.0),
-        _u16(round(s.heading_deg * 100.0) % 36000),
+        _u16(_round(_finite(s.heading_deg) * 100.0) % 36000),
     )
 
 
@@ -290,7 +301,7 @@ def _vfr_hud(s: Snapshot, _c: TelemetryContext) -> MavMessage:
     return dialect.MAVLink_vfr_hud_message(
         s.airspeed_m_s,
         s.groundspeed_m_s,
-        _i16(s.heading_deg % 360.0),
+        _i16(_finite(s.heading_deg) % 360.0),
         _u16(abs(s.throttle_pct)),
         s.alt_amsl_m,
         s.climb_m_s,
@@ -371,7 +382,7 @@ def _home_ned(s: Snapshot) -> tuple[float, float, float]:
     if not s.ekf_flags & EkfFlag.POS_HORIZ_ABS:
         return math.nan, math.nan, math.nan
     north_m = s.north_m + math.radians(s.home_lat_deg - s.lat_deg) * _EARTH_RADIUS_M
-    circle_m = _EARTH_RADIUS_M * math.cos(math.radians(s.home_lat_deg))
+    circle_m = _EARTH_RADIUS_M * math.cos(math.radians(_finite(s.home_lat_deg)))
     east_m = s.east_m + math.radians(s.home_lon_deg - s.lon_deg) * circle_m
     return north_m, east_m, s.alt_amsl_m - s.home_alt_amsl_m + s.down_m
 
@@ -383,7 +394,7 @@ def _home_position(s: Snapshot, c: TelemetryContext) -> MavMessage | None:
     return dialect.MAVLink_home_position_message(
         _deg_e7(s.home_lat_deg),
         _deg_e7(s.home_lon_deg),
-        _i32(round(s.home_alt_amsl_m * 100.0) * 10),
+        _i32(_round(s.home_alt_amsl_m * 100.0) * 10),
         *_home_ned(s),
         [nan, nan, nan, nan],
         0.0,
@@ -397,7 +408,7 @@ def _gps_global_origin(s: Snapshot, c: TelemetryContext) -> MavMessage | None:
     if not c.home_set:
         return None
     lat_deg = s.lat_deg - math.degrees(s.north_m / _EARTH_RADIUS_M)
-    circle_m = _EARTH_RADIUS_M * math.cos(math.radians(s.lat_deg))
+    circle_m = _EARTH_RADIUS_M * math.cos(math.radians(_finite(s.lat_deg)))
     return dialect.MAVLink_gps_global_origin_message(
         _deg_e7(lat_deg),
         _deg_e7(s.lon_deg - math.degrees(s.east_m / circle_m)),

@@ -1,0 +1,486 @@
+"""One plane's MAVLink half with an autopilot double: commands, streams, failsafe, fence, radio, reboot, noise."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Any
+
+import pytest
+from vencejo.sim.autopilot.interface import FenceBreach, LandedState, MavResult, Mode, Severity
+from vencejo.sim.mavlink.codec import dialect
+from vencejo.sim.world import MemoryLink, World
+
+from tests.sim.transcripts import double, listen, outline, settled_world
+
+ACK = {"COMMAND_ACK": ("command", "result")}
+
+
+def long(number: int, *params: float, system: int = 1, component: int = 1) -> Any:
+    return dialect.MAVLink_command_long_message(system, component, number, 0, *(*params, *[0.0] * (7 - len(params))))
+
+
+def integer(number: int, frame: int, params: tuple[float, ...] = (), x: int = 0, y: int = 0, z: float = 0.0) -> Any:
+    four = (*params, *[0.0] * (4 - len(params)))
+    return dialect.MAVLink_command_int_message(1, 1, frame, number, 0, 0, *four, x, y, z)
+
+
+def ask(world: World, station: MemoryLink, message: Any) -> tuple[int, list[Any]]:
+    """Send a command; its result, and everything that came."""
+    station.receive()
+    station.send(message)
+    heard = listen(world, station, 0.02)
+    acks = [m for m in heard if m.get_type() == "COMMAND_ACK"]
+    assert [m.command for m in acks] == [message.command]
+    return acks[0].result, heard
+
+
+@pytest.mark.parametrize(
+    ("message", "result"),
+    [
+        # results of ArduPlane in its own simulator, plane standing in MANUAL
+        (integer(42, 3), 3),
+        (long(9999), 3),
+        (long(511, 74, -1), 0),
+        (long(511, 74, -5), 2),
+        (long(511, 74, 100), 2),
+        (long(511, 9999, 100000), 2),
+        (long(510, 74), 0),
+        (long(510, 9999), 4),
+        (long(512, 245), 0),
+        (long(512, 9999), 4),
+        (long(519, 1), 3),
+        (long(520, 1), 0),
+        (long(410), 0),
+        (long(179, 1), 0),
+        (long(179, 0, 0, 0, 0, 40.334, -3.797, 610), 0),
+        (integer(179, 3, (), 403340000, -37970000, 5), 0),
+        (long(179, 2, 0, 0, 0, 1, 1), 4),
+        (long(192, -1, 1, 0, 0, 40.334, -3.797, 50), 3),
+        (integer(192, 3, (-1.0,), 2000000000, 0, 50), 2),
+        (long(186, 50, 3), 0),
+        (long(186, 50, 99), 2),
+        (long(43000, 0, 15), 4),
+        (long(193, 1), 3),
+        (long(300), 0),
+        (long(300, 1, 2), 2),
+        (long(207, 1), 4),
+        (long(207, 0), 0),
+        (long(207, 7), 4),
+        (long(176, 0, 10), 2),
+        (long(176, 1, 99), 4),
+        (long(400, 2), 3),
+        (long(224, 50), 2),
+        (long(241, 1), 0),
+        (long(241), 3),
+        (long(245, 0), 2),
+        (long(22, 0, 0, 0, 0, 0, 0, 50), 4),
+    ],
+    ids=str,
+)
+def test_command_is_answered_as_arduplane_answers_it(message: Any, result: int) -> None:
+    world, station = settled_world()
+    assert ask(world, station, message)[0] == result
+
+
+@pytest.mark.parametrize("position", range(7))
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 3e38])
+def test_no_command_is_upset_by_a_wild_number(position: int, value: float) -> None:
+    world, station = settled_world()
+    for number in [*range(16, 1001), 2000, 2500, 42428, 43000, 43001, 43002]:
+        params = [0.0] * 7
+        params[position] = value
+        station.send(long(number, *params))
+        station.receive()
+    assert world.planes[0].snapshot().mode in set(Mode)
+
+
+def test_commands_for_others_are_left_alone() -> None:
+    world, station = settled_world()
+    for message in (long(400, 1, system=2), long(400, 1, component=154)):
+        station.send(message)
+    assert not [m for m in listen(world, station, 0.1) if m.get_type() == "COMMAND_ACK"]
+    station.send(long(512, 245, system=0, component=0))
+    assert outline(listen(world, station, 0.02), ACK) == [("COMMAND_ACK", 512, 0)]
+
+
+def test_message_interval_is_kept_in_simulated_time() -> None:
+    world, station = settled_world()
+    station.send(dialect.MAVLink_request_data_stream_message(1, 1, 0, 1, 0))
+    assert ask(world, station, long(511, 30, 100_000))[0] == 0
+    assert ask(world, station, long(511, 33, 500_000))[0] == 0
+    station.receive()
+    heard = listen(world, station, 10.0)
+    counts = {kind: sum(m.get_type() == kind for m in heard) for kind in ("ATTITUDE", "GLOBAL_POSITION_INT", "VFR_HUD")}
+    assert counts == {"ATTITUDE": 100, "GLOBAL_POSITION_INT": 20, "VFR_HUD": 0}
+    assert sum(m.get_type() == "HEARTBEAT" for m in heard) == 10
+    _, heard = ask(world, station, long(510, 30))
+    assert [m.interval_us for m in heard if m.get_type() == "MESSAGE_INTERVAL"] == [100_000]
+
+
+def test_streams_are_per_link_and_no_faster_than_the_main_loop() -> None:
+    world, one = settled_world()
+    two = world.connect(system=254)
+    one.send(dialect.MAVLink_request_data_stream_message(1, 1, 10, 50, 1))
+    two.send(dialect.MAVLink_request_data_stream_message(1, 1, 0, 1, 0))
+    listen(world, one, 0.5)
+    two.receive()
+    heard = listen(world, one, 10.0)
+    # SCHED_LOOP_RATE is 50 Hz, of which 0.8 may be used; a message leaves on a tick of 10 ms.
+    assert 330 <= sum(m.get_type() == "ATTITUDE" for m in heard) <= 400
+    assert not [m for m in two.receive() if m.get_type() == "ATTITUDE"]
+
+
+def test_long_texts_come_in_chunks() -> None:
+    world, station = settled_world()
+    text = "x" * 49 + "é" + "y" * 60
+    world.planes[0].say(Severity.INFO, text)
+    chunks = [m for m in station.receive() if m.get_type() == "STATUSTEXT"]
+    assert [(m.id, m.chunk_seq) for m in chunks] == [(1, 0), (1, 1), (1, 2)]
+    assert b"".join(m._text_raw.rstrip(b"\0") for m in chunks).decode() == text
+    world.planes[0].say(Severity.INFO, "z" * 50)
+    (whole,) = [m for m in station.receive() if m.get_type() == "STATUSTEXT"]
+    assert (whole.id, whole.chunk_seq, whole.text) == (0, 0, "z" * 50)
+
+
+def mission_with_landing(world: World, station: MemoryLink) -> None:
+    items = [(16, 0), (22, 3), (189, 3), (21, 3)]
+    station.send(dialect.MAVLink_mission_count_message(1, 1, len(items), 0))
+    for seq, (command, frame) in enumerate(items):
+        station.send(
+            dialect.MAVLink_mission_item_int_message(
+                1, 1, seq, frame, command, 0, 1, 0, 0, 0, 0, 403340000, -37970000, 50, 0
+            )
+        )
+    assert len(world.planes[0].plans.mission_store) == 4
+
+
+def test_prearm_reasons_have_arduplanes_words() -> None:
+    world, station = settled_world()
+    mission_with_landing(world, station)
+    result, heard = ask(world, station, long(400, 1))
+    assert result == 4
+    texts = [(m.severity, m.text) for m in heard if m.get_type() == "STATUSTEXT"]
+    assert texts == [(2, "Arm: DO_LAND_START set and RTL_AUTOLAND disabled")]
+    _, heard = ask(world, station, long(401))
+    prearm = [m.text for m in heard if m.get_type() == "STATUSTEXT"]
+    assert "".join(prearm) == "PreArm: DO_LAND_START set and RTL_AUTOLAND disabled"
+    world.advance(1.0)
+    prearm_bit = 1 << 28
+    _, heard = ask(world, station, long(512, 1))
+    assert not next(m for m in heard if m.get_type() == "SYS_STATUS").onboard_control_sensors_health & prearm_bit
+    station.send(dialect.MAVLink_param_set_message(1, 1, b"RTL_AUTOLAND", 2, 9))
+    listen(world, station, 0.3)
+    _, heard = ask(world, station, long(512, 1))
+    assert next(m for m in heard if m.get_type() == "SYS_STATUS").onboard_control_sensors_health & prearm_bit
+    assert ask(world, station, long(400, 1))[0] == 0
+
+
+def test_prearm_fails_are_told_every_half_minute() -> None:
+    world, station = settled_world()
+    mission_with_landing(world, station)
+    heard = listen(world, station, 95.0)
+    assert sum(m.get_type() == "STATUSTEXT" and m.text.startswith("PreArm: ") for m in heard) == 3
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "reason"),
+    [
+        ("BATT_ARM_VOLT", 13.0, "Battery 1 below minimum arming voltage"),
+        ("BATT_LOW_VOLT", 13.0, "Battery 1 low voltage failsafe"),
+        ("ROLL_LIMIT_DEG", 1.0, "ROLL_LIMIT_DEG too small (1.0)"),
+        ("AIRSPEED_MIN", 3.0, "AIRSPEED_MIN too low (3 < 5)"),
+        ("ARMING_MIS_ITEMS", 1.0, "Missing mission item: Land"),
+    ],
+)
+def test_prearm_parameters(parameter: str, value: float, reason: str) -> None:
+    world, _ = settled_world()
+    assert double(world).prearm() == []
+    world.planes[0].params.set(parameter, value)
+    assert double(world).prearm() == [reason]
+
+
+def test_prearm_waits_for_the_estimator_and_the_mode() -> None:
+    world, _ = settled_world()
+    double(world).set_mode(Mode.RTL)
+    world.advance(0.02)
+    assert double(world).prearm() == ["RTL mode not armable"]
+    double(world).reboot()
+    world.advance(0.02)
+    assert double(world).prearm() == ["AHRS: not using configured AHRS type", "GPS 1: Bad fix"]
+    world.planes[0].params.set("ARMING_SKIPCHK", -1)
+    assert double(world).prearm() == []
+
+
+def heartbeat(station: MemoryLink) -> None:
+    station.send(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
+
+
+def gcs_calls(world: World) -> list[object]:
+    return [call[1] for call in double(world).calls if call[0] == "failsafe_gcs"]
+
+
+def test_gcs_failsafe_counts_only_its_station() -> None:
+    world, station = settled_world()
+    other = world.connect(system=254)
+    world.planes[0].params.set("FS_GCS_ENABL", 1)
+    listen(world, station, 20.0)
+    assert gcs_calls(world) == []  # never seen, never missed
+    heartbeat(station)
+    for _ in range(8):
+        heartbeat(other)
+        listen(world, station, 1.0)
+    assert gcs_calls(world) == [True]
+    heartbeat(station)
+    listen(world, station, 0.2)
+    assert gcs_calls(world) == [True, False]
+
+
+@pytest.mark.parametrize(("enabled", "mode", "acts"), [(0, 10, False), (3, 0, False), (3, 10, True), (2, 0, True)])
+def test_gcs_failsafe_modes(enabled: int, mode: int, acts: bool) -> None:
+    world, station = settled_world()
+    world.planes[0].params.set("FS_GCS_ENABL", enabled)
+    double(world).set_mode(mode)
+    heartbeat(station)
+    listen(world, station, 4.8)
+    assert gcs_calls(world) == []
+    listen(world, station, 0.5)
+    assert gcs_calls(world) == ([True] if acts else [])
+
+
+def fence_calls(world: World) -> list[object]:
+    return [call[1] for call in double(world).calls if call[0] == "fence_breached"]
+
+
+def polygon(world: World, station: MemoryLink) -> None:
+    corners = [(40.32, -3.81), (40.32, -3.78), (40.345, -3.78), (40.345, -3.81)]
+    station.send(dialect.MAVLink_mission_count_message(1, 1, 4, 1))
+    for seq, (lat, lon) in enumerate(corners):
+        station.send(
+            dialect.MAVLink_mission_item_int_message(
+                1, 1, seq, 0, 5001, 0, 1, 4, 0, 0, 0, round(lat * 1e7), round(lon * 1e7), 0, 1
+            )
+        )
+    assert len(world.planes[0].plans.fence_store.shapes) == 1
+
+
+def test_fence_breach_and_recovery() -> None:
+    world, station = settled_world()
+    polygon(world, station)
+    autopilot = double(world)
+    assert ask(world, station, long(512, 162))[0] == 0
+    assert not [m for m in station.receive() if m.get_type() == "FENCE_STATUS"]
+    assert ask(world, station, long(207, 1))[0] == 0
+    autopilot.armed = autopilot.flying = True
+    autopilot.landed_state = LandedState.IN_AIR
+    listen(world, station, 0.5)
+    assert fence_calls(world) == []
+    autopilot.lat_deg = 40.3455
+    listen(world, station, 0.5)
+    assert fence_calls(world) == [FenceBreach.POLYGON]
+    _, heard = ask(world, station, long(512, 162))
+    (status,) = [m for m in heard if m.get_type() == "FENCE_STATUS"][:1]
+    assert (status.breach_status, status.breach_count, status.breach_type) == (1, 1, 3)
+    autopilot.lat_deg = 40.3332
+    listen(world, station, 0.5)
+    assert fence_calls(world) == [FenceBreach.POLYGON, None]
+    # A destination outside is refused.
+    autopilot.mode = Mode.GUIDED
+    assert ask(world, station, integer(192, 3, (-1.0, 1.0), 403500000, -37970000, 50))[0] == 2
+    assert ask(world, station, integer(192, 3, (-1.0, 1.0), 403340000, -37970000, 50))[0] == 0
+
+
+def test_fence_altitudes_and_circle() -> None:
+    world, station = settled_world()
+    plane, autopilot = world.planes[0], double(world)
+    for name, value in (("FENCE_TYPE", 15), ("FENCE_ALT_MIN", 20), ("FENCE_RADIUS", 300), ("FENCE_ENABLE", 1)):
+        plane.params.set(name, value)
+    autopilot.armed = autopilot.flying = True
+    autopilot.landed_state = LandedState.IN_AIR
+
+    def told(**state: float) -> list[object]:
+        autopilot.calls.clear()
+        for name, value in state.items():
+            setattr(autopilot, name, value)
+        listen(world, station, 0.3)
+        return [call[1] for call in autopilot.calls if call[0] == "fence_breached"]
+
+    assert told(alt_rel_home_m=10.0) == []  # the floor counts once it has been left behind
+    assert told(alt_rel_home_m=50.0) == []
+    assert told(alt_rel_home_m=15.0) == [FenceBreach.MIN_ALT]
+    assert told(alt_rel_home_m=50.0) == [None]
+    assert told(alt_rel_home_m=101.0) == [FenceBreach.MAX_ALT]
+    assert told(alt_rel_home_m=50.0, lat_deg=40.3362) == [FenceBreach.CIRCLE]
+    assert told(lat_deg=40.3358) == [None]
+
+
+def test_radio_overrides_expire() -> None:
+    world, station = settled_world()
+    values = [1200, 0, 65535, 1600, *[0] * 4, *[0] * 10]
+    station.send(dialect.MAVLink_rc_channels_override_message(1, 1, *values))
+    assert double(world).calls[-1] == ("rc_input", {1: 1200, 2: None, 4: 1600, 5: None, 6: None, 7: None, 8: None})
+    listen(world, station, 3.3)
+    assert double(world).calls[-1] == ("rc_input", {1: None, 4: None})
+    station.send(dialect.MAVLink_manual_control_message(1, 500, -1000, 1000, 32767, 0))
+    assert double(world).calls[-1] == ("rc_input", {1: 1000, 2: 1250, 3: 2000})
+    stranger = world.connect(system=7)
+    stranger.send(dialect.MAVLink_manual_control_message(1, 0, 0, 0, 0, 0))
+    assert double(world).calls[-1] == ("rc_input", {1: 1000, 2: 1250, 3: 2000})
+
+
+def test_guided_items_and_position_targets() -> None:
+    world, station = settled_world()
+
+    def item(current: int) -> Any:
+        return dialect.MAVLink_mission_item_int_message(
+            1, 1, 0, 3, 16, current, 1, 0, 0, 0, 0, 403340000, -37970000, 70, 0
+        )
+
+    for current in (2, 3):
+        station.send(item(current))
+    reposition, altitude = double(world).calls[-2:]
+    assert (reposition[0], altitude) == ("reposition", ("change_altitude", 70.0, 3, 0.0))
+    acks = [m.type for m in station.receive() if m.get_type() == "MISSION_ACK"]
+    assert acks == [0, 0]
+    target = dialect.MAVLink_set_position_target_global_int_message(
+        0, 1, 1, 6, 0b110111111000, 0, 0, 120.0, 0, 0, 0, 0, 0, 0, 0, 0
+    )
+    before = len(double(world).calls)
+    station.send(target)
+    assert len(double(world).calls) == before
+    double(world).mode = Mode.GUIDED
+    station.send(target)
+    assert double(world).calls[-1] == ("change_altitude", 120.0, 3, 0.0)
+
+
+def test_reboot_turns_time_back_and_keeps_plan_and_parameters() -> None:
+    world, station = settled_world()
+    mission_with_landing(world, station)
+    world.planes[0].params.set("WP_RADIUS", 33)
+    double(world).armed = True
+    assert ask(world, station, long(246, 1))[0] == 4
+    double(world).armed = False
+    before_s = world.planes[0].autopilot.time_s
+    assert ask(world, station, long(246, 1))[0] == 0
+    assert double(world).rebooted == 1
+    assert world.planes[0].autopilot.time_s < 0.1 < before_s
+    assert world.planes[0].params.get("WP_RADIUS") == 33
+    station.send(dialect.MAVLink_mission_count_message(1, 1, 2, 0))
+    heard = listen(world, station, 0.5)
+    assert [(m.type) for m in heard if m.get_type() == "MISSION_ACK"] == [4]
+    assert "Only 0 items are supported" in [m.text for m in heard if m.get_type() == "STATUSTEXT"]
+    assert min(m.time_boot_ms for m in heard if m.get_type() == "ATTITUDE") < 300
+    assert len(world.planes[0].plans.mission_store) == 4
+
+
+def test_calibration_takes_a_while() -> None:
+    world, station = settled_world()
+    station.send(long(241, 0, 0, 1))
+    heard = listen(world, station, 2.5)
+    results = [m.result for m in heard if m.get_type() == "COMMAND_ACK"]
+    assert results[0] == 5
+    assert results[-1] == 0
+    assert set(results) == {0, 5}
+
+
+def test_timesync_and_ping_are_answered() -> None:
+    world, station = settled_world()
+    station.send(dialect.MAVLink_timesync_message(0, 123456789))
+    station.send(dialect.MAVLink_ping_message(77, 5, 0, 0))
+    heard = listen(world, station, 0.02)
+    (sync,) = [m for m in heard if m.get_type() == "TIMESYNC"]
+    assert sync.ts1 == 123456789
+    assert sync.tc1 == pytest.approx(world.planes[0].autopilot.time_s * 1e9, rel=0.02)
+    assert [(m.time_usec, m.seq) for m in heard if m.get_type() == "PING"] == [(77, 5)]
+    heard = listen(world, station, 20.0)
+    assert sum(m.get_type() == "TIMESYNC" and m.tc1 == 0 for m in heard) == 2
+
+
+def test_plan_of_another_station_is_not_mixed_in() -> None:
+    world, one = settled_world()
+    two = world.connect(system=254)
+    one.send(dialect.MAVLink_mission_count_message(1, 1, 3, 0))
+    two.receive()
+    two.send(dialect.MAVLink_mission_count_message(1, 1, 2, 0))
+    two.send(dialect.MAVLink_mission_item_int_message(1, 1, 0, 0, 16, 0, 1, 0, 0, 0, 0, 1, 1, 0, 0))
+    two.send(dialect.MAVLink_mission_request_list_message(1, 1, 0))
+    assert [m.type for m in two.receive() if m.get_type() == "MISSION_ACK"] == [14, 14, 14]
+    assert world.planes[0]._plan_protocols[0].receiving
+
+
+def test_a_hundred_thousand_frames_of_noise_change_nothing() -> None:
+    world, station = settled_world()
+    plane = world.planes[0]
+    before = (plane.params.revision, plane.plans.mission_revision, plane.snapshot().mode, list(double(world).calls))
+    noise = random.Random(11)
+    for _ in range(100):
+        chunk = b"".join(
+            bytes((noise.choice((0xFD, 0xFE)), noise.randrange(40))) + noise.randbytes(noise.randrange(8, 40))
+            for _ in range(1000)
+        )
+        station.send_bytes(chunk)
+    assert station.link.decoder.bad > 1000
+    assert before == (
+        plane.params.revision,
+        plane.plans.mission_revision,
+        plane.snapshot().mode,
+        list(double(world).calls),
+    )
+    station.send_bytes(bytes(300))
+    assert ask(world, station, long(512, 245))[0] == MavResult.ACCEPTED
+
+
+def wild_message(chance: random.Random, kind: type[Any]) -> Any:
+    """A message of a type with fields from all over their range, for the plane or for everybody."""
+    ranges = {"int8_t": 7, "int16_t": 15, "int32_t": 31, "int64_t": 63}
+    values: list[Any] = []
+    for name, field in zip(kind.fieldnames, kind.fieldtypes, strict=True):
+        length = kind.array_lengths[kind.ordered_fieldnames.index(name)]
+
+        def one(name: str = name, field: str = field) -> Any:
+            if name in ("target_system", "target_component", "target"):
+                return chance.choice((0, 1))
+            if field == "float":
+                return chance.choice((math.nan, math.inf, -math.inf, 0.0, 3e38, -1.0, chance.uniform(-1e3, 1e3)))
+            if field in ranges:
+                limit = 1 << ranges[field]
+                return chance.choice((-limit, limit - 1, 0, chance.randrange(-limit, limit)))
+            bits = {"uint8_t": 8, "uint16_t": 16, "uint32_t": 32, "uint64_t": 64, "double": 8}[field]
+            return chance.choice((0, (1 << bits) - 1, chance.randrange(1 << bits), chance.randrange(40)))
+
+        if field == "char":
+            values.append(chance.randbytes(length))
+        elif length:
+            values.append([one() for _ in range(length)])
+        else:
+            values.append(one())
+    return kind(*values)
+
+
+def test_no_message_brings_the_plane_down() -> None:
+    world, station = settled_world()
+    chance = random.Random(3)
+    kinds = [k for k in dialect.mavlink_map.values() if k.msgname in world.planes[0]._handlers]
+    assert len(kinds) == len(world.planes[0]._handlers)
+    for _ in range(200):
+        for kind in kinds:
+            station.send(wild_message(chance, kind))
+        world.tick()
+        station.receive()
+    assert world.planes[0].snapshot().gps_fix_type in (1, 6)
+
+
+def test_the_same_conversation_gives_the_same_bytes() -> None:
+    def run() -> bytes:
+        world, station = settled_world()
+        station.send(dialect.MAVLink_request_data_stream_message(1, 1, 0, 10, 1))
+        station.send(dialect.MAVLink_param_request_list_message(1, 1))
+        out = b""
+        for _ in range(300):
+            world.tick()
+            out += b"".join(station.link.take(1 << 20))
+        return out
+
+    first = run()
+    assert len(first) > 50_000
+    assert first == run()
