@@ -103,7 +103,9 @@ native() {
         return
     fi
     say "building the native module (the first time takes some minutes)"
-    VIRTUAL_ENV=$PWD/$VENV "$VENV/bin/maturin" develop --release --quiet --locked
+    mkdir -p .cache
+    VIRTUAL_ENV=$PWD/$VENV "$VENV/bin/maturin" develop --release --quiet --locked >.cache/native.log 2>&1 \
+        || { cat .cache/native.log >&2; fail "the native module did not build"; }
     mkdir -p "$STAMPS"
     echo "$want" >"$STAMPS/native"
 }
