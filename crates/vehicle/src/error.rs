@@ -111,7 +111,7 @@ pub enum VehicleError {
     /// The vehicle was not heard for too long to act on what it said.
     #[error("the vehicle's state is not known (nothing heard for {:.1} s); wait for its heartbeat", age.as_secs_f64())]
     NotHeard {
-        /// For how long.
+        /// For how long; since our clock began when it was never heard.
         age: Duration,
     },
     /// Too much is waiting.

@@ -3,7 +3,7 @@
 //! A vehicle is a system with an autopilot's heartbeat. Ground stations, cameras, radios and noise are none; neither are
 //! we, when our own messages come back.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use vencejo_proto::dialect::MavMessage;
 use vencejo_proto::{Address, Message, MonoTime, SystemId};
@@ -23,7 +23,7 @@ pub const MAX_VEHICLES: usize = 32;
 pub enum RegistryEvent {
     /// A vehicle is heard for the first time.
     Appeared(Address),
-    /// A lost vehicle made room for another; its requests ended without a result.
+    /// A lost vehicle made room for another; its requests were cancelled.
     Dropped(Address),
     /// There is no room for another vehicle. Told once until there is room again.
     Full,
@@ -45,8 +45,8 @@ pub struct Vehicles {
     our: Address,
     config: VehicleConfig,
     vehicles: BTreeMap<SystemId, Vehicle>,
-    /// At most two for each message received; drained after every call.
-    events: Vec<RegistryEvent>,
+    /// Events, and last words of vehicles that were dropped: a few for each message received; drained after every call.
+    outputs: VecDeque<RegistryOutput>,
     is_full: bool,
 }
 
@@ -54,7 +54,7 @@ impl Vehicles {
     /// None yet. We are `our`; each vehicle gets `config`.
     #[must_use]
     pub fn new(our: Address, config: VehicleConfig) -> Self {
-        Self { our, config, vehicles: BTreeMap::new(), events: Vec::new(), is_full: false }
+        Self { our, config, vehicles: BTreeMap::new(), outputs: VecDeque::new(), is_full: false }
     }
 
     /// One of them.
@@ -122,20 +122,25 @@ impl Vehicles {
             let Some((system, vehicle)) = lost.min_by_key(|(_, vehicle)| vehicle.heard_at()) else {
                 if !self.is_full {
                     self.is_full = true;
-                    self.events.push(RegistryEvent::Full);
+                    self.outputs.push_back(RegistryOutput::Event(RegistryEvent::Full));
                 }
                 return;
             };
             let (system, address) = (*system, vehicle.address());
-            self.vehicles.remove(&system);
-            self.events.push(RegistryEvent::Dropped(address));
+            if let Some(mut vehicle) = self.vehicles.remove(&system) {
+                vehicle.close(now);
+                while let Some(output) = vehicle.poll_output() {
+                    self.outputs.push_back(RegistryOutput::Vehicle(system, output));
+                }
+            }
+            self.outputs.push_back(RegistryOutput::Event(RegistryEvent::Dropped(address)));
         }
         self.is_full = false;
         let mut config = self.config.clone();
         // Sessions of two vehicles do not share numbers, so that a log tells them apart.
         config.seed = config.seed.wrapping_add(u32::from(source.system.0) * 7);
         self.vehicles.insert(source.system, Vehicle::new(source, self.our, config, now));
-        self.events.push(RegistryEvent::Appeared(source));
+        self.outputs.push_back(RegistryOutput::Event(RegistryEvent::Appeared(source)));
     }
 
     /// Lets time pass for those that want it.
@@ -155,11 +160,179 @@ impl Vehicles {
 
     /// The next thing that the owner must do. Drain it after every call.
     pub fn poll_output(&mut self) -> Option<RegistryOutput> {
-        if !self.events.is_empty() {
-            return Some(RegistryOutput::Event(self.events.remove(0)));
+        if let Some(output) = self.outputs.pop_front() {
+            return Some(output);
         }
         self.vehicles
             .iter_mut()
             .find_map(|(system, vehicle)| Some(RegistryOutput::Vehicle(*system, vehicle.poll_output()?)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use rand::rngs::SmallRng;
+    use rand::{Rng, SeedableRng};
+    use vencejo_proto::dialect::{ATTITUDE_DATA, RADIO_STATUS_DATA};
+    use vencejo_proto::{CommandAck, CommandLong, FrameDecoder, Header, Heartbeat, MavVersion, StatusText};
+
+    use super::*;
+    use crate::command::cmd;
+    use crate::request::Request;
+
+    const OUR: Address = Address::new(255, 190);
+
+    fn vehicles() -> Vehicles {
+        Vehicles::new(OUR, VehicleConfig::default())
+    }
+
+    fn heartbeat(mav_type: u8, autopilot: u8) -> Message {
+        Message::Heartbeat(Heartbeat { mav_type, autopilot, mavlink_version: 3, ..Heartbeat::default() })
+    }
+
+    fn at(ms: u64) -> MonoTime {
+        MonoTime::from_millis(ms)
+    }
+
+    fn drain(vehicles: &mut Vehicles) -> Vec<RegistryOutput> {
+        std::iter::from_fn(|| vehicles.poll_output()).collect()
+    }
+
+    #[test]
+    fn autopilots_are_vehicles_and_others_are_not() {
+        let mut vehicles = vehicles();
+        vehicles.on_message(OUR, &heartbeat(1, 3), at(0));
+        vehicles.on_message(Address::new(0, 1), &heartbeat(1, 3), at(0));
+        vehicles.on_message(Address::new(254, 190), &heartbeat(6, 8), at(0));
+        vehicles.on_message(Address::new(2, 191), &heartbeat(18, 8), at(0));
+        vehicles.on_message(Address::new(3, 154), &heartbeat(26, 8), at(0));
+        let attitude = Message::Dialect(MavMessage::ATTITUDE(ATTITUDE_DATA::default()));
+        vehicles.on_message(Address::new(4, 1), &attitude, at(0));
+        assert!(vehicles.is_empty() && drain(&mut vehicles).is_empty());
+        vehicles.on_message(Address::new(7, 1), &heartbeat(1, 3), at(0));
+        assert_eq!(vehicles.len(), 1);
+        let appeared = RegistryOutput::Event(RegistryEvent::Appeared(Address::new(7, 1)));
+        assert_eq!(drain(&mut vehicles)[0], appeared);
+    }
+
+    #[test]
+    fn each_message_reaches_its_vehicle() {
+        let mut vehicles = vehicles();
+        for system in [1, 2] {
+            vehicles.on_message(Address::new(system, 1), &heartbeat(1, 3), at(0));
+        }
+        drain(&mut vehicles);
+        let attitude =
+            |roll| Message::Dialect(MavMessage::ATTITUDE(ATTITUDE_DATA { roll, ..ATTITUDE_DATA::default() }));
+        let changed = vehicles.on_message(Address::new(1, 1), &attitude(0.5), at(1));
+        assert_eq!(changed, Some((SystemId(1), Group::Attitude)));
+        // A gimbal on board has an attitude of its own.
+        assert_eq!(vehicles.on_message(Address::new(1, 154), &attitude(1.5), at(1)), None);
+        let roll = |vehicles: &Vehicles, system| {
+            vehicles.get(SystemId(system)).and_then(|v| v.telemetry().attitude).and_then(|a| a.value.roll_rad)
+        };
+        assert_eq!((roll(&vehicles, 1), roll(&vehicles, 2)), (Some(0.5), None));
+        let text = Message::StatusText(StatusText { severity: 6, text: "hello".into(), id: 0, chunk_seq: 0 });
+        vehicles.on_message(Address::new(2, 154), &text, at(2));
+        assert_eq!(vehicles.get(SystemId(2)).expect("vehicle").texts().total(), 1);
+        assert_eq!(vehicles.get(SystemId(1)).expect("vehicle").texts().total(), 0);
+        // The radio speaks for the link.
+        let radio = RADIO_STATUS_DATA { rssi: 180, ..RADIO_STATUS_DATA::default() };
+        vehicles.on_message(Address::new(51, 68), &Message::Dialect(MavMessage::RADIO_STATUS(radio)), at(3));
+        assert!(vehicles.iter().all(|(_, vehicle)| vehicle.telemetry().radio.is_some()));
+        assert_eq!(vehicles.len(), 2);
+    }
+
+    #[test]
+    fn an_answer_of_one_vehicle_is_not_taken_for_anothers() {
+        let mut vehicles = vehicles();
+        for system in [1, 2] {
+            vehicles.on_message(Address::new(system, 1), &heartbeat(1, 3), at(0));
+        }
+        drain(&mut vehicles);
+        let vehicle = vehicles.get_mut(SystemId(1)).expect("vehicle");
+        let go_around =
+            CommandLong { target: Address::new(0, 0), command: cmd::DO_GO_AROUND, confirmation: 0, params: [0.0; 7] };
+        vehicle.request(Request::RawCommandLong(go_around), at(0));
+        let ack = Message::CommandAck(CommandAck {
+            command: cmd::DO_GO_AROUND,
+            result: 0,
+            progress: 0,
+            result_param2: 0,
+            target: OUR,
+        });
+        let ended = |outputs: Vec<RegistryOutput>| {
+            outputs
+                .into_iter()
+                .filter(|output| matches!(output, RegistryOutput::Vehicle(SystemId(1), Output::Finished { .. })))
+                .count()
+        };
+        vehicles.on_message(Address::new(2, 1), &ack, at(1));
+        assert_eq!(ended(drain(&mut vehicles)), 0);
+        vehicles.on_message(Address::new(1, 1), &ack, at(1));
+        assert_eq!(ended(drain(&mut vehicles)), 1);
+    }
+
+    #[test]
+    fn a_flood_of_ids_displaces_nobody_who_is_heard() {
+        let mut vehicles = vehicles();
+        let mut full = 0;
+        for round in 0..40u64 {
+            vehicles.on_message(Address::new(1, 1), &heartbeat(1, 3), at(round * 1_000));
+            for system in 2..=254 {
+                for component in [1, 2, 99] {
+                    vehicles.on_message(Address::new(system, component), &heartbeat(1, 3), at(round * 1_000 + 1));
+                    assert!(vehicles.len() <= MAX_VEHICLES);
+                }
+            }
+            let outputs = drain(&mut vehicles);
+            full += outputs.iter().filter(|output| **output == RegistryOutput::Event(RegistryEvent::Full)).count();
+        }
+        assert_eq!(full, 1, "told once");
+        assert!(vehicles.get(SystemId(1)).is_some());
+        // The flood is over: those that are lost make room, and their requests end.
+        let lost = vehicles.iter().map(|(system, _)| system).find(|system| system.0 != 1).expect("another");
+        let now = at(60_000);
+        vehicles.on_message(Address::new(1, 1), &heartbeat(1, 3), now);
+        for (system, _) in vehicles.iter().map(|(system, vehicle)| (system, vehicle.heard_at())).collect::<Vec<_>>() {
+            vehicles.get_mut(system).expect("vehicle").request(Request::ParamList, now);
+        }
+        drain(&mut vehicles);
+        vehicles.on_message(Address::new(200, 1), &heartbeat(1, 3), now + Duration::from_millis(1));
+        assert!(vehicles.get(SystemId(200)).is_some() && vehicles.get(SystemId(1)).is_some());
+        let outputs = drain(&mut vehicles);
+        assert!(outputs.iter().any(|output| matches!(output, RegistryOutput::Event(RegistryEvent::Dropped(_)))));
+        assert!(outputs.iter().any(|output| matches!(output, RegistryOutput::Vehicle(_, Output::Finished { .. }))));
+        assert!(vehicles.get(lost).is_none() || vehicles.len() == MAX_VEHICLES);
+    }
+
+    #[test]
+    fn noise_changes_nothing() {
+        let mut vehicles = vehicles();
+        vehicles.on_message(Address::new(1, 1), &heartbeat(1, 3), at(0));
+        drain(&mut vehicles);
+        let before = *vehicles.get(SystemId(1)).expect("vehicle").telemetry();
+        let mut rng = SmallRng::seed_from_u64(3);
+        let mut decoder = FrameDecoder::new();
+        for _ in 0..100_000 {
+            // A frame that is whole but for one byte.
+            let message =
+                Message::Dialect(MavMessage::ATTITUDE(ATTITUDE_DATA { roll: 1.0, ..ATTITUDE_DATA::default() }));
+            let frame = message.encode(Header { sequence: 0, source: Address::new(1, 1), version: MavVersion::V2 });
+            let mut bytes = frame.bytes().to_vec();
+            let place = rng.random_range(1..bytes.len());
+            bytes[place] ^= rng.random_range(1..=255u8);
+            decoder.push(&bytes);
+            while let Some(frame) = decoder.next_frame() {
+                if let Ok(message) = frame.decode() {
+                    vehicles.on_message(frame.source(), &message, at(1));
+                }
+            }
+        }
+        assert!(decoder.stats().bad_crc > 50_000, "{:?}", decoder.stats());
+        assert_eq!(vehicles.len(), 1);
+        assert_eq!(*vehicles.get(SystemId(1)).expect("vehicle").telemetry(), before);
     }
 }

@@ -322,7 +322,7 @@ fn values_age() {
 #[test]
 fn versions_and_hashes_read_as_people_write_them() {
     let t = apply(MavMessage::AUTOPILOT_VERSION(AUTOPILOT_VERSION_DATA {
-        flight_sw_version: 0x0408_00_00,
+        flight_sw_version: 0x0408_0000,
         flight_custom_version: *b"1a2b3c4d",
         capabilities: MavProtocolCapability::MAV_PROTOCOL_CAPABILITY_FTP,
         ..AUTOPILOT_VERSION_DATA::default()
@@ -330,7 +330,7 @@ fn versions_and_hashes_read_as_people_write_them() {
     let version = t.version.expect("version").value;
     assert_eq!((version.flight_sw.to_string(), version.git_hash.to_string()), ("4.8.0-dev".into(), "1a2b3c4d".into()));
     assert!(version.has_ftp());
-    assert_eq!(SoftwareVersion::from(0x0406_03_ff).to_string(), "4.6.3");
+    assert_eq!(SoftwareVersion::from(0x0406_03ff).to_string(), "4.6.3");
     assert_eq!(GitHash([0xef, 0xbe, 0xad, 0xde, 0, 0, 0, 1]).to_string(), "01000000deadbeef");
 }
 

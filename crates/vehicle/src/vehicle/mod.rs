@@ -784,6 +784,14 @@ impl Vehicle {
         self.pump(now);
     }
 
+    /// Gives all requests up: the vehicle or its owner goes away. Each result still comes as [`Output::Finished`].
+    pub fn close(&mut self, now: MonoTime) {
+        let ids: Vec<_> = self.ops.iter().map(|op| op.id).collect();
+        for id in ids {
+            self.cancel(id, now);
+        }
+    }
+
     /// Begins the next step of a request, or ends it.
     fn advance(&mut self, id: RequestId, now: MonoTime) {
         let Some(index) = self.ops.iter().position(|op| op.id == id) else { return };
