@@ -150,6 +150,7 @@ class MissionItem:
     def __post_init__(self) -> None:
         if len(self.params) != 7:
             raise ValueError(f"a mission item has seven parameters, not {len(self.params)}; use None for absent ones")
+        object.__setattr__(self, "params", tuple(self.params))
 
     @property
     def name(self) -> str:

@@ -1,8 +1,8 @@
 //! Finds frames in a stream of bytes, and finds the next one again after garbage.
 
 use bytes::{Buf, BytesMut};
-use mavlink::calculate_crc;
 
+use crate::checksum::checksum;
 use crate::frame::{CHECKSUM_LEN, Frame, HEADER_LEN_V1, HEADER_LEN_V2, IFLAG_SIGNED, SIGNATURE_LEN, STX_V1, STX_V2};
 use crate::info::info;
 
@@ -51,6 +51,15 @@ impl FrameDecoder {
     pub fn push(&mut self, bytes: &[u8]) {
         self.stats.bytes += bytes.len() as u64;
         self.buffer.extend_from_slice(bytes);
+    }
+
+    /// Takes in a datagram. As [`Self::push`], but a beginning that was left over is given up when the datagram starts
+    /// with a whole frame of its own: frames do not go on in the next datagram, and garbage must not hold one up.
+    pub fn push_datagram(&mut self, datagram: &[u8]) {
+        if !self.buffer.is_empty() && matches!(front(datagram), Front::Frame { known: true, .. }) {
+            self.discard(self.buffer.len());
+        }
+        self.push(datagram);
     }
 
     /// The next whole frame, if there is one.
@@ -118,7 +127,7 @@ fn candidate(buffer: &[u8]) -> Result<Candidate, Front> {
 
 fn checksum_is_right(buffer: &[u8], candidate: &Candidate, extra_crc: u8) -> bool {
     let (checked, rest) = buffer.split_at(candidate.checked_len);
-    calculate_crc(&checked[1..], extra_crc) == u16::from_le_bytes([rest[0], rest[1]])
+    checksum(&checked[1..], extra_crc) == u16::from_le_bytes([rest[0], rest[1]])
 }
 
 fn front(buffer: &[u8]) -> Front {

@@ -114,21 +114,25 @@ impl Frame {
     }
 
     /// The version of the protocol that this frame is written in.
+    #[inline]
     pub fn version(&self) -> MavVersion {
         if self.0[0] == STX_V1 { MavVersion::V1 } else { MavVersion::V2 }
     }
 
     /// The sender's frame counter.
+    #[inline]
     pub fn sequence(&self) -> u8 {
         self.at(2, 4)
     }
 
     /// The sender.
+    #[inline]
     pub fn source(&self) -> Address {
         Address::new(self.at(3, 5), self.at(4, 6))
     }
 
     /// The message id.
+    #[inline]
     pub fn message_id(&self) -> u32 {
         match self.version() {
             MavVersion::V1 => u32::from(self.0[5]),
@@ -137,6 +141,7 @@ impl Frame {
     }
 
     /// The payload as it came: MAVLink 2 cuts zeros off its end.
+    #[inline]
     pub fn payload(&self) -> &[u8] {
         let start = match self.version() {
             MavVersion::V1 => HEADER_LEN_V1,
@@ -146,26 +151,31 @@ impl Frame {
     }
 
     /// The whole frame, as it goes over a link.
+    #[inline]
     pub fn bytes(&self) -> &[u8] {
         &self.0
     }
 
     /// The whole frame, sharing its memory.
+    #[inline]
     pub fn shared_bytes(&self) -> Bytes {
         self.0.clone()
     }
 
     /// Whether the frame carries a MAVLink 2 signature.
+    #[inline]
     pub fn is_signed(&self) -> bool {
         self.version() == MavVersion::V2 && self.0[2] & IFLAG_SIGNED != 0
     }
 
     /// Whether the dialect has this message id. The checksum of an unknown one cannot be checked.
+    #[inline]
     pub fn is_known(&self) -> bool {
         info(self.message_id()).is_some()
     }
 
     /// To whom the message is addressed. Nobody in particular when the dialect does not know the message.
+    #[inline]
     pub fn target(&self) -> Target {
         let Some(info) = info(self.message_id()) else { return Target::default() };
         // Zeros cut off the end of the payload are still zeros.
@@ -180,10 +190,12 @@ impl Frame {
     ///
     /// # Errors
     /// [`DecodeError`] when the dialect does not have the id, or a field holds a value that it does not allow.
+    #[inline]
     pub fn decode(&self) -> Result<Message, DecodeError> {
         Message::from_payload(self.version(), self.message_id(), self.payload())
     }
 
+    #[inline]
     fn at(&self, v1: usize, v2: usize) -> u8 {
         match self.version() {
             MavVersion::V1 => self.0[v1],

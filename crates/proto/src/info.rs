@@ -40,6 +40,7 @@ struct Table {
     infos: Vec<MessageInfo>,
 }
 
+#[inline]
 fn table() -> &'static Table {
     static TABLE: OnceLock<Table> = OnceLock::new();
     TABLE.get_or_init(|| {
@@ -76,6 +77,7 @@ fn offset_of(message: &MavMessage, set: impl Fn(&mut MavMessage, u8) -> Option<(
 }
 
 /// Looks a message id up; `None` when the dialect does not have it.
+#[inline]
 pub(crate) fn info(id: u32) -> Option<&'static MessageInfo> {
     let table = table();
     let slot = *table.slot.get(id as usize)?;

@@ -21,6 +21,7 @@
 //! What this crate never does: trust a length, an enum value or a text that came over a link. Frames with an
 //! unknown message id are kept as they are, so that they can be forwarded and recorded.
 
+mod checksum;
 mod decoder;
 pub mod dialect;
 mod frame;

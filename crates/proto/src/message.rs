@@ -1,8 +1,9 @@
 //! A message read from a frame, or about to become one.
 
 use bytes::Bytes;
-use mavlink::{Message as _, calculate_crc};
+use mavlink::Message as _;
 
+use crate::checksum::checksum;
 use crate::dialect::MavMessage;
 use crate::frame::{
     CHECKSUM_LEN, DecodeError, Frame, HEADER_LEN_V1, HEADER_LEN_V2, Header, MavVersion, STX_V1, STX_V2, Target,
@@ -142,8 +143,8 @@ impl Message {
         }
         bytes.extend_from_slice(&payload[..len]);
         let extra_crc = info(id).expect("invariant: every message that can be built is in the dialect").extra_crc;
-        let checksum = calculate_crc(&bytes[1..], extra_crc);
-        bytes.extend_from_slice(&checksum.to_le_bytes());
+        let sum = checksum(&bytes[1..], extra_crc);
+        bytes.extend_from_slice(&sum.to_le_bytes());
         Frame::from_checked(Bytes::from(bytes))
     }
 }

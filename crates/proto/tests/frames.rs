@@ -79,6 +79,23 @@ fn every_intact_frame_is_found_between_noise_and_torn_frames() {
 }
 
 #[test]
+fn a_whole_frame_in_a_datagram_does_not_wait_for_the_rest_of_garbage() {
+    let heartbeat = Message::Heartbeat(Heartbeat::default()).encode(header(MavVersion::V2));
+    let torn = [0xfd, 200, 0, 0, 1, 1, 1, 0, 0, 0, 1, 2, 3];
+    let mut decoder = FrameDecoder::new();
+    decoder.push_datagram(&torn);
+    assert_eq!(decoder.next_frame(), None);
+    decoder.push_datagram(heartbeat.bytes());
+    assert_eq!(decoder.next_frame(), Some(heartbeat.clone()));
+    assert_eq!(decoder.stats().garbage_bytes, torn.len() as u64);
+    // A frame that does come in two datagrams is still put together.
+    let (head, tail) = heartbeat.bytes().split_at(7);
+    decoder.push_datagram(head);
+    decoder.push_datagram(tail);
+    assert_eq!(decoder.next_frame(), Some(heartbeat));
+}
+
+#[test]
 fn noise_alone_gives_no_known_frame() {
     let mut rng = SmallRng::seed_from_u64(2);
     let noise: Vec<u8> = (0..1 << 20).map(|_| rng.random()).collect();

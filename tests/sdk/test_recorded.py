@@ -1,0 +1,76 @@
+"""What the package says of a recorded flight: every group of telemetry, its units, its texts."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+
+import pytest
+import vencejo
+from vencejo.telemetry import GROUPS
+
+from tests.support import CAPTURES, wait_for
+
+FLIGHT = CAPTURES / "arduplane-takeoff-to-landing.tlog"
+
+
+@pytest.fixture(scope="module")
+def plane() -> Iterator[vencejo.Vehicle]:
+    """The vehicle of a recording that has been played to its end."""
+    with vencejo.Station(f"tlog:{FLIGHT}?speed=2000", record=False) as station:
+        vehicle = station.wait_vehicle()
+        wait_for(lambda: station.links[0].state == "ended", "the end of the recording", timeout_s=120.0)
+        yield vehicle
+
+
+def test_every_group_converts(plane: vencejo.Vehicle) -> None:
+    telemetry = plane.telemetry
+    heard = dict(telemetry.groups())
+    assert {"heartbeat", "attitude", "position", "hud", "gps", "sys_status", "imu", "pressure", "wind"} <= set(heard)
+    assert {"mission", "nav", "extended", "ekf", "vibration", "home", "servos", "system_time"} <= set(heard)
+    for name, group in heard.items():
+        assert isinstance(group, GROUPS[name])
+        assert group.age_s >= 0.0
+        for field in dataclasses.fields(group):
+            value = getattr(group, field.name)
+            assert not (isinstance(value, float) and math.isnan(value)), f"{name}.{field.name}"
+    assert telemetry.batteries
+    assert telemetry.to_dict()["position"]["lat_deg"] == heard["position"].lat_deg  # type: ignore[attr-defined]
+    assert telemetry.invalid_values == 0
+
+
+def test_the_names_of_all_groups_are_those_of_the_native_side(plane: vencejo.Vehicle) -> None:
+    native = plane._native.telemetry()
+    for name in GROUPS:
+        if name != "battery":
+            values = native.group(name)
+            if values is not None:
+                assert set(values) == {field.name for field in dataclasses.fields(GROUPS[name])}, name
+    with pytest.raises(KeyError):
+        native.group("no such group")
+
+
+def test_the_plane_stands_where_the_recording_ended(plane: vencejo.Vehicle) -> None:
+    position, hud, heartbeat = plane.telemetry.position, plane.telemetry.hud, plane.telemetry.heartbeat
+    assert position is not None
+    assert position.lat_deg == pytest.approx(40.3332, abs=0.02)
+    assert position.lon_deg == pytest.approx(-3.7978, abs=0.02)
+    assert position.alt_amsl_m == pytest.approx(600.0, abs=5.0)
+    assert hud is not None
+    assert hud.groundspeed_m_s == pytest.approx(0.0, abs=1.0)
+    assert heartbeat is not None
+    assert (heartbeat.mode, heartbeat.is_armed, heartbeat.autopilot) == ("AUTO", False, 3)
+
+
+def test_texts_and_items_of_the_flight(plane: vencejo.Vehicle) -> None:
+    texts = [text.text for text in plane.texts]
+    assert any(text.startswith("Takeoff complete") for text in texts)
+    assert any(text.startswith("Distance from LAND point") for text in texts)
+    assert len(plane.mission_progress.reached) >= 8
+
+
+def test_a_recording_is_not_written_to(plane: vencejo.Vehicle) -> None:
+    """Nothing goes anywhere: what is asked of a recorded vehicle fails, it does not hang."""
+    with pytest.raises(vencejo.VencejoError):
+        plane.set_mode("RTL")
