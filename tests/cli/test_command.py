@@ -273,12 +273,13 @@ def test_replay_to_a_station() -> None:
         result = run("replay", str(file), "--to", to, "--speed", "100", "--json")
         assert result.exit_code == 0, result.output
         told = json.loads(result.stdout)
-        assert told["sent"] == {to: told["frames"]}
+        assert list(told["sent"]) == [to]
+        assert 150 <= told["sent"][to] <= told["frames"], "all but what was addressed to somebody"
         recorded = file.read_bytes()
         station.settimeout(5.0)
         first = station.recv(2048)
         assert first[0] == 0xFD
-        assert recorded[8 : 8 + len(first)] == first, "untouched"
+        assert first in recorded, "untouched"
 
 
 def test_same_value_in_a_file_and_on_a_vehicle() -> None:

@@ -18,8 +18,8 @@ from vencejo.cli.common import (
     LinkOption,
     clean,
     duration,
+    progress_bar,
     put_json,
-    say,
     stdout,
     table,
 )
@@ -153,7 +153,8 @@ def replay(
 ) -> None:
     """Tell what is in a recording; with --to, play it to a ground station.
 
-    Played frames are sent as they were recorded, both directions of the link. Nothing of ours is added.
+    Frames are sent untouched and nothing of ours is added. What was addressed to a system of the recording, such as the
+    items of an upload, stays behind: forwarding follows the addresses.
 
     Example: vencejo replay flight.tlog
 
@@ -161,14 +162,14 @@ def replay(
     """
     if not file.is_file():
         raise Failed(f"{file}: there is no such file")
-    if to:
-        _play(file, to, speed, json=json)
-        return
     from vencejo.recording import summarize
 
     summary = summarize(file)
-    if not summary.messages:
+    if not summary.frames:
         raise Failed(f"{file} holds no MAVLink frame: a recording is a .tlog file")
+    if to:
+        _play(file, to, speed, summary.frames, json=json)
+        return
     if json:
         put_json(asdict(summary))
         return
@@ -188,42 +189,30 @@ def replay(
         print(f"{duration(event.time_s):>8}  {event.system_id}  {clean(event.text)}")
 
 
-def _play(file: Path, to: list[str], speed: float, *, json: bool) -> None:
+def _play(file: Path, to: list[str], speed: float, frames: int, *, json: bool) -> None:
     from vencejo import Station
 
-    with Station(record=False, heartbeat=False, request_streams=False) as station:
+    # An address of our own that no recording has: frames of the recorded ground station would pass for ours and stay.
+    with Station(system_id=254, component_id=240, record=False, heartbeat=False, request_streams=False) as station:
         for address in to:
             station.open_link(address, forward=True)
         played = station.open_link(f"tlog:{os.fspath(file)}?speed={speed:g}")
-        console = stdout()
-        live = None
-        if not json and console.is_terminal:
-            from rich.live import Live
-
-            live = Live(console=console, auto_refresh=False)
-            live.start()
-        else:
-            say(f"Playing {file} to {', '.join(to)} …")
-        try:
+        with progress_bar(f"Playing {file.name}", quiet=json) as bar:
             for _ in _every(0.1):
-                infos = station.links
-                if live is not None:
-                    from vencejo.cli.links import links_table
-
-                    live.update(links_table(infos, []), refresh=True)
-                if any(info.id == played and info.state == "ended" for info in infos):
+                infos = {info.id: info for info in station.links}
+                source = infos.pop(played, None)  # a link that has ended may be gone
+                sent = {info.address: info.frames_sent for info in infos.values()}
+                if source is not None:
+                    bar(source.frames_received, frames)
+                if source is None or source.state == "ended":
                     break
-        finally:
-            if live is not None:
-                live.stop()
-        infos = station.links
-    read = next(info.frames_received for info in infos if info.id == played)
-    sent = {info.address: info.frames_sent for info in infos if info.id != played}
+        for _ in _every(0.2):  # what waits in a slow link's queue
+            before, sent = sent, {info.address: info.frames_sent for info in station.links if info.id != played}
+            if sent == before:
+                break
     if json:
-        put_json({"file": str(file), "frames": read, "sent": sent})
+        put_json({"file": str(file), "frames": frames, "sent": sent})
     else:
-        print(f"{file}: {read} frames played; sent " + ", ".join(f"{count} to {name}" for name, count in sent.items()))
-    if read == 0:
-        raise Failed(f"{file} holds no MAVLink frame: a recording is a .tlog file")
+        print(f"{file}: {frames} frames; sent " + ", ".join(f"{count} to {name}" for name, count in sent.items()))
     if not any(sent.values()):
         raise Failed(f"nothing could be sent to {', '.join(to)}")
