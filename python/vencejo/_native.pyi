@@ -130,3 +130,84 @@ class Vehicle:
     def param_read(self, name: str) -> Pending: ...
     def param_set(self, name: str, value: float) -> Pending: ...
     def reboot(self) -> Pending: ...
+
+# Guidance of the simulated plane -----------------------------------------------------------------------------------
+
+@final
+class PlanePilot:
+    """The laws that fly the simulated plane: L1, total energy and attitude. Radians, metres, seconds."""
+
+    def __new__(cls) -> PlanePilot: ...
+    def set_params(self, params: dict[str, float]) -> None: ...
+    def reset(self) -> None: ...
+    def fly_leg(self, from_north: float, from_east: float, to_north: float, to_east: float) -> None: ...
+    def fly_circle(self, north: float, east: float, radius: float, clockwise: bool) -> None: ...
+    def fly_heading(self, heading: float) -> None: ...
+    def fly_level(self) -> None: ...
+    def fly_bank(self, bank: float) -> None: ...
+    def stick_aileron(self, aileron: float) -> None: ...
+    def fly_energy(
+        self,
+        height: float,
+        airspeed: float,
+        climbout: bool,
+        pitch_min: float,
+        pitch_max: float,
+        throttle_min: float,
+        throttle_max: float,
+    ) -> None: ...
+    def fly_approach(
+        self,
+        height: float,
+        airspeed: float,
+        proportion: float,
+        pitch_min: float,
+        pitch_max: float,
+        throttle_max: float,
+    ) -> None: ...
+    def fly_flare(
+        self,
+        height: float,
+        start_height: float,
+        start_sink: float,
+        airspeed: float,
+        pitch_min: float,
+        pitch_max: float,
+    ) -> None: ...
+    def fly_pitch(self, pitch: float, throttle: float) -> None: ...
+    def stick_elevator(self, elevator: float, throttle: float) -> None: ...
+    def set_limits(
+        self,
+        bank_max: float,
+        rudder: float,
+        ground_heading: float | None,
+        on_ground: bool,
+        throttle_off: bool,
+    ) -> None: ...
+    def step(
+        self,
+        north: float,
+        east: float,
+        height: float,
+        velocity_north: float,
+        velocity_east: float,
+        climb: float,
+        roll: float,
+        pitch: float,
+        heading: float,
+        p: float,
+        q: float,
+        r: float,
+        airspeed: float,
+        eas_to_tas: float,
+        forward_accel: float,
+        dt: float,
+    ) -> tuple[float, float, float, float]: ...
+    @property
+    def attitude_demand(self) -> tuple[float, float]: ...
+    @property
+    def track(self) -> tuple[float, float, float, float, float]: ...
+    @property
+    def energy_demand(self) -> tuple[float, float]: ...
+    @property
+    def on_circle(self) -> bool: ...

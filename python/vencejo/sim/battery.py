@@ -9,7 +9,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass
 
-__all__ = ["AVIONICS_A", "Battery", "CELLS"]
+__all__ = ["AVIONICS_A", "CELLS", "Battery"]
 
 CELLS = 4
 AVIONICS_A = 0.45

@@ -62,10 +62,7 @@ class Wind:
 
     def blow(self, height_m: float, airspeed_m_s: float, heading_rad: float, dt_s: float) -> None:
         """Advance to the air around the plane: sets ``north_m_s``, ``east_m_s`` and ``down_m_s`` (where it goes to)."""
-        if height_m < _REFERENCE_M:
-            factor = (max(height_m, 0.1) / _REFERENCE_M) ** _BOUNDARY_EXPONENT
-        else:
-            factor = 1.0
+        factor = min(1.0, (max(height_m, 0.1) / _REFERENCE_M) ** _BOUNDARY_EXPONENT)
         self.north_m_s = self._to_north * factor
         self.east_m_s = self._to_east * factor
         self.down_m_s = 0.0

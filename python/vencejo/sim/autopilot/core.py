@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from typing import Literal, overload
 
 from vencejo._native import PlanePilot
+from vencejo.sim.battery import Battery
+from vencejo.sim.dynamics import Dynamics
+from vencejo.sim.sensors import Sensors
+from vencejo.sim.wind import Wind
 
-from ..battery import Battery
-from ..dynamics import Dynamics
-from ..sensors import Sensors
-from ..wind import Wind
 from .commands import Commands
 from .geo import LocalFrame, Spot, distance_m, wrap_pi
 from .interface import (
@@ -61,6 +61,7 @@ _EVENT_LIMIT = 1024
 _NAVIGATE_TICKS = 10
 _STICK_TICKS = 2
 _FLYING_TICKS = 20
+_GPS_FIX_S = 8.8
 _EKF_INIT_S = 10.0
 _EKF_READY_S = 20.0
 
@@ -592,7 +593,9 @@ class Autopilot:
         self._events.append(Armed())
         self.say(Severity.INFO, "Throttle armed")
         if not self.is_flying:
-            self._put_home(self.body.lat_deg, self.body.lon_deg, self.config.home_alt_amsl_m)
+            # To a centimetre, as a position travels: a plane that never moved stays at home exactly.
+            lat, lon = round(self.body.lat_deg, 7), round(self.body.lon_deg, 7)
+            self._put_home(lat, lon, self.config.home_alt_amsl_m)
         return MavResult.ACCEPTED
 
     def disarm(self, *, force: bool = False) -> MavResult:
@@ -662,7 +665,6 @@ class Autopilot:
     def mission_start(self) -> MavResult:
         """Enter AUTO."""
         return self.set_mode(Mode.AUTO)
-
 
     def takeoff(self, alt_rel_home_m: float) -> MavResult:
         """NAV_TAKEOFF outside a mission, which only a VTOL can."""
@@ -935,21 +937,7 @@ class Autopilot:
         navigating = self._navigates()
         airspeed_target = self.pilot.energy_demand[1]
         here = self.here()
-        ekf_age = self.time_s
-        fix = ekf_age >= 8.8
-        flags = EkfFlag.ATTITUDE | EkfFlag.VELOCITY_VERT | EkfFlag.POS_VERT_ABS
-        if ekf_age < _EKF_INIT_S:
-            flags = EkfFlag(0)
-        elif ekf_age < _EKF_READY_S:
-            flags = EkfFlag.ATTITUDE | EkfFlag.VELOCITY_VERT | EkfFlag.POS_VERT_ABS | EkfFlag.CONST_POS_MODE
-        else:
-            flags |= (
-                EkfFlag.VELOCITY_HORIZ
-                | EkfFlag.POS_HORIZ_REL
-                | EkfFlag.POS_HORIZ_ABS
-                | EkfFlag.PRED_POS_HORIZ_REL
-                | EkfFlag.PRED_POS_HORIZ_ABS
-            )
+        fix = self.time_s >= _GPS_FIX_S
         wind_n, wind_e = self._wind_estimate
         target: Spot | None = nav.next if navigating else None
         target_lat_lon = (None, None) if target is None else self.frame.to_earth(target.n_m, target.e_m)
@@ -1034,13 +1022,23 @@ class Autopilot:
             mission_current=self.mission.current_seq,
             mission_total=self.mission.total,
             mission_state=self._mission_state(),
-            ekf_flags=int(flags),
+            ekf_flags=self._ekf_flags(),
             ekf_velocity_variance=0.02,
             ekf_pos_horiz_variance=0.03,
             ekf_pos_vert_variance=0.02,
             ekf_compass_variance=0.03,
             vibration_m_s2=sensors.vibration_m_s2(tick, throttle),
         )
+
+    def _ekf_flags(self) -> int:
+        """Flags of the estimator while it starts, and afterwards."""
+        if self.time_s < _EKF_INIT_S:
+            return 0
+        flags = int(EkfFlag.ATTITUDE) | EkfFlag.VELOCITY_VERT | EkfFlag.POS_VERT_ABS
+        if self.time_s < _EKF_READY_S:
+            return flags | EkfFlag.CONST_POS_MODE
+        horizontal = int(EkfFlag.VELOCITY_HORIZ) | EkfFlag.POS_HORIZ_REL | EkfFlag.POS_HORIZ_ABS
+        return flags | horizontal | EkfFlag.PRED_POS_HORIZ_REL | EkfFlag.PRED_POS_HORIZ_ABS
 
     def _system_state(self) -> SystemState:
         if self._gcs_failsafe:
@@ -1062,4 +1060,3 @@ class Autopilot:
         if self.mission.state is RunState.COMPLETE:
             return MissionState.COMPLETE
         return MissionState.ACTIVE if self.mission.state is RunState.RUNNING else MissionState.NOT_STARTED
-

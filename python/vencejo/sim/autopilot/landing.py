@@ -132,9 +132,7 @@ class Landing:
         low = height <= tune["LAND_FLARE_ALT"]
         soon = flare_seconds > 0 and height <= sink * flare_seconds and nav.proportion > 0.5
         crashed = abs(sink) < 0.2 and not ap.is_flying
-        if self.stage is not Stage.FINAL and (
-            (approaching and (low or soon)) or nav.proportion >= 1.0 or crashed
-        ):
+        if self.stage is not Stage.FINAL and ((approaching and (low or soon)) or nav.proportion >= 1.0 or crashed):
             self.stage = Stage.FINAL
             self._report = True
             self._flare_height_m = max(0.5, height)

@@ -157,7 +157,8 @@ class MissionRunner:
             if not self._advance_nav(None):
                 self._complete()
                 return reached
-        if self.state is not RunState.RUNNING:
+        if not self._running():
+            # A command changed the mode.
             return reached
         if not self._do_loaded:
             self._advance_do()
@@ -292,6 +293,9 @@ class MissionRunner:
 
     # inside
 
+    def _running(self) -> bool:
+        return self.state is RunState.RUNNING
+
     def _start(self) -> None:
         self.state = RunState.RUNNING
         self.reset()
@@ -344,7 +348,7 @@ class MissionRunner:
                     self._nav_loaded = True
                     self._do_all_done = not self._do_loaded
                     return True
-                if self.state is not RunState.RUNNING:
+                if not self._running():
                     return True
             elif not self._do_loaded:
                 self._do, self._do_loaded = item, True

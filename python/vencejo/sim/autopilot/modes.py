@@ -255,6 +255,7 @@ class GuidedMode(FlightMode):
         self._announced = False
 
     def enter(self) -> None:
+        """Set everything up."""
         self.radius_m = 0.0
         self.heading = None
         self.climb_rate_m_s = 0.0
@@ -268,6 +269,7 @@ class GuidedMode(FlightMode):
             self._ap.nav.loiter.clockwise = self.clockwise
 
     def navigate(self) -> None:
+        """Where to go."""
         nav = self._ap.nav
         if self.heading is None:
             nav.fly_circle(self.radius_m)
@@ -280,9 +282,11 @@ class GuidedMode(FlightMode):
         self._ap.pilot.fly_heading(wrap_pi(angle + drift))
 
     def update(self) -> None:
+        """Orders to the control laws."""
         self._ap.order_energy()
 
     def adjust_altitude(self) -> None:
+        """Target height."""
         nav = self._ap.nav
         if self.climb_rate_m_s > 0:
             step = self.climb_rate_m_s * 0.1
@@ -307,12 +311,14 @@ class TakeoffMode(FlightMode):
         self.climbing = False
 
     def enter(self) -> None:
+        """Set everything up."""
         self._start = None
         self.climbing = True
         ap = self._ap
         ap.climbout.begin_climb(ap.tune["TKOFF_LVL_PITCH"], ap.tune["TKOFF_ALT"])
 
     def navigate(self) -> None:
+        """Where to go."""
         ap = self._ap
         nav, tune, est = ap.nav, ap.tune, ap.est
         alt, dist = tune["TKOFF_ALT"], tune["TKOFF_DIST"]
@@ -352,6 +358,7 @@ class TakeoffMode(FlightMode):
         nav.fly_circle()
 
     def update(self) -> None:
+        """Orders to the control laws."""
         if self.climbing:
             self._ap.climbout.order_climb()
         else:

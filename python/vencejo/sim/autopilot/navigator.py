@@ -77,6 +77,7 @@ class Navigator:
         if self.passed(self.previous, self.next):
             self.previous = here
         self.reset_loiter()
+        self.update_distance()
         self._set_up_slope(mission=True)
         self._set_up_turn()
         self.adjust_altitude()
@@ -90,6 +91,7 @@ class Navigator:
         self.loiter.clockwise = not (self._ap.tune["WP_LOITER_RAD"] < 0 or spot.anticlockwise)
         self.target_alt_m = here.alt_m
         self.reset_loiter()
+        self.update_distance()
         self._set_up_slope(mission=False)
         self._set_up_turn()
 

@@ -1,0 +1,297 @@
+"""Every mission command, flown once: what it makes the plane do, and what the plane says."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from vencejo.sim.autopilot.interface import CameraTriggered, HomeChanged, MavResult, Mode, StoredItem
+from vencejo.sim.autopilot.names import AT_ONCE, is_nav, word
+from vencejo.sim.autopilot.testing import item
+
+from tests.sim.flying import CAPTURES, Flight, at, fly_mission, make, mission, waypoint
+
+TAKEOFF = at(0, 22, 0, -300, 50, 12)
+LANDING = (waypoint(0, 0, 700, 40), at(0, 21, 0, 60, 0))
+
+
+def flown(*items: StoredItem, seconds: float = 400.0, until: str = "Mission complete", **options: Any) -> Flight:
+    """Take off, fly the items, and stop when a text is said."""
+    flight = make(mission(TAKEOFF, *items), **options)
+    flight.plane.set_mode(Mode.AUTO)
+    assert flight.plane.arm() is MavResult.ACCEPTED
+    assert flight.run(seconds, lambda: flight.said(until)), flight.texts
+    return flight
+
+
+def seconds_of(flight: Flight, seq: int) -> float:
+    return sum(1 for current, *_ in flight.track if current == seq) / 10.0
+
+
+def radii(flight: Flight, seq: int, north: float, east: float) -> list[float]:
+    return [math.hypot(n - north, e - east) for current, n, e, _ in flight.track if current == seq]
+
+
+def turned(flight: Flight, seq: int, north: float, east: float, from_radius: float) -> float:
+    """Angle flown around a point, positive clockwise, while within a radius."""
+    angle, last = 0.0, None
+    for current, n, e, _ in flight.track:
+        if current != seq or math.hypot(n - north, e - east) > from_radius:
+            continue
+        bearing = math.atan2(e - east, n - north)
+        if last is not None:
+            angle += (bearing - last + math.pi) % math.tau - math.pi
+        last = bearing
+    return angle
+
+
+def test_a_waypoint_with_its_own_acceptance_radius() -> None:
+    flight = flown(waypoint(0, 0, -600, 60, 0, 8), waypoint(0, 400, -600, 60))
+    assert min(math.hypot(n, e + 600) for _, n, e, _ in flight.track) <= 8.5
+    assert flight.said("Reached waypoint #2 dist")
+
+
+def test_a_waypoint_passed_by() -> None:
+    flight = flown(waypoint(0, 0, -600, 60, 0, 0, 100), waypoint(0, 400, -600, 60))
+    # It counts 100 m beyond.
+    assert min(e for current, _, e, _ in flight.track if current == 2) < -690.0
+    assert flight.said("Passed waypoint #2") or flight.said("Reached waypoint #2")
+
+
+def test_loiter_turns_to_the_left_by_the_sign_of_the_radius() -> None:
+    flight = flown(at(0, 18, 0, -700, 60, 2, 0, -100), waypoint(0, 500, -700, 60))
+    angle = turned(flight, 2, 0, -700, 140)
+    assert -math.radians(1150) < angle < -math.radians(640)
+    assert flight.said("Loiter orbits complete")
+
+
+def test_loiter_turns_leaves_along_the_tangent_when_asked() -> None:
+    target = (800.0, -700.0)
+    flight = flown(at(0, 18, 0, -700, 60, 1, 0, 80, 1), waypoint(0, *target, 60), until="Reached waypoint #3")
+    start = next(i for i, (current, *_) in enumerate(flight.track) if current == 3)
+    here = flight.track[start]
+    # The leg begins where the circle was left: the plane stays on the line from there.
+    along = math.atan2(target[1] - here[2], target[0] - here[1])
+    offs = [
+        abs((n - here[1]) * math.sin(along) - (e - here[2]) * math.cos(along))
+        for current, n, e, _ in flight.track[start:]
+        if current == 3
+    ]
+    assert max(offs) < 15.0
+
+
+def test_loiter_time_holds_as_long_as_it_says() -> None:
+    flight = flown(at(0, 19, 0, -700, 60, 40, 0, 1), waypoint(0, 500, -700, 60))
+    assert flight.said("Loiter time complete")
+    inside = [r for r in radii(flight, 2, 0, -700) if r < 110]
+    assert 40.0 <= len(inside) / 10.0 < 75.0
+
+
+def test_loiter_to_altitude_climbs_in_circles() -> None:
+    flight = flown(at(0, 31, 0, -700, 110, 0, 90), waypoint(0, 500, -700, 110))
+    assert flight.said("Loiter to alt complete")
+    end = [h for current, *_, h in flight.track if current == 2][-1]
+    assert 104.0 < end < 116.0
+
+
+def test_loiter_unlimited_stays() -> None:
+    flight = make(mission(TAKEOFF, at(0, 17, 0, -700, 60, 0, 0, -90), waypoint(0, 500, -700, 60)))
+    flight.plane.set_mode(Mode.AUTO)
+    flight.plane.arm()
+    flight.run(150)
+    assert flight.plane.mission.current_seq == 2
+    assert turned(flight, 2, 0, -700, 130) < -math.tau
+    late = radii(flight, 2, 0, -700)[-200:]
+    assert max(late) - min(late) < 15.0
+    assert abs(sum(late) / len(late) - 90 * flight.plane.est.eas_to_tas**2) < 12.0
+
+
+def test_take_off_holds_its_course_and_its_least_pitch() -> None:
+    flight = flown(waypoint(0, 0, -600, 60), until="Takeoff complete", heading_deg=200)
+    _, north, east, height = flight.track[-1]
+    assert height > 49.0
+    assert math.degrees(math.atan2(east, north)) % 360 == pytest.approx(200, abs=4)
+    assert flight.said("Holding course")
+    assert flight.said("Takeoff level-off starting at")
+
+
+@pytest.mark.parametrize("wind_from_deg", [30, 150])
+def test_landing_after_a_steep_descent_needs_no_tuned_heights(wind_from_deg: float) -> None:
+    flight = fly_mission(
+        mission(TAKEOFF, waypoint(0, 300, -300, 120), waypoint(0, 300, 900, 90), waypoint(0, 0, 800, 60), LANDING[1]),
+        wind_m_s=5,
+        wind_from_deg=wind_from_deg,
+    )
+    land = flight.plan.mission[-1]
+    assert flight.distance_to(land.lat_deg, land.lon_deg) < 20.0
+    sinks = [a[3] - b[3] for a, b in zip(flight.track, flight.track[1:], strict=False) if b[3] < 0.3 and a[3] >= 0.3]
+    assert sinks
+    assert sinks[-1] * 10 < 2.0, "touched down too hard"
+
+
+def test_continue_and_change_altitude() -> None:
+    flight = flown(waypoint(0, 0, -600, 50), item(0, 30, alt_m=90, params=(1,)), waypoint(0, 900, -900, 90))
+    heights = [h for current, *_, h in flight.track if current == 3]
+    assert heights[-1] >= 89.5
+    # On and on along the leg it was on.
+    assert all(abs(n) < 25 for current, n, _, _ in flight.track if current == 3)
+
+
+def test_a_jump_repeats_and_ends() -> None:
+    flight = flown(
+        waypoint(0, 0, -500, 60), waypoint(0, 300, -500, 60), item(0, 177, params=(2, 2)), waypoint(0, 300, 0, 60)
+    )
+    assert flight.reached.count(2) == 3
+    assert "Mission: 4 Jump 2/2" in flight.texts
+    assert flight.said("Reached waypoint #5")
+
+
+def test_a_jump_for_ever_goes_on() -> None:
+    flight = make(mission(TAKEOFF, waypoint(0, 0, -400, 60), waypoint(0, 200, -400, 60), item(0, 177, params=(2, -1))))
+    flight.plane.set_mode(Mode.AUTO)
+    flight.plane.arm()
+    flight.run(240)
+    assert flight.reached.count(2) > 4
+    assert "Mission: 4 Jump 4/unlimited" in flight.texts
+
+
+def test_jump_tags() -> None:
+    flight = flown(
+        item(0, 600, params=(77,)),
+        waypoint(0, 0, -500, 60),
+        waypoint(0, 300, -500, 60),
+        item(0, 601, params=(77, 1)),
+        waypoint(0, 300, 0, 60),
+    )
+    assert flight.reached.count(3) == 2
+    assert "Mission: 2 Tag 77" in flight.texts
+
+
+def test_change_of_airspeed_and_back() -> None:
+    flight = flown(
+        waypoint(0, 0, -500, 60),
+        item(0, 178, params=(0, 14, -1)),
+        waypoint(0, 0, -1500, 60),
+        until="Reached waypoint #4",
+    )
+    assert flight.plane.est.airspeed_m_s == pytest.approx(14, abs=0.7)
+    assert "Set airspeed 14 m/s" in flight.texts
+
+
+def test_least_ground_speed_against_the_wind() -> None:
+    flight = flown(
+        waypoint(0, 0, -400, 60),
+        item(0, 178, params=(1, 20, -1)),
+        waypoint(0, 0, -1800, 60),
+        until="Reached waypoint #4",
+        wind_m_s=6,
+        wind_from_deg=270,
+    )
+    assert flight.plane.est.groundspeed_m_s > 19.0
+    assert "Set groundspeed 20" in flight.texts
+
+
+def test_land_start_is_passed_over_in_the_flow() -> None:
+    flight = fly_mission(mission(TAKEOFF, waypoint(0, 200, -300, 60), item(0, 189), *LANDING))
+    assert "Mission: 3 LandStart" in flight.texts
+    assert 3 in flight.reached
+
+
+def test_return_to_launch_ends_the_mission() -> None:
+    flight = make(mission(TAKEOFF, waypoint(0, 0, -600, 60), item(0, 20)))
+    flight.plane.set_mode(Mode.AUTO)
+    flight.plane.arm()
+    flight.run(150)
+    assert flight.plane.mode.number is Mode.RTL
+    assert flight.plane.alt_rel_home_m == pytest.approx(100, abs=4)
+    assert math.hypot(*flight.position()) < 110.0
+
+
+def test_a_delay_in_the_air_does_not_wait_and_on_the_ground_it_does() -> None:
+    flight = flown(item(0, 93, params=(30,)), waypoint(0, 0, -600, 60))
+    assert "Delaying 30 sec" in flight.texts
+    assert seconds_of(flight, 2) < 1.0
+    ground = make(mission(item(0, 93, params=(5,)), TAKEOFF, waypoint(0, 0, -600, 60)))
+    ground.plane.set_mode(Mode.AUTO)
+    ground.run(4)
+    assert ground.plane.mission.current_seq == 1
+    ground.run(3)
+    assert ground.plane.mission.current_seq == 2
+
+
+def test_altitude_wait_glides_until_it_is_high_or_sinks() -> None:
+    high = flown(item(0, 83, params=(640.0, 0, 0)), waypoint(0, 0, -600, 60))
+    assert "Reached altitude" in high.texts
+    sinking = flown(waypoint(0, 0, -600, 120), item(0, 83, params=(2000.0, 1.5, 0)), waypoint(0, 0, -1500, 90))
+    assert sinking.said("Reached descent rate")
+
+
+def test_home_is_set_on_the_way() -> None:
+    flight = flown(waypoint(0, 0, -600, 60), at(0, 179, 100, 100, 5), waypoint(0, 0, -900, 60))
+    homes = [event for _, event in flight.events if isinstance(event, HomeChanged)]
+    assert homes[-1].alt_amsl_m == pytest.approx(605, abs=0.1)
+    assert flight.plane.home.n_m == pytest.approx(100, abs=0.1)
+
+
+def test_conditions_hold_the_commands_after_them() -> None:
+    flight = flown(
+        item(0, 114, params=(250,)),
+        item(0, 183, params=(9, 1700)),
+        waypoint(0, 0, -900, 60),
+        item(0, 112, params=(6,)),
+        item(0, 181, params=(0, 1)),
+        item(0, 115, params=(90, 0, 0, 0)),
+        waypoint(0, 700, -900, 60),
+    )
+    when = {getattr(event, "text", ""): time_s for time_s, event in flight.events}
+    distance_at = when["Mission: 3 SetServo"]
+    assert when["Mission: 2 CondDist"] < distance_at - 5.0
+    assert when["Mission: 6 SetRelay"] - when["Mission: 5 CondDelay"] == pytest.approx(6.2, abs=0.3)
+    assert "Skipping invalid cmd #115" in flight.texts
+
+
+def test_pictures_are_taken_along_the_way() -> None:
+    flight = flown(item(0, 206, params=(50, 0, 1)), waypoint(0, 0, -900, 60), item(0, 203), waypoint(0, 400, -900, 60))
+    pictures = [event for _, event in flight.events if isinstance(event, CameraTriggered)]
+    assert len(pictures) > 12
+    assert [picture.index for picture in pictures] == list(range(1, len(pictures) + 1))
+
+
+def commands_of_the_facts() -> Sequence[tuple[int, str]]:
+    facts = json.loads((CAPTURES.parent / "facts" / "arduplane-mission-commands.json").read_text())
+    return [(entry["command"], entry["name"]) for entry in facts["commands"] if entry["accepted"]]
+
+
+def test_every_command_that_arduplane_stores_is_announced_and_passed() -> None:
+    """None of them stops a mission that it should not stop, whatever its parameters."""
+    stays = {17, 20, 21, 22}
+    commands = [(number, name) for number, name in commands_of_the_facts() if number not in stays]
+    assert len(commands) > 50
+    for number, name in commands:
+        probe = at(0, number, 200, -700, 60, 1.25, 2.0, 3.0, 4.0)
+        if number == 177:
+            probe = item(0, 177, params=(2, 1))
+        elif number == 83:
+            probe = item(0, 83, params=(620.0, 0, 0))
+        elif number == 114:
+            probe = item(0, 114, params=(400,))
+        elif not is_nav(number) and number not in (178, 179, 188, 189):
+            probe = replace(probe, lat_deg=0.0, lon_deg=0.0)
+        flight = make(mission(TAKEOFF, waypoint(0, 0, -500, 60), probe, waypoint(0, 500, -700, 60)))
+        flight.plane.set_mode(Mode.AUTO)
+        flight.plane.arm()
+        assert flight.run(260, flight.saying("Reached waypoint #4")), (name, flight.texts)
+        if number != 177:
+            assert any(text.startswith(f"Mission: 3 {word(number)}") for text in flight.texts), (name, flight.texts)
+        assert word(number) != "?", name
+
+
+def test_payload_commands_need_no_answer() -> None:
+    assert len(AT_ONCE) > 15
+    flight = flown(*(item(0, int(command)) for command in sorted(AT_ONCE)), waypoint(0, 0, -900, 60))
+    said = [text for text in flight.texts if text.startswith("Mission:")]
+    assert len(said) >= len(AT_ONCE) + 2

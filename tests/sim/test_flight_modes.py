@@ -1,0 +1,451 @@
+"""Modes, commands and failsafes of the simulated plane, without a link."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from vencejo.sim.autopilot.interface import (
+    FenceBreach,
+    HomeChanged,
+    LandedState,
+    MavResult,
+    MissionState,
+    Mode,
+    RallyPoint,
+    RepositionTarget,
+    StatusText,
+)
+from vencejo.sim.autopilot.testing import item
+
+from tests.sim.flying import (
+    HOME,
+    Flight,
+    airborne,
+    at,
+    fly_mission,
+    make,
+    mission,
+    recorded_mission,
+    recorded_texts,
+    waypoint,
+)
+
+TWELVE = "mission-upload-items.tlog"
+
+
+def bank_deg(flight: Flight) -> float:
+    return math.degrees(flight.plane.est.roll_rad)
+
+
+def test_it_refuses_modes_it_does_not_have() -> None:
+    flight = make(settle=False)
+    assert flight.plane.set_mode(99) is MavResult.FAILED
+    (_, event), *_ = [(0.0, event) for event in flight.plane.events() if isinstance(event, StatusText)]
+    assert event == StatusText(4, "No such mode 99")
+    assert event.text in recorded_texts("arm-refused-and-modes.tlog")
+
+
+@pytest.mark.parametrize("mode", [Mode.RTL, Mode.LOITER, Mode.CIRCLE])
+def test_some_modes_do_not_arm(mode: Mode) -> None:
+    flight = make()
+    assert flight.plane.set_mode(mode) is MavResult.ACCEPTED
+    assert flight.plane.arm() is MavResult.FAILED
+    assert StatusText(2, f"Arm: {mode.name} mode not armable") in flight.plane.events()
+    assert not flight.plane.armed
+
+
+def test_prearm_checks_refuse_and_force_overrides() -> None:
+    flight = make()
+    flight.plane.prearm = lambda: ["Battery low"]
+    assert flight.plane.arm() is MavResult.FAILED
+    assert StatusText(2, "Arm: Battery low") in flight.plane.events()
+    assert flight.plane.arm(force=True) is MavResult.ACCEPTED
+    assert flight.plane.disarm() is MavResult.ACCEPTED
+
+
+def test_it_does_not_disarm_in_flight() -> None:
+    flight = airborne()
+    assert flight.plane.disarm() is MavResult.FAILED
+    assert flight.plane.armed
+    assert flight.plane.disarm(force=True) is MavResult.ACCEPTED
+    assert not flight.plane.armed
+
+
+def test_takeoff_mode_climbs_and_circles_ahead() -> None:
+    flight = make(heading_deg=90)
+    flight.plane.set_mode(Mode.TAKEOFF)
+    flight.plane.arm()
+    flight.run(60)
+    assert flight.said("Takeoff to 50m for 200.0m heading")
+    assert flight.said("Takeoff level-off starting at")
+    assert flight.plane.alt_rel_home_m == pytest.approx(50, abs=4)
+    north, east = flight.position()
+    assert math.hypot(north, east - 200) < 115.0
+    assert flight.plane.takeoff(50) is MavResult.FAILED
+
+
+def test_manual_sticks_move_the_surfaces_both_ways() -> None:
+    flight = make()
+    flight.plane.rc_input({1: 2000, 2: 1000, 3: 1000, 4: 2000})
+    flight.run(0.5)
+    shot = flight.plane.snapshot()
+    assert shot.servo_pwm_us[:4] == (1900, 1100, 1000, 1900)
+    flight.plane.rc_input({1: None, 2: None, 4: None})
+    flight.run(0.5)
+    assert flight.plane.snapshot().servo_pwm_us[0] == 1500
+    assert flight.plane.snapshot().throttle_pct == 0
+
+
+@pytest.mark.parametrize("mode", [Mode.FBWA, Mode.STABILIZE])
+def test_fbwa_and_stabilize_bank_with_the_stick_and_level_without(mode: Mode) -> None:
+    flight = airborne()
+    flight.plane.set_mode(mode)
+    flight.plane.rc_input({1: 1700, 3: 1650})
+    flight.run(3)
+    assert 15 < bank_deg(flight) < 60
+    flight.plane.rc_input({1: None})
+    flight.run(3)
+    assert abs(bank_deg(flight)) < 3
+
+
+def test_manual_flies_with_the_sticks() -> None:
+    flight = airborne()
+    flight.plane.set_mode(Mode.MANUAL)
+    flight.plane.rc_input({1: 1650, 3: 1600})
+    flight.run(0.6)
+    assert bank_deg(flight) > 25
+
+
+def test_fbwb_holds_height_and_the_throttle_stick_sets_the_speed() -> None:
+    flight = airborne()
+    flight.plane.rc_input({3: 1600})
+    flight.plane.set_mode(Mode.FBWB)
+    start = flight.plane.est.alt_m
+    flight.run(40)
+    assert flight.plane.est.alt_m == pytest.approx(start, abs=2)
+    wanted = 10 + 20 * flight.plane.rc.throttle()
+    assert flight.plane.est.airspeed_m_s == pytest.approx(wanted, abs=0.7)
+    flight.plane.rc_input({2: 2000})
+    flight.run(10)
+    assert flight.plane.est.alt_m > start + 14
+
+
+def test_cruise_holds_its_course_over_ground() -> None:
+    flight = airborne(wind_m_s=5, wind_from_deg=0)
+    flight.plane.rc_input({3: 1600})
+    flight.plane.set_mode(Mode.CRUISE)
+    flight.run(20)
+    first = flight.position()
+    flight.run(20)
+    middle = flight.position()
+    flight.run(20)
+    last = flight.position()
+    one = math.atan2(middle[1] - first[1], middle[0] - first[0])
+    two = math.atan2(last[1] - middle[1], last[0] - middle[0])
+    assert abs(math.degrees(one - two)) < 2
+
+
+def test_circle_banks_a_third_and_loiter_stays_where_it_was() -> None:
+    flight = airborne(wind_m_s=4, wind_from_deg=90)
+    flight.plane.set_mode(Mode.CIRCLE)
+    flight.run(10)
+    assert bank_deg(flight) == pytest.approx(flight.plane.bank_limit_deg() / 3, abs=3)
+    flight.plane.set_mode(Mode.LOITER)
+    centre = flight.plane.nav.next.copy()
+    flight.run(90)
+    north, east = flight.position()
+    radius = 80 * flight.plane.est.eas_to_tas**2
+    assert math.hypot(north - centre.n_m, east - centre.e_m) == pytest.approx(radius, abs=15)
+
+
+def test_guided_goes_there_and_circles_as_asked() -> None:
+    flight = airborne()
+    target = at(0, 16, 600, 300, 90)
+    order = RepositionTarget(target.lat_deg, target.lon_deg, 90.0, 3, radius_m=-120.0, speed_m_s=18.0)
+    assert flight.plane.reposition(order) is MavResult.ACCEPTED
+    assert flight.plane.mode.number is Mode.GUIDED
+    flight.run(120)
+    assert flight.reached == [0]
+    assert "Set airspeed 18 m/s" in flight.texts
+    north, east = flight.position()
+    radius = 120 * flight.plane.est.eas_to_tas**2
+    assert math.hypot(north - 600, east - 300) == pytest.approx(radius, abs=12)
+    assert flight.plane.alt_rel_home_m == pytest.approx(90, abs=3)
+    assert bank_deg(flight) < -5
+    assert flight.plane.est.airspeed_m_s == pytest.approx(18, abs=0.8)
+
+
+def test_guided_takes_height_heading_and_speed() -> None:
+    flight = airborne()
+    plane = flight.plane
+    assert plane.change_altitude(70, 3) is MavResult.FAILED
+    plane.set_mode(Mode.GUIDED)
+    assert plane.change_altitude(80, 3, 1.0) is MavResult.ACCEPTED
+    flight.run(15)
+    assert 55 < plane.alt_rel_home_m < 70
+    flight.run(30)
+    assert plane.alt_rel_home_m == pytest.approx(80, abs=3)
+    assert plane.change_heading(1, 45.0, 4.0) is MavResult.ACCEPTED
+    flight.run(30)
+    assert math.degrees(plane.est.yaw_rad) == pytest.approx(45, abs=3)
+    assert plane.change_speed(0, 16.0, -1.0) is MavResult.ACCEPTED
+    assert plane.change_speed(0, 99.0, -1.0) is MavResult.FAILED
+    flight.run(20)
+    assert plane.est.airspeed_m_s == pytest.approx(16, abs=0.8)
+    assert plane.change_heading(2, 0.0, 0.0) is MavResult.ACCEPTED
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        RepositionTarget(95.0, 0.0, 50.0),
+        RepositionTarget(math.nan, 0.0, 50.0),
+        RepositionTarget(40.0, -3.0, 50.0, frame=7),
+        RepositionTarget(40.0, -3.0, 50.0, change_mode=False),
+    ],
+)
+def test_nonsense_is_not_flown_to(target: RepositionTarget) -> None:
+    flight = airborne()
+    assert flight.plane.reposition(target) is MavResult.DENIED
+    assert flight.plane.mode.number is Mode.TAKEOFF
+
+
+def test_rtl_comes_home_at_its_height() -> None:
+    flight = airborne()
+    flight.plane.set_mode(Mode.RTL)
+    flight.run(60)
+    assert flight.plane.alt_rel_home_m == pytest.approx(100, abs=4)
+    assert math.hypot(*flight.position()) < 115
+
+
+def test_rtl_prefers_a_nearer_rally_point() -> None:
+    near, far = at(0, 16, 0, -400, 0), at(0, 16, 3000, 0, 0)
+    flight = airborne(
+        rally=[RallyPoint(near.lat_deg, near.lon_deg, 70.0), RallyPoint(far.lat_deg, far.lon_deg, 70.0)],
+    )
+    flight.plane.set_mode(Mode.RTL)
+    flight.run(60)
+    north, east = flight.position()
+    assert math.hypot(north, east + 400) < 115
+    assert flight.plane.alt_rel_home_m == pytest.approx(70, abs=4)
+
+
+@pytest.mark.parametrize("autoland", [1, 2])
+def test_rtl_lands_when_it_may(autoland: int) -> None:
+    flight = airborne(
+        mission(waypoint(0, 0, -900, 60), item(0, 189), waypoint(0, 0, 700, 40), at(0, 21, 0, 60, 0)),
+        params={"RTL_AUTOLAND": autoland},
+    )
+    flight.plane.set_mode(Mode.RTL)
+    assert flight.run(400, lambda: not flight.plane.armed), flight.texts
+    assert flight.said("Landing sequence start")
+    assert flight.plane.mode.number is Mode.AUTO
+    assert "Mission: 2 LandStart" in flight.texts
+    assert math.hypot(flight.position()[0], flight.position()[1] - 60) < 20
+
+
+def test_land_start_and_go_around_as_commands() -> None:
+    flight = airborne(mission(waypoint(0, 0, -900, 60), item(0, 189), waypoint(0, 0, 800, 50), at(0, 21, 0, 60, 0)))
+    plane = flight.plane
+    assert plane.do_mission_command(item(0, 191)) is MavResult.FAILED
+    assert plane.do_mission_command(item(0, 189)) is MavResult.ACCEPTED
+    assert flight.run(200, lambda: plane.landing.active and plane.alt_rel_home_m < 20)
+    assert plane.do_mission_command(item(0, 191)) is MavResult.ACCEPTED
+    assert flight.run(60, lambda: plane.alt_rel_home_m > 40), flight.texts
+    assert flight.said("Landing aborted, climbing to")
+    assert flight.run(400, lambda: not plane.armed)
+    assert flight.said("Restarted landing via DO_LAND_START: 2")
+    assert math.hypot(flight.position()[0], flight.position()[1] - 60) < 20
+    assert plane.do_mission_command(item(0, 186)) is MavResult.UNSUPPORTED
+
+
+def test_the_return_path_is_joined_at_its_nearest_waypoint() -> None:
+    path = mission(
+        waypoint(0, 0, -2000, 60),
+        item(0, 188),
+        waypoint(0, 2000, 0, 60),
+        waypoint(0, 400, 0, 60),
+        item(0, 189),
+        waypoint(0, 0, 800, 40),
+        at(0, 21, 0, 60, 0),
+    )
+    flight = airborne(path, params={"RTL_AUTOLAND": 4})
+    flight.plane.set_mode(Mode.RTL)
+    flight.run(1)
+    assert flight.said("Return path started")
+    assert flight.plane.mission.current_seq == 4
+
+
+def test_the_mission_can_be_left_resumed_and_moved() -> None:
+    flight = make(recorded_mission(TWELVE))
+    plane = flight.plane
+    assert plane.mission_start() is MavResult.ACCEPTED
+    plane.arm()
+    flight.run(40)
+    assert plane.snapshot().mission_current == 3
+    plane.set_mode(Mode.LOITER)
+    flight.run(20)
+    assert plane.snapshot().mission_state is MissionState.NOT_STARTED
+    plane.set_mode(Mode.AUTO)
+    flight.run(2)
+    assert plane.snapshot().mission_current == 3
+    assert plane.set_mission_current(6) is MavResult.ACCEPTED
+    assert plane.snapshot().mission_current == 6
+    assert plane.set_mission_current(60) is MavResult.FAILED
+    assert flight.run(120, lambda: flight.said("Reached waypoint #6"))
+
+
+def test_the_end_of_a_mission_is_rtl() -> None:
+    flight = make(mission(at(0, 22, 0, -300, 50, 12), waypoint(0, 0, -500, 60)))
+    flight.plane.set_mode(Mode.AUTO)
+    flight.plane.arm()
+    assert flight.run(100, lambda: flight.said("Mission complete, changing mode to RTL"))
+    assert flight.plane.mode.number is Mode.RTL
+    assert flight.plane.snapshot().mission_state is MissionState.COMPLETE
+
+
+@pytest.mark.parametrize(
+    ("action", "mode", "after"),
+    [
+        (0, Mode.GUIDED, Mode.GUIDED),
+        (1, Mode.GUIDED, Mode.RTL),
+        (0, Mode.LOITER, Mode.RTL),
+        (2, Mode.LOITER, Mode.FBWA),
+    ],
+)
+def test_losing_the_ground_station(action: int, mode: Mode, after: Mode) -> None:
+    flight = airborne(params={"FS_LONG_ACTN": action})
+    flight.plane.set_mode(mode)
+    flight.plane.failsafe_gcs(True)
+    flight.run(0.2)
+    assert flight.plane.mode.number is after
+    assert f"GCS Failsafe On: {after.name}" in flight.texts
+    assert flight.plane.snapshot().gcs_failsafe
+    flight.plane.failsafe_gcs(False)
+    flight.run(0.2)
+    assert "GCS Failsafe Off" in flight.texts
+
+
+def test_no_failsafe_while_it_lands() -> None:
+    flight = make(recorded_mission(TWELVE), params={"FS_LONG_ACTN": 1})
+    flight.plane.set_mode(Mode.AUTO)
+    flight.plane.arm()
+    assert flight.run(300, lambda: flight.said("Landing glide slope"))
+    flight.plane.failsafe_gcs(True)
+    flight.run(1)
+    assert flight.plane.mode.number is Mode.AUTO
+
+
+def test_a_crossed_fence_sends_it_home() -> None:
+    flight = airborne()
+    flight.plane.fence_breached(FenceBreach.POLYGON)
+    flight.run(0.2)
+    assert "Polygon fence breached" in flight.texts
+    assert flight.plane.mode.number is Mode.RTL
+    assert flight.plane.set_mode(Mode.LOITER) is MavResult.FAILED
+    flight.plane.fence_breached(None)
+    flight.run(0.2)
+    assert "Fence breach cleared" in flight.texts
+    assert "Mode change to LOITER denied, in fence recovery" in flight.texts
+    assert flight.plane.set_mode(Mode.LOITER) is MavResult.ACCEPTED
+
+
+def test_fence_action_report_only() -> None:
+    flight = airborne(params={"FENCE_ACTION": 0})
+    flight.plane.fence_breached(FenceBreach.MAX_ALT)
+    flight.run(0.2)
+    assert "Max Alt fence breached" in flight.texts
+    assert flight.plane.mode.number is Mode.TAKEOFF
+
+
+def test_a_plane_in_the_hand_shows_its_attitude() -> None:
+    flight = make()
+    flight.plane.move_by_hand(math.radians(60), math.radians(-30), math.radians(123))
+    flight.run(0.5)
+    shot = flight.plane.snapshot()
+    assert math.degrees(shot.roll_rad) == pytest.approx(60, abs=1)
+    assert math.degrees(shot.pitch_rad) == pytest.approx(-30, abs=1)
+    assert shot.heading_deg == pytest.approx(123, abs=2)
+    x, y, z = shot.accel_m_s2
+    assert (x, y, z) == pytest.approx((-4.9, -7.36, -4.25), abs=0.3)
+    assert math.hypot(*shot.mag_mgauss) == pytest.approx(
+        math.hypot(*make(settle=False).plane.snapshot().mag_mgauss), abs=15
+    )
+    flight.plane.put_down()
+    flight.run(2)
+    shot = flight.plane.snapshot()
+    assert abs(math.degrees(shot.roll_rad)) < 1
+    assert shot.heading_deg == pytest.approx(123, abs=3)
+
+
+def test_home_follows_the_plane_when_it_arms_and_when_told() -> None:
+    flight = make(settle=False)
+    assert flight.plane.set_home(41.0, -3.0, 700.0) is MavResult.ACCEPTED
+    assert flight.plane.events()[-1] == HomeChanged(41.0, -3.0, 700.0)
+    assert flight.plane.set_home(math.inf, -3.0, 700.0) is MavResult.DENIED
+    flight.plane.arm()
+    assert HomeChanged(*HOME) in flight.plane.events()
+
+
+def test_what_telemetry_shows_on_the_ground_and_in_the_air() -> None:
+    flight = make(settle=False)
+    start = flight.plane.snapshot()
+    assert start.gps_fix_type == 1
+    assert start.ekf_flags == 0
+    flight.run(22)
+    ground = flight.plane.snapshot()
+    assert ground.landed_state is LandedState.ON_GROUND
+    assert ground.mission_state is MissionState.NO_MISSION
+    assert ground.static_pressure_pa == pytest.approx(94_320, abs=60)
+    assert ground.accel_m_s2[2] == pytest.approx(-9.81, abs=0.3)
+    assert ground.ekf_flags & 0x1F == 0x1F
+    assert not any(math.isnan(value) for value in ground.accel_m_s2 + ground.gyro_rad_s)
+    air = airborne(wind_m_s=5, wind_from_deg=70)
+    air.run(60)
+    shot = air.plane.snapshot()
+    assert shot.landed_state is LandedState.IN_AIR
+    assert shot.wind_speed_m_s == pytest.approx(5, abs=0.5)
+    assert shot.wind_from_deg == pytest.approx(70, abs=5)
+    assert shot.differential_pressure_pa == pytest.approx(0.6125 * shot.airspeed_m_s**2, abs=12)
+
+
+def test_a_reboot_starts_again_where_it_stood() -> None:
+    flight = fly_mission(recorded_mission(TWELVE))
+    flight.plane.reboot()
+    shot = flight.plane.snapshot()
+    assert shot.time_s == 0.0
+    assert not shot.armed
+    assert (shot.lat_deg, shot.lon_deg) == pytest.approx(HOME[:2], abs=1e-5)
+
+
+def test_parameters_are_taken_over_in_flight() -> None:
+    flight = airborne()
+    flight.params.set("AIRSPEED_CRUISE", 16.0)
+    flight.run(40)
+    assert flight.plane.est.airspeed_m_s == pytest.approx(16, abs=0.8)
+
+
+def test_a_mission_cleared_in_flight_ends_in_rtl() -> None:
+    flight = make(recorded_mission(TWELVE))
+    flight.plane.set_mode(Mode.AUTO)
+    flight.plane.arm()
+    flight.run(40)
+    flight.plan.mission = ()
+    flight.plan.mission_revision += 1
+    flight.run(30)
+    assert flight.plane.armed
+    assert flight.plane.est.alt_m > 630.0
+
+
+def test_events_are_bounded() -> None:
+    flight = make(settle=False)
+    for _ in range(5000):
+        flight.plane.set_mode(99)
+    assert len(flight.plane.events()) == 1024
+
+
+def test_items_are_values() -> None:
+    entry = item(3, 16, 40.0, -3.0, 50.0)
+    assert replace(entry, seq=4).alt_m == 50.0
