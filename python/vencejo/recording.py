@@ -1,0 +1,122 @@
+"""Recordings: what is in a ``.tlog`` file.
+
+Examples
+--------
+>>> from vencejo.recording import summarize
+>>> summary = summarize("flight.tlog")  # doctest: +SKIP
+>>> [event.text for event in summary.events if event.kind == "mode"]  # doctest: +SKIP
+['mode MANUAL', 'mode AUTO']
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+from vencejo import _native
+
+__all__ = ["RecordedEvent", "RecordingSummary", "Sender", "summarize"]
+
+
+@dataclass(frozen=True)
+class Sender:
+    """Who spoke.
+
+    Attributes
+    ----------
+    system_id, component_id : int
+    frames : int
+    mav_type, autopilot : int or None
+        MAV_TYPE and MAV_AUTOPILOT of its heartbeats, ``None`` when it sent none.
+    """
+
+    system_id: int
+    component_id: int
+    frames: int
+    mav_type: int | None
+    autopilot: int | None
+
+    @property
+    def what(self) -> str:
+        """What it is, in words."""
+        if self.autopilot is None or self.mav_type is None:
+            return "no heartbeat"
+        if self.mav_type == 6:
+            return "ground station"
+        name = {3: "ArduPilot", 12: "PX4"}.get(self.autopilot)
+        kind = {1: "plane", 2: "copter", 3: "coaxial copter", 4: "helicopter", 10: "rover", 11: "boat", 12: "submarine"}
+        what = kind.get(self.mav_type, f"type {self.mav_type}")
+        return what if name is None else f"{name} {what}"
+
+
+@dataclass(frozen=True)
+class RecordedEvent:
+    """Something that happened to a vehicle.
+
+    Attributes
+    ----------
+    time_s : float
+        Since the first frame.
+    system_id : int
+        The vehicle.
+    kind : str
+        Such as ``"mode"``, ``"armed"``, ``"disarmed"``, ``"text"``, ``"item_reached"``, ``"lost"``.
+    text : str
+        In words; for ``"text"`` the vehicle's own, which is not to be trusted as markup.
+    """
+
+    time_s: float
+    system_id: int
+    kind: str
+    text: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordingSummary:
+    """What is in a recording.
+
+    Attributes
+    ----------
+    frames : int
+        Whole frames.
+    skipped_bytes : int
+        Bytes that belong to no whole frame: damage, or a torn end.
+    start_unix_s : float or None
+        Time of the first frame, seconds since 1970; ``None`` when there is none.
+    duration_s : float
+        From the first frame to the last.
+    senders : tuple of Sender
+    messages : dict of str to int
+        Frames of each message, the most frequent first.
+    events : tuple of RecordedEvent
+        In order.
+    events_left_out : int
+        Later events for which there was no room.
+    """
+
+    frames: int
+    skipped_bytes: int
+    start_unix_s: float | None
+    duration_s: float
+    senders: tuple[Sender, ...]
+    messages: dict[str, int]
+    events: tuple[RecordedEvent, ...]
+    events_left_out: int
+
+
+def summarize(path: str | os.PathLike[str]) -> RecordingSummary:
+    """Read a whole ``.tlog`` file, in any condition, and tell what is in it.
+
+    Raises
+    ------
+    FileFormatError
+        When the file cannot be read. One without a single frame is no error: it has 0 frames.
+    """
+    found = _native.summarize_recording(os.fspath(path))
+    senders = tuple(
+        Sender(system_id, component_id, frames, *(kind or (None, None)))
+        for system_id, component_id, frames, kind in found["senders"]
+    )
+    messages = dict(sorted(found["messages"].items(), key=lambda entry: (-entry[1], entry[0])))
+    events = tuple(RecordedEvent(*event) for event in found["events"])
+    return RecordingSummary(**{**found, "senders": senders, "messages": messages, "events": events})
