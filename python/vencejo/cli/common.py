@@ -53,6 +53,14 @@ YesOption = Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")]
 RecordOption = Annotated[
     bool, typer.Option("--record/--no-record", help="Write all frames to a .tlog in the data folder.")
 ]
+ForwardOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--forward",
+        metavar="LINK",
+        help="Let another ground station take part, such as udpout:127.0.0.1:14551; repeatable.",
+    ),
+]
 
 
 class Exit(enum.IntEnum):
@@ -240,12 +248,20 @@ def vehicle_on(
     timeout_s: float = 30.0,
     rate_hz: float = 10.0,
     record: bool = False,
+    forward: list[str] | None = None,
 ) -> Iterator[Vehicle]:
     """Connect to a vehicle, and close the link at the end."""
     from vencejo import connect
 
     with status(f"Waiting for a vehicle on {link} …"):
-        vehicle = connect(link, system_id=system_id, timeout_s=timeout_s, rate_hz=rate_hz, record=record)
+        vehicle = connect(
+            link,
+            system_id=system_id,
+            timeout_s=timeout_s,
+            rate_hz=rate_hz,
+            record=record,
+            forward_to=forward or (),
+        )
     with vehicle:
         yield vehicle
 

@@ -16,6 +16,7 @@ from vencejo.cli.common import (
     DEFAULT_LINK,
     Exit,
     Failed,
+    ForwardOption,
     JsonOption,
     LinkOption,
     RecordOption,
@@ -66,6 +67,7 @@ def fly(
     system: SystemOption = None,
     timeout: TimeoutOption = 30.0,
     record: RecordOption = True,
+    forward: ForwardOption = None,
 ) -> None:
     """Fly a mission: check it, upload and verify it, arm, start in AUTO, follow until it has landed.
 
@@ -88,7 +90,7 @@ def fly(
         loaded = Plan.load(plan)
         check(loaded.check(), reporter, "nothing was sent")
         reporter.step("loaded", f"{plan}: {len(loaded)} items, {distance(loaded.length_m)}", items=len(loaded))
-        with vehicle_on(link, system_id=system, timeout_s=timeout, record=record) as vehicle:
+        with vehicle_on(link, system_id=system, timeout_s=timeout, record=record, forward=forward) as vehicle:
             flight = fly_plan(
                 vehicle,
                 loaded,

@@ -14,6 +14,7 @@ import typer
 from vencejo.cli.common import (
     DEFAULT_LINK,
     Failed,
+    ForwardOption,
     JsonOption,
     LinkOption,
     clean,
@@ -41,6 +42,7 @@ def record(
     listen_only: Annotated[
         bool, typer.Option("--listen-only", help="Send nothing at all, not even our heartbeat.")
     ] = False,
+    forward: ForwardOption = None,
     json: JsonOption = False,
 ) -> None:
     """Record every frame of a link to a .tlog file, until Ctrl-C.
@@ -62,6 +64,7 @@ def record(
         record=True if to is None else to,
         heartbeat=not listen_only,
         request_streams=not listen_only,
+        forward_to=forward or (),
     ) as station:
         info = station.recorder
         try:

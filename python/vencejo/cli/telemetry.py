@@ -11,6 +11,7 @@ from vencejo.cli.common import (
     DEFAULT_LINK,
     Exit,
     Failed,
+    ForwardOption,
     JsonOption,
     LinkOption,
     RecordOption,
@@ -43,6 +44,7 @@ def telemetry(
     system: SystemOption = None,
     timeout: TimeoutOption = 30.0,
     record: RecordOption = True,
+    forward: ForwardOption = None,
 ) -> None:
     """Show what the vehicle says, until Ctrl-C.
 
@@ -60,6 +62,7 @@ def telemetry(
         timeout_s=timeout,
         rate_hz=min(50.0, max(4.0, rate)),
         record=record and not once,
+        forward=forward,
     ) as vehicle:
         if once:
             show(vehicle, wait_for(vehicle, names, timeout), names, json=json)
