@@ -3,7 +3,9 @@
 //! An upload succeeds only when the list read back is the list that was sent, as the vehicle stores it (law 2 of the
 //! design: until then the plan is unknown).
 
-use vencejo_flight::plan::{Difference, Field, MavFrame, MissionItem, PlanKind, plans_equal_as_stored};
+use vencejo_flight::plan::{
+    Command, Difference, Field, MavFrame, MissionItem, PlanKind, Storage, plans_equal_as_stored,
+};
 use vencejo_proto::dialect::{MISSION_CLEAR_ALL_DATA, MavMessage};
 use vencejo_proto::plan_file::{PLAN_FILE_ITEM_LEN, PlanFileHeader, decode_plan_file, encode_plan_file};
 use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
@@ -93,17 +95,34 @@ fn file_len(kind: PlanKind, front: &[u8]) -> Result<FileEnd, String> {
     Ok(FileEnd::At(header.file_len()))
 }
 
+/// Clears what an ArduPilot may leave unset in an item of a plan file: up to 4.6 the plan's kind, and the position of a
+/// command without one, hold whatever was in memory (`AP_Mission::get_item`).
+fn clean(item: &mut MissionItemInt, kind: PlanKind) {
+    item.mission_type = kind.mission_type();
+    let Some(info) = Command(item.command).info() else { return };
+    let is_dropped = |index: usize| info.params[index].storage == Storage::Dropped;
+    if is_dropped(4) {
+        item.x = 0;
+    }
+    if is_dropped(5) {
+        item.y = 0;
+    }
+    if is_dropped(6) {
+        item.z = 0.0;
+    }
+}
+
 /// Any of the two ways to read a plan.
 #[derive(Debug)]
 enum Read {
     Ftp(Box<FileRead>),
-    Items(ItemDownload),
+    Items(Box<ItemDownload>),
 }
 
 impl Read {
     fn begin(route: PlanRoute, config: &TransferConfig, kind: PlanKind, closing: Option<u8>, now: MonoTime) -> Self {
         match route {
-            PlanRoute::Items => Self::Items(ItemDownload::new(config, kind, now)),
+            PlanRoute::Items => Self::Items(Box::new(ItemDownload::new(config, kind, now))),
             PlanRoute::Ftp => {
                 let end = Box::new(move |front: &[u8]| file_len(kind, front));
                 Self::Ftp(Box::new(FileRead::new(config, path(kind), MAX_FILE, end, closing, now)))
@@ -123,13 +142,11 @@ impl Read {
             Self::Items(read) => read.result(),
             Self::Ftp(read) => Some(read.result()?.and_then(|file| {
                 let bad = |problem: String| TransferError::BadFile { path: path(kind).to_owned(), problem };
-                let (_, items) = decode_plan_file(&file).map_err(|error| bad(error.to_string()))?;
-                let in_order = |(index, item): (usize, &MissionItemInt)| {
-                    usize::from(item.seq) == index && item.mission_type == kind.mission_type()
-                };
-                if !items.iter().enumerate().all(in_order) {
-                    return Err(bad("its items are not numbered from 0 or of another kind".to_owned()));
+                let (_, mut items) = decode_plan_file(&file).map_err(|error| bad(error.to_string()))?;
+                if !items.iter().enumerate().all(|(index, item)| usize::from(item.seq) == index) {
+                    return Err(bad("its items are not numbered from 0".to_owned()));
                 }
+                items.iter_mut().for_each(|item| clean(item, kind));
                 Ok(items)
             })),
         }

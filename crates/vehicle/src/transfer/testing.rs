@@ -380,6 +380,8 @@ pub(crate) struct MockPlane {
     pub plans: [Vec<MissionItemInt>; 3],
     pub params: Vec<Param>,
     pub has_ftp: bool,
+    /// Plan files have unset fields, as those of ArduPlane 4.6.
+    pub leaves_garbage: bool,
     /// Ends an upload at an item out of order, as other autopilots do.
     pub strict_order: bool,
     upload: Option<ItemsIn>,
@@ -427,6 +429,7 @@ impl MockPlane {
             plans: [vec![home.to_wire(MissionSeq(0), NOBODY, PlanKind::Mission, false)], Vec::new(), Vec::new()],
             params: Vec::new(),
             has_ftp: true,
+            leaves_garbage: true,
             strict_order: false,
             upload: None,
             ftp: Ftp::default(),
@@ -661,6 +664,21 @@ impl MockPlane {
         }
     }
 
+    /// A plan as a file. ArduPlane 4.6 leaves what was in memory where an item has no position, and as its kind.
+    fn file(&self, kind: usize) -> Vec<u8> {
+        let mut items = self.plans[kind].clone();
+        let mut last = (0, 0, 0.0);
+        for item in items.iter_mut().filter(|_| kind == 0 && self.leaves_garbage) {
+            if MissionItem::from_wire(item).is_ok_and(|item| item.has_position()) {
+                last = (item.x, item.y, item.z);
+            } else {
+                (item.x, item.y, item.z) = last;
+                item.mission_type = 127;
+            }
+        }
+        encode_plan_file(kind as u8, &items)
+    }
+
     /// Makes an uploaded file the plan, or does not.
     fn close(&mut self) {
         let Some(file) = self.ftp.file.take() else { return };
@@ -726,7 +744,7 @@ impl MockPlane {
                 } else if let Some(kind) = Self::file_of(&request.data) {
                     let content = match kind {
                         _ if is_write => Vec::new(),
-                        Some(kind) => encode_plan_file(kind as u8, &self.plans[kind]),
+                        Some(kind) => self.file(kind),
                         None => Vec::new(),
                     };
                     self.ftp.session = Some(request.session);

@@ -454,12 +454,13 @@ fn an_item_that_the_vehicle_refuses_is_named_whatever_the_route() {
 
 #[test]
 fn a_plan_that_may_not_be_sent_is_refused_before_anything_is() {
-    let with = |change: &dyn Fn(&mut Vec<MissionItemInt>)| {
+    type Change<'a> = &'a dyn Fn(&mut Vec<MissionItemInt>);
+    let with = |change: Change<'_>| {
         let mut items = mission(5);
         change(&mut items);
         PlanUpload::new(&by_items(ms(0)), PlanKind::Mission, items, MonoTime::ZERO)
     };
-    let bad: [&dyn Fn(&mut Vec<MissionItemInt>); 5] = [
+    let bad: [Change<'_>; 5] = [
         &|items| items[2].z = f32::INFINITY,
         &|items| items[2].x = 910_000_000,
         &|items| items[2].params[0] = f32::NEG_INFINITY,

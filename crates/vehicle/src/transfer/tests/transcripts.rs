@@ -227,6 +227,7 @@ fn the_imitation_answers_a_recorded_station_as_the_real_one_did() {
     // The real one lost requests that came too fast; those the recorded station sent again. Compare what is answered.
     for (recording, reads) in [("mission-upload-ftp", false), ("mission-download-ftp", true)] {
         let mut plane = MockPlane::new();
+        plane.leaves_garbage = false;
         let (_, items) = decode_plan_file(MISSION_FILE).expect("a plan file");
         if reads {
             plane.store(PlanKind::Mission, &items);
