@@ -14,8 +14,10 @@ use crate::transfer::{
 pub(super) struct Lane {
     pub id: RequestId,
     pub machine: Machine,
-    /// What was known of the plan before, to go back to when reading it fails.
+    /// Which plan it is about, and what was known of it before.
     pub plan_before: Option<(PlanKind, PlanState)>,
+    /// Another station changed the plan while it was read.
+    pub is_disturbed: bool,
 }
 
 #[derive(Debug)]

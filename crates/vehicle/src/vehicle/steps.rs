@@ -351,7 +351,7 @@ impl Context<'_> {
             Request::ParamRead { name } => Step::ParamRead(param_name(&name)?),
             Request::ParamSet { name, value } => {
                 if !value.is_finite() {
-                    return Err(invalid("value", value, "a number"));
+                    return Err(invalid("value", value, "a parameter's value is a finite number"));
                 }
                 Step::ParamSet(param_name(&name)?, value)
             }

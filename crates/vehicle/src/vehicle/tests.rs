@@ -1,21 +1,29 @@
 //! The aggregate against an imitated ArduPlane over a bad link, and against what a real one was recorded to answer.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
 
 use rand::rngs::SmallRng;
 use rand::{Rng, SeedableRng};
-use vencejo_flight::plan::MissionItem;
+use vencejo_flight::plan::{Home, MissionItem, PlanKind};
 use vencejo_proto::dialect::{
     ATTITUDE_DATA, AUTOPILOT_VERSION_DATA, EXTENDED_SYS_STATE_DATA, GLOBAL_POSITION_INT_DATA, HOME_POSITION_DATA,
-    MISSION_COUNT_DATA, MISSION_CURRENT_DATA, MavLandedState, MavProtocolCapability, MissionState, TIMESYNC_DATA,
+    MISSION_COUNT_DATA, MISSION_CURRENT_DATA, MavLandedState, MavMessage, MavProtocolCapability, MissionState,
+    TIMESYNC_DATA,
 };
 use vencejo_proto::param::{Param, ParamName, ParamType, ParamValue};
-use vencejo_proto::{CommandAck, CommandInt, CommandLong, Heartbeat};
+use vencejo_proto::{
+    Address, CommandAck, CommandInt, CommandLong, Heartbeat, Message, MissionAck, MissionSeq, MonoTime, StatusText,
+};
 
-use super::*;
-use crate::command::cmd;
+use super::ops::MAX_REQUESTS;
+use super::{Vehicle, VehicleConfig};
+use crate::command::{CommandResult, cmd};
+use crate::error::VehicleError;
 use crate::modes::ModeFamily;
-use crate::request::{AltFrame, SpeedKind, Turn};
+use crate::plan_state::{PlanState, Unknown};
+use crate::request::{AltFrame, ModeChoice, Output, Reply, Request, RequestId, SpeedKind, Turn, VehicleEvent};
+use crate::streams::StreamConfig;
 use crate::transfer::testing::{Endpoint, Faults, MockPlane, PLANE, RIVAL, STATION, World, recorded};
 
 /// A vehicle as one end of a link; keeps results and events.
@@ -588,6 +596,20 @@ fn another_stations_plan_makes_ours_unknown() {
         let told = VehicleEvent::PlanStateChanged { kind: PlanKind::Mission, state: changed };
         assert_eq!(world.station.events.iter().filter(|event| **event == told).count(), 1);
     }
+}
+
+#[test]
+fn a_plan_that_changes_while_it_is_read_is_not_known() {
+    let mut world = connected();
+    ask(&mut world, upload()).expect("uploaded");
+    let id = start(&mut world, Request::DownloadPlan { kind: PlanKind::Mission });
+    let ack = MissionAck { target: RIVAL, result: 0, mission_type: 0, opaque_id: 0 };
+    world.plane.out.push_back(Message::MissionAck(ack));
+    let reply = end(&mut world, id, 30).expect("read");
+    let changed = PlanState::Unknown(Unknown::ChangedElsewhere);
+    assert!(matches!(reply, Reply::Plan { state, .. } if state == changed), "{reply:?}");
+    assert_eq!(world.station.vehicle.plan_state(PlanKind::Mission), changed);
+    assert!(world.station.vehicle.mission().is_none());
 }
 
 #[test]

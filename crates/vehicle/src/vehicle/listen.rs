@@ -1,0 +1,294 @@
+//! What comes from the vehicle: telemetry into its groups, changes into events, protocols to their machines.
+
+use std::time::Duration;
+
+use vencejo_flight::plan::PlanKind;
+use vencejo_proto::dialect::{MavMessage, MavMissionType, TIMESYNC_DATA};
+use vencejo_proto::{Address, ComponentId, Message, MissionAck, MissionSeq, MonoTime, StatusText};
+
+use super::ops::State;
+use super::steps::Effect;
+use super::{Told, Vehicle};
+use crate::error::VehicleError;
+use crate::plan_state::{PlanState, Unknown};
+use crate::request::{Output, Reply, VehicleEvent};
+use crate::telemetry::{BootEvent, Group, boot_ms_of};
+use crate::timesync::TimeSyncEvent;
+use crate::transfer::TransferOutput;
+
+/// After we wrote a plan, messages about it may still be on their way.
+const TRANSFER_ECHO: Duration = Duration::from_secs(5);
+/// Two restarts within this are one.
+const RESTART_ONCE: Duration = Duration::from_secs(3);
+
+impl Vehicle {
+    /// A message from component `from` of the vehicle. Returns the telemetry group that it changed.
+    pub fn on_message(&mut self, from: ComponentId, message: &Message, now: MonoTime) -> Option<Group> {
+        if from != self.address.component {
+            return self.on_other_component(from, message, now);
+        }
+        self.hear(now);
+        if let Some(boot_ms) = boot_ms_of(message)
+            && let Some(BootEvent::Rebooted { since }) = self.boot.observe(boot_ms, now)
+        {
+            self.timesync.forget_clock();
+            self.on_restart(since, now);
+            self.pump(now);
+        }
+        let group = self.telemetry.apply(message, now);
+        match group {
+            Some(Group::Heartbeat) => self.on_heartbeat(now),
+            Some(group) => {
+                self.streams.on_telemetry();
+                match group {
+                    Group::Mission => self.on_mission_current(now),
+                    Group::ItemReached => self.on_item_reached(),
+                    Group::Extended => self.on_extended(),
+                    Group::Home => self.on_home(),
+                    _ => {}
+                }
+            }
+            None => self.on_protocol(message, now),
+        }
+        if !self.ops.is_empty() {
+            self.on_awaited(message, now);
+            self.check_effects(now);
+            self.pump(now);
+        }
+        group
+    }
+
+    pub(super) fn hear(&mut self, now: MonoTime) {
+        self.heard_at = now;
+        if self.is_lost {
+            self.is_lost = false;
+            self.streams.on_regained(now);
+            self.event(VehicleEvent::Regained);
+        }
+    }
+
+    /// Gimbals, radios, batteries, on-board computers: they share the system's id, but only the autopilot is the vehicle.
+    pub(super) fn on_other_component(&mut self, from: ComponentId, message: &Message, now: MonoTime) -> Option<Group> {
+        match message {
+            Message::StatusText(text) => {
+                self.on_text(from, text, now);
+                None
+            }
+            Message::CommandAck(ack) => {
+                let from = Address { system: self.address.system, component: from };
+                self.commands.on_ack(from, ack, now);
+                self.pump(now);
+                None
+            }
+            Message::Dialect(MavMessage::RADIO_STATUS(_) | MavMessage::RADIO(_) | MavMessage::BATTERY_STATUS(_)) => {
+                self.telemetry.apply(message, now)
+            }
+            _ => None,
+        }
+    }
+
+    /// The state of the radio that this vehicle is reached by; radios speak under a system id of their own.
+    pub fn on_radio(&mut self, message: &Message, now: MonoTime) -> Option<Group> {
+        match message {
+            Message::Dialect(MavMessage::RADIO_STATUS(_) | MavMessage::RADIO(_)) => self.telemetry.apply(message, now),
+            _ => None,
+        }
+    }
+
+    /// A message that another system sent to the vehicle and that passed by us: it may change a plan.
+    pub fn on_foreign(&mut self, from: Address, message: &Message, now: MonoTime) {
+        if from == self.our || from.system == self.address.system && from.component == self.address.component {
+            return;
+        }
+        let kind = match message {
+            Message::Dialect(MavMessage::MISSION_COUNT(count)) => count.mission_type,
+            Message::Dialect(MavMessage::MISSION_CLEAR_ALL(clear)) => clear.mission_type,
+            Message::Dialect(MavMessage::MISSION_WRITE_PARTIAL_LIST(part)) => part.mission_type,
+            _ => return,
+        };
+        for plan in PlanKind::ALL {
+            let is_meant = kind == MavMissionType::MAV_MISSION_TYPE_ALL || kind as u8 == plan.mission_type();
+            if is_meant {
+                self.changed_elsewhere(plan, now);
+            }
+        }
+    }
+
+    pub(super) fn on_protocol(&mut self, message: &Message, now: MonoTime) {
+        match message {
+            Message::StatusText(text) => self.on_text(self.address.component, text, now),
+            Message::CommandAck(ack) => {
+                self.commands.on_ack(self.address, ack, now);
+                self.pump(now);
+                return;
+            }
+            Message::Dialect(MavMessage::TIMESYNC(timesync)) => {
+                self.on_timesync(timesync, now);
+                return;
+            }
+            Message::MissionAck(ack) => self.on_mission_ack(ack, now),
+            _ => {}
+        }
+        for lane in [&mut self.transfer, &mut self.param].into_iter().flatten() {
+            lane.machine.on_message(self.address, message, now);
+        }
+        self.pump(now);
+    }
+
+    pub(super) fn on_timesync(&mut self, message: &TIMESYNC_DATA, now: MonoTime) {
+        match self.timesync.on_message(message, now) {
+            Some(TimeSyncEvent::Answer(answer)) => self.outputs.push_back(Output::Send(answer)),
+            Some(TimeSyncEvent::Measured { has_gone_back, .. }) => {
+                self.commands.set_round_trip(self.timesync.round_trip());
+                if has_gone_back {
+                    self.boot.reset();
+                    self.on_restart(now, now);
+                    self.pump(now);
+                }
+            }
+            None => {}
+        }
+    }
+
+    pub(super) fn on_text(&mut self, from: ComponentId, text: &StatusText, now: MonoTime) {
+        if let Some(text) = self.texts.push(from, text, now) {
+            let text = text.clone();
+            self.event(VehicleEvent::Text(text));
+        }
+    }
+
+    pub(super) fn on_heartbeat(&mut self, now: MonoTime) {
+        let Some(heartbeat) = self.telemetry.heartbeat.map(|heartbeat| heartbeat.value) else { return };
+        if self.told.mode != Some(heartbeat.mode) {
+            let from = self.told.mode.replace(heartbeat.mode);
+            self.event(VehicleEvent::ModeChanged { from, to: heartbeat.mode });
+        }
+        if self.told.is_armed != Some(heartbeat.is_armed) {
+            self.told.is_armed = Some(heartbeat.is_armed);
+            self.event(VehicleEvent::ArmedChanged { is_armed: heartbeat.is_armed });
+            let last = self.last_destination();
+            if self.tracker.on_armed(heartbeat.is_armed, last).has_completed {
+                self.event(VehicleEvent::MissionComplete);
+            }
+        }
+        if !self.has_asked {
+            self.has_asked = true;
+            self.streams.ask(&mut self.commands, now);
+            self.pump(now);
+        }
+    }
+
+    pub(super) fn on_extended(&mut self) {
+        let Some(landed) = self.telemetry.extended.map(|extended| extended.value.landed) else { return };
+        if self.told.landed != Some(landed) {
+            self.told.landed = Some(landed);
+            self.event(VehicleEvent::LandedChanged { landed });
+        }
+    }
+
+    pub(super) fn on_home(&mut self) {
+        let Some(home) = self.telemetry.home.map(|home| home.value) else { return };
+        if self.told.home != Some(home) {
+            self.told.home = Some(home);
+            self.event(VehicleEvent::HomeChanged);
+        }
+    }
+
+    pub(super) fn on_mission_current(&mut self, now: MonoTime) {
+        let Some(current) = self.telemetry.mission.map(|mission| mission.value) else { return };
+        let changes = self.tracker.on_current(&current);
+        if let Some(seq) = changes.current {
+            self.event(VehicleEvent::CurrentItemChanged { seq });
+        }
+        if changes.has_completed {
+            self.event(VehicleEvent::MissionComplete);
+        }
+        // PX4 names its plans; another name is another plan.
+        let ids = [current.mission_id, current.fence_id, current.rally_points_id];
+        for (kind, (before, id)) in PlanKind::ALL.into_iter().zip(self.mission_ids.into_iter().zip(ids)) {
+            if before.is_some() && id.is_some() && before != id {
+                self.changed_elsewhere(kind, now);
+            }
+        }
+        self.mission_ids = ids;
+        let known = match self.plans.get(PlanKind::Mission) {
+            PlanState::Empty => Some(0),
+            PlanState::Verified { count, .. } => Some(count),
+            PlanState::Unknown(_) => None,
+        };
+        if let (Some(known), Some(total)) = (known, current.total)
+            && known != total
+        {
+            self.changed_elsewhere(PlanKind::Mission, now);
+        }
+    }
+
+    pub(super) fn on_item_reached(&mut self) {
+        let Some(seq) = self.telemetry.item_reached.map(|reached| reached.value) else { return };
+        let last = self.last_destination();
+        self.event(VehicleEvent::ItemReached { seq: MissionSeq(seq) });
+        if self.tracker.on_reached(seq, last).has_completed {
+            self.event(VehicleEvent::MissionComplete);
+        }
+    }
+
+    /// The vehicle took a plan from somebody else (or from another station that uses our address).
+    pub(super) fn on_mission_ack(&mut self, ack: &MissionAck, now: MonoTime) {
+        if ack.result == 0
+            && let Ok(kind) = PlanKind::try_from(ack.mission_type)
+        {
+            self.changed_elsewhere(kind, now);
+        }
+    }
+
+    /// What is known of a plan is void, unless it is our own writing that is talked about.
+    pub(super) fn changed_elsewhere(&mut self, kind: PlanKind, now: MonoTime) {
+        if let Some(lane) = &mut self.transfer
+            && lane.plan_before.is_some_and(|(ours, _)| ours == kind)
+        {
+            // A plan that is being written is unknown anyway; one that is being read may come out mixed.
+            lane.is_disturbed = !lane.machine.writes_plan();
+            return;
+        }
+        let is_echo = self.written[kind as usize].is_some_and(|written| now.since(written) < TRANSFER_ECHO);
+        if !is_echo && !matches!(self.plans.get(kind), PlanState::Unknown(_)) {
+            self.set_plan(kind, PlanState::Unknown(Unknown::ChangedElsewhere));
+        }
+    }
+
+    pub(super) fn on_restart(&mut self, since: MonoTime, now: MonoTime) {
+        if self.restarted_at.is_some_and(|restarted| now.since(restarted) < RESTART_ONCE) {
+            return;
+        }
+        self.restarted_at = Some(now);
+        self.telemetry.forget_before(since);
+        self.told = Told { mode: self.told.mode, is_armed: self.told.is_armed, ..Told::default() };
+        self.tracker.reset();
+        self.mission_ids = [None; 3];
+        self.event(VehicleEvent::Rebooted);
+        for mut lane in [self.transfer.take(), self.param.take()].into_iter().flatten() {
+            lane.machine.cancel(now);
+            while let Some(output) = lane.machine.poll_output() {
+                if let TransferOutput::Send(message) = output {
+                    self.outputs.push_back(Output::Send(message));
+                }
+            }
+        }
+        for op in std::mem::take(&mut self.ops) {
+            let is_wanted = match op.state {
+                State::Commanding { ref command, id, .. } => {
+                    self.commands.forget(id, now);
+                    command.effect == Effect::Restarted
+                }
+                State::Awaiting { ref command, .. } => command.effect == Effect::Restarted,
+                _ => false,
+            };
+            let result = if is_wanted { Ok(Reply::Done) } else { Err(VehicleError::Rebooted) };
+            self.outputs.push_back(Output::Finished { id: op.id, result });
+        }
+        for kind in PlanKind::ALL {
+            self.set_plan(kind, PlanState::Unknown(Unknown::Rebooted));
+        }
+        self.streams.ask(&mut self.commands, now);
+    }
+}

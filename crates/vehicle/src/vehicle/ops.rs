@@ -1,0 +1,506 @@
+//! Requests under way: their commands, the effects that prove them, their results.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use vencejo_flight::plan::PlanKind;
+use vencejo_proto::{Message, MonoTime};
+
+use super::Vehicle;
+use super::steps::{Effect, Fallback, Step};
+use crate::command::{
+    CommandId, CommandMessage, CommandName, CommandOutcome, CommandOutput, CommandResult, Unanswered, WhenBusy,
+};
+use crate::error::VehicleError;
+use crate::modes::FlightMode;
+use crate::request::{ModeChoice, Output, Reply, Request, RequestId};
+use crate::telemetry::{LandedState, Severity, Text};
+
+/// Requests that may be under way or waiting at once. More are refused.
+pub(super) const MAX_REQUESTS: usize = 64;
+/// How long an effect may take to show after the command was accepted: several heartbeats.
+const EFFECT_WITHIN: Duration = Duration::from_secs(5);
+/// How long a message that was asked for may take.
+const MESSAGE_WITHIN: Duration = Duration::from_secs(2);
+/// How long to wait for what the vehicle writes about a refusal; arming fails with a list.
+const REASONS_AFTER: Duration = Duration::from_millis(400);
+const ARM_REASONS_AFTER: Duration = Duration::from_millis(1_000);
+/// ArduPilot repeats failing pre-arm checks every 30 s; those are taken when it is silent at the refusal.
+const PREARM_REPEATED: Duration = Duration::from_secs(35);
+/// Most reasons that an error carries.
+const MAX_REASONS: usize = 16;
+
+/// A request under way.
+#[derive(Debug)]
+pub(super) struct Op {
+    pub id: RequestId,
+    pub steps: VecDeque<Step>,
+    pub state: State,
+    /// `result_param2` of the last command's acknowledgement, for the requests that return it.
+    pub acknowledged: Option<i32>,
+    pub wants_acknowledgement: bool,
+}
+
+#[derive(Debug)]
+pub(super) enum State {
+    /// The next step is to begin.
+    Ready,
+    /// A command is under way.
+    Commanding { command: Commanding, id: CommandId, asked: bool },
+    /// It was refused; the vehicle may write why.
+    Refused { command: Commanding, result: CommandResult, until: MonoTime },
+    /// It was accepted; its effect has to show.
+    Awaiting { command: Commanding, until: MonoTime },
+    /// A transfer runs in a lane.
+    Transferring,
+    /// A parameter waits for the lane.
+    WaitingForLane(Step),
+}
+
+/// A command and what proves it.
+#[derive(Debug, Clone)]
+pub(super) struct Commanding {
+    pub message: CommandMessage,
+    pub effect: Effect,
+    pub fallback: Option<Fallback>,
+    pub first_sent: MonoTime,
+    pub last_sent: MonoTime,
+    pub mode_before: Option<FlightMode>,
+}
+
+impl Commanding {
+    pub fn name(&self) -> CommandName {
+        CommandName(self.message.command())
+    }
+}
+
+/// How an effect looks from here.
+#[derive(Debug, PartialEq)]
+pub(super) enum Seen {
+    /// It is there.
+    Shown,
+    /// The vehicle has said since that it is not.
+    NotShown,
+    /// Somebody else did something else.
+    Overtaken(String),
+    /// Nothing has been said since.
+    NotYet,
+}
+
+impl Vehicle {
+    /// Ends the waits whose time is over.
+    pub(super) fn end_waits(&mut self, now: MonoTime) {
+        let mut index = 0;
+        while index < self.ops.len() {
+            let error = match &self.ops[index].state {
+                State::Refused { command, result, until } if now >= *until => Some(VehicleError::CommandRefused {
+                    target: command.message.target(),
+                    command: command.name(),
+                    result: *result,
+                    reasons: self.reasons(command, now),
+                }),
+                State::Awaiting { command, until } if now >= *until => Some(self.not_confirmed(command, now)),
+                _ => None,
+            };
+            match error {
+                Some(error) => self.finish(index, Err(error)),
+                None => index += 1,
+            }
+        }
+    }
+
+    pub(super) fn not_confirmed(&self, command: &Commanding, now: MonoTime) -> VehicleError {
+        let heartbeat = self.telemetry.heartbeat;
+        let shown = |text: Option<String>| text.unwrap_or_else(|| "nothing".to_owned());
+        let armed = |is_armed: bool| if is_armed { "armed" } else { "disarmed" }.to_owned();
+        let (wanted, observed) = match command.effect {
+            Effect::Received(message_id) => return VehicleError::MessageNotReceived { message_id },
+            Effect::Armed(is_armed) => (armed(is_armed), shown(heartbeat.map(|h| armed(h.value.is_armed)))),
+            Effect::Mode(mode) => (format!("mode {mode}"), shown(heartbeat.map(|h| format!("mode {}", h.value.mode)))),
+            Effect::Current(seq) => {
+                (format!("item {seq}"), shown(self.telemetry.mission.map(|m| format!("item {}", m.value.seq))))
+            }
+            Effect::Acknowledged | Effect::Airborne | Effect::JumpedFrom(_) | Effect::Restarted => {
+                ("its effect".to_owned(), shown(None))
+            }
+        };
+        VehicleError::NotConfirmed {
+            command: command.name(),
+            wanted,
+            observed,
+            within: now.since(command.last_sent),
+            reasons: self.reasons(command, now),
+        }
+    }
+
+    /// What the vehicle wrote about a command: failing checks for arming, else warnings and worse since it was sent.
+    pub(super) fn reasons(&self, command: &Commanding, now: MonoTime) -> Vec<String> {
+        let is_check = |text: &&Text| text.text.starts_with("PreArm: ") || text.text.starts_with("Arm: ");
+        let is_warning = |text: &&Text| text.severity <= Severity::WARNING;
+        let since = |moment: MonoTime| {
+            let texts = self.texts.iter().rev();
+            texts.take_while(move |text| text.at >= moment).filter(|text| text.component == self.address.component)
+        };
+        let is_arming = command.effect == Effect::Armed(true);
+        let mut found: Vec<&Text> =
+            if is_arming { since(command.first_sent).filter(is_check).collect() } else { Vec::new() };
+        if found.is_empty() {
+            found = since(command.first_sent).filter(is_warning).collect();
+        }
+        if found.is_empty() && is_arming {
+            let age = now.as_duration().saturating_sub(PREARM_REPEATED);
+            found = since(MonoTime::from_origin(age)).filter(is_check).collect();
+        }
+        let mut reasons: Vec<String> = Vec::new();
+        for text in found.into_iter().rev() {
+            if !reasons.contains(&text.text) && reasons.len() < MAX_REASONS {
+                reasons.push(text.text.clone());
+            }
+        }
+        reasons
+    }
+
+    /// Starts a request. Its result comes as [`Output::Finished`], also when it is refused at once.
+    pub fn request(&mut self, request: Request, now: MonoTime) -> RequestId {
+        let id = RequestId(self.next_request);
+        self.next_request += 1;
+        if let Err(error) = self.begin(id, request, now) {
+            self.outputs.push_back(Output::Finished { id, result: Err(error) });
+        }
+        self.pump(now);
+        id
+    }
+
+    pub(super) fn begin(&mut self, id: RequestId, request: Request, now: MonoTime) -> Result<(), VehicleError> {
+        if self.ops.len() >= MAX_REQUESTS {
+            return Err(VehicleError::TooManyRequests { limit: MAX_REQUESTS });
+        }
+        self.refuse_mixed_mission(&request)?;
+        if let Request::SetMessageRate { message_id, rate_hz } = request {
+            self.streams.config_mut().set_rate(message_id, rate_hz)?;
+        }
+        let wants_acknowledgement = matches!(request, Request::RawCommandLong(_) | Request::RawCommandInt(_));
+        let steps = self.context(now).steps(request)?;
+        let is_transfer =
+            |step: &Step| matches!(step, Step::Upload(..) | Step::Download(_) | Step::Clear(_) | Step::ParamList);
+        if steps.iter().any(is_transfer)
+            && let Some(running) = &self.transfer
+        {
+            return Err(VehicleError::TransferBusy { running: running.machine.name() });
+        }
+        self.ops.push(Op { id, steps, state: State::Ready, acknowledged: None, wants_acknowledgement });
+        self.advance(id, now);
+        Ok(())
+    }
+
+    /// A mission that one of our transfers left half-written is neither flown nor armed for.
+    pub(super) fn refuse_mixed_mission(&self, request: &Request) -> Result<(), VehicleError> {
+        let state = self.plans.get(PlanKind::Mission);
+        if !state.may_be_mixed() {
+            return Ok(());
+        }
+        let starts = match request {
+            Request::Arm { .. } | Request::MissionStart { .. } | Request::MissionResume => true,
+            Request::SetMode(choice) => self.telemetry.mode().is_some_and(|mode| match choice {
+                ModeChoice::Name(name) => mode.family.parse(name).is_ok_and(FlightMode::follows_mission),
+                ModeChoice::Custom(custom_mode) => FlightMode { custom_mode: *custom_mode, ..mode }.follows_mission(),
+            }),
+            _ => false,
+        };
+        if starts { Err(VehicleError::PlanUnknown { kind: PlanKind::Mission, state }) } else { Ok(()) }
+    }
+
+    /// Gives a request up; its result is [`VehicleError::Cancelled`]. A command that was sent may still be executed.
+    pub fn cancel(&mut self, id: RequestId, now: MonoTime) {
+        let Some(index) = self.ops.iter().position(|op| op.id == id) else { return };
+        match &self.ops[index].state {
+            State::Transferring => {
+                for lane in [&mut self.transfer, &mut self.param].into_iter().flatten() {
+                    if lane.id == id {
+                        lane.machine.cancel(now);
+                    }
+                }
+                // The lane ends the request.
+                self.pump(now);
+                return;
+            }
+            State::Commanding { id: command, .. } => self.commands.forget(*command, now),
+            _ => {}
+        }
+        self.finish(index, Err(VehicleError::Cancelled));
+        self.pump(now);
+    }
+
+    /// Gives all requests up: the vehicle or its owner goes away. Each result still comes as [`Output::Finished`].
+    pub fn close(&mut self, now: MonoTime) {
+        let ids: Vec<_> = self.ops.iter().map(|op| op.id).collect();
+        for id in ids {
+            self.cancel(id, now);
+        }
+    }
+
+    /// Begins the next step of a request, or ends it.
+    pub(super) fn advance(&mut self, id: RequestId, now: MonoTime) {
+        let Some(index) = self.ops.iter().position(|op| op.id == id) else { return };
+        let Some(step) = self.ops[index].steps.pop_front() else {
+            let op = &self.ops[index];
+            let reply = match op.acknowledged {
+                Some(result_param2) if op.wants_acknowledgement => Reply::Acknowledged { result_param2 },
+                _ => Reply::Done,
+            };
+            self.finish(index, Ok(reply));
+            return;
+        };
+        match step {
+            Step::Command { message, unanswered, when_busy, effect, fallback } => {
+                let command = Commanding {
+                    message,
+                    effect,
+                    fallback,
+                    first_sent: now,
+                    last_sent: now,
+                    mode_before: self.telemetry.mode(),
+                };
+                self.send_command(index, command, unanswered, when_busy, now);
+            }
+            Step::ParamRead(_) | Step::ParamSet(..) if self.param_lane_is_busy() => {
+                self.ops[index].state = State::WaitingForLane(step);
+            }
+            step => self.start_transfer(index, step, now),
+        }
+    }
+
+    pub(super) fn send_command(
+        &mut self,
+        index: usize,
+        command: Commanding,
+        unanswered: Unanswered,
+        when_busy: WhenBusy,
+        now: MonoTime,
+    ) {
+        match self.commands.submit(command.message, unanswered, when_busy, now) {
+            Ok(id) => self.ops[index].state = State::Commanding { command, id, asked: false },
+            Err(_) => self.finish(index, Err(VehicleError::CommandBusy { command: command.name() })),
+        }
+    }
+
+    pub(super) fn finish(&mut self, index: usize, result: Result<Reply, VehicleError>) {
+        let op = self.ops.remove(index);
+        self.outputs.push_back(Output::Finished { id: op.id, result });
+    }
+
+    pub(super) fn on_command_output(&mut self, output: CommandOutput, now: MonoTime) {
+        match output {
+            CommandOutput::Send(message) => self.outputs.push_back(Output::Send(message)),
+            CommandOutput::Progress { id, percent } => {
+                if let Some(op) = self.op_commanding(id) {
+                    let id = self.ops[op].id;
+                    let done = u32::from(percent.unwrap_or(0));
+                    self.outputs.push_back(Output::Progress {
+                        id,
+                        done,
+                        total: if percent.is_some() { 100 } else { 0 },
+                    });
+                }
+            }
+            CommandOutput::Unanswered { id } => {
+                if let Some(index) = self.op_commanding(id) {
+                    if let State::Commanding { asked, .. } = &mut self.ops[index].state {
+                        *asked = true;
+                    }
+                    self.check_effect(index, now);
+                }
+            }
+            CommandOutput::Finished { id, outcome } => match self.op_commanding(id) {
+                Some(index) => self.on_command_finished(index, outcome, now),
+                None => {
+                    self.streams.on_finished(id, outcome, &mut self.commands, now);
+                }
+            },
+        }
+    }
+
+    pub(super) fn op_commanding(&self, command: CommandId) -> Option<usize> {
+        self.ops.iter().position(|op| matches!(op.state, State::Commanding { id, .. } if id == command))
+    }
+
+    pub(super) fn on_command_finished(&mut self, index: usize, outcome: CommandOutcome, now: MonoTime) {
+        let State::Commanding { command, .. } = std::mem::replace(&mut self.ops[index].state, State::Ready) else {
+            return;
+        };
+        match outcome {
+            CommandOutcome::TimedOut { attempts } => {
+                let error = VehicleError::CommandTimeout {
+                    target: command.message.target(),
+                    command: command.name(),
+                    attempts,
+                };
+                self.finish(index, Err(error));
+            }
+            CommandOutcome::Answered { result: CommandResult::ACCEPTED, result_param2 } => {
+                self.ops[index].acknowledged = Some(result_param2);
+                let within = match command.effect {
+                    Effect::Acknowledged | Effect::Airborne | Effect::JumpedFrom(_) | Effect::Restarted => None,
+                    Effect::Received(_) => Some(MESSAGE_WITHIN.max(self.round_trip().unwrap_or_default() * 2)),
+                    Effect::Armed(_) | Effect::Mode(_) | Effect::Current(_) => Some(EFFECT_WITHIN),
+                };
+                match within {
+                    Some(within) => {
+                        self.ops[index].state = State::Awaiting { command, until: now + within };
+                        self.check_effect(index, now);
+                    }
+                    None => {
+                        let id = self.ops[index].id;
+                        self.advance(id, now);
+                    }
+                }
+            }
+            CommandOutcome::Answered { result: CommandResult::UNSUPPORTED, .. } if command.fallback.is_some() => {
+                self.fall_back(index, command, now);
+            }
+            CommandOutcome::Answered { result, .. } => {
+                let wait = if matches!(command.effect, Effect::Armed(_)) { ARM_REASONS_AFTER } else { REASONS_AFTER };
+                self.ops[index].state = State::Refused { command, result, until: now + wait };
+            }
+        }
+    }
+
+    pub(super) fn fall_back(&mut self, index: usize, mut command: Commanding, now: MonoTime) {
+        command.last_sent = now;
+        match command.fallback.take() {
+            Some(Fallback::Command(message)) => {
+                command.message = message;
+                let unanswered = Unanswered::for_command(message.command());
+                self.send_command(index, command, unanswered, WhenBusy::Refuse, now);
+            }
+            Some(Fallback::Message(message, effect)) => {
+                command.effect = effect;
+                self.outputs.push_back(Output::Send(message));
+                self.ops[index].state = State::Awaiting { command, until: now + EFFECT_WITHIN };
+            }
+            None => {}
+        }
+    }
+
+    /// Looks whether the effects that are waited for show.
+    pub(super) fn check_effects(&mut self, now: MonoTime) {
+        let mut index = 0;
+        while index < self.ops.len() {
+            let id = self.ops[index].id;
+            self.check_effect(index, now);
+            if self.ops.get(index).is_some_and(|op| op.id == id) {
+                index += 1;
+            }
+        }
+    }
+
+    pub(super) fn check_effect(&mut self, index: usize, now: MonoTime) {
+        let (command, under_way) = match &self.ops[index].state {
+            State::Commanding { command, id, asked } => (command, Some((*id, *asked))),
+            State::Awaiting { command, .. } => (command, None),
+            _ => return,
+        };
+        let seen = self.seen(command);
+        let op = self.ops[index].id;
+        match (seen, under_way) {
+            (Seen::Shown, Some((id, asked))) => {
+                // Without an answer only what the vehicle reports in as many words counts, or what follows a silence.
+                let is_proof = matches!(command.effect, Effect::Armed(_) | Effect::Mode(_)) || asked;
+                if is_proof {
+                    self.commands.forget(id, now);
+                    self.ops[index].state = State::Ready;
+                    self.advance(op, now);
+                }
+            }
+            (Seen::Shown, None) => {
+                self.ops[index].state = State::Ready;
+                self.advance(op, now);
+            }
+            (Seen::NotShown, Some((id, true))) => {
+                self.commands.repeat(id, now);
+                if let State::Commanding { command, asked, .. } = &mut self.ops[index].state {
+                    command.last_sent = now;
+                    *asked = false;
+                }
+            }
+            (Seen::Overtaken(observed), Some((id, true))) => {
+                let error = VehicleError::NotConfirmed {
+                    command: command.name(),
+                    wanted: match command.effect {
+                        Effect::Mode(mode) => format!("mode {mode}"),
+                        _ => "its effect".to_owned(),
+                    },
+                    observed,
+                    within: now.since(command.last_sent),
+                    reasons: self.reasons(command, now),
+                };
+                self.commands.forget(id, now);
+                self.finish(index, Err(error));
+            }
+            _ => {}
+        }
+    }
+
+    /// How the effect of a command looks by what the vehicle has said since it was sent.
+    pub(super) fn seen(&self, command: &Commanding) -> Seen {
+        // What was on its way when the command was sent proves nothing against it.
+        let fresh = command.last_sent + self.config.commands.timeout / 2;
+        let by_heartbeat = |is_shown: bool, at: MonoTime| {
+            if is_shown && at >= command.first_sent {
+                Seen::Shown
+            } else if !is_shown && at >= fresh {
+                Seen::NotShown
+            } else {
+                Seen::NotYet
+            }
+        };
+        match command.effect {
+            Effect::Armed(is_armed) => self
+                .telemetry
+                .heartbeat
+                .map_or(Seen::NotYet, |heartbeat| by_heartbeat(heartbeat.value.is_armed == is_armed, heartbeat.at)),
+            Effect::Mode(mode) => self.telemetry.heartbeat.map_or(Seen::NotYet, |heartbeat| {
+                let shown = heartbeat.value.mode;
+                match by_heartbeat(shown == mode, heartbeat.at) {
+                    Seen::NotShown if command.mode_before.is_some_and(|before| before != shown) => {
+                        Seen::Overtaken(format!("mode {shown}"))
+                    }
+                    seen => seen,
+                }
+            }),
+            Effect::Airborne => self.telemetry.extended.map_or(Seen::NotYet, |extended| match extended.value.landed {
+                LandedState::InAir | LandedState::TakingOff => by_heartbeat(true, extended.at),
+                LandedState::OnGround => by_heartbeat(false, extended.at),
+                LandedState::Undefined | LandedState::Landing => Seen::NotYet,
+            }),
+            Effect::JumpedFrom(before) => self.telemetry.mission.map_or(Seen::NotYet, |mission| {
+                by_heartbeat(before.is_some_and(|before| before != mission.value.seq), mission.at)
+            }),
+            Effect::Current(seq) => self
+                .telemetry
+                .mission
+                .map_or(Seen::NotYet, |mission| by_heartbeat(mission.value.seq == seq, mission.at)),
+            Effect::Acknowledged | Effect::Received(_) | Effect::Restarted => Seen::NotYet,
+        }
+    }
+
+    /// Hands a message to the request that asked for it.
+    pub(super) fn on_awaited(&mut self, message: &Message, now: MonoTime) {
+        let wants = |command: &Commanding| command.effect == Effect::Received(message.id());
+        let mut index = 0;
+        while index < self.ops.len() {
+            match &self.ops[index].state {
+                State::Commanding { command, id, .. } if wants(command) => {
+                    // It may overtake the acknowledgement; it is what was wanted.
+                    self.commands.forget(*id, now);
+                }
+                State::Awaiting { command, .. } if wants(command) => {}
+                _ => {
+                    index += 1;
+                    continue;
+                }
+            }
+            self.finish(index, Ok(Reply::Message(Box::new(message.clone()))));
+        }
+    }
+}
