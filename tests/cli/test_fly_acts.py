@@ -86,11 +86,11 @@ def test_a_no_leaves_it_disarmed() -> None:
 
 def test_an_error_in_the_plan_sends_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     vehicle = ready_vehicle()
-    vehicle.findings = (Finding("error", "far_away", 2, "Item 2 is 900 km away.", "Plan it here."),)
+    vehicle.findings = (Finding("error", "far_away", 2, "item 2 is 900 km away", "plan it here"),)
     with pytest.raises(Failed, match="1 error: nothing was sent"):
         fly(vehicle)
     assert vehicle.calls == []
-    assert "900 km away. Plan it here." in capsys.readouterr().out
+    assert "error: item 2 is 900 km away; plan it here" in capsys.readouterr().out
 
 
 def test_fence_comes_before_the_mission_and_only_when_there_is_one() -> None:

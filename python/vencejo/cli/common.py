@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from vencejo.plan import Finding
     from vencejo.vehicle import Vehicle
 
 DEFAULT_LINK: Final = "udpin:0.0.0.0:14550"
@@ -266,6 +267,14 @@ def vehicle_on(
         yield vehicle
 
 
+def finding_text(finding: Finding) -> str:
+    """A finding of the checks in one line: severity, what is wrong, what to do."""
+    text = finding.message.rstrip(".")
+    if finding.item is not None and f"item {finding.item}" not in text:
+        text = f"item {finding.item}: {text}"
+    return f"{finding.severity}: {text}" + (f"; {finding.remedy}" if finding.remedy else "")
+
+
 def duration(seconds: float | None) -> str:
     """Minutes and seconds, such as ``4:05``; a dash when unknown."""
     if seconds is None:
@@ -279,7 +288,9 @@ def number(value: float | None, unit: str = "", digits: int = 0) -> str:
     """A value with its unit; a dash when unknown."""
     if value is None:
         return "–"
-    return f"{value:.{digits}f}" + (f" {unit}" if unit else "")
+    rounded = round(value, digits) + 0.0  # without a minus before zero
+    gap = "" if unit in ("", "°") else " "
+    return f"{rounded:.{digits}f}{gap}{unit}"
 
 
 def distance(metres: float | None) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json as json_module
 import queue
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -86,10 +87,10 @@ def demo_mission() -> Path:
 def next_commands(mission: Path) -> str:
     """What to try after the demo."""
     return (
-        "Now try:\n"
-        "  vencejo sim                                              a simulated plane that stays\n"
-        "  vencejo telemetry --link tcp:127.0.0.1:5760              in another terminal: what it says\n"
-        f"  vencejo fly {mission} --link tcp:127.0.0.1:5760    fly it yourself"
+        "Now try, each in a terminal of its own:\n"
+        "  vencejo sim                                     # a simulated plane that stays\n"
+        "  vencejo telemetry --link tcp:127.0.0.1:5760     # what it says\n"
+        f"  vencejo fly {shlex.quote(str(mission))} --link tcp:127.0.0.1:5760     # fly it yourself"
     )
 
 

@@ -27,6 +27,7 @@ from vencejo.cli.common import (
     confirm,
     distance,
     duration,
+    finding_text,
     progress_bar,
     say,
     status,
@@ -121,7 +122,7 @@ def check(findings: tuple[Finding, ...], reporter: Reporter, unsent: str, known:
         if finding not in known:
             reporter.step(
                 "finding",
-                f"{finding.severity}: {finding}",
+                finding_text(finding),
                 severity=finding.severity,
                 code=finding.code,
                 item=finding.item,

@@ -19,6 +19,7 @@ from vencejo.cli.common import (
     YesOption,
     confirm,
     distance,
+    finding_text,
     progress_bar,
     put_json,
     stdout,
@@ -180,7 +181,7 @@ def show(
                 print(f"Planned home: {home.lat_deg:.7f}, {home.lon_deg:.7f}, {home.alt_amsl_m:.1f} m above sea level")
             print(f"{len(plan.items)} items, {distance(plan.length_m)}")
             for finding in plan.check() if plan.items else ():
-                print(f"{finding.severity}: {finding}")
+                print(finding_text(finding))
         else:
             console.print(fence_table(plan) if part == "fence" else rally_table(plan))
 
@@ -201,10 +202,15 @@ def _tell_findings(plan: Plan, findings: tuple[Any, ...], *, json: bool) -> None
     for finding in findings:
         if json:
             put_json(
-                {"finding": finding.code, "severity": finding.severity, "item": finding.item, "text": str(finding)}
+                {
+                    "finding": finding.code,
+                    "severity": finding.severity,
+                    "item": finding.item,
+                    "text": finding_text(finding),
+                }
             )
         elif finding.severity != "error":
-            print(f"{finding.severity}: {finding}")  # errors are in the refusal
+            print(finding_text(finding))  # errors are in the refusal
 
 
 def count(plan: Plan, kind: PlanKind) -> int:

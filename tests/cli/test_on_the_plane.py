@@ -1,0 +1,297 @@
+"""The command against a simulated plane over a real link."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import IO, Any
+
+import pytest
+import vencejo
+from typer.testing import CliRunner, Result
+from vencejo import MissionItem, Plan
+from vencejo.cli import app
+
+from tests.support import HOME, simulated_plane, wait_for
+
+pytestmark = pytest.mark.e2e
+
+LAT, LON, _ = HOME
+SPEEDUP = "25"
+
+
+def east(metres: float) -> float:
+    return LON + metres / 84_980.0
+
+
+def north(metres: float) -> float:
+    return LAT + metres / 111_050.0
+
+
+def circuit() -> Plan:
+    """Off to the west, round to the north, and back onto the place of take-off: about three minutes."""
+    return Plan(
+        items=(
+            MissionItem.takeoff(LAT, east(-250), alt_rel_home_m=50.0, pitch_deg=15.0),
+            MissionItem.waypoint(LAT, east(-500), alt_rel_home_m=70.0),
+            MissionItem.waypoint(north(400), east(-300), alt_rel_home_m=70.0),
+            MissionItem.waypoint(north(300), east(700), alt_rel_home_m=60.0),
+            MissionItem.change_airspeed(14.0),
+            MissionItem.waypoint(LAT, east(900), alt_rel_home_m=50.0),
+            MissionItem.waypoint(LAT, east(500), alt_rel_home_m=35.0),
+            MissionItem.land(LAT, LON),
+        )
+    )
+
+
+@pytest.fixture
+def plan_file(tmp_path: Path) -> Path:
+    file = tmp_path / "circuit.waypoints"
+    circuit().save(file)
+    return file
+
+
+@pytest.fixture(scope="module")
+def parked_plane() -> Iterator[str]:
+    """A plane that nobody flies."""
+    with simulated_plane("--speedup", "5") as link:
+        yield link
+
+
+@pytest.fixture
+def plane() -> Iterator[str]:
+    """A plane to fly."""
+    with simulated_plane("--speedup", SPEEDUP, "--seed", "3") as link:
+        yield link
+
+
+@pytest.fixture(autouse=True)
+def own_data_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("VENCEJO_DATA", str(tmp_path / "data"))
+
+
+def run(*args: str, link: str) -> Result:
+    return CliRunner().invoke(app, [*args, "--link", link])
+
+
+def told(result: Result) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in result.stdout.splitlines()]
+
+
+class Running:
+    """The command as a process of its own, to send signals to."""
+
+    def __init__(self, *args: str) -> None:
+        command = [sys.executable, "-m", "vencejo.cli", *args]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        assert self.process.stdout is not None
+        self.out: IO[str] = self.process.stdout
+
+    def until(self, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+        for line in self.out:
+            value: dict[str, Any] = json.loads(line)
+            if wanted(value):
+                return value
+        _, errors = self.process.communicate(timeout=20)
+        raise AssertionError(f"it ended with {self.process.returncode}: {errors}")
+
+    def end(self, number: int | None = None) -> tuple[int, str, str]:
+        if number is not None:
+            self.process.send_signal(number)
+        out, errors = self.process.communicate(timeout=60)
+        return self.process.returncode, out, errors
+
+    def __enter__(self) -> Running:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.communicate()
+
+
+def test_fly(plane: str, plan_file: Path, tmp_path: Path) -> None:
+    result = run("fly", str(plan_file), "--yes", "--json", link=plane)
+    assert result.exit_code == 0, result.output
+    events = told(result)
+    acts = [
+        event["event"]
+        for event in events
+        if event["event"] in ("loaded", "uploaded", "ready", "armed", "started", "end")
+    ]
+    assert acts == ["loaded", "uploaded", "ready", "armed", "started", "end"]
+    assert events[-1]["outcome"] == "landed"
+    assert events[-1]["landing_error_m"] < 20.0
+    assert 100.0 < events[-1]["flight_time_s"] < 400.0
+    reached = [event["item"] for event in events if event["event"] == "item_reached"]
+    assert reached == sorted(reached)
+    assert {2, 3, 4} & set(reached)
+    pictures = [event for event in events if event["event"] == "progress"]
+    assert max(picture["alt_rel_home_m"] for picture in pictures) > 60.0
+    assert pictures[0]["total"] == 8
+    recording = Path(events[-1]["recording"])
+    assert recording.parent == tmp_path / "data" / "telemetry"
+    summary = json.loads(CliRunner().invoke(app, ["replay", str(recording), "--json"]).stdout)
+    kinds = [event["kind"] for event in summary["events"]]
+    assert kinds.index("armed") < kinds.index("item_reached")
+
+
+def test_a_change_of_mode_is_told_and_not_undone(plane: str, plan_file: Path) -> None:
+    with (
+        Running("fly", str(plan_file), "--link", plane, "--yes", "--json", "--patience", "1") as flight,
+        vencejo.connect(plane, record=False, own_component_id=191) as pilot,
+    ):
+        flight.until(lambda event: event["event"] == "item_reached")
+        pilot.set_mode("LOITER")
+        code, out, errors = flight.end()
+        assert code == 1
+        assert "left AUTO at item" in errors
+        assert "it flies on in LOITER" in errors
+        assert json.loads(out.splitlines()[-1])["ok"] is False
+        assert pilot.telemetry.mode == "LOITER"
+
+
+def test_ctrl_c_ends_the_following_only(plane: str, plan_file: Path) -> None:
+    with (
+        Running("fly", str(plan_file), "--link", plane, "--yes", "--json") as flight,
+        vencejo.connect(plane, record=False, own_component_id=191) as watcher,
+    ):
+        flight.until(lambda event: event["event"] == "item_reached")
+        code, _, errors = flight.end(signal.SIGINT)
+        assert code == 130
+        assert "The plane goes on flying: mode AUTO, item" in errors
+        assert "Traceback" not in errors
+        assert watcher.telemetry.mode == "AUTO"
+        assert watcher.telemetry.is_armed
+
+
+def test_the_demo_lands_near_its_point() -> None:
+    result = CliRunner().invoke(app, ["demo", "--speedup", "30", "--wind", "3", "--json", "--no-record"])
+    assert result.exit_code == 0, result.output
+    last = told(result)[-1]
+    assert last["outcome"] == "landed"
+    assert last["landing_error_m"] < 20.0
+    assert 8 * 60 < last["flight_time_s"] < 12 * 60
+    assert last["recording"] is None
+
+
+def test_a_mission_there_and_back(parked_plane: str, plan_file: Path, tmp_path: Path) -> None:
+    sent = told(run("mission", "upload", str(plan_file), "--json", link=parked_plane))
+    assert sent == [{"kind": "mission", "state": "verified", "count": 8, "hash": sent[0]["hash"]}]
+    back = tmp_path / "back.waypoints"
+    assert run("mission", "download", str(back), link=parked_plane).output.endswith("mission 8\n")
+    commands = [item.command for item in circuit().items]
+    assert [item.command for item in Plan.load(back).items] == commands
+    shown = told(run("mission", "show", "--json", link=parked_plane))[0]
+    assert [item["command"] for item in shown["items"]] == commands
+    refused = run("mission", "clear", link=parked_plane)
+    assert refused.exit_code == 2
+    assert "add --yes" in refused.stderr
+    assert run("mission", "clear", "--yes", link=parked_plane).exit_code == 0
+    assert told(run("mission", "show", "--json", link=parked_plane))[0]["items"] == []
+
+
+def test_a_fence_and_rally_points_there_and_back(parked_plane: str, tmp_path: Path) -> None:
+    corners = [vencejo.GeoPoint(north(n), east(e)) for n, e in ((990, -990), (990, 990), (-990, 990), (-990, -990))]
+    plan = Plan(
+        items=circuit().items,
+        fence=vencejo.Fence((vencejo.Polygon(tuple(corners)),)),
+        rally=(vencejo.RallyPoint(north(100), east(100), 60.0),),
+    )
+    file = tmp_path / "field.plan"
+    plan.save(file)
+    sent = told(run("mission", "upload", str(file), "--kind", "all", "--json", link=parked_plane))
+    assert [part["kind"] for part in sent] == ["mission", "fence", "rally"]
+    back = tmp_path / "back.plan"
+    assert run("mission", "download", str(back), "--kind", "all", link=parked_plane).exit_code == 0
+    read = Plan.load(back)
+    assert len(read.fence.zones) == 1
+    assert len(read.rally) == 1
+    shown = told(run("mission", "show", "--kind", "fence", "--json", link=parked_plane))[0]
+    assert len(shown["fence"][0]["points"]) == 4
+
+
+def test_parameters(parked_plane: str, tmp_path: Path) -> None:
+    result = run("params", "get", "wp_radius", "RTL_AUTOLAND", link=parked_plane)
+    assert result.exit_code == 0, result.output
+    assert [line.split()[0] for line in result.stdout.splitlines()] == ["WP_RADIUS", "RTL_AUTOLAND"]
+    changed = told(run("params", "set", "WP_RADIUS", "41", "--json", link=parked_plane))[0]
+    assert changed["after"] == 41
+    saved = tmp_path / "all.param"
+    assert run("params", "save", str(saved), link=parked_plane).exit_code == 0
+    assert vencejo.load_params(saved)["WP_RADIUS"] == 41.0
+    assert run("params", "set", "WP_RADIUS", "60", link=parked_plane).stdout == "WP_RADIUS 41 → 60\n"
+    some = tmp_path / "some.param"
+    some.write_text("WP_RADIUS,42\nWP_LOITER_RAD,80\nNO_SUCH_THING,1\n", encoding="utf-8")
+    refused = run("params", "load", str(some), link=parked_plane)
+    assert refused.exit_code == 2
+    assert "60" in refused.stdout
+    assert "left out: NO_SUCH_THING" in refused.stderr
+    assert told(run("params", "get", "WP_RADIUS", "--json", link=parked_plane)) == [{"WP_RADIUS": 60}]
+    loaded = run("params", "load", str(some), "--yes", "--json", link=parked_plane)
+    assert told(loaded)[0]["refused"] == []
+    assert told(run("params", "list", "WP_*", "--json", link=parked_plane))[0]["WP_RADIUS"] == 42
+    unknown = run("params", "get", "NO_SUCH_THING", link=parked_plane)
+    assert unknown.exit_code == 1
+    assert "NO_SUCH_THING" in unknown.stderr
+
+
+def test_telemetry_once(parked_plane: str) -> None:
+    sample = told(run("telemetry", "--once", "--json", "--groups", "position,attitude,battery", link=parked_plane))[0]
+    assert sorted(sample) == ["attitude", "battery", "position", "system_id", "time_s"]
+    assert sample["position"]["lat_deg"] == pytest.approx(LAT, abs=1e-3)
+    assert sample["battery"][0]["voltage_v"] > 10.0
+    shown = run("telemetry", "--once", link=parked_plane)
+    assert shown.exit_code == 0
+    assert "heartbeat" in shown.stdout
+
+
+@pytest.mark.parametrize("words", [["--json"], []], ids=["json", "lines"])
+def test_telemetry_streams_until_ctrl_c(parked_plane: str, words: list[str]) -> None:
+    with Running("telemetry", "--link", parked_plane, "--no-record", "--groups", "attitude", *words) as running:
+        lines = [running.out.readline() for _ in range(4)]
+        assert all("roll_rad" in line for line in lines[1:]), lines
+        code, _, errors = running.end(signal.SIGINT)
+    assert code == 130
+    assert "Traceback" not in errors
+
+
+def test_a_reader_that_goes_away_is_no_error_message(parked_plane: str) -> None:
+    with Running("telemetry", "--link", parked_plane, "--no-record", "--json", "--rate", "20") as running:
+        assert running.out.readline()
+        running.out.close()
+        assert running.process.stderr is not None
+        errors = running.process.stderr.read()
+        assert running.process.wait(20) != 0
+    assert "Traceback" not in errors
+    assert "internal error" not in errors
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_record_until_it_is_ended(parked_plane: str, tmp_path: Path, number: int) -> None:
+    with Running("record", "--link", parked_plane, "--to", str(tmp_path / "flights"), "--json") as running:
+        running.until(lambda told: told["recording"] is not None and told["recording"]["frames"] > 20)
+        code, out, errors = running.end(number)
+    assert code == 0, errors
+    path = Path(json.loads(out.splitlines()[-1])["recording"]["path"])
+    assert path.parent == tmp_path / "flights"
+    summary = json.loads(CliRunner().invoke(app, ["replay", str(path), "--json"]).stdout)
+    assert summary["frames"] > 20
+    assert summary["skipped_bytes"] == 0
+
+
+def test_links_of_a_live_vehicle(parked_plane: str) -> None:
+    result = run("links", "--once", "--json", link=parked_plane)
+    assert result.exit_code == 0, result.output
+    assert told(result)[0]["links"][0]["state"] == "up"
+
+
+def test_nothing_is_armed_by_looking(parked_plane: str) -> None:
+    with vencejo.connect(parked_plane, record=False) as vehicle:
+        wait_for(lambda: vehicle.telemetry.heartbeat is not None, "a heartbeat")
+        assert vehicle.telemetry.is_armed is False
+        assert vehicle.telemetry.mode == "MANUAL"
