@@ -349,7 +349,10 @@ class PlaneComponent:
             self._prearm_text_due_s = now.time_s + _PREARM_TEXT_S
             for reason in self._prearm():
                 self.say(Severity.CRITICAL, f"PreArm: {reason}")
-        if now.time_s >= self._home_due_s and not now.armed:
+        if not self.home_set and now.gps_fix_type >= 3:  # the first fix is home until arming says better
+            self.plans.mission_store.set_home(now.home_lat_deg, now.home_lon_deg, now.home_alt_amsl_m)
+            self._send_home()
+        elif now.time_s >= self._home_due_s and not now.armed:
             self._send_home()
         self._drain_events()
 
