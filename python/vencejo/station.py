@@ -24,6 +24,8 @@ class LinkInfo:
     id : int
     name, address : str
         The name given to it, and its link string in canonical form.
+    local_address : str or None
+        Address and port of its own socket while it is up; tells the port when the link string says 0.
     state : str
         ``"connecting"``, ``"up"``, ``"down"`` or ``"ended"``.
     detail : str or None
@@ -44,6 +46,7 @@ class LinkInfo:
     id: int
     name: str
     address: str
+    local_address: str | None
     state: Literal["connecting", "up", "down", "ended"]
     detail: str | None
     frames_received: int

@@ -28,7 +28,7 @@ def test_every_group_converts(plane: vencejo.Vehicle) -> None:
     telemetry = plane.telemetry
     heard = dict(telemetry.groups())
     assert {"heartbeat", "attitude", "position", "hud", "gps", "sys_status", "imu", "pressure", "wind"} <= set(heard)
-    assert {"mission", "nav", "extended", "ekf", "vibration", "home", "servos", "system_time"} <= set(heard)
+    assert {"mission", "nav", "ekf", "vibration", "home", "servos", "system_time"} <= set(heard)
     for name, group in heard.items():
         assert isinstance(group, GROUPS[name])
         assert group.age_s >= 0.0

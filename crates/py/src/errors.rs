@@ -67,9 +67,9 @@ fn from_vehicle(error: &VehicleError) -> PyErr {
         VehicleError::CommandTimeout { .. }
         | VehicleError::NotConfirmed { .. }
         | VehicleError::MessageNotReceived { .. } => raise("CommandTimeout", error),
-        VehicleError::CommandBusy { .. }
-        | VehicleError::TransferBusy { .. }
-        | VehicleError::TooManyRequests { .. } => raise("Busy", error),
+        VehicleError::CommandBusy { .. } | VehicleError::TransferBusy { .. } | VehicleError::TooManyRequests { .. } => {
+            raise("Busy", error)
+        }
         VehicleError::Transfer(transfer) => from_transfer(transfer),
         VehicleError::UnknownMode(_)
         | VehicleError::NoModeFor { .. }

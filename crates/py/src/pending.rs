@@ -162,7 +162,11 @@ fn reply_to_python<'py>(py: Python<'py>, vehicle: &VehicleHandle, reply: Reply) 
 }
 
 /// `(name, system id, component id, time, message id, payload)` of a message.
-pub fn message_tuple<'py>(py: Python<'py>, frame: &vencejo_proto::Frame, at: MonoTime) -> PyResult<Bound<'py, PyTuple>> {
+pub fn message_tuple<'py>(
+    py: Python<'py>,
+    frame: &vencejo_proto::Frame,
+    at: MonoTime,
+) -> PyResult<Bound<'py, PyTuple>> {
     let (id, source) = (frame.message_id(), frame.source());
     let name = match vencejo_proto::message_name(id) {
         Some(name) => pyo3::types::PyString::intern(py, name),

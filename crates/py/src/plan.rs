@@ -6,9 +6,11 @@ use vencejo_flight::checks::{CheckContext, Severity, check_plan as check};
 use vencejo_flight::formats::{
     self, ParamDialect, ParamEntry, PlanSettings, read_params, write_params, write_plan_json, write_waypoints,
 };
-use vencejo_flight::progress::ProgressOptions;
 use vencejo_flight::geodesy::{self, GeoPoint};
-use vencejo_flight::plan::{Command, Fence, FenceShape, FenceZone, Home, MavFrame, Mission, MissionItem, Plan, Rally, RallyPoint};
+use vencejo_flight::plan::{
+    Command, Fence, FenceShape, FenceZone, Home, MavFrame, Mission, MissionItem, Plan, Rally, RallyPoint,
+};
+use vencejo_flight::progress::ProgressOptions;
 
 use crate::errors;
 
@@ -17,13 +19,8 @@ pub type ItemTuple = (u16, u8, [Option<f64>; 7], bool);
 /// `(is inclusion, corners or the centre, radius of a circle)`.
 type ZoneTuple = (bool, Vec<(f64, f64)>, Option<f64>);
 /// `(home, items, fence zones, fence return point, rally points)`.
-pub type PlanTuple = (
-    Option<(f64, f64, f64)>,
-    Vec<ItemTuple>,
-    Vec<ZoneTuple>,
-    Option<(f64, f64, f64)>,
-    Vec<(f64, f64, f64, u8)>,
-);
+pub type PlanTuple =
+    (Option<(f64, f64, f64)>, Vec<ItemTuple>, Vec<ZoneTuple>, Option<(f64, f64, f64)>, Vec<(f64, f64, f64, u8)>);
 /// What a file says beside the plan: `(cruise speed, hover speed, MAV_TYPE, MAV_AUTOPILOT)`.
 type SettingsTuple = (Option<f64>, Option<f64>, Option<u8>, Option<u8>);
 
@@ -65,8 +62,7 @@ pub fn plan_from_tuple((home, items, zones, return_point, rally): PlanTuple) -> 
     let zones = zones
         .into_iter()
         .map(|(inclusion, corners, radius_m)| {
-            let mut corners =
-                corners.into_iter().map(|(lat, lon)| point(lat, lon)).collect::<PyResult<Vec<_>>>()?;
+            let mut corners = corners.into_iter().map(|(lat, lon)| point(lat, lon)).collect::<PyResult<Vec<_>>>()?;
             let shape = match (radius_m, corners.len()) {
                 (None, _) => FenceShape::Polygon { vertices: corners },
                 (Some(radius_m), 1) => FenceShape::Circle { center: corners.remove(0), radius_m },
@@ -78,8 +74,9 @@ pub fn plan_from_tuple((home, items, zones, return_point, rally): PlanTuple) -> 
             Ok(FenceZone { inclusion, shape })
         })
         .collect::<PyResult<Vec<_>>>()?;
-    let return_point =
-        return_point.map(|(lat, lon, alt_rel_home_m)| Ok::<_, PyErr>((point(lat, lon)?, alt_rel_home_m))).transpose()?;
+    let return_point = return_point
+        .map(|(lat, lon, alt_rel_home_m)| Ok::<_, PyErr>((point(lat, lon)?, alt_rel_home_m)))
+        .transpose()?;
     let points = rally
         .into_iter()
         .map(|(lat, lon, alt_m, frame)| Ok(RallyPoint { point: point(lat, lon)?, alt_m, frame: MavFrame::from(frame) }))
@@ -138,9 +135,8 @@ fn command_has_position(command: u16) -> bool {
 #[pyfunction]
 fn parse_plan(py: Python<'_>, data: &Bound<'_, PyBytes>, name: &str) -> PyResult<(PlanTuple, SettingsTuple)> {
     let data = data.as_bytes();
-    let file = py
-        .detach(|| formats::read_plan(data, Some(name)))
-        .map_err(|error| errors::raise("FileFormatError", error))?;
+    let file =
+        py.detach(|| formats::read_plan(data, Some(name))).map_err(|error| errors::raise("FileFormatError", error))?;
     let PlanSettings { cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type } = file.settings;
     Ok((plan_to_tuple(&file.plan), (cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type)))
 }
@@ -173,7 +169,13 @@ fn check_plan(
         .into_iter()
         .map(|finding| {
             let is_error = finding.severity == Severity::Error;
-            (is_error, finding.code.as_str().to_owned(), finding.item.map(|index| index + 1), finding.message, finding.remedy)
+            (
+                is_error,
+                finding.code.as_str().to_owned(),
+                finding.item.map(|index| index + 1),
+                finding.message,
+                finding.remedy,
+            )
         })
         .collect())
 }

@@ -27,13 +27,11 @@ fn summarize_recording(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDi
     fields.set_item("duration_s", summary.duration.as_secs_f64())?;
     fields.set_item("messages", summary.messages)?;
     let senders = summary.senders.into_iter();
-    let senders: Vec<_> = senders
-        .map(|(address, sender)| (address.system.0, address.component.0, sender.frames, sender.kind))
-        .collect();
+    let senders: Vec<_> =
+        senders.map(|(address, sender)| (address.system.0, address.component.0, sender.frames, sender.kind)).collect();
     fields.set_item("senders", senders)?;
     let events = summary.events.into_iter();
-    let events: Vec<_> =
-        events.map(|event| (event.at.as_secs_f64(), event.system.0, event.kind, event.text)).collect();
+    let events: Vec<_> = events.map(|event| (event.at.as_secs_f64(), event.system.0, event.kind, event.text)).collect();
     fields.set_item("events", events)?;
     fields.set_item("events_left_out", summary.events_left_out)?;
     Ok(fields)

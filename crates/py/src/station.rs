@@ -36,8 +36,9 @@ pub fn link_dict<'py>(
     py: Python<'py>,
     info: &LinkInfo,
     stats: &LinkStats,
-    now: vencejo_proto::MonoTime,
+    station: &Station,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let now = station.now();
     let (state, detail) = match &info.state {
         LinkState::Connecting { last_error, .. } => ("connecting", last_error.clone()),
         LinkState::Up { .. } => ("up", None),
@@ -48,6 +49,7 @@ pub fn link_dict<'py>(
     dict.set_item("id", info.id.0)?;
     dict.set_item("name", &info.name)?;
     dict.set_item("address", info.address.to_string())?;
+    dict.set_item("local_address", station.local_address(info.id).map(|local| local.to_string()))?;
     dict.set_item("state", state)?;
     dict.set_item("detail", detail)?;
     dict.set_item("frames_received", stats.received.frames)?;
@@ -84,7 +86,10 @@ impl PyStation {
         request_streams: bool,
     ) -> PyResult<Self> {
         if system_id == 0 || component_id == 0 {
-            return Err(errors::raise("InvalidRequest", "our own system and component id go from 1 to 255; 0 means everyone"));
+            return Err(errors::raise(
+                "InvalidRequest",
+                "our own system and component id go from 1 to 255; 0 means everyone",
+            ));
         }
         let message_rates = message_rates
             .into_iter()
@@ -98,7 +103,8 @@ impl PyStation {
             request_streams,
             record_dir: record_dir.map(Into::into),
         };
-        let station = Station::start(config, runtime::handle().clone()).map_err(|error| errors::from_station(&error))?;
+        let station =
+            Station::start(config, runtime::handle().clone()).map_err(|error| errors::from_station(&error))?;
         Ok(Self { station })
     }
 
@@ -114,8 +120,7 @@ impl PyStation {
     }
 
     fn links<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let now = self.station.now();
-        self.station.links().iter().map(|(info, stats)| link_dict(py, info, stats, now)).collect()
+        self.station.links().iter().map(|(info, stats)| link_dict(py, info, stats, &self.station)).collect()
     }
 
     fn recorder<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
@@ -156,4 +161,3 @@ impl PyStation {
         runtime::wait(py, None, self.station.close()).map(drop)
     }
 }
-

@@ -110,7 +110,10 @@ impl Subscription {
     fn on_item(&self, callback: Py<PyAny>) -> PyResult<()> {
         let mut has_caller = self.has_caller.lock().unwrap_or_else(PoisonError::into_inner);
         if std::mem::replace(&mut *has_caller, true) {
-            return Err(crate::errors::raise("InvalidRequest", "this subscription has a callback already; make another one"));
+            return Err(crate::errors::raise(
+                "InvalidRequest",
+                "this subscription has a callback already; make another one",
+            ));
         }
         let queue = self.queue.clone();
         let caller = std::thread::Builder::new().name("vencejo-callback".into());

@@ -139,7 +139,7 @@ impl PyVehicle {
     fn link<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some((info, stats, source)) = self.vehicle.link() else { return Ok(None) };
         let now = self.vehicle.station().now();
-        let dict = link_dict(py, &info, &stats, now)?;
+        let dict = link_dict(py, &info, &stats, self.vehicle.station())?;
         if let Some(source) = source {
             // Of all that speak on the link, only the vehicle's own figures.
             dict.set_item("frames_received", source.received.frames)?;
@@ -164,7 +164,8 @@ impl PyVehicle {
     }
 
     fn send_payload(&self, py: Python<'_>, message_id: u32, payload: &Bound<'_, PyBytes>) -> PyResult<()> {
-        let message = Message::from_payload(vencejo_proto::MavVersion::V2, message_id, payload.as_bytes()).map_err(invalid)?;
+        let message =
+            Message::from_payload(vencejo_proto::MavVersion::V2, message_id, payload.as_bytes()).map_err(invalid)?;
         if py.detach(|| self.vehicle.send(&message)).is_sent() {
             Ok(())
         } else {
@@ -207,7 +208,8 @@ impl PyVehicle {
     ) -> PyResult<PyPending> {
         let turn = if clockwise { Turn::Clockwise } else { Turn::CounterClockwise };
         let alt_frame = alt_frame_of(alt_frame)?;
-        let request = Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, speed_m_s, change_mode };
+        let request =
+            Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, speed_m_s, change_mode };
         Ok(self.start(py, request))
     }
 

@@ -181,7 +181,8 @@ mod tests {
         ];
         assert!(story.is_sorted(), "{story:?} in {:#?}", summary.events);
         assert!(at("mode", "AUTO") < at("armed", "armed"));
-        let kinds: Vec<_> = summary.events.iter().map(|event| event.kind).filter(|kind| kind.ends_with("armed")).collect();
+        let kinds: Vec<_> =
+            summary.events.iter().map(|event| event.kind).filter(|kind| kind.ends_with("armed")).collect();
         assert_eq!(kinds, ["disarmed", "armed", "disarmed"]);
         assert_eq!(summary.events_left_out, 0);
     }

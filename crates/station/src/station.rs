@@ -4,6 +4,7 @@
 //! that wants, without a hop to another task. One more task, the driver, lets time pass and sends our heartbeat.
 
 use std::collections::HashMap;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
@@ -187,6 +188,11 @@ impl Station {
     pub fn links(&self) -> Vec<(LinkInfo, LinkStats)> {
         let links = self.shared.hub.links();
         links.into_iter().filter_map(|link| Some((link.clone(), self.shared.hub.stats(link.id).ok()?))).collect()
+    }
+
+    /// The address of a link's own socket while it is up: tells the port of a link that was opened with port 0.
+    pub fn local_address(&self, id: LinkId) -> Option<SocketAddr> {
+        self.shared.owned().links.iter().find(|link| link.id() == id)?.local_address()
     }
 
     /// The recording's folder and state; `None` when nothing is recorded.

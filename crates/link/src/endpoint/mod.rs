@@ -290,6 +290,14 @@ async fn live(mut endpoint: Endpoint, context: Arc<Context>) {
     };
     endpoint.finish().await;
     drop(endpoint);
+    if matches!(last, LinkState::Ended { .. }) {
+        // A replay that is over stays in the list, with what was wrong with it, until it is closed.
+        context.state.send_replace(last);
+        context.cancel.cancelled().await;
+        context.hub.detach(&context.port);
+        context.state.send_replace(LinkState::Down);
+        return;
+    }
     context.hub.detach(&context.port);
     context.state.send_replace(last);
 }

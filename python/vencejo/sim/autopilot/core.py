@@ -63,6 +63,8 @@ _STICK_TICKS = 2
 _FLYING_TICKS = 20
 _GPS_FIX_S = 8.8
 _EKF_INIT_S = 10.0
+_ORIGIN_S = 19.2
+"""When the estimator has an origin, and with it the vehicle a home."""
 _EKF_READY_S = 20.0
 
 _BOOT_TEXTS: tuple[tuple[float, Severity, str], ...] = (
@@ -199,6 +201,7 @@ class Autopilot:
         self._modes = make_modes(self)
         self.mode: FlightMode = self._modes[Mode.MANUAL]
         self._pending_texts = list(_BOOT_TEXTS)
+        self._home_found = False
         self._prepare_orders()
 
     # the loop
@@ -272,6 +275,9 @@ class Autopilot:
         while self._pending_texts and self._pending_texts[0][0] <= self.time_s:
             _, severity, text = self._pending_texts.pop(0)
             self.say(severity, text)
+        if not self._home_found and self.time_s >= _ORIGIN_S:
+            self._home_found = True
+            self._put_home(*self._home_lat_lon, self.home.alt_m)
         self._errors = self.sensors.errors(self.time_s)
         if self.tune.refresh():
             self.pilot.set_params(self.tune.for_pilot())

@@ -1,0 +1,265 @@
+"""The package against a simulated plane over a real link: one plane serves the tests of this file in turn."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import vencejo
+from vencejo import MissionItem, Plan, aio
+
+from tests.support import HOME, simulated_plane, wait_for
+
+pytestmark = pytest.mark.e2e
+LAT, LON, _ = HOME
+
+MISSION = Plan(
+    items=(
+        MissionItem.takeoff(LAT, LON, alt_rel_home_m=50.0),
+        MissionItem.waypoint(LAT + 0.004, LON, alt_rel_home_m=80.0),
+        MissionItem.loiter_turns(LAT + 0.004, LON + 0.004, alt_rel_home_m=80.0, turns=1, radius_m=-70.0),
+        MissionItem.change_airspeed(18.0),
+        MissionItem.jump(2, repeats=2),
+        MissionItem.return_to_launch(),
+    )
+)
+
+
+@pytest.fixture(scope="module")
+def link() -> Iterator[str]:
+    with simulated_plane("--speedup", "10") as link:
+        with vencejo.connect(link, record=False) as plane:
+            plane.wait_until(lambda telemetry: telemetry.home is not None, timeout_s=60.0, what="having a home")
+        yield link
+
+
+@pytest.fixture
+def plane(link: str) -> Iterator[vencejo.Vehicle]:
+    with vencejo.connect(link, record=False) as vehicle:
+        yield vehicle
+
+
+def test_the_mode_is_shown_and_changed_by_name(plane: vencejo.Vehicle) -> None:
+    seen = []
+    subscription = plane.on_event(lambda event: seen.append((event.kind, dict(event.detail))))
+    plane.set_mode("fbwa")
+    assert plane.telemetry.mode == "FBWA"
+    plane.set_mode("MANUAL")
+    wait_for(lambda: ("mode", {"from": "FBWA", "mode": "MANUAL"}) in seen, "the event")
+    subscription.close()
+    assert "TAKEOFF" in plane.mode_names
+    with pytest.raises(vencejo.InvalidRequest, match="AUTO"):
+        plane.set_mode("AUTOO")
+
+
+def test_a_mission_is_uploaded_verified_read_and_cleared(plane: vencejo.Vehicle) -> None:
+    progress: list[tuple[int, int]] = []
+    mode, armed = plane.telemetry.mode, plane.telemetry.is_armed
+    state = plane.upload(MISSION, progress=lambda done, total: progress.append((done, total)))
+    assert (state.state, state.count) == ("verified", len(MISSION))
+    assert progress
+    assert progress == sorted(progress)
+    assert progress[-1][0] <= progress[-1][1]
+    read = plane.download()
+    assert [item.name for item in read] == [item.name for item in MISSION]
+    assert read.items[2].params[2] == -70.0
+    assert read.home is not None
+    assert plane.plan_state().hash == state.hash
+    plane.clear()
+    assert plane.plan_state().state == "empty"
+    assert plane.download().items == ()
+    assert (plane.telemetry.mode, plane.telemetry.is_armed) == (mode, armed), "nothing else happened"
+
+
+def test_fence_and_rally(plane: vencejo.Vehicle) -> None:
+    corners = tuple(vencejo.GeoPoint(LAT + a, LON + b) for a, b in ((-0.02, -0.02), (0.02, -0.02), (0.02, 0.02)))
+    plan = Plan(
+        fence=vencejo.Fence((vencejo.Polygon(corners), vencejo.Circle(vencejo.GeoPoint(LAT, LON), 900.0))),
+        rally=(vencejo.RallyPoint(LAT + 0.002, LON, 90.0),),
+    )
+    for kind in ("fence", "rally"):
+        assert plane.upload(plan, kind=kind).state == "verified"  # type: ignore[arg-type]
+    read = plane.download(kinds=("fence", "rally"))
+    assert (len(read.fence.zones), len(read.rally)) == (2, 1)
+    zone = read.fence.zones[0]
+    assert isinstance(zone, vencejo.Polygon)
+    assert [round(point.lat_deg, 7) for point in zone.points] == [round(point.lat_deg, 7) for point in corners]
+    for kind in ("fence", "rally"):
+        plane.clear(kind=kind)  # type: ignore[arg-type]
+    assert plane.download(kinds=("fence", "rally")) == Plan()
+
+
+def test_a_refused_item_says_which(plane: vencejo.Vehicle) -> None:
+    # NAV_LAND_LOCAL is no command that ArduPlane takes; unchecked, the vehicle itself says so.
+    bad = Plan(items=(MISSION.items[1], MissionItem.at(23, LAT, LON, alt_rel_home_m=10.0)))
+    with pytest.raises(vencejo.PlanRefused):
+        plane.upload(bad)
+    with pytest.raises(vencejo.TransferError, match="UNSUPPORTED"):
+        plane.upload(bad, check=False)
+    assert plane.plan_state().state == "unknown"
+    plane.clear()
+
+
+def test_parameters_are_read_written_and_refused(plane: vencejo.Vehicle, tmp_path: Path) -> None:
+    assert plane.params["WP_RADIUS"] == 50.0
+    plane.params["WP_RADIUS"] = 45
+    assert plane.params["WP_RADIUS"] == 45.0
+    plane.params["WP_RADIUS"] = 50
+    everything = plane.params.all()
+    assert len(everything) > 1_000
+    assert everything["AIRSPEED_CRUISE"].value == 22.0
+    with pytest.raises(vencejo.ParameterError, match="NO_SUCH_PARAM"):
+        plane.params.get("NO_SUCH_PARAM")
+    with pytest.raises(vencejo.VencejoError, match="nan|finite"):
+        plane.params.set("WP_RADIUS", float("nan"))
+    vencejo.save_params(tmp_path / "all.param", {name: param.value for name, param in everything.items()})
+    assert len(vencejo.load_params(tmp_path / "all.param")) == len(everything)
+
+
+def test_arming_without_a_mission_in_auto_is_refused_with_the_reason(plane: vencejo.Vehicle) -> None:
+    plane.clear()
+    plane.set_mode("RTL")
+    with pytest.raises(vencejo.CommandRefused) as caught:
+        plane.arm()
+    assert caught.value.result
+    assert any("not armable" in reason for reason in caught.value.reasons)
+    assert plane.telemetry.is_armed is False
+    plane.set_mode("MANUAL")
+
+
+@pytest.mark.parametrize("bad", [float("nan"), float("inf"), 91.0, -200.0])
+def test_positions_that_cannot_be_are_not_sent(plane: vencejo.Vehicle, bad: float) -> None:
+    with pytest.raises(vencejo.InvalidRequest):
+        plane.goto(bad, LON, alt_rel_home_m=50.0)
+    with pytest.raises(vencejo.InvalidRequest, match="once"):
+        plane.goto(LAT, LON)
+
+
+def test_raw_messages_both_ways(plane: vencejo.Vehicle) -> None:
+    message = plane.request_message("AUTOPILOT_VERSION")
+    assert (message.name, message.system_id) == ("AUTOPILOT_VERSION", 1)
+    assert message.fields["flight_sw_version"] > 0
+    received = []
+    subscription = plane.on_message(received.append, names=["PARAM_VALUE"])
+    plane.send_message("PARAM_REQUEST_READ", param_id="WP_RADIUS", param_index=-1)
+    wait_for(lambda: bool(received), "the answer")
+    subscription.close()
+    assert received[0].fields["param_id"] == "WP_RADIUS"
+    with pytest.raises(vencejo.InvalidRequest, match="NO_SUCH_MESSAGE"):
+        plane.send_message("NO_SUCH_MESSAGE")
+    with pytest.raises(vencejo.InvalidRequest, match="nothing"):
+        plane.send_message("HEARTBEAT", nothing=1)
+    with pytest.raises(vencejo.CommandRefused):
+        plane.command("DO_MOTOR_TEST")
+
+
+def test_the_link_is_measured(plane: vencejo.Vehicle) -> None:
+    wait_for(lambda: plane.station.links[0].round_trip_ms is not None, "a round trip")
+    link = plane.station.links[0]
+    assert link.state == "up"
+    assert link.frames_received > 0
+    assert link.loss_pct == 0.0
+    assert link.age_s is not None
+
+
+def test_a_stream_gives_fresh_snapshots(plane: vencejo.Vehicle) -> None:
+    times = []
+    for telemetry in plane.stream(rate_hz=50.0, timeout_s=10.0):
+        if telemetry.attitude is not None:
+            assert telemetry.attitude.freshness == "fresh"
+            times.append(telemetry.time_s)
+        if len(times) == 5:
+            break
+    assert times == sorted(set(times))
+
+
+def test_two_stations_watch_one_plane(link: str, plane: vencejo.Vehicle) -> None:
+    with vencejo.connect(link, record=False, own_system_id=254) as other:
+        other.set_mode("STABILIZE")
+        plane.wait_until(lambda telemetry: telemetry.mode == "STABILIZE", timeout_s=20.0)
+        other.upload(MISSION)
+        wait_for(lambda: plane.plan_state().state == "unknown", "noticing the other station's upload")
+        other.clear()
+        other.set_mode("MANUAL")
+
+
+def test_everything_is_recorded(link: str, tmp_path: Path) -> None:
+    with vencejo.connect(link, record=tmp_path) as plane:
+        plane.params.get("WP_RADIUS")
+        recorder = plane.station.recorder
+        assert recorder is not None
+        assert recorder.problem is None
+    (log,) = tmp_path.glob("*.tlog")
+    with vencejo.Station(f"tlog:{log}?speed=1000", record=False) as replay:
+        again = replay.wait_vehicle()
+        wait_for(lambda: replay.links[0].state == "ended", "the end of the recording")
+        assert again.telemetry.heartbeat is not None
+
+
+def test_closing_ends_what_is_under_way(link: str) -> None:
+    plane = vencejo.connect(link, record=False)
+    closer = threading.Thread(target=plane.close)
+    with pytest.raises((vencejo.ClosedError, vencejo.CommandTimeout)):
+        closer.start()
+        plane.wait_until(lambda _: plane.params["WP_RADIUS"] < 0, timeout_s=30.0)
+    closer.join(30)
+    assert not closer.is_alive()
+
+
+async def test_asyncio_does_the_same(link: str) -> None:
+    async with await aio.connect(link, record=False) as plane:
+        await plane.set_mode("CRUISE")
+        assert plane.telemetry.mode == "CRUISE"
+        state = await plane.upload(MISSION, progress=lambda done, total: None)
+        assert state.state == "verified"
+        assert [item.name for item in await plane.download()] == [item.name for item in MISSION]
+        assert (await plane.params.get("WP_RADIUS")).value == 50.0
+        values = await asyncio.gather(*(plane.params.get(name) for name in ("WP_RADIUS", "AIRSPEED_CRUISE")))
+        assert [param.value for param in values] == [50.0, 22.0]
+        async for telemetry in plane.stream(rate_hz=50.0):
+            if telemetry.position is not None:
+                break
+        with pytest.raises(vencejo.CommandRefused):
+            await plane.command("DO_MOTOR_TEST")
+        await plane.clear()
+        await plane.set_mode("MANUAL")
+
+
+async def test_a_cancelled_task_cancels_its_work(link: str) -> None:
+    async with await aio.connect(link, record=False) as plane:
+        many = Plan(items=tuple(MissionItem.waypoint(LAT, LON, alt_rel_home_m=50.0 + k / 10) for k in range(600)))
+        task = asyncio.create_task(plane.upload(many))
+        while plane.plan_state().detail.count("transfer") == 0 and not task.done():
+            await asyncio.sleep(0)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        assert plane.plan_state().state == "unknown"
+        await plane.clear()
+
+
+def test_a_vehicle_that_falls_silent_is_noticed_and_comes_back() -> None:
+    """The simulator is stopped and started again on the same port: telemetry ages, then goes on by itself."""
+    with vencejo.Station(record=False) as station:
+        with simulated_plane() as link:
+            station.open_link(link)
+            plane = station.wait_vehicle()
+            events: list[str] = []
+            subscription = plane.on_event(lambda event: events.append(event.kind))
+            wait_for(lambda: plane.telemetry.attitude is not None, "telemetry")
+        wait_for(lambda: "lost" in events, "noticing the loss", timeout_s=20.0)
+        heartbeat = plane.telemetry.heartbeat
+        assert heartbeat is not None
+        assert heartbeat.freshness != "fresh"
+        assert station.links[0].state == "connecting"
+        before = time.monotonic()
+        with simulated_plane(link=link):
+            wait_for(lambda: "regained" in events, "coming back", timeout_s=20.0)
+            assert time.monotonic() - before < 20.0
+            wait_for(lambda: plane.telemetry.attitude is not None, "streams asked again")
+            assert plane.plan_state().state == "unknown"
+        subscription.close()
