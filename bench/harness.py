@@ -22,6 +22,7 @@ OUT = ROOT / "bench/out"
 CONTESTANTS = ROOT / "bench/contestants"
 LOAD = ROOT / "target/release/vencejo-bench-load"
 FRAMES = OUT / "frames.bin"
+FLEET_FRAMES = OUT / "fleet.bin"
 TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
 
@@ -96,7 +97,7 @@ def wait_line(process: subprocess.Popen[str], start: str, timeout_s: float) -> s
         line = process.stdout.readline()
         if not line:
             errors = (OUT / "last-errors.txt").read_text().strip().splitlines()
-            raise NotMeasured(errors[-1].replace(f"{ROOT}/", "") if errors else f"ended with {process.wait()}")
+            raise NotMeasured(errors[-1].replace(f"{ROOT}/", "")[:100] if errors else f"ended with {process.wait()}")
         if line.startswith(start):
             return line
     raise NotMeasured(f"no answer within {timeout_s:.0f} s")
@@ -138,8 +139,9 @@ def usage_over(pid: int, seconds: float) -> Usage:
 
 def play(port: int, *, rate: float, seconds: float, systems: int = 1) -> list[str]:
     """Return the command that plays the recorded stream to a UDP port."""
+    frames = FRAMES if systems == 1 else FLEET_FRAMES
     return [
-        str(LOAD), "send", "--frames", str(FRAMES), "--to", f"127.0.0.1:{port}",
+        str(LOAD), "send", "--frames", str(frames), "--to", f"127.0.0.1:{port}",
         "--rate", str(rate), "--seconds", str(seconds), "--systems", str(systems),
     ]  # fmt: skip
 

@@ -15,11 +15,14 @@ RAW_IMU = 27
 HEADER_BYTES = 10
 NO_STAMP = 0xFFFF
 LAP_MS = 20_000
+#: What one vehicle of a fleet sends: five streams at 40 Hz and a heartbeat, 200 messages a second.
+FLEET = ("ATTITUDE", "GLOBAL_POSITION_INT", "VFR_HUD", "RAW_IMU", "GPS_RAW_INT")
+FLEET_RATE = 200
 #: Parts of the recorder's own conversation; a plane that is only followed does not say them.
 LEFT_OUT = frozenset({"PARAM_VALUE", "TIMESYNC", "TERRAIN_REQUEST", "STATUSTEXT"})
 
 
-def prepare(output: Path, laps: int = 3) -> int:
+def prepare(output: Path, laps: int = 3, *, fleet: bool = False) -> int:
     """Write the frames file, unless it is there and newer than its sources.
 
     Parameters
@@ -28,6 +31,8 @@ def prepare(output: Path, laps: int = 3) -> int:
         The file to write.
     laps
         How many times the recording is played in it.
+    fleet
+        Leave out what a vehicle of a fleet does not send, and add its heartbeat each second.
 
     Returns
     -------
@@ -45,10 +50,13 @@ def prepare(output: Path, laps: int = 3) -> int:
     messages = reader.parse_buffer(CAPTURE.read_bytes())
     writer: Any = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
     records: list[bytes] = []
+    heartbeat = next(message for message in messages if message.get_type() == "HEARTBEAT")
     for lap in range(laps):
         for message in messages:
-            if message.get_type() in LEFT_OUT:
+            if message.get_type() in LEFT_OUT or (fleet and message.get_type() not in FLEET):
                 continue
+            if fleet and len(records) % FLEET_RATE == 0:
+                records.append(_record(heartbeat, writer))
             for field, per_ms in (
                 ("time_boot_ms", 1),
                 ("time_usec", 1000),
@@ -60,12 +68,16 @@ def prepare(output: Path, laps: int = 3) -> int:
             if message.get_msgId() == RAW_IMU:
                 # Keeps the eight bytes of the stamp from being cut off as trailing zeros.
                 message.temperature = message.temperature or 1
-            frame = bytes(message.pack(writer))
-            stamp_at = HEADER_BYTES if message.get_msgId() == RAW_IMU else NO_STAMP
-            records.append(struct.pack("<HBH", len(frame), message.crc_extra, stamp_at) + frame)
+            records.append(_record(message, writer))
     output.parent.mkdir(parents=True, exist_ok=True)
     output.write_bytes(b"".join(records))
     return len(records)
+
+
+def _record(message: Any, writer: Any) -> bytes:
+    frame = bytes(message.pack(writer))
+    stamp_at = HEADER_BYTES if message.get_msgId() == RAW_IMU else NO_STAMP
+    return struct.pack("<HBH", len(frame), message.crc_extra, stamp_at) + frame
 
 
 def count(data: bytes) -> int:

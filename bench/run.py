@@ -10,10 +10,12 @@ import argparse
 import json
 import os
 import platform
+import shlex
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -23,6 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from bench import prepare, report
 from bench.harness import (
+    FLEET_FRAMES,
     FRAMES,
     LOAD,
     OUT,
@@ -245,10 +248,10 @@ def most_without_loss(port: int, outs: list[int]) -> float:
 
 
 def with_plane(task: Callable[[str], Figures]) -> Figures:
-    """Do a task against a fresh simulated plane."""
-    with running([sys.executable, "-m", "vencejo.sim", "--link", "tcp:127.0.0.1:0"]) as plane:
-        port = result_of(plane, 20)["listening"].rpartition(":")[2]
-        time.sleep(6)  # ArduPlane, and so the simulated one, refuses missions right after boot
+    """Do a task against a fresh plane: the simulated one, or the program given with ``--plane``."""
+    command = PLANE.command or [sys.executable, "-m", "vencejo.sim", "--link", "tcp:127.0.0.1:0"]
+    with running(command) as plane:
+        port = str(PLANE.port) if PLANE.command else result_of(plane, 20)["listening"].rpartition(":")[2]
         return task(port)
 
 
@@ -257,7 +260,9 @@ def mission(runs: int, _seconds: float) -> Table:
 
     def once(name: str, scheme: str) -> Figures:
         def task(port: str) -> Figures:
-            command = contestant(name, "mission", link=f"{scheme}127.0.0.1:{port}", items=MISSION_ITEMS, verify="yes")
+            command = contestant(
+                name, "mission", link=f"{scheme}127.0.0.1:{port}", items=MISSION_ITEMS, verify="yes", settle=SETTLE_S
+            )
             return {"seconds": float(output_of(command, 180)["seconds"])}
 
         return with_plane(task)
@@ -270,7 +275,7 @@ def params(runs: int, _seconds: float) -> Table:
 
     def once(name: str, scheme: str) -> Figures:
         def task(port: str) -> Figures:
-            found = output_of(contestant(name, "params", link=f"{scheme}127.0.0.1:{port}"), 120)
+            found = output_of(contestant(name, "params", link=f"{scheme}127.0.0.1:{port}", settle=SETTLE_S), 120)
             return {"seconds": float(found["seconds"]), "count": float(found["count"])}
 
         return with_plane(task)
@@ -278,6 +283,17 @@ def params(runs: int, _seconds: float) -> Table:
     return repeat(runs, {label: lambda a=a: once(*a) for label, a in TCP_PEERS.items()})  # type: ignore[misc]
 
 
+@dataclass
+class OtherPlane:
+    """Another plane than the simulated one: its command line (none: the simulated one) and the TCP port it listens on."""
+
+    command: list[str]
+    port: int = 5760
+
+
+PLANE = OtherPlane([])
+#: ArduPlane, and so the simulated one, refuses missions in its first seconds; its simulator boots when a station connects.
+SETTLE_S = 8
 PEERS = {"vencejo": "vencejo_peer", "pymavlink": "pymavlink_peer", "mavsdk": "mavsdk_peer"}
 TCP_PEERS = {
     "vencejo": ("vencejo_peer", "tcp:"),
@@ -324,11 +340,17 @@ def main() -> int:
     parser.add_argument("--runs", type=int, default=5, help="runs of each contestant (median is kept)")
     parser.add_argument("--seconds", type=float, default=8.0, help="length of a run that follows or forwards")
     parser.add_argument("--only", default=",".join(SECTIONS), help="sections, with commas between")
+    parser.add_argument(
+        "--plane", default="", help="command line of another plane for the transfers, such as ArduPilot's"
+    )
+    parser.add_argument("--plane-port", type=int, default=PLANE.port, help="TCP port that it listens on")
     options = parser.parse_args()
+    PLANE.command[:], PLANE.port = shlex.split(options.plane), options.plane_port
     OUT.mkdir(parents=True, exist_ok=True)
     if not LOAD.exists():
         sys.exit("bench: the load generator is not built: cargo build --release -p vencejo-bench-load")
     prepare.prepare(FRAMES)
+    prepare.prepare(FLEET_FRAMES, fleet=True)
     store = OUT / "results.json"
     results: dict[str, Any] = json.loads(store.read_text()) if store.exists() else {}
     for name in options.only.split(","):
@@ -337,6 +359,7 @@ def main() -> int:
         print(f"{name}:", flush=True)
         results[name] = {
             "runs": options.runs,
+            "plane": "another plane" if PLANE.command else "the simulated plane",
             "date": datetime.now(timezone.utc).date().isoformat(),
             "figures": SECTIONS[name](options.runs, options.seconds),
         }

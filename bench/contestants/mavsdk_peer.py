@@ -82,7 +82,7 @@ def first_position(port: str) -> dict[str, Any]:
     return {"arrived": True}
 
 
-def mission(link: str, items: str, verify: str = "no") -> dict[str, Any]:
+def mission(link: str, items: str, verify: str = "no", settle: str = "0") -> dict[str, Any]:
     """Send a mission; read it back when told to."""
     from mavsdk.plugins.mission_raw import MissionItem, MissionRaw
 
@@ -104,6 +104,7 @@ def mission(link: str, items: str, verify: str = "no") -> dict[str, Any]:
                 mission_type=0,
             )
         )
+    time.sleep(float(settle))
     began = time.perf_counter()
     plugin.upload_mission(waypoints)
     sent = time.perf_counter() - began
@@ -126,12 +127,13 @@ def place(seq: int) -> tuple[float, float]:
     )
 
 
-def params(link: str) -> dict[str, Any]:
+def params(link: str, settle: str = "0") -> dict[str, Any]:
     """Read every parameter."""
     from mavsdk.plugins.param import Param
 
     _library, system = connect(link)
     plugin = Param(system)
+    time.sleep(float(settle))
     began = time.perf_counter()
     found = plugin.get_all_params()
     seconds = time.perf_counter() - began

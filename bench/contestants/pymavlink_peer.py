@@ -68,7 +68,7 @@ def first_position(port: str) -> dict[str, Any]:
             return {"lat_deg": message.lat / 1e7}
 
 
-def mission(link: str, items: str, verify: str = "no") -> dict[str, Any]:
+def mission(link: str, items: str, verify: str = "no", settle: str = "0") -> dict[str, Any]:
     """Send a mission item by item, as asked for; read it back when told to."""
     from pymavlink import mavutil
 
@@ -76,6 +76,9 @@ def mission(link: str, items: str, verify: str = "no") -> dict[str, Any]:
     vehicle = connect(link)
     vehicle.wait_heartbeat()
     count = int(items)
+    until = time.monotonic() + float(settle)
+    while time.monotonic() < until:
+        vehicle.recv_match(blocking=True, timeout=0.1)
     began = time.perf_counter()
     vehicle.mav.mission_count_send(vehicle.target_system, vehicle.target_component, count, 0)
     while True:
@@ -127,10 +130,13 @@ def place(seq: int) -> tuple[float, float]:
     )
 
 
-def params(link: str) -> dict[str, Any]:
+def params(link: str, settle: str = "0") -> dict[str, Any]:
     """Read every parameter by PARAM_REQUEST_LIST, asking again for what did not come."""
     vehicle = connect(link)
     vehicle.wait_heartbeat()
+    until = time.monotonic() + float(settle)
+    while time.monotonic() < until:
+        vehicle.recv_match(blocking=True, timeout=0.1)
     began = time.perf_counter()
     vehicle.param_fetch_all()
     have: set[int] = set()

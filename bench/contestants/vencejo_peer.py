@@ -56,7 +56,7 @@ def first_position(port: str) -> dict[str, Any]:
     return {"arrived": True}
 
 
-def mission(link: str, items: str, verify: str = "yes") -> dict[str, Any]:
+def mission(link: str, items: str, verify: str = "yes", settle: str = "0") -> dict[str, Any]:
     """Send a mission; it is always read back and compared."""
     del verify
     spiral = [
@@ -64,8 +64,9 @@ def mission(link: str, items: str, verify: str = "yes") -> dict[str, Any]:
         for seq in range(1, int(items))  # item 0 is home, which the plan holds apart
     ]
     with vencejo.connect(link, record=False) as plane:
+        time.sleep(float(settle))
         began = time.perf_counter()
-        plane.upload(vencejo.Plan(items=spiral), check=False)
+        plane.upload(vencejo.Plan(items=tuple(spiral)), check=False)
         return {"seconds": time.perf_counter() - began, "verified": True}
 
 
@@ -79,9 +80,10 @@ def place(seq: int) -> tuple[float, float]:
     )
 
 
-def params(link: str) -> dict[str, Any]:
+def params(link: str, settle: str = "0") -> dict[str, Any]:
     """Read every parameter."""
     with vencejo.connect(link, record=False) as plane:
+        time.sleep(float(settle))
         began = time.perf_counter()
         found = plane.params.all()
         return {"seconds": time.perf_counter() - began, "count": len(found)}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import struct
 from pathlib import Path
@@ -34,6 +35,25 @@ def test_prepared_frames_are_mavlink_and_the_clock_goes_on(tmp_path: Path) -> No
     written = file.stat().st_mtime_ns
     assert prepare.prepare(file) == frames
     assert file.stat().st_mtime_ns == written, "made again although nothing changed"
+
+
+def test_a_vehicle_of_a_fleet_has_its_heartbeat_each_second(tmp_path: Path) -> None:
+    from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+    file = tmp_path / "fleet.bin"
+    frames = prepare.prepare(file, laps=1, fleet=True)
+    data = file.read_bytes()
+    at, stream = 0, bytearray()
+    while at < len(data):
+        length = struct.unpack_from("<H", data, at)[0]
+        stream += data[at + 5 : at + 5 + length]
+        at += 5 + length
+    names = [message.get_type() for message in dialect.MAVLink(None).parse_buffer(bytes(stream))]
+    assert len(names) == frames == 5 * 771 + names.count("HEARTBEAT")
+    beats = [index for index, name in enumerate(names) if name == "HEARTBEAT"]
+    assert beats[0] == 0
+    assert len(beats) >= 19
+    assert {later - sooner for sooner, later in itertools.pairwise(beats)} <= {200, 201}
 
 
 def test_usage_of_this_process() -> None:
