@@ -3,6 +3,7 @@
 Examples
 --------
 >>> import asyncio
+import contextlib
 >>> from vencejo import Plan, aio
 >>> async def main() -> None:
 ...     async with await aio.connect("tcp:127.0.0.1:5760") as plane:
@@ -17,6 +18,7 @@ Examples
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import os
 import time
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
@@ -51,10 +53,8 @@ async def _finished(pending: _native.Pending, progress: ProgressCallback | None 
     ended = asyncio.Event()
 
     def wake() -> None:
-        try:
+        with contextlib.suppress(RuntimeError):  # the loop has been closed meanwhile
             loop.call_soon_threadsafe(ended.set)
-        except RuntimeError:  # the loop has been closed meanwhile
-            pass
 
     pending.on_done(wake)
     try:

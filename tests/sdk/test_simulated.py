@@ -82,7 +82,7 @@ def test_fence_and_rally(plane: vencejo.Vehicle) -> None:
         rally=(vencejo.RallyPoint(LAT + 0.002, LON, 90.0),),
     )
     for kind in ("fence", "rally"):
-        assert plane.upload(plan, kind=kind).state == "verified"  # type: ignore[arg-type]
+        assert plane.upload(plan, kind=kind).state == "verified"
     read = plane.download(kinds=("fence", "rally"))
     assert (len(read.fence.zones), len(read.rally)) == (2, 1)
     zone = read.fence.zones[0]
@@ -114,7 +114,7 @@ def test_parameters_are_read_written_and_refused(plane: vencejo.Vehicle, tmp_pat
     assert everything["AIRSPEED_CRUISE"].value == 22.0
     with pytest.raises(vencejo.ParameterError, match="NO_SUCH_PARAM"):
         plane.params.get("NO_SUCH_PARAM")
-    with pytest.raises(vencejo.VencejoError, match="nan|finite"):
+    with pytest.raises(vencejo.VencejoError, match=r"nan|finite"):
         plane.params.set("WP_RADIUS", float("nan"))
     vencejo.save_params(tmp_path / "all.param", {name: param.value for name, param in everything.items()})
     assert len(vencejo.load_params(tmp_path / "all.param")) == len(everything)
@@ -143,7 +143,7 @@ def test_raw_messages_both_ways(plane: vencejo.Vehicle) -> None:
     message = plane.request_message("AUTOPILOT_VERSION")
     assert (message.name, message.system_id) == ("AUTOPILOT_VERSION", 1)
     assert message.fields["flight_sw_version"] > 0
-    received = []
+    received: list[vencejo.MavlinkMessage] = []
     subscription = plane.on_message(received.append, names=["PARAM_VALUE"])
     plane.send_message("PARAM_REQUEST_READ", param_id="WP_RADIUS", param_index=-1)
     wait_for(lambda: bool(received), "the answer")
@@ -203,8 +203,8 @@ def test_everything_is_recorded(link: str, tmp_path: Path) -> None:
 def test_closing_ends_what_is_under_way(link: str) -> None:
     plane = vencejo.connect(link, record=False)
     closer = threading.Thread(target=plane.close)
+    closer.start()
     with pytest.raises((vencejo.ClosedError, vencejo.CommandTimeout)):
-        closer.start()
         plane.wait_until(lambda _: plane.params["WP_RADIUS"] < 0, timeout_s=30.0)
     closer.join(30)
     assert not closer.is_alive()

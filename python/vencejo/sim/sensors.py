@@ -154,7 +154,7 @@ class Sensors:
 
     def static_pressure_pa(self, body: Dynamics, tick: int, time_s: float) -> float:
         """Barometer."""
-        return body.pressure_pa + self._baro.at(time_s) + _BARO_SIGMA_PA * self.noise(tick, 9)
+        return float(body.pressure_pa) + self._baro.at(time_s) + _BARO_SIGMA_PA * self.noise(tick, 9)
 
     def differential_pressure_pa(self, body: Dynamics, tick: int) -> float:
         """Pitot tube: ½ ρ₀ V² of the equivalent airspeed."""
@@ -162,7 +162,7 @@ class Sensors:
 
     def temperature_c(self, body: Dynamics) -> float:
         """Board temperature: 12 K over the air, as an enclosed board runs."""
-        return body.temperature_k - 273.15 + 12.0
+        return float(body.temperature_k) - 273.15 + 12.0
 
     def gps(self, body: Dynamics, time_s: float) -> GpsFix:
         """Receiver at 5 Hz resolution of its slow error."""
