@@ -57,7 +57,7 @@ impl fmt::Display for CommandName {
             cmd::SET_MESSAGE_INTERVAL => Some("SET_MESSAGE_INTERVAL"),
             cmd::REQUEST_MESSAGE => Some("REQUEST_MESSAGE"),
             cmd::REQUEST_AUTOPILOT_CAPABILITIES => Some("REQUEST_AUTOPILOT_CAPABILITIES"),
-            number => Command(number).name(),
+            number => Command(number).name().map(|name| name.trim_start_matches("MAV_CMD_")),
         };
         match name {
             Some(name) => write!(f, "{name} ({})", self.0),
@@ -754,6 +754,7 @@ mod tests {
     #[test]
     fn names_are_shown() {
         assert_eq!(CommandName(cmd::COMPONENT_ARM_DISARM).to_string(), "COMPONENT_ARM_DISARM (400)");
+        assert_eq!(CommandName(cmd::DO_LAND_START).to_string(), "DO_LAND_START (189)");
         assert_eq!(CommandName(60_000).to_string(), "command 60000");
         assert_eq!(CommandResult::FAILED.to_string(), "failed (MAV_RESULT_FAILED, 4)");
     }
