@@ -15,7 +15,7 @@ use crate::vehicle::{Vehicle, VehicleConfig};
 
 /// Vehicles that are followed at once. When there are more, those that are lost make room, longest silent first; a newcomer
 /// for whom there is no room is ignored.
-pub const MAX_VEHICLES: usize = 32;
+pub const MAX_VEHICLES: usize = 64;
 
 /// Something about a link's vehicles as a whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
