@@ -469,6 +469,11 @@ class Autopilot:
         north, east = self._wind_estimate
         return -(north * math.cos(self.est.yaw_rad) + east * math.sin(self.est.yaw_rad))
 
+    def wind_along_m_s(self, bearing: float) -> float:
+        """Estimated wind blowing along a bearing, negative against it."""
+        north, east = self._wind_estimate
+        return north * math.cos(bearing) + east * math.sin(bearing)
+
     def l1_length_m(self) -> float:
         """Present length of the lateral law."""
         return self.pilot.track[4]
