@@ -203,6 +203,8 @@ class DoubleAutopilot:
         return MavResult.FAILED
 
     def reposition(self, target: RepositionTarget) -> MavResult:
+        if target.change_mode:
+            self.mode = Mode.GUIDED
         return self._called("reposition", target)
 
     def change_speed(self, kind: int, speed_m_s: float, throttle_pct: float) -> MavResult:

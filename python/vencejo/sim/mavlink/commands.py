@@ -256,6 +256,9 @@ class CommandHandler:
         lat_deg, lon_deg = command.x * 1e-7, command.y * 1e-7
         if not here and not self._vehicle.fence.contains(lat_deg, lon_deg):
             return MavResult.DENIED
+        change_mode = math.isfinite(command.p2) and bool(_whole(command.p2) & 1)
+        if not change_mode and not self._guided():
+            return MavResult.FAILED
         radius_m = None
         if math.isfinite(command.p3) and command.p3 > 0:
             anticlockwise = not (math.isnan(command.p4) or command.p4 == 0)
@@ -267,20 +270,23 @@ class CommandHandler:
                 alt_m=command.z,
                 frame=frame,
                 radius_m=radius_m,
-                change_mode=bool(_whole(command.p2) & 1) if command.p2 == command.p2 else False,
+                change_mode=change_mode,
             )
         )
 
     def _change_speed(self, _peer: Peer, command: Command) -> int:
         if not (math.isfinite(command.p1) and math.isfinite(command.p2) and math.isfinite(command.p3)):
             return MavResult.DENIED
+        if self._vehicle.autopilot.snapshot().mode not in (Mode.GUIDED, Mode.AUTO):
+            return MavResult.FAILED
         return self._vehicle.autopilot.change_speed(_whole(command.p1), command.p2, command.p3)
 
     def _change_altitude(self, _peer: Peer, command: Command) -> int:
         frame = _FRAMES.get(_whole(command.p2))
         if frame is None or not math.isfinite(command.p1):
             return MavResult.DENIED
-        return self._vehicle.autopilot.change_altitude(command.p1, frame)
+        self._vehicle.autopilot.change_altitude(command.p1, frame)
+        return MavResult.ACCEPTED  # whatever the mode makes of it
 
     def _guided(self) -> bool:
         return self._vehicle.autopilot.snapshot().mode is Mode.GUIDED

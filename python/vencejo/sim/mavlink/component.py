@@ -424,13 +424,17 @@ class PlaneComponent:
     # events and announcements
 
     def _drain_events(self) -> None:
+        texts: list[StatusText] = []
         for event in self.autopilot.events():
-            self._on_event(event)
+            if isinstance(event, StatusText):
+                texts.append(event)
+            else:
+                self._on_event(event)
+        for severity, text in ((Severity(said.severity), said.text) for said in texts):
+            self.say(severity, text)  # after the messages of the same instant, as ArduPlane's own queue does
 
     def _on_event(self, event: Event) -> None:
         match event:
-            case StatusText(severity, text):
-                self.say(Severity(severity), text)
             case MissionItemReached(seq):
                 self._broadcast(dialect.MAVLink_mission_item_reached_message(seq))
             case MissionCurrentChanged():

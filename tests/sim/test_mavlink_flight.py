@@ -1,0 +1,63 @@
+"""A whole automatic flight over MAVLink says what a recorded ArduPlane said, in the same order."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from vencejo.sim.config import SimOptions
+from vencejo.sim.mavlink.codec import dialect
+from vencejo.sim.world import World
+
+from tests.sim.transcripts import listen, read
+
+NOT_OURS = re.compile(r"EKF2|SIM Hit ground")
+"""Said by parts that the simulated plane has not: a second estimator, ArduPilot's own simulator."""
+
+
+def story(messages: list[Any]) -> list[str]:
+    """Texts from arming on, without the figures that no two flights share."""
+    texts = [m.text for m in messages if m.get_type() == "STATUSTEXT" and not NOT_OURS.search(m.text)]
+    texts = texts[texts.index("Throttle armed") :]
+    return [text if text.startswith("Mission: ") else re.sub(r"-?\d+(\.\d+)?", "#", text) for text in texts]
+
+
+def test_the_recorded_mission_is_the_same_story() -> None:
+    world = World(SimOptions(start_unix_s=1.7e9, links=(), params={"RTL_AUTOLAND": 2}))
+    station = world.connect()
+    plane = world.planes[0]
+    listen(world, station, 25.0)
+    for entry in read("mission-upload-items.tlog"):
+        if entry.from_station:
+            station.send_bytes(entry.frame)
+    heard = listen(world, station, 0.5)
+    for command, *params in ((176, 1, 10), (400, 1, 0)):
+        message = dialect.MAVLink_command_long_message(1, 1, command, 0, *params, 0, 0, 0, 0, 0)
+        station.send(message)
+    heard += listen(world, station, 5.0)
+    assert [(m.command, m.result) for m in heard if m.get_type() == "COMMAND_ACK"] == [(176, 0), (400, 0)]
+    for _ in range(100):
+        heard += listen(world, station, 5.0)
+        if not plane.snapshot().armed:
+            break
+    recorded = [entry.message for entry in read("arduplane-takeoff-to-landing.tlog")]
+    told = story(recorded)
+    assert len(told) > 25
+    assert story(heard) == told
+
+    def reached(messages: list[Any]) -> set[int]:
+        return {m.seq for m in messages if m.get_type() == "MISSION_ITEM_REACHED"}
+
+    assert reached(recorded) <= reached(heard)
+
+    def extremes(messages: list[Any], kind: str, field: str) -> tuple[float, float]:
+        values = [getattr(m, field) for m in messages if m.get_type() == kind]
+        return min(values), max(values)
+
+    for kind, field, slack in (
+        ("VFR_HUD", "groundspeed", 6.0),
+        ("GLOBAL_POSITION_INT", "relative_alt", 12_000.0),
+        ("NAV_CONTROLLER_OUTPUT", "wp_dist", 150.0),
+    ):
+        ours, theirs = extremes(heard, kind, field), extremes(recorded, kind, field)
+        assert abs(ours[1] - theirs[1]) <= slack, (kind, field, ours, theirs)
