@@ -55,7 +55,6 @@ def test_the_recorded_mission_is_the_same_story() -> None:
         return min(values), max(values)
 
     for kind, field, slack in (
-        ("VFR_HUD", "groundspeed", 6.0),
         ("GLOBAL_POSITION_INT", "relative_alt", 12_000.0),
         ("NAV_CONTROLLER_OUTPUT", "wp_dist", 150.0),
     ):
