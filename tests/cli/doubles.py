@@ -65,7 +65,7 @@ def flying(
         "hud": {"airspeed_m_s": 21.0, "groundspeed_m_s": speed_m_s, "climb_m_s": 0.2, "age_s": age_s},
         "extended": {"landed": landed, "age_s": age_s},
         "mission": {"seq": 1, "total": 4, "state": state, "age_s": age_s},
-        "sys_status": {"is_ready_to_arm": ready, "unhealthy_sensors": (), "age_s": age_s},
+        "sys_status": {"is_ready_to_arm": ready, "unhealthy_sensors": (), "age_s": age_s if age_s > 1.0 else 0.0},
         **more,
     }
     return telemetry(time_s, **groups)

@@ -54,7 +54,7 @@ def ready_vehicle() -> FakeVehicle:
             flying(200.0, armed=False, lat_deg=LAT + 1e-5, **GROUND),
         ]
 
-    vehicle.frames = [parked()]
+    vehicle.frames = [parked(), parked()]
     vehicle.after = {"arm": arm, "start_mission": start}
     return vehicle
 
@@ -69,7 +69,7 @@ def test_everything_in_order(capsys: pytest.CaptureFixture[str]) -> None:
         return True
 
     flight = fly(vehicle, ask=ask)
-    assert vehicle.calls == ["upload mission", "asked", "arm", "start_mission 1"]
+    assert vehicle.calls == ["upload mission", "command 401", "asked", "arm", "start_mission 1"]
     assert "Arm" in asked[0]
     assert flight.outcome.ending is Ending.LANDED
     assert flight.landing_error_m == pytest.approx(1.1, abs=0.05)
@@ -81,7 +81,7 @@ def test_a_no_leaves_it_disarmed() -> None:
     vehicle = ready_vehicle()
     with pytest.raises(Failed, match="not armed: the mission is on board"):
         fly(vehicle, ask=lambda _: False)
-    assert vehicle.calls == ["upload mission"]
+    assert vehicle.calls == ["upload mission", "command 401"]
 
 
 def test_an_error_in_the_plan_sends_nothing(capsys: pytest.CaptureFixture[str]) -> None:
@@ -108,7 +108,7 @@ def test_pre_arm_reasons_are_told_while_it_waits(capsys: pytest.CaptureFixture[s
         StatusText(96.0, 2, "PreArm: Need Position Estimate"),
         StatusText(97.0, 6, "something else"),
     ]
-    vehicle.frames = [parked(ready=False), parked(ready=False), parked(ready=True)]
+    vehicle.frames = [parked(ready=True), parked(ready=False), parked(ready=False), parked(ready=True)]
     fly(vehicle)
     assert vehicle.calls == ["upload mission", "command 401", "arm", "start_mission 1"]
     told = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
@@ -120,6 +120,15 @@ def test_a_vehicle_that_is_never_ready_is_never_armed() -> None:
     vehicle.texts = [StatusText(99.0, 2, "PreArm: Compass not healthy")]
     vehicle.frames = [parked(ready=False), parked(ready=False)]
     with pytest.raises(Failed, match="not ready to arm after 0 s: Compass not healthy"):
+        fly(vehicle, ready_timeout_s=0.0)
+    assert "arm" not in vehicle.calls
+
+
+def test_what_was_said_before_the_upload_does_not_count() -> None:
+    vehicle = ready_vehicle()
+    old = {"is_ready_to_arm": True, "unhealthy_sensors": (), "age_s": 3.0}
+    vehicle.frames = [parked(sys_status=old), parked(sys_status=old), parked(ready=False)]
+    with pytest.raises(Failed, match="not ready"):
         fly(vehicle, ready_timeout_s=0.0)
     assert "arm" not in vehicle.calls
 
@@ -157,10 +166,10 @@ def test_a_start_that_may_have_worked_is_not_undone() -> None:
 
 def test_in_auto_the_first_item_is_set_before_arming() -> None:
     vehicle = ready_vehicle()
-    vehicle.frames = [parked(mode="AUTO")]
+    vehicle.frames = [parked(mode="AUTO"), parked(mode="AUTO")]
     vehicle.after["arm"] = lambda: vehicle.show(parked(mode="AUTO", armed=True))
     fly(vehicle)
-    assert vehicle.calls == ["upload mission", "set_current_item 1", "arm", "start_mission None"]
+    assert vehicle.calls == ["upload mission", "command 401", "set_current_item 1", "arm", "start_mission None"]
 
 
 def test_a_plane_in_the_air_is_not_armed_but_asked_about() -> None:

@@ -45,6 +45,9 @@ RUN_PREARM_CHECKS: Final = 401
 """MAV_CMD_RUN_PREARM_CHECKS: asks for the pre-arm failures at once instead of at the next half minute."""
 PREARM_VALID_S: Final = 35.0
 """ArduPilot repeats its pre-arm failures every 30 s."""
+ASK_AGAIN_S: Final = 10.0
+NO_ANSWER_S: Final = 4.0
+"""SYS_STATUS comes twice a second; a vehicle that has not sent it for so long does not tell whether it is ready."""
 PICTURES_HZ: Final = 5.0
 
 
@@ -284,26 +287,34 @@ def _wait_until_ready(vehicle: Vehicle, reporter: Reporter, timeout_s: float) ->
     began = time.monotonic()
     asked: float | None = None
     told: set[str] = set()
+    ready: bool | None = None
     with status("Waiting for the pre-arm checks …"):
         for telemetry in _pictures(vehicle):
-            now = time.monotonic()
-            ready = telemetry.sys_status.is_ready_to_arm if telemetry.sys_status else None
-            if ready or (ready is None and now - began > 3.0):
-                break  # without the flag arming itself tells
-            reasons = prearm_reasons(vehicle, telemetry.time_s - PREARM_VALID_S)
-            for reason in reasons:
-                if reason not in told:
-                    told.add(reason)
-                    reporter.step("prearm", f"not ready: {reason}", reason=reason)
-            if now - began > timeout_s:
-                listed = "; ".join(reasons) or "it does not say why"
-                raise Failed(f"the vehicle is not ready to arm after {timeout_s:g} s: {listed}")
-            if asked is None or now - asked > 10.0:
-                asked = now
+            if asked is None or time.monotonic() - asked > ASK_AGAIN_S:
                 # Older vehicles do not know it, and repeat their reasons by themselves.
                 with contextlib.suppress(CommandRefused, CommandTimeout):
                     vehicle.command(RUN_PREARM_CHECKS)
-    reporter.step("ready", "ready to arm")
+                asked = time.monotonic()
+                continue
+            now = time.monotonic()
+            checks = telemetry.sys_status
+            # Only what was said since counts: the upload may have changed it.
+            is_news = checks is not None and checks.age_s < now - asked
+            ready = checks.is_ready_to_arm if checks is not None and is_news else None
+            if ready or (ready is None and now - asked > NO_ANSWER_S):
+                break  # without an answer arming itself tells
+            reasons = prearm_reasons(vehicle, telemetry.time_s - PREARM_VALID_S)
+            for reason in reasons if ready is False else ():
+                if reason not in told:
+                    told.add(reason)
+                    reporter.step("prearm", f"not ready: {reason}", reason=reason)
+            if now - began > timeout_s and ready is False:
+                listed = "; ".join(reasons) or "it does not say why"
+                raise Failed(f"the vehicle is not ready to arm after {timeout_s:g} s: {listed}")
+    if ready:
+        reporter.step("ready", "ready to arm", ready=True)
+    else:
+        reporter.step("ready", "the vehicle does not tell whether it is ready: arming will", ready=None)
 
 
 def _arm(vehicle: Vehicle, reporter: Reporter) -> None:

@@ -38,8 +38,8 @@ params_app = typer.Typer(
     help="Read and write the vehicle's parameters.\n\nExample: vencejo params get WP_RADIUS AIRSPEED_CRUISE",
 )
 
-OWN_COUNTERS = ("STAT_",)
-"""Beginnings of names that the vehicle counts in by itself: a file never sets them."""
+OWN_VALUES = ("STAT_*", "BARO?_GND_PRESS")
+"""Names of what the vehicle counts or measures by itself, ``*`` and ``?`` standing for anything: a file never sets them."""
 
 
 @params_app.command()
@@ -154,8 +154,8 @@ def load(
 ) -> None:
     """Write the parameters of a file that differ, after showing the differences and asking.
 
-    Parameters that the vehicle does not have are told and left out, and so are the counters that it keeps by itself
-    (STAT_…). A parameter that enables others may need a reboot and a second load.
+    Parameters that the vehicle does not have are told and left out; what it counts or measures by itself (STAT_…, the
+    pressure on the ground) is left out too. A parameter that enables others may need a reboot and a second load.
 
     Example: vencejo params load bixler.param --link /dev/ttyACM0,115200
     """
@@ -211,7 +211,7 @@ def compare(wanted: Mapping[str, float], present: Mapping[str, Parameter]) -> tu
     changes, unknown = [], []
     for name, value in sorted(wanted.items()):
         here = present.get(name)
-        if name.startswith(OWN_COUNTERS):
+        if any(fnmatch.fnmatchcase(name, own) for own in OWN_VALUES):
             continue
         if here is None:
             unknown.append(name)
