@@ -359,8 +359,7 @@ class Finding:
     remedy: str
 
     def __str__(self) -> str:
-        where = f"item {self.item}: " if self.item is not None else ""
-        return f"{where}{self.message}" + (f" {self.remedy}" if self.remedy else "")
+        return f"{self.message}: {self.remedy}" if self.remedy else self.message
 
 
 @dataclass(frozen=True)

@@ -95,6 +95,7 @@ def test_e1_a_mission_that_another_program_loaded_is_followed(plane: vencejo.Veh
                 what="the mission",
             )
             telemetry = plane.telemetry
+            flight.fly_on()
         assert [item for item, _ in itertools.groupby(flight.reached)] == list(range(1, len(CIRCUIT) + 2))
         assert_waypoints_passed(flight, plan)
         assert plane.download().items[1:5] == plan.items[1:5]
