@@ -133,10 +133,11 @@ class Navigator:
     def turn_distance(self) -> float:
         """How far before a waypoint the turn to the next leg begins.
 
-        WP_RADIUS, corrected for thin air, but not more than the L1 length, and less for turns below 90°.
+        WP_RADIUS, but not more than the L1 length, and less for turns below 90°. ArduPlane widens WP_RADIUS by the square of
+        true over equivalent airspeed (53 m for 50 m at 700 m above the sea); here a waypoint counts within WP_RADIUS always.
         """
         ap = self._ap
-        full = min(ap.tune["WP_RADIUS"] * ap.est.eas_to_tas**2, ap.l1_length_m())
+        full = min(ap.tune["WP_RADIUS"], ap.l1_length_m())
         return full * min(1.0, abs(self.turn_angle_deg) / 90.0)
 
     def _set_up_turn(self) -> None:
