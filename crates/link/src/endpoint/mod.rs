@@ -191,6 +191,14 @@ impl Endpoint {
         }
     }
 
+    /// How long it may take to end by itself when the link is closed.
+    fn grace(&self) -> Duration {
+        match self {
+            Self::TcpClient(_) => stream::GOOD_BYE * 2,
+            _ => Duration::ZERO,
+        }
+    }
+
     /// Waits for whatever it has started.
     async fn finish(&mut self) {
         if let Self::TcpServer(server) = self {
@@ -258,10 +266,17 @@ pub(crate) fn open(hub: &Hub, address: LinkAddress, options: LinkOptions) -> Res
 /// The one task of a link.
 async fn live(mut endpoint: Endpoint, context: Arc<Context>) {
     let mut attempt = 1;
+    let grace = endpoint.grace();
     let last = loop {
+        let cut_off = async {
+            context.cancel.cancelled().await;
+            if !grace.is_zero() {
+                tokio::time::sleep(grace).await;
+            }
+        };
         let end = tokio::select! {
             biased;
-            () = context.cancel.cancelled() => End::Closed,
+            () = cut_off => End::Closed,
             end = endpoint.run(&context) => end,
         };
         context.local.send_replace(None);

@@ -1,5 +1,7 @@
 //! Owns the work on one open byte stream, TCP or serial: read into the hub, write from the queue.
 
+use std::time::Duration;
+
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 
 use super::{Context, End};
@@ -8,28 +10,52 @@ use crate::outlet::StreamQueue;
 
 /// What one read takes at most.
 const READ_BYTES: usize = 16 * 1024;
+/// How long a link that is closed may take to send what waits, and to hear the other end close too.
+pub(super) const GOOD_BYE: Duration = Duration::from_millis(500);
 
 /// Serves a stream until it breaks. `batch_bytes` is what is handed to the system at once: little on a thin line, so
 /// that what we say ourselves does not wait behind much. `heard` is called with every frame.
 pub(super) async fn serve(
     context: &Context,
-    reader: impl AsyncRead + Unpin,
-    writer: impl AsyncWrite + Unpin,
+    mut reader: impl AsyncRead + Unpin,
+    mut writer: impl AsyncWrite + Unpin,
     queue: &StreamQueue,
     batch_bytes: usize,
     heard: impl FnMut(&vencejo_proto::Frame),
 ) -> End {
-    tokio::select! {
+    let end = tokio::select! {
         biased;
         () = context.cancel.cancelled() => End::Closed,
-        end = read(context, reader, heard) => end,
-        end = write(writer, queue, batch_bytes) => end,
+        end = read(context, &mut reader, heard) => end,
+        end = write(&mut writer, queue, batch_bytes) => end,
+    };
+    if matches!(end, End::Closed) {
+        // The last words matter: that a transfer is cancelled, or a file closed. Whatever fails now ends it as well.
+        let _ = tokio::time::timeout(GOOD_BYE, good_bye(&mut reader, &mut writer, queue)).await;
     }
+    end
+}
+
+/// Sends what waits, says that no more comes, and takes in what the other end still sends until it closes too: a socket
+/// that is closed with bytes unread would take back what was just sent.
+async fn good_bye(
+    reader: &mut (impl AsyncRead + Unpin),
+    writer: &mut (impl AsyncWrite + Unpin),
+    queue: &StreamQueue,
+) -> std::io::Result<()> {
+    let mut batch = Vec::new();
+    queue.take(&mut batch, usize::MAX);
+    writer.write_all(&batch).await?;
+    writer.flush().await?;
+    writer.shutdown().await?;
+    let mut rest = [0; 4096];
+    while reader.read(&mut rest).await? > 0 {}
+    Ok(())
 }
 
 async fn read(
     context: &Context,
-    mut reader: impl AsyncRead + Unpin,
+    reader: &mut (impl AsyncRead + Unpin),
     mut heard: impl FnMut(&vencejo_proto::Frame),
 ) -> End {
     let mut intake = Intake::new();
@@ -50,7 +76,7 @@ async fn read(
     }
 }
 
-async fn write(mut writer: impl AsyncWrite + Unpin, queue: &StreamQueue, batch_bytes: usize) -> End {
+async fn write(writer: &mut (impl AsyncWrite + Unpin), queue: &StreamQueue, batch_bytes: usize) -> End {
     let mut batch = Vec::with_capacity(batch_bytes + 280);
     loop {
         queue.filled().await;

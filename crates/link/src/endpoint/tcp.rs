@@ -41,7 +41,12 @@ impl Client {
     }
 
     pub(super) async fn run(&mut self, context: &Context) -> End {
-        let stream = match self.connect().await {
+        let connected = tokio::select! {
+            biased;
+            () = context.cancel.cancelled() => return End::Closed,
+            connected = self.connect() => connected,
+        };
+        let stream = match connected {
             Ok(stream) => stream,
             Err(end) => return end,
         };
@@ -239,6 +244,30 @@ mod tests {
         let stats = listening.hub.stats(link.id()).unwrap();
         assert_eq!((stats.received.frames, stats.sent.frames, stats.lost), (3, 3, 0));
         link.close().await;
+    }
+
+    #[tokio::test]
+    async fn a_closed_client_has_said_its_last_words() {
+        let mut listening = Listening::new();
+        let server = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let address = format!("tcp:{}", server.local_addr().unwrap()).parse().unwrap();
+        let link = listening.hub.open(address, crate::LinkOptions::default()).unwrap();
+        let (mut stream, _) = in_time(server.accept()).await.unwrap();
+        stream.write_all(heartbeat(1, 1, 0).bytes()).await.unwrap();
+        listening.next().await;
+        // Bytes that it never reads: closing a socket on them would reset the connection.
+        stream.write_all(&[0; 1000]).await.unwrap();
+        for _ in 0..100 {
+            assert_eq!(say_something(&listening.hub), 1);
+        }
+        let closing = tokio::spawn(link.close());
+        let mut heard = Vec::new();
+        in_time(stream.read_to_end(&mut heard)).await.expect("no reset");
+        drop(stream);
+        in_time(closing).await.expect("closed");
+        let mut decoder = FrameDecoder::new();
+        decoder.push(&heard);
+        assert_eq!(std::iter::from_fn(|| decoder.next_frame()).count(), 100);
     }
 
     #[tokio::test]

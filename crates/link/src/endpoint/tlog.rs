@@ -143,6 +143,8 @@ mod tests {
         assert_eq!(times(&mut listening, 5).await, [0, 100, 100, 1000, 4000]);
         let ended = link.wait_for(|state| matches!(state, LinkState::Ended { .. })).await;
         assert_eq!(ended, LinkState::Ended { remark: None });
+        assert_eq!(listening.hub.links()[0].state, LinkState::Ended { remark: None }, "listed until it is closed");
+        link.close().await;
         assert!(listening.hub.links().is_empty());
     }
 
