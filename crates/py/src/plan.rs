@@ -155,13 +155,12 @@ fn format_waypoints(plan: PlanTuple) -> PyResult<String> {
     Ok(write_waypoints(&plan_from_tuple(plan)?.mission))
 }
 
-/// Looks for what would make a plan fail: `(is an error, code, item from 1, message, remedy)`.
+/// What a check found: is it an error, code, item from 1, message, remedy.
+type FindingTuple = (bool, String, Option<usize>, String, String);
+
+/// Looks for what would make a plan fail.
 #[pyfunction]
-fn check_plan(
-    plan: PlanTuple,
-    position: Option<(f64, f64)>,
-    on_ground: Option<bool>,
-) -> PyResult<Vec<(bool, String, Option<usize>, String, String)>> {
+fn check_plan(plan: PlanTuple, position: Option<(f64, f64)>, on_ground: Option<bool>) -> PyResult<Vec<FindingTuple>> {
     let plan = plan_from_tuple(plan)?;
     let position = position.map(|(lat, lon)| point(lat, lon)).transpose()?;
     let context = CheckContext { position, on_ground, ..CheckContext::default() };

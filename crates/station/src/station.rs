@@ -470,7 +470,7 @@ impl Shared {
     }
 
     fn no_vehicle(&self, waiting: &Waiting) -> StationError {
-        let links: Vec<_> = self.hub.links().iter().map(|link| describe(link)).collect();
+        let links: Vec<_> = self.hub.links().iter().map(describe).collect();
         StationError::NoVehicle {
             wanted: waiting.wanted,
             waited: self.clock.now().since(waiting.since),
