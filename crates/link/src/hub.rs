@@ -131,6 +131,10 @@ pub(crate) struct Port {
 }
 
 impl Port {
+    fn is_replay(&self) -> bool {
+        matches!(self.address, LinkAddress::Tlog { .. })
+    }
+
     fn send(&self, frame: &Frame, to: Option<SystemId>, class: Class) -> bool {
         match self.outlet.send(frame, to, class) {
             Sent::Accepted { displaced } => {
@@ -415,6 +419,8 @@ impl Hub {
             let mut ports: SmallVec<[Arc<Port>; 8]> = SmallVec::new();
             match verdict {
                 Verdict::Handle { forward, .. } => {
+                    // A recording plays both sides of a conversation back: everything in it goes everywhere.
+                    let forward = if port.is_replay() { all.without(SlotSet::one(port.slot)) } else { forward };
                     let ready = forward.iter().filter_map(|slot| inner.link(slot)).map(|link| &link.port);
                     ports.extend(ready.filter(|other| other.forwards || port.forwards).cloned());
                 }

@@ -156,8 +156,7 @@ def replay(
 ) -> None:
     """Tell what is in a recording; with --to, play it to a ground station.
 
-    Frames are sent untouched and nothing of ours is added. What was addressed to a system of the recording, such as the
-    items of an upload, stays behind: forwarding follows the addresses.
+    Frames are sent untouched, both sides of the conversation, and nothing of ours is added.
 
     Example: vencejo replay flight.tlog
 
