@@ -34,6 +34,7 @@ from vencejo.errors import (
     VehicleLost,
     VencejoError,
 )
+from vencejo.link import LinkInfo
 from vencejo.params import load_params, save_params
 from vencejo.plan import (
     Circle,
@@ -49,7 +50,7 @@ from vencejo.plan import (
     Polygon,
     RallyPoint,
 )
-from vencejo.station import LinkInfo, RecorderInfo, Station, connect, default_record_dir
+from vencejo.station import RecorderInfo, Station, connect, default_record_dir
 from vencejo.telemetry import Telemetry
 from vencejo.vehicle import (
     Event,

@@ -3,16 +3,15 @@
 Examples
 --------
 >>> import asyncio
-import contextlib
 >>> from vencejo import Plan, aio
->>> async def main() -> None:
+>>> async def fly() -> None:
 ...     async with await aio.connect("tcp:127.0.0.1:5760") as plane:
 ...         await plane.upload(Plan.load("mission.waypoints"))
 ...         await plane.arm()
 ...         await plane.start_mission()
 ...         async for telemetry in plane.stream(rate_hz=1):
 ...             print(telemetry.position)
->>> asyncio.run(main())  # doctest: +SKIP
+>>> asyncio.run(fly())  # doctest: +SKIP
 """
 
 from __future__ import annotations

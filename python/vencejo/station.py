@@ -7,58 +7,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Literal
 
 from vencejo import _native
+from vencejo.link import LinkInfo
 from vencejo.vehicle import Vehicle
 
-__all__ = ["LinkInfo", "RecorderInfo", "Station", "connect", "default_record_dir"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class LinkInfo:
-    """A link and what went over it.
-
-    Attributes
-    ----------
-    id : int
-    name, address : str
-        The name given to it, and its link string in canonical form.
-    local_address : str or None
-        Address and port of its own socket while it is up; tells the port when the link string says 0.
-    state : str
-        ``"connecting"``, ``"up"``, ``"down"`` or ``"ended"``.
-    detail : str or None
-        Why it is not up: the last error.
-    frames_received, frames_sent, bytes_received, bytes_sent : int
-    bad_crc, garbage_bytes : int
-        Frames with a wrong checksum, and bytes that belonged to no frame.
-    frames_lost : int
-        Missing by the senders' frame counters.
-    loss_pct : float or None
-        Lost frames of all that should have come.
-    round_trip_ms : float or None
-        Of the newest TIMESYNC exchange.
-    age_s : float or None
-        Since the newest frame.
-    """
-
-    id: int
-    name: str
-    address: str
-    local_address: str | None
-    state: Literal["connecting", "up", "down", "ended"]
-    detail: str | None
-    frames_received: int
-    frames_sent: int
-    bytes_received: int
-    bytes_sent: int
-    bad_crc: int
-    garbage_bytes: int
-    frames_lost: int
-    loss_pct: float | None
-    round_trip_ms: float | None
-    age_s: float | None
+__all__ = ["RecorderInfo", "Station", "connect", "default_record_dir"]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from vencejo import _native
 from vencejo.errors import CommandTimeout, InvalidRequest
+from vencejo.link import LinkInfo
 from vencejo.mavlink import decode_payload, encode_payload, field_names
 from vencejo.plan import Finding, GeoPoint, Home, Plan
 from vencejo.telemetry import Telemetry
@@ -233,6 +234,12 @@ class VehicleState:
     def plan_state(self, kind: PlanKind = "mission") -> PlanState:
         """What is known of the mission, the fence or the rally points on board."""
         return PlanState(**self._native.plan_state(kind))
+
+    @property
+    def link(self) -> LinkInfo | None:
+        """The link that it is reached over, with the counts of this vehicle alone; ``None`` when it is heard on none."""
+        info = self._native.link()
+        return None if info is None else LinkInfo(**info)
 
     @property
     def mode_names(self) -> list[str]:

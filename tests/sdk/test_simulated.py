@@ -164,6 +164,8 @@ def test_the_link_is_measured(plane: vencejo.Vehicle) -> None:
     assert link.frames_received > 0
     assert link.loss_pct == 0.0
     assert link.age_s is not None
+    assert plane.link is not None
+    assert plane.link.frames_lost == 0
 
 
 def test_a_stream_gives_fresh_snapshots(plane: vencejo.Vehicle) -> None:

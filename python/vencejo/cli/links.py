@@ -14,7 +14,8 @@ import typer
 from vencejo.cli.common import Failed, JsonOption, clean, number, put_json, stdout, table
 
 if TYPE_CHECKING:
-    from vencejo.station import LinkInfo, Station
+    from vencejo.link import LinkInfo
+    from vencejo.station import Station
 
 FORMS: Final = (
     ("udpin:HOST:PORT", "udpin:0.0.0.0:14550", "listen on UDP; what ground stations do"),

@@ -17,4 +17,4 @@ def sim(ctx: typer.Context) -> None:
     """
     from vencejo.sim.__main__ import main
 
-    raise typer.Exit(main(ctx.args))
+    raise typer.Exit(main(ctx.args, prog="vencejo sim"))

@@ -33,12 +33,12 @@ def _parameter(text: str) -> tuple[str, float]:
     return name, float(value)
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(prog: str) -> argparse.ArgumentParser:
     default = SimOptions()
     parser = argparse.ArgumentParser(
-        prog="python -m vencejo.sim",
+        prog=prog,
         description="Simulated foam planes with an ArduPlane-like autopilot, speaking MAVLink 2.",
-        epilog="Example: python -m vencejo.sim --wind 5 --wind-from 240 --speedup 5 --link tcp:127.0.0.1:5760. "
+        epilog=f"Example: {prog} --wind 5 --wind-from 240 --speedup 5 --link tcp:127.0.0.1:5760. "
         "Each open link is told on standard output as a line of JSON.",
     )
     add = parser.add_argument
@@ -67,20 +67,22 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(argv: Sequence[str] | None = None, *, prog: str = "python -m vencejo.sim") -> int:
     """Run the simulator until interrupted.
 
     Parameters
     ----------
     argv : sequence of str, optional
         Arguments without the program's name; those of the process when omitted.
+    prog : str, optional
+        What the help calls the program.
 
     Returns
     -------
     int
         Exit status: 0 after an interrupt, 2 when the options or a link are wrong.
     """
-    args = _parser().parse_args(argv)
+    args = _parser(prog).parse_args(argv)
     try:
         options = SimOptions(
             home_lat_deg=args.home[0],
