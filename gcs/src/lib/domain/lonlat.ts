@@ -1,0 +1,109 @@
+/** A position on the WGS-84 ellipsoid, and how people write one. */
+
+export interface LonLat {
+  /** Longitude in degrees, −180 to 180, east positive. */
+  readonly lon_deg: number;
+  /** Latitude in degrees, −90 to 90, north positive. */
+  readonly lat_deg: number;
+}
+
+/** Wraps an angle to −180 (included) to 180 (excluded) degrees. */
+export function wrap180_deg(angle_deg: number): number {
+  const wrapped = ((((angle_deg + 180) % 360) + 360) % 360) - 180;
+  return wrapped === 0 ? 0 : wrapped;
+}
+
+/** Wraps an angle to 0 (included) to 360 (excluded) degrees. */
+export function wrap360_deg(angle_deg: number): number {
+  return ((angle_deg % 360) + 360) % 360;
+}
+
+/** The position as fine as a vehicle keeps it: 1e-7 degrees, about a centimetre. */
+export function rounded(at: LonLat): LonLat {
+  const round = (value: number): number => Math.round(value * 1e7) / 1e7;
+  return { lon_deg: round(wrap180_deg(at.lon_deg)), lat_deg: round(at.lat_deg) };
+}
+
+export function isLonLat(lon_deg: number, lat_deg: number): boolean {
+  return Number.isFinite(lon_deg) && Number.isFinite(lat_deg) && Math.abs(lat_deg) <= 90 && Math.abs(lon_deg) <= 180;
+}
+
+/** A position from two values that may be absent or out of range: `null` when they are not a position. */
+export function lonLat(lon_deg: number | null | undefined, lat_deg: number | null | undefined): LonLat | null {
+  if (lon_deg == null || lat_deg == null || !isLonLat(lon_deg, lat_deg)) return null;
+  return { lon_deg, lat_deg };
+}
+
+export function sameLonLat(a: LonLat, b: LonLat): boolean {
+  return Math.abs(a.lat_deg - b.lat_deg) < 5e-8 && Math.abs(wrap180_deg(a.lon_deg - b.lon_deg)) < 5e-8;
+}
+
+/** `40.3355555, -3.7966666`: latitude first, as people and map services write it; a decimal point in every language. */
+export function formatDecimal(at: LonLat, digits = 7): string {
+  return `${at.lat_deg.toFixed(digits)}, ${at.lon_deg.toFixed(digits)}`;
+}
+
+/** `40°20′08.0″N 3°47′48.0″W`. */
+export function formatDms(at: LonLat): string {
+  return `${dms(at.lat_deg, 'N', 'S')} ${dms(at.lon_deg, 'E', 'W')}`;
+}
+
+function dms(value_deg: number, positive: string, negative: string): string {
+  const tenths = Math.round(Math.abs(value_deg) * 36_000);
+  const seconds = (tenths % 600) / 10;
+  const minutes = Math.floor(tenths / 600) % 60;
+  const degrees = Math.floor(tenths / 36_000);
+  const pad = (text: string, length: number): string => text.padStart(length, '0');
+  return `${degrees}°${pad(String(minutes), 2)}′${pad(seconds.toFixed(1), 4)}″${value_deg < 0 ? negative : positive}`;
+}
+
+/**
+ * Reads a position as people paste it: `40.33, -3.79`, `40,33; -3,79`, `40°20′08″N 3°47′48″W`, `N40.33 W3.79`.
+ * Latitude comes first unless hemisphere letters say otherwise. `null` when it is not a position.
+ */
+export function parseLonLat(text: string): LonLat | null {
+  const parts = split(text.trim().toUpperCase());
+  if (parts === null) return null;
+  const [first, second] = parts.map(angle);
+  if (first == null || second == null) return null;
+  const isSwapped = first.axis === 'lon' || second.axis === 'lat';
+  if (first.axis !== null && first.axis === second.axis) return null;
+  const [lat, lon] = isSwapped ? [second, first] : [first, second];
+  return lonLat(lon.value_deg, lat.value_deg);
+}
+
+function split(text: string): [string, string] | null {
+  if (text.length > 100) return null;
+  const attempts = [
+    text.split(/\s*;\s*/),
+    text.split(/\s*,\s+/),
+    text.match(/^(.*[NS])\s*,?\s*(.*[EWO])$/)?.slice(1) ?? [],
+    text.match(/^(.*[EWO])\s*,?\s*(.*[NS])$/)?.slice(1) ?? [],
+    text.match(/^([NS].*?)\s*,?\s*([EWO].*)$/)?.slice(1) ?? [],
+    text.split(','),
+    text.split(/\s+/),
+  ];
+  for (const parts of attempts) {
+    const [first, second] = parts;
+    if (parts.length === 2 && first && second && angle(first) && angle(second)) return [first, second];
+  }
+  return null;
+}
+
+function angle(text: string): { value_deg: number; axis: 'lat' | 'lon' | null } | null {
+  const letter = text.match(/[NSEWO]/g) ?? [];
+  if (letter.length > 1) return null;
+  const match = text
+    .replace(/[NSEWO]/, '')
+    .trim()
+    .replaceAll(',', '.')
+    .match(/^([+-]?)(\d+(?:\.\d+)?)(?:\s*[°º\s]\s*(\d+(?:\.\d+)?)(?:\s*['′’\s]\s*(\d+(?:\.\d+)?))?)?\s*["″”'′’°º]*$/);
+  if (!match) return null;
+  const [, sign, degrees, minutes = '0', seconds = '0'] = match;
+  if (Number(minutes) >= 60 || Number(seconds) >= 60) return null;
+  const magnitude = Number(degrees) + Number(minutes) / 60 + Number(seconds) / 3600;
+  // O is oeste, Spanish for west
+  const isNegative = sign === '-' || /[SWO]/.test(letter[0] ?? '');
+  const axis = letter[0] === undefined ? null : /[NS]/.test(letter[0]) ? 'lat' : 'lon';
+  return { value_deg: isNegative ? -magnitude : magnitude, axis };
+}

@@ -1,0 +1,315 @@
+/**
+ * Editing of a plan: each operation takes a draft and gives the next one, and never changes what it took. Items carry
+ * a key of their own, so a selection survives moves, and jumps follow the items that they jump to.
+ */
+
+import { bearing_deg } from './geo';
+import type { LonLat } from './lonlat';
+import {
+  altOf_m,
+  altRelHome_m,
+  type ApproachOptions,
+  COMMAND,
+  DEFAULT_APPROACH,
+  type EditableKind,
+  type Fence,
+  type HeightFrame,
+  type Home,
+  heightFrameOf,
+  FRAME,
+  isDestination,
+  isPlaced,
+  kindOf,
+  landingSequence,
+  makeItem,
+  type Plan,
+  type PlanItem,
+  placeOf,
+  type RallyPoint,
+  routeOf,
+  withAlt,
+  withKind,
+  withParam,
+  withPlace,
+} from './plan';
+
+export interface DraftItem extends PlanItem {
+  /** Tells items apart while they are edited; never leaves the station. */
+  key: number;
+}
+
+export interface Draft {
+  readonly items: readonly DraftItem[];
+  readonly home: Home | null;
+  readonly fence: Fence;
+  readonly rally: readonly RallyPoint[];
+  /** The next key to give. */
+  readonly nextKey: number;
+}
+
+export interface EditDefaults {
+  /** Height of new items, metres in `frame`. */
+  readonly alt_m: number;
+  readonly frame: HeightFrame;
+  readonly approach?: ApproachOptions;
+}
+
+export function draftOf(plan: Plan): Draft {
+  return {
+    items: plan.items.map((item, index) => ({ ...item, key: index + 1 })),
+    home: plan.home,
+    fence: plan.fence,
+    rally: plan.rally,
+    nextKey: plan.items.length + 1,
+  };
+}
+
+export function planOf(draft: Draft): Plan {
+  return {
+    items: draft.items.map(({ key: _, ...item }) => item),
+    home: draft.home,
+    fence: draft.fence,
+    rally: [...draft.rally],
+  };
+}
+
+export const indexOfKey = (draft: Draft, key: number): number => draft.items.findIndex((item) => item.key === key);
+
+/** Number of an item as the vehicle counts: from 1, home not counted. `null` when it is not there. */
+export function numberOfKey(draft: Draft, key: number): number | null {
+  const index = indexOfKey(draft, key);
+  return index < 0 ? null : index + 1;
+}
+
+export interface Added {
+  readonly draft: Draft;
+  /** Keys of what was added, in order. */
+  readonly keys: readonly number[];
+}
+
+/** Puts items before the one at `index`; at the end when `index` is the length. */
+export function insertItems(draft: Draft, index: number, items: readonly PlanItem[]): Added {
+  const keyed = items.map((item, at) => ({ ...item, key: draft.nextKey + at }));
+  const next = [...draft.items.slice(0, index), ...keyed, ...draft.items.slice(index)];
+  return {
+    draft: withItems({ ...draft, nextKey: draft.nextKey + items.length }, next, draft.items),
+    keys: keyed.map((item) => item.key),
+  };
+}
+
+/** Index at which an item that is added "at the end" belongs: before a return or landing that ends the mission. */
+export function endIndex(draft: Draft): number {
+  const last = draft.items.at(-1);
+  const kind = last ? kindOf(last) : null;
+  if (kind === 'return_to_launch') return draft.items.length - 1;
+  if (kind !== 'land') return draft.items.length;
+  // the approach belongs to the landing: everything lower than the item before it and on the way down
+  const items = draft.items;
+  let index = items.length - 1;
+  while (index > 0 && isApproachPoint(items, index - 1, draft.home)) index -= 1;
+  return index;
+}
+
+function isApproachPoint(items: readonly DraftItem[], index: number, home: Home | null): boolean {
+  const [item, after] = [items[index] as DraftItem, items[index + 1] as DraftItem];
+  if (item.command === COMMAND.land_start) return true;
+  if (kindOf(item) !== 'waypoint') return false;
+  const [high_m, low_m] = [altRelHome_m(item, home), altRelHome_m(after, home)];
+  const [at, next] = [placeOf(item), placeOf(after)];
+  if (high_m === null || low_m === null || at === null || next === null || high_m <= low_m) return false;
+  const ahead = items[index + 2];
+  const onward = ahead ? placeOf(ahead) : null;
+  if (kindOf(after) === 'land' || onward === null) return true;
+  // in line with the rest of the approach
+  return Math.abs(((bearing_deg(at, next) - bearing_deg(next, onward) + 540) % 360) - 180) < 5;
+}
+
+/**
+ * Adds an item of a kind at a place, where it belongs: a take-off first (it replaces one that is there), a landing with
+ * its approach last (it replaces one that ends the mission), anything else before the landing or return.
+ *
+ * `wind_from_deg` lays the approach into the wind; without it the plane lands straight on from where it comes.
+ */
+export function addAt(
+  draft: Draft,
+  kind: EditableKind,
+  at: LonLat | null,
+  defaults: EditDefaults,
+  wind_from_deg: number | null = null,
+): Added {
+  const item = makeItem(kind, { at, alt_m: defaults.alt_m, frame: defaults.frame });
+  switch (kind) {
+    case 'takeoff': {
+      const first = draft.items[0];
+      const isThere = first !== undefined && kindOf(first) === 'takeoff';
+      const without = isThere ? removeKeys(draft, new Set([first.key])) : draft;
+      return insertItems(without, 0, [{ ...item, frame: FRAME.home }]);
+    }
+    case 'land': {
+      if (at === null) return { draft, keys: [] };
+      const begin = endIndex(draft);
+      const ending = draft.items.slice(begin).map((old) => old.key);
+      const without = removeKeys(draft, new Set(ending));
+      const sequence = landingFor(without, at, defaults, wind_from_deg);
+      return insertItems(without, without.items.length, sequence);
+    }
+    case 'return_to_launch':
+      return insertItems(draft, draft.items.length, [item]);
+    case 'jump':
+      return insertItems(draft, endIndex(draft), [item]);
+    default:
+      return insertItems(draft, endIndex(draft), [item]);
+  }
+}
+
+function landingFor(draft: Draft, at: LonLat, defaults: EditDefaults, wind_from_deg: number | null): PlanItem[] {
+  const before = draft.items.filter((item) => isDestination(item) || kindOf(item) === 'takeoff');
+  const last = before.map(placeOf).findLast((place) => place !== null) ?? null;
+  // the plane lands against the wind, so its approach lies downwind of the point
+  const from_deg = wind_from_deg !== null ? (wind_from_deg + 180) % 360 : last === null ? 270 : bearing_deg(at, last);
+  const lastItem = before.findLast((item) => placeOf(item) !== null);
+  const comesAt_m = (lastItem && altRelHome_m(lastItem, draft.home)) ?? defaults.alt_m;
+  return landingSequence(at, from_deg, comesAt_m, defaults.approach ?? DEFAULT_APPROACH);
+}
+
+/** Inserts a waypoint on the leg that ends at item `toIndex`, at the height in the middle of its two ends. */
+export function insertOnLeg(draft: Draft, toIndex: number, at: LonLat, defaults: EditDefaults): Added {
+  const leg = routeOf(draft.items, draft.home && { ...draft.home }).find((one) => one.toIndex === toIndex);
+  const after = draft.items[toIndex];
+  const before = leg?.fromIndex == null ? undefined : draft.items[leg.fromIndex];
+  const [high_m, low_m] = [before && altOf_m(before), after && altOf_m(after)];
+  const isSameFrame = before && after && isPlaced(after) && heightFrameOf(before) === heightFrameOf(after);
+  const isMiddle = isSameFrame && high_m != null && low_m != null;
+  const item = makeItem('waypoint', {
+    at,
+    alt_m: isMiddle ? Math.round((high_m + low_m) / 2) : defaults.alt_m,
+    frame: isMiddle ? heightFrameOf(before) : defaults.frame,
+  });
+  return insertItems(draft, toIndex, [item]);
+}
+
+export function removeKeys(draft: Draft, keys: ReadonlySet<number>): Draft {
+  return withItems(
+    draft,
+    draft.items.filter((item) => !keys.has(item.key)),
+    draft.items,
+  );
+}
+
+/** Changes one item. A change that would do nothing gives the same draft. */
+export function updateKey(draft: Draft, key: number, change: (item: PlanItem) => PlanItem): Draft {
+  return updateKeys(draft, new Set([key]), change);
+}
+
+export function updateKeys(draft: Draft, keys: ReadonlySet<number>, change: (item: PlanItem) => PlanItem): Draft {
+  let isChanged = false;
+  const items = draft.items.map((item) => {
+    if (!keys.has(item.key)) return item;
+    const next = change(item);
+    if (next === item) return item;
+    isChanged = true;
+    return { ...next, key: item.key };
+  });
+  return isChanged ? { ...draft, items } : draft;
+}
+
+/** Moves every placed item of `keys` by the same difference of latitude and longitude. */
+export function shiftKeys(draft: Draft, keys: ReadonlySet<number>, from: LonLat, to: LonLat): Draft {
+  const [lat_deg, lon_deg] = [to.lat_deg - from.lat_deg, to.lon_deg - from.lon_deg];
+  return updateKeys(draft, keys, (item) => {
+    const at = placeOf(item);
+    if (at === null) return item;
+    const next = { lat_deg: Math.max(-90, Math.min(90, at.lat_deg + lat_deg)), lon_deg: at.lon_deg + lon_deg };
+    return withPlace(item, next);
+  });
+}
+
+export const moveTo = (draft: Draft, key: number, at: LonLat): Draft =>
+  updateKey(draft, key, (item) => withPlace(item, at));
+export const setAlt = (draft: Draft, keys: ReadonlySet<number>, alt_m: number): Draft =>
+  updateKeys(draft, keys, (item) => (isPlaced(item) ? withAlt(item, alt_m) : item));
+export const setParam = (draft: Draft, key: number, index: number, value: number | null): Draft =>
+  updateKey(draft, key, (item) => withParam(item, index, value));
+
+export function setFrame(draft: Draft, keys: ReadonlySet<number>, frame: HeightFrame): Draft {
+  return updateKeys(draft, keys, (item) => {
+    if (!isPlaced(item) || heightFrameOf(item) === frame) return item;
+    const alt_m = altOf_m(item) ?? 0;
+    const home_m = draft.home?.alt_amsl_m;
+    const old = heightFrameOf(item);
+    // the same height in space where that is known; a number that means something else would surprise in the air
+    const next_m =
+      home_m === undefined || frame === 'terrain' || old === 'terrain'
+        ? alt_m
+        : frame === 'amsl'
+          ? alt_m + home_m
+          : alt_m - home_m;
+    return withAlt({ ...item, frame: FRAME[frame] }, Math.round(next_m * 100) / 100);
+  });
+}
+
+/** Makes an item another kind. Without a place of its own it gets one: `at`, or that of the nearest item before. */
+export function changeKind(
+  draft: Draft,
+  key: number,
+  kind: EditableKind,
+  defaults: EditDefaults,
+  at: LonLat | null = null,
+): Draft {
+  const index = indexOfKey(draft, key);
+  const before = draft.items.slice(0, Math.max(index, 0)).map(placeOf);
+  const home = draft.home && { lon_deg: draft.home.lon_deg, lat_deg: draft.home.lat_deg };
+  const fallback = at ?? before.findLast((place) => place !== null) ?? home;
+  return updateKey(draft, key, (item) =>
+    withKind(item, kind, { at: fallback, alt_m: defaults.alt_m, frame: defaults.frame }),
+  );
+}
+
+/** Moves the items of `keys`, in their order, so that they stand before the item that is now at `index`. */
+export function reorder(draft: Draft, keys: ReadonlySet<number>, index: number): Draft {
+  const moved = draft.items.filter((item) => keys.has(item.key));
+  const before = draft.items.slice(0, index).filter((item) => !keys.has(item.key));
+  const after = draft.items.slice(index).filter((item) => !keys.has(item.key));
+  const items = [...before, ...moved, ...after];
+  if (items.every((item, at) => item === draft.items[at])) return draft;
+  return withItems(draft, items, draft.items);
+}
+
+/** Moves the items of `keys` up (−1) or down (+1) by one place, as a block. */
+export function nudge(draft: Draft, keys: ReadonlySet<number>, by: -1 | 1): Draft {
+  const indices = draft.items.flatMap((item, index) => (keys.has(item.key) ? [index] : []));
+  const [first, last] = [indices[0], indices.at(-1)];
+  if (first === undefined || last === undefined) return draft;
+  if (by < 0) return first === 0 ? draft : reorder(draft, keys, first - 1);
+  return last === draft.items.length - 1 ? draft : reorder(draft, keys, last + 2);
+}
+
+export const withHome = (draft: Draft, home: Home | null): Draft => ({ ...draft, home });
+
+/** New items in place of the old ones, with each jump pointing at the item it pointed at. */
+function withItems(draft: Draft, items: readonly DraftItem[], old: readonly DraftItem[]): Draft {
+  const indexByKey = new Map(items.map((item, index) => [item.key, index]));
+  const oldKeys = new Set(old.map((item) => item.key));
+  const next = items.map((item) => {
+    const target = kindOf(item) === 'jump' ? item.params[0] : null;
+    if (target === null || !oldKeys.has(item.key)) return item;
+    const number = numberAfter(target, old, indexByKey, items.length);
+    return number === target ? item : { ...withParam(item, 0, number), key: item.key };
+  });
+  return { ...draft, items: next };
+}
+
+/** The number that the item with the old number `target` has now; of one that is gone, that of what followed it. */
+function numberAfter(
+  target: number,
+  old: readonly DraftItem[],
+  indexByKey: ReadonlyMap<number, number>,
+  count: number,
+): number {
+  if (!Number.isInteger(target) || target < 1 || target > old.length) return target;
+  for (let index = target - 1; index < old.length; index += 1) {
+    const now = indexByKey.get((old[index] as DraftItem).key);
+    if (now !== undefined) return now + 1;
+  }
+  return Math.max(count, 1);
+}

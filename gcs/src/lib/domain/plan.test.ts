@@ -1,0 +1,345 @@
+import { describe, expect, it } from 'vitest';
+import { bearing_deg, destination, distance_m } from './geo';
+import type { LonLat } from './lonlat';
+import {
+  altOf_m,
+  altRelHome_m,
+  approachesOf,
+  circleOf,
+  COMMAND,
+  emptyPlan,
+  FRAME,
+  isDestination,
+  isPlaced,
+  kindOf,
+  KINDS,
+  landingSequence,
+  makeItem,
+  type PlanItem,
+  placeOf,
+  routeOf,
+  STEEP_SLOPE,
+  withKind,
+  withParam,
+} from './plan';
+import {
+  addAt,
+  changeKind,
+  type Draft,
+  draftOf,
+  endIndex,
+  insertItems,
+  insertOnLeg,
+  moveTo,
+  nudge,
+  numberOfKey,
+  planOf,
+  removeKeys,
+  reorder,
+  setAlt,
+  setFrame,
+  setParam,
+  shiftKeys,
+} from './plan-edit';
+import { commit, historyOf, redo, seal, undo } from './history';
+import { diffMissions, isSameMission } from './plan-diff';
+import { profileOf, ticks } from './profile';
+
+const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
+const DEFAULTS = { alt_m: 80, frame: 'home' } as const;
+const at = (bearing: number, distance: number): LonLat => destination(HOME, bearing, distance);
+
+const start = (): Draft => draftOf({ ...emptyPlan(), home: HOME });
+const kinds = (draft: Draft): string[] => draft.items.map(kindOf);
+
+/** Take-off, three waypoints, landing. */
+function circuit(): Draft {
+  let draft = addAt(start(), 'takeoff', at(270, 250), DEFAULTS).draft;
+  for (const bearing of [300, 0, 60]) draft = addAt(draft, 'waypoint', at(bearing, 600), DEFAULTS).draft;
+  return addAt(draft, 'land', HOME, DEFAULTS).draft;
+}
+
+describe('items', () => {
+  it.each(KINDS)('makes a %s that is one', (kind) => {
+    const item = makeItem(kind, { at: HOME, alt_m: 50 });
+    expect(kindOf(item)).toBe(kind);
+    expect(item.command).toBe(COMMAND[kind]);
+    expect(item.name).toMatch(/^MAV_CMD_/);
+    expect(item.params).toHaveLength(7);
+    expect(item.frame).toBe(isPlaced(item) ? FRAME.home : FRAME.mission);
+    expect(placeOf(item) === null).toBe(!isPlaced(item));
+  });
+
+  it('knows circles: sign, own radius, and that a timed circle has none of its own', () => {
+    const turns = makeItem('loiter_turns', { at: HOME });
+    expect(circleOf(withParam(turns, 2, -75))).toEqual({ radius_m: 75, isClockwise: false, isOwnRadius: true });
+    expect(circleOf(withParam(turns, 2, 0), 90)).toEqual({ radius_m: 90, isClockwise: true, isOwnRadius: false });
+    const timed = makeItem('loiter_time', { at: HOME });
+    expect(circleOf(withParam(timed, 2, -1))).toMatchObject({ isClockwise: false, isOwnRadius: false });
+    expect(circleOf(timed)).toMatchObject({ isClockwise: true });
+    expect(circleOf(makeItem('waypoint', { at: HOME }))).toBeNull();
+  });
+
+  it('takes 0/0 for no place', () => {
+    expect(placeOf(makeItem('takeoff', { alt_m: 50 }))).toBeNull();
+  });
+
+  it('keeps place and height when the kind changes, and lands on the ground', () => {
+    const waypoint = makeItem('waypoint', { at: HOME, alt_m: 70, frame: 'amsl' });
+    const loiter = withKind(waypoint, 'loiter_turns', {});
+    expect(placeOf(loiter)).toEqual(placeOf(waypoint));
+    expect([altOf_m(loiter), loiter.frame]).toEqual([70, FRAME.amsl]);
+    expect(altOf_m(withKind(waypoint, 'land', {}))).toBe(0);
+    const back = withKind(withKind(waypoint, 'return_to_launch', {}), 'waypoint', { at: HOME, alt_m: 33 });
+    expect(altOf_m(back)).toBe(33);
+  });
+
+  it('leaves commands that it does not know as they are', () => {
+    const item: PlanItem = {
+      command: 206,
+      name: 'MAV_CMD_DO_SET_CAM_TRIGG_DIST',
+      frame: 2,
+      params: [25, 0, 1, null, 0, 0, 0],
+      autocontinue: true,
+    };
+    expect(kindOf(item)).toBe('other');
+    expect(isPlaced(item)).toBe(false);
+    expect(planOf(draftOf({ ...emptyPlan(), items: [item] })).items).toEqual([item]);
+  });
+});
+
+describe('landing', () => {
+  it('comes down in line, gently, and last', () => {
+    const items = landingSequence(HOME, 90, 80);
+    expect(items.map(kindOf)).toEqual(['waypoint', 'waypoint', 'land']);
+    const [entry, final, land] = items.map((item) => placeOf(item) as LonLat) as [LonLat, LonLat, LonLat];
+    expect(bearing_deg(land, final)).toBeCloseTo(90, 3);
+    expect(Math.abs(bearing_deg(entry, final) - bearing_deg(final, land))).toBeLessThan(0.1);
+    const heights = items.map((item) => altOf_m(item) as number);
+    expect(heights).toEqual([58, 35, 0]);
+    expect(heights[1]! / distance_m(final, land)).toBeLessThanOrEqual(STEEP_SLOPE);
+    expect((heights[0]! - heights[1]!) / distance_m(entry, final)).toBeLessThan(STEEP_SLOPE);
+  });
+
+  it.each([10, 20, 35, 50, 120, 1000])('is never steep, coming from %d m', (alt_m) => {
+    const approaches = approachesOf(landingSequence(HOME, 200, alt_m), HOME);
+    expect(approaches).toHaveLength(1);
+    expect(approaches[0]?.slope).toBeGreaterThan(0);
+    expect(approaches[0]?.slope).toBeLessThanOrEqual(STEEP_SLOPE);
+  });
+
+  it('is laid into the wind when the wind is known', () => {
+    const draft = addAt(circuit(), 'land', HOME, DEFAULTS, 270).draft;
+    const approach = approachesOf(draft.items, HOME)[0];
+    expect(approach?.bearing_deg).toBeCloseTo(270, 1);
+  });
+
+  it('replaces the landing that is there, approach and all', () => {
+    const once = circuit();
+    const twice = addAt(once, 'land', at(10, 100), DEFAULTS).draft;
+    expect(kinds(twice)).toEqual(kinds(once));
+    expect(distance_m(placeOf(twice.items.at(-1)!)!, at(10, 100))).toBeLessThan(0.02);
+  });
+});
+
+describe('adding', () => {
+  it('puts things where they belong', () => {
+    const draft = circuit();
+    expect(kinds(draft)).toEqual(['takeoff', 'waypoint', 'waypoint', 'waypoint', 'waypoint', 'waypoint', 'land']);
+    expect(endIndex(draft)).toBe(4);
+    const more = addAt(draft, 'loiter_turns', at(90, 500), DEFAULTS).draft;
+    expect(kindOf(more.items[4]!)).toBe('loiter_turns');
+  });
+
+  it('has one take-off, at the front', () => {
+    const again = addAt(circuit(), 'takeoff', at(90, 100), DEFAULTS);
+    expect(kinds(again.draft).filter((kind) => kind === 'takeoff')).toHaveLength(1);
+    expect(numberOfKey(again.draft, again.keys[0]!)).toBe(1);
+  });
+
+  it('keeps a return at the end', () => {
+    const draft = addAt(start(), 'return_to_launch', null, DEFAULTS).draft;
+    expect(kinds(addAt(draft, 'waypoint', at(0, 100), DEFAULTS).draft)).toEqual(['waypoint', 'return_to_launch']);
+  });
+
+  it('inserts on a leg at the middle height', () => {
+    let draft = circuit();
+    draft = setAlt(draft, new Set([draft.items[2]!.key]), 120);
+    const added = insertOnLeg(draft, 2, at(330, 550), DEFAULTS);
+    expect(added.draft.items[2]?.key).toBe(added.keys[0]);
+    expect(altOf_m(added.draft.items[2]!)).toBe(100);
+  });
+});
+
+describe('changing', () => {
+  it('never touches the draft that it took', () => {
+    const draft = circuit();
+    const before = structuredClone(draft);
+    const key = draft.items[1]!.key;
+    moveTo(draft, key, HOME);
+    shiftKeys(draft, new Set([key]), HOME, at(0, 10));
+    removeKeys(draft, new Set([key]));
+    nudge(draft, new Set([key]), 1);
+    changeKind(draft, key, 'jump', DEFAULTS);
+    addAt(draft, 'land', HOME, DEFAULTS);
+    expect(draft).toEqual(before);
+  });
+
+  it('shifts a selection as one', () => {
+    const draft = circuit();
+    const keys = new Set(draft.items.slice(1, 3).map((item) => item.key));
+    const shifted = shiftKeys(draft, keys, HOME, { lat_deg: HOME.lat_deg + 0.001, lon_deg: HOME.lon_deg });
+    for (const [index, item] of shifted.items.entries()) {
+      const moved = placeOf(item)!.lat_deg - placeOf(draft.items[index]!)!.lat_deg;
+      expect(moved).toBeCloseTo(keys.has(item.key) ? 0.001 : 0, 6);
+    }
+  });
+
+  it('moves blocks up and down and stops at the ends', () => {
+    const draft = circuit();
+    const keys = new Set([draft.items[1]!.key, draft.items[2]!.key]);
+    const order = (one: Draft): number[] => one.items.map((item) => item.key);
+    const down = nudge(draft, keys, 1);
+    expect(down.items.slice(2, 4).map((item) => item.key)).toEqual([...keys]);
+    expect(order(nudge(down, keys, -1))).toEqual(order(draft));
+    expect(nudge(draft, new Set([draft.items[0]!.key]), -1)).toBe(draft);
+    expect(nudge(draft, new Set([draft.items.at(-1)!.key]), 1)).toBe(draft);
+    expect(reorder(draft, new Set([draft.items[2]!.key]), 2)).toBe(draft);
+  });
+
+  it('keeps the height in space when the frame changes', () => {
+    const draft = circuit();
+    const keys = new Set([draft.items[1]!.key]);
+    const amsl = setFrame(draft, keys, 'amsl');
+    expect(altOf_m(amsl.items[1]!)).toBe(770);
+    expect(altRelHome_m(amsl.items[1]!, HOME)).toBe(80);
+    expect(altOf_m(setFrame(amsl, keys, 'home').items[1]!)).toBe(80);
+  });
+
+  it('lets jumps follow the items that they jump to', () => {
+    const base = insertItems(circuit(), 4, [makeItem('jump')]).draft;
+    const jump = base.items[4]!.key;
+    const target = base.items[1]!.key;
+    const set = setParam(base, jump, 0, 2);
+    const jumpsTo = (draft: Draft): number | null => draft.items.find((item) => item.key === jump)!.params[0];
+    expect(jumpsTo(addAt(set, 'waypoint', at(1, 50), DEFAULTS).draft)).toBe(2);
+    expect(jumpsTo(insertOnLeg(set, 1, at(280, 400), DEFAULTS).draft)).toBe(3);
+    expect(jumpsTo(nudge(set, new Set([target]), 1))).toBe(3);
+    // gone: to what followed it
+    expect(jumpsTo(removeKeys(set, new Set([target])))).toBe(2);
+    expect(jumpsTo(removeKeys(set, new Set([set.items[0]!.key])))).toBe(1);
+    // nonsense is left for the checks to name
+    expect(jumpsTo(removeKeys(setParam(base, jump, 0, 99), new Set([target])))).toBe(99);
+  });
+});
+
+describe('history', () => {
+  it('goes back and forth', () => {
+    let history = historyOf(0);
+    for (const value of [1, 2, 3]) history = commit(history, value);
+    history = undo(undo(history));
+    expect(history.present).toBe(1);
+    expect(redo(history).present).toBe(2);
+    expect(undo(undo(undo(history))).present).toBe(0);
+    history = commit(history, 9);
+    expect(redo(history).present).toBe(9);
+  });
+
+  it('takes one drag as one step', () => {
+    let history = historyOf(0);
+    for (const value of [1, 2, 3]) history = commit(history, value, 'drag');
+    history = commit(seal(history), 4, 'drag');
+    expect(undo(history).present).toBe(3);
+    expect(undo(undo(history)).present).toBe(0);
+  });
+
+  it('forgets the oldest and ignores what changes nothing', () => {
+    let history = historyOf(0);
+    for (let value = 1; value <= 500; value += 1) history = commit(history, value);
+    expect(history.past).toHaveLength(200);
+    expect(commit(history, history.present)).toBe(history);
+  });
+});
+
+describe('difference', () => {
+  it('finds none in what the vehicle rounds', () => {
+    const draft = planOf(circuit());
+    const vehicle = {
+      items: draft.items.map((item) =>
+        withParam(withParam(item, 6, (item.params[6] ?? 0) + 0.009), 4, item.params[4]! + 3e-8),
+      ),
+    };
+    expect(isSameMission(draft, vehicle)).toBe(true);
+    expect(diffMissions(draft.items, vehicle.items)).toEqual([]);
+  });
+
+  it('tells what was added, removed and changed, by number', () => {
+    const vehicle = planOf(circuit()).items;
+    const draft = [
+      ...vehicle.slice(0, 2),
+      makeItem('waypoint', { at: at(45, 900), alt_m: 80 }),
+      ...vehicle.slice(2, 3),
+      withParam(vehicle[3]!, 6, 99),
+      ...vehicle.slice(4, 6),
+    ];
+    const entries = diffMissions(draft, vehicle);
+    expect(entries).toMatchObject([
+      { kind: 'added', draft: 3 },
+      { kind: 'changed', draft: 5, vehicle: 4, fields: ['height'] },
+      { kind: 'removed', vehicle: 7 },
+    ]);
+  });
+
+  it('copes with a whole mission at once', () => {
+    const many = Array.from({ length: 650 }, (_, index) =>
+      makeItem('waypoint', { at: at(index / 2, 500 + index), alt_m: 50 }),
+    );
+    expect(diffMissions(many, [])).toHaveLength(650);
+    expect(diffMissions([], many)).toHaveLength(650);
+    expect(diffMissions([...many].reverse(), many).length).toBeGreaterThan(600);
+  });
+});
+
+describe('route and profile', () => {
+  it('runs from home over everything to the landing', () => {
+    const draft = circuit();
+    const legs = routeOf(draft.items, HOME);
+    expect(legs.map((leg) => leg.kind)).toEqual(['takeoff', 'takeoff', 'flown', 'flown', 'flown', 'flown', 'approach']);
+    expect(legs[0]?.fromIndex).toBeNull();
+    expect(legs.at(-1)?.toIndex).toBe(6);
+  });
+
+  it('returns home only when home is known', () => {
+    const items = [makeItem('waypoint', { at: at(0, 500) }), makeItem('return_to_launch')];
+    expect(routeOf(items, HOME).map((leg) => leg.kind)).toEqual(['flown', 'return']);
+    expect(routeOf(items, null)).toEqual([]);
+  });
+
+  it('does not fly to a take-off or an action', () => {
+    expect(isDestination(makeItem('takeoff', { at: HOME }))).toBe(false);
+    expect(isDestination(makeItem('change_speed'))).toBe(false);
+  });
+
+  it('draws heights over the distance flown', () => {
+    const draft = circuit();
+    const profile = profileOf(draft.items, HOME);
+    expect(profile.points).toHaveLength(8);
+    expect(profile.points[0]).toEqual({ index: null, distance_m: 0, alt_rel_home_m: 0, isCertain: true });
+    expect(profile.max_m).toBe(80);
+    expect(profile.length_m).toBeCloseTo(
+      routeOf(draft.items, HOME).reduce((sum, leg) => sum + leg.length_m, 0),
+      6,
+    );
+  });
+
+  it('says when a height is a guess', () => {
+    const items = [makeItem('waypoint', { at: at(0, 500), alt_m: 60, frame: 'terrain' })];
+    expect(profileOf(items, HOME).points[1]).toMatchObject({ alt_rel_home_m: 60, isCertain: false });
+  });
+
+  it('puts round values on axes', () => {
+    expect(ticks(0, 100, 5)).toEqual([0, 20, 40, 60, 80, 100]);
+    expect(ticks(-3, 84, 4)).toEqual([0, 50]);
+    expect(ticks(5, 5, 4)).toEqual([5]);
+  });
+});

@@ -1,0 +1,375 @@
+/** The plan as the API gives and takes it, and what its items mean to a pilot of a plane. */
+
+import { bearing_deg, destination, distance_m } from './geo';
+import { type LonLat, lonLat, rounded, sameLonLat } from './lonlat';
+
+export type Params = [
+  number | null,
+  number | null,
+  number | null,
+  number | null,
+  number | null,
+  number | null,
+  number | null,
+];
+
+export interface PlanItem {
+  /** MAV_CMD number. */
+  command: number;
+  /** MAV_CMD name. */
+  name: string;
+  /** MAV_FRAME: what the height counts from. */
+  frame: number;
+  /** Parameters 1 to 4, then latitude and longitude in degrees and height in metres where the command has a place. */
+  params: Params;
+  autocontinue: boolean;
+}
+
+export interface Home {
+  lat_deg: number;
+  lon_deg: number;
+  alt_amsl_m: number;
+}
+
+export interface Point {
+  lat_deg: number;
+  lon_deg: number;
+}
+
+export interface FenceZone {
+  inclusion: boolean;
+  shape: 'polygon' | 'circle';
+  points: Point[];
+  radius_m: number | null;
+}
+
+export interface Fence {
+  zones: FenceZone[];
+  return_point: Point | null;
+}
+
+export interface RallyPoint extends Point {
+  alt_m: number;
+  frame: number;
+}
+
+/** Items never include home: the first item is item 1, as an ArduPilot vehicle counts. */
+export interface Plan {
+  items: PlanItem[];
+  home: Home | null;
+  fence: Fence;
+  rally: RallyPoint[];
+}
+
+export const emptyPlan = (): Plan => ({ items: [], home: null, fence: { zones: [], return_point: null }, rally: [] });
+
+/** MAV_FRAME values that missions use. */
+export const FRAME = { amsl: 0, mission: 2, home: 3, terrain: 10 } as const;
+export type HeightFrame = 'amsl' | 'home' | 'terrain';
+
+export const COMMAND = {
+  waypoint: 16,
+  loiter_unlimited: 17,
+  loiter_turns: 18,
+  loiter_time: 19,
+  return_to_launch: 20,
+  land: 21,
+  takeoff: 22,
+  loiter_to_height: 31,
+  jump: 177,
+  change_speed: 178,
+  land_start: 189,
+} as const;
+
+/** The kinds of items that the editor makes; anything else a plan may hold is `other` and is kept as it is. */
+export const KINDS = [
+  'waypoint',
+  'takeoff',
+  'land',
+  'loiter_turns',
+  'loiter_time',
+  'loiter_unlimited',
+  'loiter_to_height',
+  'return_to_launch',
+  'change_speed',
+  'jump',
+] as const;
+export type EditableKind = (typeof KINDS)[number];
+export type ItemKind = EditableKind | 'other';
+
+const NAME: Record<EditableKind, string> = {
+  waypoint: 'MAV_CMD_NAV_WAYPOINT',
+  takeoff: 'MAV_CMD_NAV_TAKEOFF',
+  land: 'MAV_CMD_NAV_LAND',
+  loiter_turns: 'MAV_CMD_NAV_LOITER_TURNS',
+  loiter_time: 'MAV_CMD_NAV_LOITER_TIME',
+  loiter_unlimited: 'MAV_CMD_NAV_LOITER_UNLIM',
+  loiter_to_height: 'MAV_CMD_NAV_LOITER_TO_ALT',
+  return_to_launch: 'MAV_CMD_NAV_RETURN_TO_LAUNCH',
+  change_speed: 'MAV_CMD_DO_CHANGE_SPEED',
+  jump: 'MAV_CMD_DO_JUMP',
+};
+
+/** WP_LOITER_RAD of an ArduPlane as it comes: the radius of circles that name none, metres. */
+export const DEFAULT_LOITER_RADIUS_M = 60;
+
+/** Parameters 1 to 4 of a new item of each kind. */
+const NEW_PARAMS: Record<EditableKind, readonly [number, number, number, number]> = {
+  waypoint: [0, 0, 0, 0],
+  takeoff: [15, 0, 0, 0],
+  land: [0, 0, 0, 0],
+  loiter_turns: [1, 0, DEFAULT_LOITER_RADIUS_M, 1],
+  loiter_time: [60, 0, 1, 1],
+  loiter_unlimited: [0, 0, DEFAULT_LOITER_RADIUS_M, 0],
+  loiter_to_height: [0, DEFAULT_LOITER_RADIUS_M, 0, 1],
+  return_to_launch: [0, 0, 0, 0],
+  change_speed: [0, 15, 0, 0],
+  jump: [1, 1, 0, 0],
+};
+
+const PLACED: ReadonlySet<EditableKind> = new Set([
+  'waypoint',
+  'takeoff',
+  'land',
+  'loiter_turns',
+  'loiter_time',
+  'loiter_unlimited',
+  'loiter_to_height',
+]);
+
+const KIND_BY_COMMAND: ReadonlyMap<number, EditableKind> = new Map(KINDS.map((kind) => [COMMAND[kind], kind]));
+
+export const kindOf = (item: PlanItem): ItemKind => KIND_BY_COMMAND.get(item.command) ?? 'other';
+export const isPlacedKind = (kind: ItemKind): boolean => kind !== 'other' && PLACED.has(kind);
+
+/** Whether x, y and z of the item are latitude, longitude and height. */
+export function isPlaced(item: PlanItem): boolean {
+  const kind = kindOf(item);
+  return kind === 'other' ? item.frame !== FRAME.mission && positionIn(item) !== null : PLACED.has(kind);
+}
+
+/** Where the item is; `null` when it has no place, or none of its own (0/0 means "where the plane is then"). */
+export function placeOf(item: PlanItem): LonLat | null {
+  return isPlaced(item) ? positionIn(item) : null;
+}
+
+function positionIn(item: PlanItem): LonLat | null {
+  const at = lonLat(item.params[5], item.params[4]);
+  return at !== null && at.lat_deg === 0 && at.lon_deg === 0 ? null : at;
+}
+
+/** Height of the item, metres in its own frame; `null` when it has none. */
+export const altOf_m = (item: PlanItem): number | null => (isPlaced(item) ? item.params[6] : null);
+
+export function heightFrameOf(item: PlanItem): HeightFrame {
+  if (item.frame === FRAME.amsl || item.frame === 5) return 'amsl';
+  if (item.frame === FRAME.terrain || item.frame === 11) return 'terrain';
+  return 'home';
+}
+
+/** Whether the vehicle flies to the item. A take-off only points; an action has no place. */
+export function isDestination(item: PlanItem): boolean {
+  const kind = kindOf(item);
+  if (kind === 'takeoff' || item.command === COMMAND.land_start) return false;
+  return kind === 'other' ? item.command < 95 && placeOf(item) !== null : PLACED.has(kind);
+}
+
+/** Radius and sense of the circle that the plane flies around the item. `null` when it flies none. */
+export function circleOf(
+  item: PlanItem,
+  default_radius_m = DEFAULT_LOITER_RADIUS_M,
+): { radius_m: number; isClockwise: boolean; isOwnRadius: boolean } | null {
+  const kind = kindOf(item);
+  let signed_m: number;
+  if (kind === 'loiter_turns' || kind === 'loiter_unlimited') signed_m = item.params[2] ?? 0;
+  else if (kind === 'loiter_to_height') signed_m = item.params[1] ?? 0;
+  // ArduPlane keeps only the sign of a timed circle and flies it with its own radius
+  else if (kind === 'loiter_time') signed_m = (item.params[2] ?? 1) < 0 ? -0 : 0;
+  else return null;
+  const isClockwise = !(signed_m < 0 || Object.is(signed_m, -0));
+  const isOwnRadius = signed_m !== 0;
+  return { radius_m: isOwnRadius ? Math.abs(signed_m) : Math.abs(default_radius_m), isClockwise, isOwnRadius };
+}
+
+export interface NewItem {
+  readonly at?: LonLat | null;
+  readonly alt_m?: number;
+  readonly frame?: HeightFrame;
+}
+
+/** A new item of a kind, with the parameters it starts with. */
+export function makeItem(kind: EditableKind, { at = null, alt_m = 0, frame = 'home' }: NewItem = {}): PlanItem {
+  const isPlacedItem = PLACED.has(kind);
+  const [p1, p2, p3, p4] = NEW_PARAMS[kind];
+  const place = at === null ? null : rounded(at);
+  return {
+    command: COMMAND[kind],
+    name: NAME[kind],
+    frame: isPlacedItem ? FRAME[frame] : FRAME.mission,
+    params: isPlacedItem
+      ? [p1, p2, p3, p4, place?.lat_deg ?? 0, place?.lon_deg ?? 0, alt_m]
+      : [p1, p2, p3, p4, 0, 0, 0],
+    autocontinue: true,
+  };
+}
+
+export function withParam(item: PlanItem, index: number, value: number | null): PlanItem {
+  const params = item.params.map((old, at) => (at === index ? value : old)) as Params;
+  return { ...item, params };
+}
+
+export function withPlace(item: PlanItem, at: LonLat): PlanItem {
+  const place = rounded(at);
+  return withParam(withParam(item, 4, place.lat_deg), 5, place.lon_deg);
+}
+
+export const withAlt = (item: PlanItem, alt_m: number): PlanItem => withParam(item, 6, alt_m);
+
+/**
+ * The item as another kind. Place, height and frame stay where both kinds have them; `fallback` stands in when the
+ * old kind had none.
+ */
+export function withKind(item: PlanItem, kind: EditableKind, fallback: NewItem): PlanItem {
+  if (kindOf(item) === kind) return item;
+  const at = placeOf(item) ?? fallback.at ?? null;
+  const made = makeItem(kind, {
+    at,
+    alt_m: altOf_m(item) ?? fallback.alt_m ?? 0,
+    frame: isPlaced(item) ? heightFrameOf(item) : (fallback.frame ?? 'home'),
+  });
+  return kind === 'land' ? withAlt(made, 0) : made;
+}
+
+/** How the approach of a new landing is laid out. */
+export interface ApproachOptions {
+  /** Height lost per distance; the checks call more than 0.10 steep. Default 0.08: about one in twelve. */
+  readonly slope: number;
+  /** Height at the last point before the landing, metres above home. Default 35. */
+  readonly final_alt_m: number;
+}
+
+export const DEFAULT_APPROACH: ApproachOptions = { slope: 0.08, final_alt_m: 35 };
+
+/**
+ * A landing with its approach: two waypoints in line with the landing point, then the landing. The last leg descends
+ * with `slope`, the one before it more gently, so the plane arrives settled at its height and speed and no height
+ * needs tuning by hand.
+ *
+ * The line comes from `from_deg`, the bearing at which the approach lies as seen from the landing point: into the
+ * wind when it is known, else on the side from which the plane comes.
+ */
+export function landingSequence(
+  at: LonLat,
+  from_deg: number,
+  entry_alt_m: number,
+  { slope, final_alt_m }: ApproachOptions = DEFAULT_APPROACH,
+): PlanItem[] {
+  const last_m = Math.max(10, Math.min(final_alt_m, entry_alt_m));
+  const final_m = last_m / slope;
+  const entry_m = Math.max(last_m, Math.min(entry_alt_m, last_m + (final_m * slope * 2) / 3));
+  return [
+    makeItem('waypoint', { at: destination(at, from_deg, 2 * final_m), alt_m: Math.round(entry_m) }),
+    makeItem('waypoint', { at: destination(at, from_deg, final_m), alt_m: Math.round(last_m) }),
+    makeItem('land', { at, alt_m: 0 }),
+  ];
+}
+
+/** One straight piece of the planned route, from one place to the next. */
+export interface Leg {
+  readonly from: LonLat;
+  readonly to: LonLat;
+  /** Index in the items of where the leg begins; `null` for home. */
+  readonly fromIndex: number | null;
+  /** Index in the items of where the leg ends. For a return to launch, that item. */
+  readonly toIndex: number;
+  readonly kind: 'takeoff' | 'flown' | 'approach' | 'return';
+  readonly length_m: number;
+}
+
+/**
+ * The route as it is drawn: from home over the take-off and all destinations to the landing or back home. Jumps are
+ * not followed; what comes after a landing or an endless circle is drawn nevertheless, since a pilot edits it.
+ */
+export function routeOf(items: readonly PlanItem[], home: LonLat | null): Leg[] {
+  const legs: Leg[] = [];
+  let from: LonLat | null = home;
+  let fromIndex: number | null = null;
+  let isFromTakeoff = false;
+  for (const [toIndex, item] of items.entries()) {
+    const kind = kindOf(item);
+    const isReturn = kind === 'return_to_launch';
+    const to = isReturn ? home : kind === 'takeoff' || isDestination(item) ? placeOf(item) : null;
+    if (to === null) continue;
+    if (from !== null && !sameLonLat(from, to)) {
+      legs.push({
+        from,
+        to,
+        fromIndex,
+        toIndex,
+        kind: isReturn
+          ? 'return'
+          : kind === 'land'
+            ? 'approach'
+            : kind === 'takeoff' || isFromTakeoff
+              ? 'takeoff'
+              : 'flown',
+        length_m: distance_m(from, to),
+      });
+    }
+    from = to;
+    fromIndex = toIndex;
+    isFromTakeoff = kind === 'takeoff';
+  }
+  return legs;
+}
+
+/** Last approach of a plan: from the place before the landing to the landing. */
+export interface Approach {
+  readonly landIndex: number;
+  readonly from: LonLat;
+  readonly to: LonLat;
+  readonly bearing_deg: number;
+  readonly length_m: number;
+  /** Height lost, metres; `null` when the two heights count from different levels. */
+  readonly drop_m: number | null;
+  /** Height lost per distance; `null` when it is not known. */
+  readonly slope: number | null;
+}
+
+/** Above this the checks call an approach steep. */
+export const STEEP_SLOPE = 0.1;
+
+export function approachesOf(items: readonly PlanItem[], home: Home | null): Approach[] {
+  return routeOf(items, home)
+    .filter((leg) => leg.kind === 'approach')
+    .map((leg) => {
+      const land = items[leg.toIndex] as PlanItem;
+      const before = leg.fromIndex === null ? null : items[leg.fromIndex];
+      const high_m = before ? altRelHome_m(before, home) : 0;
+      const low_m = altRelHome_m(land, home);
+      const drop_m = high_m === null || low_m === null ? null : high_m - low_m;
+      return {
+        landIndex: leg.toIndex,
+        from: leg.from,
+        to: leg.to,
+        bearing_deg: bearing_deg(leg.from, leg.to),
+        length_m: leg.length_m,
+        drop_m,
+        slope: drop_m === null || leg.length_m <= 0 ? null : drop_m / leg.length_m,
+      };
+    });
+}
+
+/** Height of an item above home, metres; `null` when home's height or the terrain is not known. */
+export function altRelHome_m(item: PlanItem, home: Home | null): number | null {
+  const alt_m = altOf_m(item);
+  if (alt_m === null) return null;
+  switch (heightFrameOf(item)) {
+    case 'home':
+      return alt_m;
+    case 'amsl':
+      return home === null ? null : alt_m - home.alt_amsl_m;
+    case 'terrain':
+      return null;
+  }
+}

@@ -1,0 +1,89 @@
+import { describe, expect, it } from 'vitest';
+import { destination } from './geo';
+import { freeCentre, widenFactor } from './sight';
+import { Trail } from './track';
+
+const HOME = { lat_deg: 40.3332, lon_deg: -3.7978 };
+
+describe('trail', () => {
+  it('keeps what is new and forgets the oldest', () => {
+    const trail = new Trail(10, 3);
+    for (let metres = 0; metres < 28; metres += 1) trail.add(destination(HOME, 90, metres * 1.02), 50);
+    expect(trail.length).toBe(10);
+    expect(trail.lon_deg(0)).toBeCloseTo(HOME.lon_deg, 9);
+    for (let metres = 40; metres < 80; metres += 4) trail.add(destination(HOME, 90, metres), 50 + metres);
+    expect(trail.length).toBe(10);
+    expect(trail.alt_m(9)).toBe(126);
+    expect(trail.lon_deg(0)).toBeGreaterThan(HOME.lon_deg);
+  });
+
+  it('notes a climb on the spot', () => {
+    const trail = new Trail(10, 3);
+    expect([0, 2, 4].map((alt_m) => trail.add(HOME, alt_m))).toEqual([true, false, true]);
+  });
+
+  it('survives a reload', () => {
+    const trail = new Trail(50_000, 3);
+    for (let index = 0; index < 50_000; index += 1) {
+      trail.add({ lat_deg: 40 + index * 1e-4, lon_deg: -3.7978 }, index % 3000);
+    }
+    expect(trail.length).toBe(50_000);
+    const text = trail.serialize();
+    expect(text.length).toBeLessThan(700_000);
+    const again = new Trail(50_000, 3);
+    again.restore(text);
+    expect(again.length).toBe(50_000);
+    expect(again.lat_deg(12_345)).toBeCloseTo(trail.lat_deg(12_345), 7);
+    expect(again.alt_m(12_345)).toBeCloseTo(trail.alt_m(12_345), 1);
+    expect(trail.serialize(100).length).toBeLessThan(1400);
+  });
+
+  it('takes nothing from a spoiled storage', () => {
+    const trail = new Trail(10, 3);
+    for (const text of ['', 'no base64 at all!', btoa('abc'), btoa('\xff'.repeat(20))]) {
+      trail.restore(text);
+      expect(trail.length).toBeLessThanOrEqual(2);
+    }
+    trail.restore(btoa('\x7f'.repeat(20)));
+    expect(trail.length).toBe(0);
+  });
+});
+
+describe('keeping in sight', () => {
+  const size = { width: 1000, height: 800 };
+  const none = { top: 0, right: 0, bottom: 0, left: 0 };
+
+  it('leaves the view alone while the plane is well inside', () => {
+    expect(widenFactor(500, 400, size, none)).toBe(1);
+    expect(widenFactor(110, 110, size, none)).toBe(1);
+  });
+
+  it('widens when the plane comes near an edge, and then it is well inside', () => {
+    for (const [x, y] of [
+      [40, 400],
+      [990, 400],
+      [500, 10],
+      [500, 795],
+      [-3000, 9000],
+    ] as const) {
+      const factor = widenFactor(x, y, size, none);
+      expect(factor).toBeGreaterThanOrEqual(1.35);
+      const after = [500 + (x - 500) / factor, 400 + (y - 400) / factor] as const;
+      expect(widenFactor(after[0], after[1], size, none)).toBe(1);
+    }
+  });
+
+  it('counts what panels cover as not in sight', () => {
+    const insets = { top: 0, right: 400, bottom: 0, left: 0 };
+    expect(widenFactor(700, 400, size, none)).toBe(1);
+    expect(widenFactor(700, 400, size, insets)).toBeGreaterThan(1);
+    expect(freeCentre(size, insets)).toEqual({ x: 300, y: 400 });
+  });
+
+  it('stays sane with a window that is all panels, and with nonsense', () => {
+    expect(
+      widenFactor(50, 50, { width: 100, height: 100 }, { top: 90, right: 90, bottom: 90, left: 90 }),
+    ).toBeGreaterThanOrEqual(1);
+    expect(widenFactor(Number.NaN, 0, size, none)).toBe(1);
+  });
+});

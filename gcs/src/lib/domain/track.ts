@@ -1,0 +1,121 @@
+/**
+ * The trail that a plane has flown. Kept in typed arrays: tens of thousands of points are drawn from here without ever
+ * becoming objects.
+ */
+
+import type { LonLat } from './lonlat';
+
+/** Points kept; the oldest go first. At 20 Hz and one point in 3 m that is two hours of flight. */
+export const TRAIL_POINTS = 50_000;
+
+/** Metres per degree of latitude; good enough to tell whether the plane has moved. */
+const M_PER_DEG = 111_195;
+
+/** A ring buffer of positions with heights. */
+export class Trail {
+  readonly capacity: number;
+  /** Nearer points are not kept, metres. */
+  readonly spacing_m: number;
+  #lon_deg: Float64Array;
+  #lat_deg: Float64Array;
+  #alt_m: Float32Array;
+  /** Where the next point goes. */
+  #next = 0;
+  #count = 0;
+  #added = 0;
+
+  constructor(capacity = TRAIL_POINTS, spacing_m = 3) {
+    this.capacity = capacity;
+    this.spacing_m = spacing_m;
+    this.#lon_deg = new Float64Array(capacity);
+    this.#lat_deg = new Float64Array(capacity);
+    this.#alt_m = new Float32Array(capacity);
+  }
+
+  get length(): number {
+    return this.#count;
+  }
+
+  /** Points ever added; grows with each one kept, so a drawing knows what is new to it. */
+  get added(): number {
+    return this.#added;
+  }
+
+  /** Adds a point unless it is nearer than `spacing_m` to the last; says whether it was kept. */
+  add(at: LonLat, alt_m: number): boolean {
+    if (this.#count > 0 && this.#distanceToLast_m(at, alt_m) < this.spacing_m) return false;
+    this.#lon_deg[this.#next] = at.lon_deg;
+    this.#lat_deg[this.#next] = at.lat_deg;
+    this.#alt_m[this.#next] = alt_m;
+    this.#next = (this.#next + 1) % this.capacity;
+    this.#count = Math.min(this.#count + 1, this.capacity);
+    this.#added += 1;
+    return true;
+  }
+
+  clear(): void {
+    this.#next = 0;
+    this.#count = 0;
+    this.#added += 1;
+  }
+
+  /** Longitude of point `index`, 0 the oldest. */
+  lon_deg(index: number): number {
+    return this.#lon_deg[this.#slot(index)] as number;
+  }
+
+  lat_deg(index: number): number {
+    return this.#lat_deg[this.#slot(index)] as number;
+  }
+
+  alt_m(index: number): number {
+    return this.#alt_m[this.#slot(index)] as number;
+  }
+
+  #slot(index: number): number {
+    return (this.#next - this.#count + index + this.capacity) % this.capacity;
+  }
+
+  #distanceToLast_m(at: LonLat, alt_m: number): number {
+    const last = this.#count - 1;
+    const north_m = (at.lat_deg - this.lat_deg(last)) * M_PER_DEG;
+    const east_m = (at.lon_deg - this.lon_deg(last)) * M_PER_DEG * Math.cos((at.lat_deg * Math.PI) / 180);
+    return Math.hypot(north_m, east_m, alt_m - this.alt_m(last));
+  }
+
+  /** The trail as text for the browser's storage: 10 bytes a point, degE7 and decimetres, in base64. */
+  serialize(maxPoints = this.capacity): string {
+    const begin = Math.max(0, this.#count - maxPoints);
+    const bytes = new Uint8Array((this.#count - begin) * BYTES_PER_POINT);
+    const view = new DataView(bytes.buffer);
+    for (let index = begin; index < this.#count; index += 1) {
+      const at = (index - begin) * BYTES_PER_POINT;
+      view.setInt32(at, Math.round(this.lon_deg(index) * 1e7), true);
+      view.setInt32(at + 4, Math.round(this.lat_deg(index) * 1e7), true);
+      view.setInt16(at + 8, Math.max(-32_768, Math.min(32_767, Math.round(this.alt_m(index) * 10))), true);
+    }
+    let text = '';
+    for (let at = 0; at < bytes.length; at += 8190) text += String.fromCharCode(...bytes.subarray(at, at + 8190));
+    return btoa(text);
+  }
+
+  /** Puts back what `serialize` gave; anything else leaves the trail empty. */
+  restore(text: string): void {
+    this.clear();
+    let binary: string;
+    try {
+      binary = atob(text);
+    } catch {
+      return;
+    }
+    if (binary.length % BYTES_PER_POINT !== 0) return;
+    const view = new DataView(Uint8Array.from(binary, (char) => char.charCodeAt(0)).buffer);
+    for (let at = 0; at < binary.length; at += BYTES_PER_POINT) {
+      const [lon_deg, lat_deg] = [view.getInt32(at, true) / 1e7, view.getInt32(at + 4, true) / 1e7];
+      if (Math.abs(lon_deg) <= 180 && Math.abs(lat_deg) <= 90)
+        this.add({ lon_deg, lat_deg }, view.getInt16(at + 8, true) / 10);
+    }
+  }
+}
+
+const BYTES_PER_POINT = 10;
