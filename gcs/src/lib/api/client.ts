@@ -1,0 +1,127 @@
+// The HTTP API, one method per call. Every failure is a ProblemError.
+import { NO_ANSWER, ProblemError, problemOf } from './problem';
+import type {
+  CommandInfo,
+  Info,
+  LinkInfo,
+  Operation,
+  Parameter,
+  Plan,
+  PlanFinding,
+  PlanKind,
+  Session,
+  StatusText,
+  VehicleState,
+  VehicleSummary,
+} from './types';
+
+export interface GotoRequest {
+  lat_deg: number;
+  lon_deg: number;
+  alt_m: number;
+  alt_frame: 'home' | 'amsl' | 'terrain';
+  radius_m?: number;
+  clockwise?: boolean;
+}
+
+/** What a vehicle can be told to do, with what it needs to know. */
+export interface VehicleCommands {
+  arm: { force?: boolean };
+  disarm: { force?: boolean };
+  mode: { mode: string };
+  takeoff: { alt_rel_home_m: number };
+  goto: GotoRequest;
+  speed: { kind: 'airspeed' | 'groundspeed'; speed_m_s: number };
+  altitude: { alt_m: number; alt_frame: 'home' | 'amsl' | 'terrain' };
+  loiter: Record<string, never>;
+  'return-to-launch': Record<string, never>;
+  land: Record<string, never>;
+  'abort-landing': Record<string, never>;
+  'mission/start': { from_item?: number };
+  'mission/pause': Record<string, never>;
+  'mission/resume': Record<string, never>;
+  'mission/current': { item: number };
+  home: { lat_deg: number; lon_deg: number; alt_amsl_m: number } | Record<string, never>;
+  reboot: Record<string, never>;
+}
+export type CommandName = keyof VehicleCommands;
+
+type Method = 'GET' | 'POST' | 'PUT' | 'DELETE';
+
+export class Api {
+  readonly #base: string;
+  readonly #fetch: typeof fetch;
+
+  constructor(base = '/api/v1', fetchWith: typeof fetch = (...args) => fetch(...args)) {
+    this.#base = base;
+    this.#fetch = fetchWith;
+  }
+
+  info = () => this.#json<Info>('GET', '/info');
+  openSession = (body: { token?: string; name?: string }) => this.#json<Session>('POST', '/session', body);
+  takeControl = () => this.#json<Partial<Session>>('POST', '/control/take', {});
+  releaseControl = () => this.#json<Partial<Session>>('POST', '/control/release', {});
+  requestControl = () => this.#json<Partial<Session>>('POST', '/control/request', {});
+
+  links = () => this.#json<LinkInfo[]>('GET', '/links');
+  addLink = (body: { address: string; forward?: boolean; name?: string }) =>
+    this.#json<LinkInfo>('POST', '/links', body);
+  removeLink = (id: number) => this.#json<unknown>('DELETE', `/links/${id}`);
+
+  vehicles = () => this.#json<VehicleSummary[]>('GET', '/vehicles');
+  vehicle = (id: number) => this.#json<VehicleState>('GET', `/vehicles/${id}`);
+  texts = (id: number) => this.#json<StatusText[]>('GET', `/vehicles/${id}/texts`);
+
+  /** Tells a vehicle to do something; resolves when the vehicle did it, or shows it. */
+  command = <Name extends CommandName>(id: number, name: Name, body: VehicleCommands[Name]) =>
+    this.#json<unknown>('POST', `/vehicles/${id}/${name}`, body);
+
+  sendPlan = (id: number, kind: PlanKind, plan: Plan) =>
+    this.#json<Operation>('PUT', `/vehicles/${id}/plan/${kind}`, plan);
+  readPlan = (id: number, kind: PlanKind) => this.#json<Operation>('GET', `/vehicles/${id}/plan/${kind}`);
+  clearPlan = (id: number, kind: PlanKind) => this.#json<Operation>('DELETE', `/vehicles/${id}/plan/${kind}`);
+  operation = <Result>(id: Operation['id']) =>
+    this.#json<Operation<Result>>('GET', `/operations/${encodeURIComponent(id)}`);
+  cancelOperation = (id: Operation['id']) => this.#json<unknown>('DELETE', `/operations/${encodeURIComponent(id)}`);
+
+  parsePlan = (name: string, file: Blob) =>
+    this.#json<Plan>('POST', `/plan/parse?name=${encodeURIComponent(name)}`, file);
+  checkPlan = (plan: Plan, vehicle?: number) =>
+    this.#json<PlanFinding[]>('POST', '/plan/check', vehicle === undefined ? { plan } : { plan, vehicle });
+  async formatPlan(plan: Plan, as: 'plan' | 'waypoints'): Promise<Blob> {
+    return (await this.#request('POST', `/plan/format?as=${as}`, plan)).blob();
+  }
+  commands = () => this.#json<CommandInfo[]>('GET', '/commands');
+
+  readParams = (id: number) => this.#json<Operation>('GET', `/vehicles/${id}/params`);
+  readParam = (id: number, name: string) =>
+    this.#json<Parameter>('GET', `/vehicles/${id}/params/${encodeURIComponent(name)}`);
+  setParam = (id: number, name: string, value: number) =>
+    this.#json<Parameter>('PUT', `/vehicles/${id}/params/${encodeURIComponent(name)}`, { value });
+
+  async #json<T>(method: Method, path: string, body?: unknown): Promise<T> {
+    const response = await this.#request(method, path, body);
+    const text = await response.text();
+    // An empty answer stands for "done, nothing to tell".
+    return (text === '' ? {} : JSON.parse(text)) as T;
+  }
+
+  async #request(method: Method, path: string, body?: unknown): Promise<Response> {
+    const init: RequestInit = { method, credentials: 'same-origin', headers: { accept: 'application/json' } };
+    if (body instanceof Blob) {
+      init.body = body;
+      init.headers = { ...init.headers, 'content-type': 'application/octet-stream' };
+    } else if (body !== undefined) {
+      init.body = JSON.stringify(body);
+      init.headers = { ...init.headers, 'content-type': 'application/json' };
+    }
+    let response: Response;
+    try {
+      response = await this.#fetch(this.#base + path, init);
+    } catch (error) {
+      throw new ProblemError({ title: 'No answer', status: NO_ANSWER, detail: String(error) });
+    }
+    if (!response.ok) throw new ProblemError(await problemOf(response));
+    return response;
+  }
+}

@@ -1,0 +1,34 @@
+// What went wrong with a request, in the server's words or, when there was no answer, in ours.
+import type { Problem } from './types';
+
+/** No answer came: the server is away. */
+export const NO_ANSWER = 0;
+
+export class ProblemError extends Error {
+  readonly problem: Problem;
+
+  constructor(problem: Problem) {
+    super(problem.detail || problem.title);
+    this.name = 'ProblemError';
+    this.problem = problem;
+  }
+}
+
+/** The problem in the body of an answer that says no; built from the status when the body is something else. */
+export async function problemOf(response: Response): Promise<Problem> {
+  const fallback: Problem = { title: response.statusText, status: response.status, detail: '' };
+  if (!/[/+]json\b/.test(response.headers.get('content-type') ?? '')) return fallback;
+  const body: unknown = await response.json().catch(() => null);
+  if (typeof body !== 'object' || body === null) return fallback;
+  const { title, detail, type, reasons, remedy } = body as Record<string, unknown>;
+  return {
+    title: typeof title === 'string' ? title : fallback.title,
+    status: response.status,
+    detail: typeof detail === 'string' ? detail : '',
+    ...(typeof type === 'string' ? { type } : {}),
+    ...(Array.isArray(reasons)
+      ? { reasons: reasons.filter((reason): reason is string => typeof reason === 'string') }
+      : {}),
+    ...(typeof remedy === 'string' ? { remedy } : {}),
+  };
+}

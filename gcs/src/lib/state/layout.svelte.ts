@@ -1,0 +1,80 @@
+// Which panels are open, and how much of the window they leave to the map.
+import { load, save } from './stored';
+
+export const LEFT_PANELS = ['instruments', 'fly'] as const;
+export const RIGHT_PANELS = ['plan', 'numbers', 'sensors', 'messages', 'settings'] as const;
+export type LeftPanel = (typeof LEFT_PANELS)[number];
+export type RightPanel = (typeof RIGHT_PANELS)[number];
+export type Panel = LeftPanel | RightPanel;
+
+/** Below this width one panel at a time opens, as a sheet from the bottom. */
+export const NARROW_PX = 900;
+
+export interface Insets {
+  top: number;
+  right: number;
+  bottom: number;
+  left: number;
+}
+
+interface Open {
+  left: LeftPanel[];
+  right: RightPanel | null;
+  sheet: Panel | null;
+}
+
+const defaults: Open = { left: ['instruments', 'fly'], right: null, sheet: null };
+
+function read(value: unknown): Open | null {
+  if (typeof value !== 'object' || value === null) return null;
+  const { left, right, sheet } = value as Record<string, unknown>;
+  return {
+    left: LEFT_PANELS.filter((panel) => Array.isArray(left) && left.includes(panel)),
+    right: RIGHT_PANELS.find((panel) => panel === right) ?? null,
+    sheet: [...LEFT_PANELS, ...RIGHT_PANELS].find((panel) => panel === sheet) ?? null,
+  };
+}
+
+const isLeft = (panel: Panel): panel is LeftPanel => (LEFT_PANELS as readonly string[]).includes(panel);
+
+class Layout {
+  #open = $state.raw<Open>(load('layout', defaults, read));
+  width_px = $state(1280);
+  height_px = $state(800);
+  /** Measured by the shell: what the floating parts cover at each edge. */
+  insets = $state.raw<Insets>({ top: 0, right: 0, bottom: 0, left: 0 });
+
+  isNarrow = $derived(this.width_px < NARROW_PX);
+  left = $derived<readonly LeftPanel[]>(this.isNarrow ? [] : this.#open.left);
+  right = $derived<RightPanel | null>(this.isNarrow ? null : this.#open.right);
+  sheet = $derived<Panel | null>(this.isNarrow ? this.#open.sheet : null);
+
+  isOpen(panel: Panel): boolean {
+    if (this.isNarrow) return this.sheet === panel;
+    return isLeft(panel) ? this.left.includes(panel) : this.right === panel;
+  }
+
+  open(panel: Panel): void {
+    if (!this.isOpen(panel)) this.toggle(panel);
+  }
+
+  close(panel: Panel): void {
+    if (this.isOpen(panel)) this.toggle(panel);
+  }
+
+  toggle(panel: Panel): void {
+    const open = this.#open;
+    if (this.isNarrow) this.#set({ ...open, sheet: open.sheet === panel ? null : panel });
+    else if (isLeft(panel)) {
+      const others = open.left.filter((other) => other !== panel);
+      this.#set({ ...open, left: others.length < open.left.length ? others : [...others, panel] });
+    } else this.#set({ ...open, right: open.right === panel ? null : panel });
+  }
+
+  #set(open: Open): void {
+    this.#open = open;
+    save('layout', open);
+  }
+}
+
+export const layout = new Layout();

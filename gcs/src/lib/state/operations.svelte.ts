@@ -1,0 +1,94 @@
+// What takes time on the server: plan and parameter transfers, with their progress and outcome.
+import { SvelteMap } from 'svelte/reactivity';
+import type { Api } from '$lib/api/client';
+import { ProblemError } from '$lib/api/problem';
+import type { Operation } from '$lib/api/types';
+
+/** Finished ones kept to be looked at. */
+const KEPT = 20;
+/** When no message tells of an operation, it is asked for this often. */
+const ASK_MS = 1000;
+
+interface Waiter {
+  resolve(operation: Operation): void;
+  reject(error: unknown): void;
+}
+
+export class Operations {
+  readonly #api: Api;
+  readonly #byId = new SvelteMap<string, Operation>();
+  readonly #waiters = new Map<string, Waiter[]>();
+
+  constructor(api: Api) {
+    this.#api = api;
+  }
+
+  get(id: Operation['id']): Operation | undefined {
+    return this.#byId.get(String(id));
+  }
+
+  running = $derived.by(() => [...this.#byId.values()].filter((operation) => operation.state === 'running'));
+
+  /** Takes what the server says of an operation. */
+  update(operation: Operation): void {
+    const key = String(operation.id);
+    const known = this.#byId.get(key);
+    // Messages and answers may cross: an end is final.
+    if (known && known.state !== 'running' && operation.state === 'running') return;
+    this.#byId.set(key, { ...known, ...operation });
+    if (operation.state !== 'running') this.#settle(key);
+    while (this.#byId.size > KEPT) {
+      const oldest = [...this.#byId].find(([, operation]) => operation.state !== 'running');
+      if (oldest === undefined) break;
+      this.#byId.delete(oldest[0]);
+    }
+  }
+
+  /** Waits for the end of an operation and gives its result; throws its problem. */
+  async finish<Result>(started: Operation): Promise<Result> {
+    this.update(started);
+    const key = String(started.id);
+    const ended = new Promise<Operation>((resolve, reject) => {
+      this.#waiters.set(key, [...(this.#waiters.get(key) ?? []), { resolve, reject }]);
+    });
+    if (this.#byId.get(key)?.state !== 'running') this.#settle(key);
+    const timer = setInterval(() => void this.#ask(started.id), ASK_MS);
+    try {
+      let operation = await ended;
+      if (operation.state === 'done' && operation.result == null) {
+        operation = await this.#api.operation(operation.id);
+      }
+      if (operation.state === 'done') return operation.result as Result;
+      throw new ProblemError(operation.error ?? { title: operation.state, status: 499, detail: '' });
+    } finally {
+      clearInterval(timer);
+    }
+  }
+
+  async cancel(id: Operation['id']): Promise<void> {
+    await this.#api.cancelOperation(id);
+  }
+
+  async #ask(id: Operation['id']): Promise<void> {
+    try {
+      this.update(await this.#api.operation(id));
+    } catch (error) {
+      // No answer: it is asked again. An answer that says no: a new server does not know it any more.
+      if (error instanceof ProblemError && error.problem.status === 404) this.#fail(String(id), error);
+    }
+  }
+
+  #settle(key: string): void {
+    const operation = this.#byId.get(key);
+    if (operation === undefined) return;
+    for (const waiter of this.#waiters.get(key) ?? []) waiter.resolve(operation);
+    this.#waiters.delete(key);
+  }
+
+  #fail(key: string, error: ProblemError): void {
+    const known = this.#byId.get(key);
+    if (known) this.#byId.set(key, { ...known, state: 'failed', error: error.problem });
+    for (const waiter of this.#waiters.get(key) ?? []) waiter.reject(error);
+    this.#waiters.delete(key);
+  }
+}

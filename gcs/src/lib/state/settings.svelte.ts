@@ -1,0 +1,93 @@
+// What a person chose: theme, language, units, rate. Survives a reload.
+import type { LengthUnit, SpeedUnit, Units } from '$lib/domain/units';
+import { i18n, type Language } from '$lib/i18n/index.svelte';
+import { load, save } from './stored';
+
+export type Theme = 'dark' | 'light';
+
+/** Telemetry rates on offer, in Hz. */
+export const RATES_HZ = [2, 5, 10, 20, 50] as const;
+
+interface Chosen {
+  theme: Theme;
+  language: Language;
+  length: LengthUnit;
+  speed: SpeedUnit;
+  rate_hz: number;
+}
+
+const oneOf = <T>(value: unknown, choices: readonly T[], fallback: T): T =>
+  choices.includes(value as T) ? (value as T) : fallback;
+
+export const browserLanguage = (languages: readonly string[]): Language =>
+  languages
+    .find((tag) => /^(en|es)\b/i.test(tag))
+    ?.toLowerCase()
+    .startsWith('es')
+    ? 'es'
+    : 'en';
+
+const defaults: Chosen = {
+  theme: 'dark',
+  language: browserLanguage(globalThis.navigator?.languages ?? []),
+  length: 'm',
+  speed: 'm_s',
+  rate_hz: 20,
+};
+
+function read(value: unknown): Chosen | null {
+  if (typeof value !== 'object' || value === null) return null;
+  const stored = value as Partial<Record<keyof Chosen, unknown>>;
+  return {
+    theme: oneOf(stored.theme, ['dark', 'light'] as const, defaults.theme),
+    language: oneOf(stored.language, ['en', 'es'] as const, defaults.language),
+    length: oneOf(stored.length, ['m', 'ft'] as const, defaults.length),
+    speed: oneOf(stored.speed, ['m_s', 'kt', 'km_h'] as const, defaults.speed),
+    rate_hz: oneOf(stored.rate_hz, RATES_HZ, defaults.rate_hz as (typeof RATES_HZ)[number]),
+  };
+}
+
+class Settings {
+  #chosen = $state<Chosen>(load('settings', defaults, read));
+
+  constructor() {
+    i18n.language = this.#chosen.language;
+  }
+
+  get theme(): Theme {
+    return this.#chosen.theme;
+  }
+  set theme(theme: Theme) {
+    this.#set({ theme });
+  }
+  get language(): Language {
+    return this.#chosen.language;
+  }
+  set language(language: Language) {
+    i18n.language = language;
+    this.#set({ language });
+  }
+  get units(): Units {
+    return { length: this.#chosen.length, speed: this.#chosen.speed };
+  }
+  set units(units: Units) {
+    this.#set(units);
+  }
+  get rate_hz(): number {
+    return this.#chosen.rate_hz;
+  }
+  set rate_hz(rate_hz: number) {
+    this.#set({ rate_hz });
+  }
+  /** How numbers and times are written. */
+  get locale(): string {
+    return this.#chosen.language === 'es' ? 'es-ES' : 'en-GB';
+  }
+
+  #set(change: Partial<Chosen>): void {
+    Object.assign(this.#chosen, change);
+    save('settings', $state.snapshot(this.#chosen));
+  }
+}
+
+export const settings = new Settings();

@@ -1,0 +1,243 @@
+// The station: session and control, links, vehicles and operations, kept up to date over the WebSocket.
+import { Api, type CommandName, type VehicleCommands } from '$lib/api/client';
+import { ProblemError } from '$lib/api/problem';
+import { Socket, type SocketState } from '$lib/api/socket';
+import type { LinkInfo, Problem, ServerMessage, Session } from '$lib/api/types';
+import { SvelteMap } from 'svelte/reactivity';
+import { clock } from './clock.svelte';
+import { Operations } from './operations.svelte';
+import { settings } from './settings.svelte';
+import { vehicles, type Vehicle } from './vehicles.svelte';
+
+export const api = new Api();
+export const operations = new Operations(api);
+
+/** What became of the last command of a kind: a button pressed is not a command accepted. */
+export interface Answer {
+  command: CommandName;
+  state: 'waiting' | 'accepted' | 'refused';
+  problem: Problem | null;
+  at_ms: number;
+}
+
+class Station {
+  socketState = $state<SocketState>('connecting');
+  session = $state.raw<Session | null>(null);
+  version = $state<string | null>(null);
+  links = $state.raw<readonly LinkInfo[]>([]);
+  /** Why no session could be opened: a token is asked for, mostly. */
+  sessionProblem = $state.raw<Problem | null>(null);
+  /** Who asks for control, until it is answered. */
+  controlWanted = $state<string | null>(null);
+  controlProblem = $state.raw<Problem | null>(null);
+  /** Monotonic time since when the server is not heard; null while it is. */
+  #away_ms = $state<number | null>(performance.now());
+  readonly #answers = new SvelteMap<string, Answer>();
+  #token: string | null = null;
+  readonly #subscribed = new Map<number, number>();
+
+  readonly #socket = new Socket({
+    address: () => this.#openSession(),
+    message: (message) => this.receive(message),
+    state: (state) => this.#setSocketState(state),
+  });
+
+  isOnline = $derived(this.socketState === 'open');
+  /** How long the server has been away; null while it is there. */
+  away_s = $derived(clock.age_s(this.#away_ms));
+  hasControl = $derived(this.isOnline && this.session?.has_control === true && this.session.role === 'operator');
+  holder = $derived(this.session?.holder ?? null);
+  isOperator = $derived(this.session?.role === 'operator');
+
+  start(): void {
+    this.#token = takeToken();
+    clock.start();
+    this.#socket.start();
+    const hurry = () => {
+      if (!document.hidden) this.#socket.hurry();
+    };
+    window.addEventListener('online', hurry);
+    document.addEventListener('visibilitychange', hurry);
+  }
+
+  /** Opens the session anew with the token that a person typed. */
+  useToken(token: string): void {
+    this.#token = token.trim();
+    this.sessionProblem = null;
+    this.#socket.close();
+    this.#socket.start();
+  }
+
+  /** Tells the selected rate to the server again, after it was changed. */
+  resubscribe(): void {
+    for (const vehicle of vehicles.all) this.#subscribe(vehicle.systemId);
+  }
+
+  /** Sends a command and remembers the vehicle's answer. Gives whether it was accepted. */
+  async command<Name extends CommandName>(
+    vehicle: Vehicle,
+    command: Name,
+    body: VehicleCommands[Name],
+  ): Promise<boolean> {
+    const key = `${vehicle.systemId}/${command}`;
+    const at_ms = performance.now();
+    this.#answers.set(key, { command, state: 'waiting', problem: null, at_ms });
+    let answer: Answer;
+    try {
+      await api.command(vehicle.systemId, command, body);
+      answer = { command, state: 'accepted', problem: null, at_ms: performance.now() };
+    } catch (error) {
+      answer = { command, state: 'refused', problem: problemFrom(error), at_ms: performance.now() };
+    }
+    // A later press of the same button has the say.
+    if (this.#answers.get(key)?.at_ms === at_ms) this.#answers.set(key, answer);
+    return answer.state === 'accepted';
+  }
+
+  answer(vehicle: Vehicle, command: CommandName): Answer | undefined {
+    return this.#answers.get(`${vehicle.systemId}/${command}`);
+  }
+
+  /** The newest answer of a vehicle, for the one line that tells it. */
+  lastAnswer(vehicle: Vehicle): Answer | undefined {
+    let last: Answer | undefined;
+    for (const [key, answer] of this.#answers) {
+      if (key.startsWith(`${vehicle.systemId}/`) && (last === undefined || answer.at_ms >= last.at_ms)) last = answer;
+    }
+    return last;
+  }
+
+  forgetAnswer(vehicle: Vehicle, command: CommandName): void {
+    this.#answers.delete(`${vehicle.systemId}/${command}`);
+  }
+
+  takeControl = () => this.#control(() => api.takeControl());
+  releaseControl = () => this.#control(() => api.releaseControl());
+  requestControl = () => this.#control(() => api.requestControl());
+
+  async #control(call: () => Promise<Partial<Session>>): Promise<void> {
+    this.controlProblem = null;
+    try {
+      const { has_control, holder } = await call();
+      if (this.session && typeof has_control === 'boolean') {
+        this.session = { ...this.session, has_control, holder: holder ?? null };
+      }
+      this.controlWanted = null;
+    } catch (error) {
+      this.controlProblem = problemFrom(error);
+    }
+  }
+
+  receive(message: ServerMessage): void {
+    const now_ms = performance.now();
+    switch (message.type) {
+      case 'hello': {
+        this.version = message.version;
+        const { session, role, has_control, holder } = message;
+        if (session !== undefined && role !== undefined) {
+          this.session = { session, role, has_control: has_control ?? false, holder: holder ?? null };
+        }
+        break;
+      }
+      case 'vehicles':
+        for (const summary of message.vehicles) {
+          const vehicle = vehicles.ensure(summary.system_id);
+          vehicle.applySummary(summary, now_ms);
+          if (!this.#subscribed.has(summary.system_id)) void this.#meet(vehicle);
+        }
+        break;
+      case 'telemetry':
+        vehicles.telemetry(message.vehicle, message.time_s, message.groups, message.progress ?? null);
+        break;
+      case 'text':
+        vehicles.ensure(message.vehicle).addText(message, now_ms);
+        break;
+      case 'plan_state':
+        vehicles.ensure(message.vehicle).applyPlanState(message.kind, message.state);
+        break;
+      case 'operation':
+        operations.update(message);
+        break;
+      case 'links':
+        this.links = message.links;
+        for (const vehicle of vehicles.all) {
+          const link = message.links.find((link) => link.id === vehicle.linkId) ?? message.links[0];
+          if (link !== undefined) vehicle.applyLink(link, now_ms);
+        }
+        break;
+      case 'control':
+        if (this.session) {
+          const { has_control, holder } = message;
+          this.session = { ...this.session, has_control, holder };
+        }
+        this.controlWanted = null;
+        break;
+      case 'event':
+        if (message.kind === 'control_requested') this.controlWanted = nameIn(message.detail);
+        break;
+    }
+  }
+
+  async #openSession(): Promise<string> {
+    try {
+      this.session = await api.openSession(this.#token === null ? {} : { token: this.#token });
+      this.sessionProblem = null;
+    } catch (error) {
+      const problem = problemFrom(error);
+      // Only a refusal is worth telling; an absent server shows as such already.
+      this.sessionProblem = problem.status === 401 || problem.status === 403 ? problem : null;
+      throw error;
+    }
+    const { protocol, host } = window.location;
+    return `${protocol === 'https:' ? 'wss' : 'ws'}://${host}/api/v1/ws`;
+  }
+
+  #setSocketState(state: SocketState): void {
+    this.socketState = state;
+    if (state === 'open') {
+      this.#away_ms = null;
+      this.#subscribed.clear();
+      for (const vehicle of vehicles.all) void this.#meet(vehicle);
+    } else this.#away_ms ??= performance.now();
+  }
+
+  /** Subscribes to a vehicle and reads what is told only when asked. */
+  async #meet(vehicle: Vehicle): Promise<void> {
+    this.#subscribe(vehicle.systemId);
+    try {
+      const [state, texts] = await Promise.all([api.vehicle(vehicle.systemId), api.texts(vehicle.systemId)]);
+      const now_ms = performance.now();
+      vehicle.applyState(state, now_ms);
+      vehicle.setTexts(texts, now_ms);
+    } catch {
+      // The server is away again; the next connection asks anew.
+      this.#subscribed.delete(vehicle.systemId);
+    }
+  }
+
+  #subscribe(id: number): void {
+    this.#subscribed.set(id, settings.rate_hz);
+    this.#socket.send({ type: 'subscribe', vehicle: id, rate_hz: settings.rate_hz });
+  }
+}
+
+export function problemFrom(error: unknown): Problem {
+  if (error instanceof ProblemError) return error.problem;
+  return { title: 'Error', status: 0, detail: error instanceof Error ? error.message : String(error) };
+}
+
+function nameIn(detail: unknown): string | null {
+  if (typeof detail === 'string') return detail;
+  if (typeof detail === 'object' && detail !== null && 'name' in detail) return String(detail.name);
+  return '?';
+}
+
+/** The token of a ready-made address (`#token=…`), taken out of the address bar so that nobody copies it on. */
+function takeToken(): string | null {
+  const { hash, search, pathname } = window.location;
+  const token = new URLSearchParams(hash.replace(/^#/, '')).get('token') ?? new URLSearchParams(search).get('token');
+  if (token !== null) window.history.replaceState(null, '', pathname);
+  return token;
+}
+
+export const station = new Station();

@@ -1,0 +1,279 @@
+// The vehicles: what each last said, when, and which of them is selected.
+import { SvelteMap } from 'svelte/reactivity';
+import type {
+  GroupName,
+  LinkInfo,
+  MissionProgress,
+  PlanKind,
+  PlanState,
+  StatusText,
+  TelemetryGroups,
+  VehicleState,
+  VehicleSummary,
+} from '$lib/api/types';
+import { freshness, type Freshness } from '$lib/domain/freshness';
+import { deadReckon, turnRate_deg_s, type Ghost, type LastKnown } from '$lib/domain/ghost';
+import { lonLat, wrap360_deg } from '$lib/domain/lonlat';
+import { clock } from './clock.svelte';
+import { FlightClock, type FlightTime } from './flight-time';
+import { FrameQueue } from './frames';
+import { SensorHistory } from './sensors';
+
+/** Texts kept per vehicle; the oldest fall out. */
+const TEXTS_KEPT = 1000;
+/** Modes in which a plane that banks goes on circling. */
+const CIRCLING = /^(LOITER|CIRCLE|RTL|GUIDED|QLOITER|QRTL|THERMAL)/;
+
+export interface Text {
+  id: number;
+  severity: number;
+  text: string;
+  /** Time of day at which it arrived. */
+  at: Date;
+}
+
+export interface TelemetryChange {
+  groups: TelemetryGroups;
+  progress: MissionProgress | null;
+  /** Monotonic time at which each group had arrived. */
+  heardAt_ms: Partial<Record<GroupName, number>>;
+}
+
+export class Vehicle {
+  readonly systemId: number;
+  /** The newest of every group; replaced, never changed, at most once a frame. */
+  groups = $state.raw<TelemetryGroups>({});
+  heardAt_ms = $state.raw<Readonly<Partial<Record<GroupName, number>>>>({});
+  progress = $state.raw<MissionProgress | null>(null);
+  planStates = $state.raw<Readonly<Record<PlanKind, PlanState>> | null>(null);
+  modeNames = $state.raw<readonly string[]>([]);
+  texts = $state.raw<readonly Text[]>([]);
+  link = $state.raw<LinkInfo | null>(null);
+  /** Which of the links it is heard on. */
+  linkId = $state.raw<number | null>(null);
+  flightTime = $state.raw<FlightTime | null>(null);
+  /** Monotonic time at which anything of it was last heard. */
+  lastHeard_ms = $state.raw<number | null>(null);
+
+  readonly sensors = new SensorHistory();
+  readonly #flightClock: FlightClock;
+  /** Server time (`time_s`) minus our monotonic time: tells when a text of the past came. */
+  #serverOffset_s: number | null = null;
+  #nextText = 1;
+
+  age_s = $derived(clock.age_s(this.lastHeard_ms));
+  freshness = $derived<Freshness>(freshness(this.age_s));
+  /** Whether it was heard once and is not any more. */
+  isLost = $derived(this.freshness === 'lost');
+  mode = $derived(this.groups.heartbeat?.mode ?? null);
+  isArmed = $derived(this.groups.heartbeat?.is_armed ?? null);
+  /** Null when the vehicle does not say. */
+  isOnGround = $derived.by(() => {
+    const landed = this.groups.extended?.landed;
+    return landed === undefined || landed === 'undefined' ? null : landed === 'on ground';
+  });
+  kind = $derived(kindOf(this.groups.heartbeat?.mav_type ?? null));
+
+  constructor(systemId: number) {
+    this.systemId = systemId;
+    this.#flightClock = new FlightClock(String(systemId));
+  }
+
+  /** Age in seconds of a group, null when it never came. Reactive. */
+  groupAge_s(name: GroupName): number | null {
+    return clock.age_s(this.heardAt_ms[name]);
+  }
+
+  groupFreshness(name: GroupName): Freshness {
+    return freshness(this.groupAge_s(name));
+  }
+
+  /** The last that is known of its movement, for dead reckoning; null when there is no position. */
+  lastKnown(): LastKnown | null {
+    const { position, hud, attitude, heartbeat } = this.groups;
+    const at = lonLat(position?.lon_deg, position?.lat_deg);
+    if (!position || at === null) return null;
+    const north_m_s = position.velocity_north_m_s ?? 0;
+    const east_m_s = position.velocity_east_m_s ?? 0;
+    const groundspeed_m_s = Math.hypot(north_m_s, east_m_s);
+    const course_deg = wrap360_deg((Math.atan2(east_m_s, north_m_s) * 180) / Math.PI);
+    const speed_m_s = hud?.airspeed_m_s ?? groundspeed_m_s;
+    const isCircling = CIRCLING.test(heartbeat?.mode ?? '');
+    return {
+      at,
+      course_deg,
+      heading_deg: position.heading_deg ?? hud?.heading_deg ?? course_deg,
+      groundspeed_m_s,
+      turn_rate_deg_s: isCircling ? turnRate_deg_s(attitude?.roll_rad ?? 0, speed_m_s) : 0,
+    };
+  }
+
+  /** Where it probably is at `now_ms` while it is lost; null while it is heard. */
+  ghost(now_ms = performance.now()): Ghost | null {
+    const heard_ms = this.heardAt_ms.position ?? this.lastHeard_ms;
+    if (!this.isLost || heard_ms === null) return null;
+    const last = this.lastKnown();
+    return last === null ? null : deadReckon(last, (now_ms - heard_ms) / 1000);
+  }
+
+  apply(change: TelemetryChange): void {
+    this.groups = { ...this.groups, ...change.groups };
+    this.heardAt_ms = { ...this.heardAt_ms, ...change.heardAt_ms };
+    if (change.progress !== null) this.progress = change.progress;
+    const newest_ms = Math.max(...Object.values(change.heardAt_ms));
+    if (Number.isFinite(newest_ms)) {
+      this.#hear(newest_ms);
+      this.sensors.take(newest_ms / 1000, change.groups);
+    }
+    const { system_time, extended, heartbeat } = this.groups;
+    const boot_s = system_time === undefined ? null : system_time.boot_ms / 1000;
+    if (boot_s !== null) {
+      const landed = extended?.landed;
+      const isFlying =
+        landed !== undefined && landed !== 'undefined' ? landed !== 'on ground' : (heartbeat?.is_armed ?? null);
+      this.flightTime = this.#flightClock.update(boot_s, isFlying);
+    }
+  }
+
+  applySummary(summary: VehicleSummary, now_ms: number): void {
+    if (summary.age_s !== null) this.#hear(now_ms - summary.age_s * 1000);
+  }
+
+  applyState(state: VehicleState, now_ms: number): void {
+    this.apply({ groups: state.telemetry, progress: state.progress, heardAt_ms: heardAt(state.telemetry, now_ms) });
+    this.planStates = state.plan_states;
+    this.modeNames = state.mode_names;
+    if (typeof state.link === 'number') this.linkId = state.link;
+    else if (state.link !== null) this.applyLink(state.link, now_ms);
+  }
+
+  applyLink(link: LinkInfo, now_ms: number): void {
+    this.link = link;
+    this.linkId = link.id;
+    this.sensors.takeLink(now_ms / 1000, link);
+  }
+
+  applyPlanState(kind: PlanKind, state: PlanState): void {
+    const unknown: PlanState = { state: 'unknown', count: null, hash: null, detail: '' };
+    this.planStates = { ...(this.planStates ?? { mission: unknown, fence: unknown, rally: unknown }), [kind]: state };
+  }
+
+  setServerTime(time_s: number, now_ms: number): void {
+    this.#serverOffset_s = time_s - now_ms / 1000;
+  }
+
+  addText({ severity, text, time_s }: StatusText, now_ms: number): void {
+    const entry = { id: this.#nextText++, severity, text, at: this.#timeOfDay(time_s, now_ms) };
+    this.texts = [...this.texts.slice(-(TEXTS_KEPT - 1)), entry];
+  }
+
+  /** All texts that the server has kept: replaces those here, so that a reconnection shows none twice. */
+  setTexts(texts: readonly StatusText[], now_ms: number): void {
+    this.texts = texts.slice(-TEXTS_KEPT).map(({ severity, text, time_s }) => ({
+      id: this.#nextText++,
+      severity,
+      text,
+      at: this.#timeOfDay(time_s, now_ms),
+    }));
+  }
+
+  #timeOfDay(time_s: number, now_ms: number): Date {
+    const age_ms = this.#serverOffset_s === null ? 0 : Math.max(0, now_ms - (time_s - this.#serverOffset_s) * 1000);
+    return new Date(Date.now() - age_ms);
+  }
+
+  #hear(at_ms: number): void {
+    if (this.lastHeard_ms === null || at_ms > this.lastHeard_ms) this.lastHeard_ms = at_ms;
+  }
+}
+
+export type VehicleKind = 'plane' | 'copter' | 'vtol' | 'rover' | 'boat' | 'sub' | 'other';
+
+/** What a MAV_TYPE is. */
+function kindOf(mav_type: number | null): VehicleKind {
+  if (mav_type === null) return 'other';
+  if (mav_type >= 19 && mav_type <= 25) return 'vtol';
+  const kinds: Record<number, VehicleKind> = {
+    1: 'plane',
+    2: 'copter',
+    4: 'copter',
+    10: 'rover',
+    11: 'boat',
+    12: 'sub',
+    13: 'copter',
+    14: 'copter',
+    15: 'copter',
+  };
+  return kinds[mav_type] ?? 'other';
+}
+
+/** When each group had arrived, from its age. */
+export function heardAt(groups: TelemetryGroups, now_ms: number): Partial<Record<GroupName, number>> {
+  const heard: Partial<Record<GroupName, number>> = {};
+  for (const [name, group] of Object.entries(groups) as [GroupName, { age_s?: number } | null][]) {
+    if (group !== null && typeof group === 'object') heard[name] = now_ms - (group.age_s ?? 0) * 1000;
+  }
+  return heard;
+}
+
+class Vehicles {
+  readonly #byId = new SvelteMap<number, Vehicle>();
+  #selectedId = $state<number | null>(null);
+  readonly #listeners = new Set<(vehicle: Vehicle) => void>();
+  readonly #queue = new FrameQueue<number, TelemetryChange>({
+    join: (waiting, next) => ({
+      groups: { ...waiting.groups, ...next.groups },
+      progress: next.progress ?? waiting.progress,
+      heardAt_ms: { ...waiting.heardAt_ms, ...next.heardAt_ms },
+    }),
+    flush: (id, change) => {
+      const vehicle = this.ensure(id);
+      vehicle.apply(change);
+      for (const listener of this.#listeners) listener(vehicle);
+    },
+    after: () => clock.tick(),
+  });
+
+  all = $derived([...this.#byId.values()].sort((a, b) => a.systemId - b.systemId));
+  selected = $derived<Vehicle | null>(
+    (this.#selectedId === null ? undefined : this.#byId.get(this.#selectedId)) ?? this.all[0] ?? null,
+  );
+
+  get(id: number): Vehicle | undefined {
+    return this.#byId.get(id);
+  }
+
+  ensure(id: number): Vehicle {
+    let vehicle = this.#byId.get(id);
+    if (vehicle === undefined) {
+      vehicle = new Vehicle(id);
+      this.#byId.set(id, vehicle);
+    }
+    return vehicle;
+  }
+
+  select(id: number): void {
+    this.#selectedId = id;
+  }
+
+  selectNext(): void {
+    const at = this.all.findIndex((vehicle) => vehicle === this.selected);
+    const next = this.all[(at + 1) % this.all.length];
+    if (next) this.select(next.systemId);
+  }
+
+  /** Calls `listener` after each frame in which a vehicle changed; for what is drawn outside of components. */
+  onFrame(listener: (vehicle: Vehicle) => void): () => void {
+    this.#listeners.add(listener);
+    return () => this.#listeners.delete(listener);
+  }
+
+  telemetry(id: number, time_s: number, groups: TelemetryGroups, progress: MissionProgress | null): void {
+    const now_ms = performance.now();
+    this.get(id)?.setServerTime(time_s, now_ms);
+    const heard: TelemetryGroups = Object.fromEntries(Object.entries(groups).filter(([, group]) => group !== null));
+    this.#queue.push(id, { groups: heard, progress, heardAt_ms: heardAt(heard, now_ms) });
+  }
+}
+
+export const vehicles = new Vehicles();
