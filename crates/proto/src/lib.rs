@@ -40,4 +40,6 @@ pub use ids::{Address, ComponentId, MissionSeq, SystemId};
 pub use info::{message_id_of, message_name};
 pub use message::Message;
 pub use time::MonoTime;
-pub use wire::{CommandAck, CommandInt, CommandLong, Heartbeat, MissionAck, MissionItemInt, StatusText};
+pub use wire::{
+    CommandAck, CommandInt, CommandLong, Heartbeat, MissionAck, MissionItemFloat, MissionItemInt, StatusText,
+};

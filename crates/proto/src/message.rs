@@ -11,7 +11,8 @@ use crate::frame::{
 use crate::ids::{ComponentId, SystemId};
 use crate::info::{info, message_name};
 use crate::wire::{
-    CommandAck, CommandInt, CommandLong, Heartbeat, MissionAck, MissionItemInt, StatusText, Wire, Writer,
+    CommandAck, CommandInt, CommandLong, Heartbeat, MissionAck, MissionItemFloat, MissionItemInt, StatusText, Wire,
+    Writer,
 };
 
 /// A MAVLink message.
@@ -31,6 +32,8 @@ pub enum Message {
     CommandInt(CommandInt),
     /// COMMAND_ACK (77).
     CommandAck(CommandAck),
+    /// MISSION_ITEM (39).
+    MissionItemFloat(MissionItemFloat),
     /// MISSION_ITEM_INT (73).
     MissionItemInt(MissionItemInt),
     /// MISSION_ACK (47).
@@ -52,6 +55,7 @@ impl Message {
             CommandLong::ID => Self::CommandLong(CommandLong::read(payload)),
             CommandInt::ID => Self::CommandInt(CommandInt::read(payload)),
             CommandAck::ID => Self::CommandAck(CommandAck::read(payload)),
+            MissionItemFloat::ID => Self::MissionItemFloat(MissionItemFloat::read(payload)),
             MissionItemInt::ID => Self::MissionItemInt(MissionItemInt::read(payload)),
             MissionAck::ID => Self::MissionAck(MissionAck::read(payload)),
             StatusText::ID => Self::StatusText(StatusText::read(payload)),
@@ -71,6 +75,7 @@ impl Message {
             Self::CommandLong(_) => CommandLong::ID,
             Self::CommandInt(_) => CommandInt::ID,
             Self::CommandAck(_) => CommandAck::ID,
+            Self::MissionItemFloat(_) => MissionItemFloat::ID,
             Self::MissionItemInt(_) => MissionItemInt::ID,
             Self::MissionAck(_) => MissionAck::ID,
             Self::StatusText(_) => StatusText::ID,
@@ -85,6 +90,7 @@ impl Message {
             Self::CommandLong(_) => CommandLong::NAME,
             Self::CommandInt(_) => CommandInt::NAME,
             Self::CommandAck(_) => CommandAck::NAME,
+            Self::MissionItemFloat(_) => MissionItemFloat::NAME,
             Self::MissionItemInt(_) => MissionItemInt::NAME,
             Self::MissionAck(_) => MissionAck::NAME,
             Self::StatusText(_) => StatusText::NAME,
@@ -99,6 +105,7 @@ impl Message {
             Self::CommandLong(message) => message.target,
             Self::CommandInt(message) => message.target,
             Self::CommandAck(message) => message.target,
+            Self::MissionItemFloat(message) => message.target,
             Self::MissionItemInt(message) => message.target,
             Self::MissionAck(message) => message.target,
             Self::Dialect(message) => {
@@ -123,6 +130,7 @@ impl Message {
             Self::CommandLong(message) => write(message, version, &mut payload),
             Self::CommandInt(message) => write(message, version, &mut payload),
             Self::CommandAck(message) => write(message, version, &mut payload),
+            Self::MissionItemFloat(message) => write(message, version, &mut payload),
             Self::MissionItemInt(message) => write(message, version, &mut payload),
             Self::MissionAck(message) => write(message, version, &mut payload),
             Self::StatusText(message) => write(message, version, &mut payload),

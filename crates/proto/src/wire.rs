@@ -355,6 +355,62 @@ impl MissionItemInt {
     }
 }
 
+/// MISSION_ITEM (39): one item of a mission with its position as 32-bit floats, for autopilots from before
+/// MISSION_ITEM_INT. A float has 24 bits: degrees are off by up to 0.2 m at latitude 40°, 0.8 m at longitude 180°.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MissionItemFloat {
+    /// Who shall have it.
+    pub target: Address,
+    /// Its place in the list.
+    pub seq: u16,
+    /// `MAV_FRAME` of x, y and z.
+    pub frame: u8,
+    /// `MAV_CMD`.
+    pub command: u16,
+    /// 1 when it is the item in execution; for ArduPilot 2 is a guided target and 3 a guided change of height.
+    pub current: u8,
+    /// Whether to go on to the next item by itself.
+    pub autocontinue: u8,
+    /// Parameters 1 to 4.
+    pub params: [f32; 4],
+    /// Parameter 5: latitude in degrees when the command has a position.
+    pub x: f32,
+    /// Parameter 6: longitude in degrees when the command has a position.
+    pub y: f32,
+    /// Parameter 7: altitude in metres, by the frame, when the command has a position.
+    pub z: f32,
+    /// `MAV_MISSION_TYPE`: 0 mission, 1 fence, 2 rally. MAVLink 1 does not carry it.
+    pub mission_type: u8,
+}
+
+impl Wire for MissionItemFloat {
+    const ID: u32 = 39;
+    const NAME: &'static str = "MISSION_ITEM";
+    const BASE_LEN: usize = 37;
+
+    fn read(payload: &[u8]) -> Self {
+        let mut r = Reader(payload);
+        let (params, x, y, z, seq, command) = (r.f32s(), r.f32(), r.f32(), r.f32(), r.u16(), r.u16());
+        let target = r.address();
+        let (frame, current, autocontinue, mission_type) = (r.u8(), r.u8(), r.u8(), r.u8());
+        Self { target, seq, frame, command, current, autocontinue, params, x, y, z, mission_type }
+    }
+
+    fn write(&self, w: &mut Writer<'_>) {
+        w.f32s(&self.params)
+            .f32(self.x)
+            .f32(self.y)
+            .f32(self.z)
+            .u16(self.seq)
+            .u16(self.command)
+            .address(self.target)
+            .u8(self.frame)
+            .u8(self.current)
+            .u8(self.autocontinue)
+            .u8(self.mission_type);
+    }
+}
+
 /// MISSION_ACK (47): how a plan transfer ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MissionAck {

@@ -181,6 +181,52 @@ fn mavlink_1_frames_have_no_extension_fields() {
     assert_eq!(MissionItemInt::from_payload(&item.to_packed()), item);
 }
 
+#[test]
+#[allow(deprecated, reason = "the autopilots that have only this message are older than its deprecation")]
+fn the_float_item_is_laid_out_as_the_dialect_has_it() {
+    use vencejo_proto::MissionItemFloat;
+    use vencejo_proto::dialect::{MISSION_ITEM_DATA, MavCmd, MavFrame, MavMessage, MavMissionType};
+    let item = MissionItemFloat {
+        target: Address::new(1, 2),
+        seq: 3,
+        frame: 3,
+        command: 16,
+        current: 2,
+        autocontinue: 1,
+        params: [1.0, 2.0, 3.0, 4.0],
+        x: 40.5,
+        y: -3.75,
+        z: 77.0,
+        mission_type: 1,
+    };
+    let theirs = MavMessage::MISSION_ITEM(MISSION_ITEM_DATA {
+        param1: 1.0,
+        param2: 2.0,
+        param3: 3.0,
+        param4: 4.0,
+        x: 40.5,
+        y: -3.75,
+        z: 77.0,
+        seq: 3,
+        command: MavCmd::MAV_CMD_NAV_WAYPOINT,
+        target_system: 1,
+        target_component: 2,
+        frame: MavFrame::MAV_FRAME_GLOBAL_RELATIVE_ALT,
+        current: 2,
+        autocontinue: 1,
+        mission_type: MavMissionType::MAV_MISSION_TYPE_FENCE,
+    });
+    for version in [MavVersion::V1, MavVersion::V2] {
+        let frame = Message::MissionItemFloat(item).encode(header(version));
+        assert_eq!(frame.bytes(), Message::Dialect(theirs.clone()).encode(header(version)).bytes());
+        let mission_type = if version == MavVersion::V1 { 0 } else { 1 };
+        assert_eq!(frame.decode(), Ok(Message::MissionItemFloat(MissionItemFloat { mission_type, ..item })));
+    }
+    // A command that this dialect does not name is kept.
+    let newer = Message::MissionItemFloat(MissionItemFloat { command: 65_000, ..item });
+    assert_eq!(newer.encode(header(MavVersion::V1)).decode().map(|message| message.id()), Ok(39));
+}
+
 fn address() -> impl Strategy<Value = Address> {
     any::<(u8, u8)>().prop_map(|(system, component)| Address::new(system, component))
 }
