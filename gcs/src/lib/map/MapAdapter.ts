@@ -1,0 +1,604 @@
+// The map, behind one door: the rest of the app gives it plain values and hears what people do on it.
+import 'ol/ol.css';
+import OlMap from 'ol/Map';
+import type MapBrowserEvent from 'ol/MapBrowserEvent';
+import { unByKey } from 'ol/Observable';
+import View from 'ol/View';
+import Attribution from 'ol/control/Attribution';
+import ScaleLine from 'ol/control/ScaleLine';
+import { inAndOut, easeOut } from 'ol/easing';
+import type { EventsKey } from 'ol/events';
+import { boundingExtent } from 'ol/extent';
+import DragPan from 'ol/interaction/DragPan';
+import KeyboardPan from 'ol/interaction/KeyboardPan';
+import KeyboardZoom from 'ol/interaction/KeyboardZoom';
+import MouseWheelZoom from 'ol/interaction/MouseWheelZoom';
+import PinchZoom from 'ol/interaction/PinchZoom';
+import PointerInteraction from 'ol/interaction/Pointer';
+import { toLonLat } from 'ol/proj';
+import { type LonLat, wrap180_deg } from '$lib/domain/lonlat';
+import type { Home, PlanItem } from '$lib/domain/plan';
+import { freeCentre, type Insets, widenFactor } from '$lib/domain/sight';
+import type { Trail } from '$lib/domain/track';
+import { coastLayer, coastStyle, tileLayer, type TileSource, xyzSource } from './base-map';
+import { CanvasLayer } from './canvas-layer';
+import { projection, type Projection, readTheme, type Theme, type XY } from './frame';
+import { GridPainter } from './grid-painter';
+import { RoutePainter, type RouteStatus, type RouteTexts } from './route-painter';
+import { EMPTY_ROUTE, routeView, toXY } from './route-view';
+import { RulerPainter } from './ruler-painter';
+import { TrailPainter } from './trail-painter';
+import { type VehicleMark, VehiclePainter } from './vehicle-painter';
+
+export type { RouteStatus, RouteTexts, VehicleMark };
+
+/** How the view stands to the selected plane. */
+export type FollowMode = 'free' | 'follow' | 'sight';
+
+export interface Modifiers {
+  /** Ctrl, Cmd or Shift: add to the selection. */
+  readonly isAdding: boolean;
+}
+
+/** What people do on the map. Item numbers count from 1; pixels from the map's top left. */
+export interface MapEvents {
+  /** A click or tap beside everything, or Enter while the map has the keyboard. */
+  click?(at: LonLat, modifiers: Modifiers): void;
+  itemClick?(number: number, modifiers: Modifiers): void;
+  vehicleClick?(id: number): void;
+  /** Several in a row while an item is dragged; the last has `isEnd`. */
+  itemDrag?(number: number, from: LonLat, to: LonLat, isEnd: boolean): void;
+  /** A handle was clicked, or drawn aside: then drags of the new item follow. Gives the number of the new item. */
+  legInsert?(toIndex: number, at: LonLat): number | null;
+  boxSelect?(numbers: readonly number[], modifiers: Modifiers): void;
+  /** Right click, long press, or the menu key. */
+  menu?(at: LonLat, x: number, y: number): void;
+  pointer?(at: LonLat | null): void;
+  /** The view was moved by hand: following ends. */
+  movedByHand?(): void;
+  /** The view came to rest. */
+  viewChange?(view: MapViewState): void;
+}
+
+export interface MapViewState {
+  readonly centre: LonLat;
+  readonly zoom: number;
+}
+
+export interface MapOptions {
+  readonly target: HTMLElement;
+  readonly events: MapEvents;
+  readonly view?: MapViewState | null;
+}
+
+const MAX_ZOOM = 21;
+const LONG_PRESS_MS = 550;
+const MOVED_PX = 8;
+/** Half of a finger's target of 44 px. */
+const TOUCH_TOLERANCE_PX = 22;
+const MOUSE_TOLERANCE_PX = 10;
+/** After a move by hand the view is left alone for so long. */
+const HANDS_OFF_MS = 4000;
+/** A plane farther off than this many windows is jumped to, not zoomed out to. */
+const JUMP_FACTOR = 12;
+
+export class MapAdapter {
+  readonly #map: OlMap;
+  readonly #view: View;
+  readonly #events: MapEvents;
+  readonly #target: HTMLElement;
+  readonly #coast = coastLayer();
+  readonly #tiles = tileLayer();
+  readonly #grid = new GridPainter();
+  readonly #trails = new TrailPainter();
+  readonly #route = new RoutePainter();
+  readonly #vehicles = new VehiclePainter();
+  readonly #ruler = new RulerPainter();
+  readonly #scale: ScaleLine;
+  readonly #keys: EventsKey[] = [];
+  readonly #abort = new AbortController();
+  readonly #themeObserver: MutationObserver;
+  #theme: Theme = readTheme();
+  #insets: Insets = { top: 0, right: 0, bottom: 0, left: 0 };
+  #follow: FollowMode = 'sight';
+  #hasSeenPlane = false;
+  #movedByHand_ms = -Infinity;
+  #swallowClickUntil_ms = -Infinity;
+  #cursor = '';
+
+  constructor({ target, events, view }: MapOptions) {
+    this.#target = target;
+    this.#events = events;
+    this.#view = new View({
+      center: [...toXY(view?.centre ?? { lon_deg: -3.7, lat_deg: 40.4 })],
+      zoom: view?.zoom ?? 3,
+      maxZoom: MAX_ZOOM,
+      minZoom: 1,
+      enableRotation: false,
+      smoothExtentConstraint: false,
+      constrainResolution: false,
+    });
+    const look = (): { theme: Theme; insets: Insets } => ({ theme: this.#theme, insets: this.#insets });
+    this.#scale = new ScaleLine({ units: 'metric', minWidth: 80, maxWidth: 160 });
+    const attribution = new Attribution({ collapsible: false });
+    this.#map = new OlMap({
+      target,
+      view: this.#view,
+      layers: [
+        this.#coast,
+        this.#tiles,
+        new CanvasLayer([this.#grid, this.#trails], look, 2),
+        new CanvasLayer([this.#route, this.#vehicles, this.#ruler], look, 3),
+      ],
+      controls: [this.#scale, attribution],
+      interactions: [
+        new DragPan(),
+        new PinchZoom(),
+        new MouseWheelZoom({ condition: () => true }),
+        new KeyboardPan({ pixelDelta: 96 }),
+        new KeyboardZoom(),
+        this.#editInteraction(),
+      ],
+      // an element that takes the keyboard: the map itself
+      keyboardEventTarget: target,
+      moveTolerance: 4,
+    });
+    this.#coast.setStyle(coastStyle(this.#theme));
+    this.#themeObserver = new MutationObserver(() => this.refreshTheme());
+    this.#themeObserver.observe(document.documentElement, { attributes: true, attributeFilter: ['data-theme'] });
+    this.#listen();
+  }
+
+  destroy(): void {
+    this.#abort.abort();
+    this.#themeObserver.disconnect();
+    unByKey(this.#keys);
+    this.#map.setTarget(undefined);
+    this.#map.dispose();
+  }
+
+  // --- What is shown ------------------------------------------------------------------------------------------------
+
+  setPlan(items: readonly PlanItem[], home: Home | null): void {
+    this.#route.route = items.length === 0 ? EMPTY_ROUTE : routeView(items, home);
+    this.#map.render();
+  }
+
+  /** The route that the vehicle has, where it is another one; `null` when it is not shown. */
+  setVehiclePlan(items: readonly PlanItem[] | null, home: Home | null): void {
+    this.#route.vehicleRoute = items === null ? EMPTY_ROUTE : routeView(items, home);
+    this.#map.render();
+  }
+
+  setRouteStatus(status: RouteStatus): void {
+    this.#route.status = status;
+    this.#map.render();
+  }
+
+  setHome(home: LonLat | null): void {
+    this.#vehicles.home = home;
+    this.#grid.origin = home === null ? null : toXY(home);
+    this.#map.render();
+  }
+
+  setTarget(at: LonLat | null): void {
+    this.#vehicles.target = at;
+    this.#map.render();
+  }
+
+  /** Trails are read where they are; call this when their number changes, `render` when they grow. */
+  setTrails(trails: readonly Trail[]): void {
+    this.#trails.setTrails(trails);
+    this.#map.render();
+  }
+
+  /** Top of the colour scale of trails, metres above home. */
+  get trailRange_m(): number {
+    return this.#trails.range_m;
+  }
+
+  setVehicles(vehicles: readonly VehicleMark[]): void {
+    this.#vehicles.vehicles = vehicles;
+    const selected = vehicles.find((vehicle) => vehicle.isSelected);
+    if (selected) this.#keepInSight(selected.ghost?.at ?? selected.at);
+    this.#map.render();
+  }
+
+  setRuler(points: readonly LonLat[]): void {
+    this.#ruler.points = points;
+    this.#map.render();
+  }
+
+  setTexts(
+    texts: RouteTexts & { distance(value_m: number): string; ruler(length_m: number, bearing_deg: number): string },
+  ): void {
+    this.#route.texts = texts;
+    this.#grid.formatDistance = texts.distance;
+    this.#ruler.format = texts.ruler;
+    this.#map.render();
+  }
+
+  setUnits(unit: 'm' | 'ft'): void {
+    this.#scale.setUnits(unit === 'm' ? 'metric' : 'nautical');
+  }
+
+  setTiles(source: TileSource | null): void {
+    this.#tiles.setSource(source === null ? null : xyzSource(source));
+    this.#map.render();
+  }
+
+  setLayers(visible: { grid: boolean; trails: boolean }): void {
+    this.#grid.isVisible = visible.grid;
+    this.#trails.isVisible = visible.trails;
+    this.#map.render();
+  }
+
+  setCursor(cursor: '' | 'crosshair'): void {
+    this.#cursor = cursor;
+    this.#target.style.cursor = cursor;
+  }
+
+  refreshTheme(): void {
+    this.#theme = readTheme();
+    this.#coast.setStyle(coastStyle(this.#theme));
+    this.#map.render();
+  }
+
+  render(): void {
+    this.#map.render();
+  }
+
+  // --- The view -----------------------------------------------------------------------------------------------------
+
+  setInsets(insets: Insets): void {
+    this.#insets = insets;
+    const style = this.#target.style;
+    for (const side of ['top', 'right', 'bottom', 'left'] as const) {
+      style.setProperty(`--map-inset-${side}`, `${insets[side]}px`);
+    }
+    this.#map.render();
+  }
+
+  setFollow(mode: FollowMode): void {
+    this.#follow = mode;
+    this.#movedByHand_ms = -Infinity;
+    const selected = this.#vehicles.vehicles.find((vehicle) => vehicle.isSelected);
+    if (selected && mode !== 'free') {
+      if (mode === 'sight') this.#keepInSight(selected.at);
+      else this.#centreOn(selected.at, 300);
+    }
+  }
+
+  zoomBy(steps: number): void {
+    this.#view.cancelAnimations();
+    const centre = this.#map.getCoordinateFromPixel(this.#freeCentrePixel());
+    const zoom = (this.#view.getZoom() ?? 3) + steps;
+    this.#movedByHand_ms = performance.now();
+    this.#view.animate({ ...(centre ? { anchor: centre } : {}), zoom, duration: 180, easing: easeOut });
+  }
+
+  /** The position in the middle of what panels leave free. */
+  centre(): LonLat {
+    return this.#placeAt(this.#freeCentrePixel()) ?? { lon_deg: 0, lat_deg: 0 };
+  }
+
+  centreOn(at: LonLat): void {
+    this.#movedByHand_ms = performance.now();
+    this.#centreOn(at, 300);
+  }
+
+  /** Shows all of these positions in what panels leave free. */
+  fit(places: readonly LonLat[]): void {
+    if (places.length === 0) return;
+    this.#movedByHand_ms = performance.now();
+    const [width = 0, height = 0] = this.#map.getSize() ?? [];
+    const { top, right, bottom, left } = this.#insets;
+    const edge = Math.min(60, width * 0.1, height * 0.1);
+    this.#view.fit(boundingExtent(places.map((at) => [...toXY(at)])), {
+      padding: [top + edge, right + edge, bottom + edge, left + edge],
+      maxZoom: 17,
+      duration: 300,
+    });
+  }
+
+  /** Pixel of a position, from the map's top left; `null` before the first frame. */
+  pixelOf(at: LonLat): { x: number; y: number } | null {
+    const frame = this.#frame();
+    if (frame === null) return null;
+    const [x, y] = frame.pixel(toXY(at));
+    return { x, y };
+  }
+
+  #keepInSight(at: LonLat): void {
+    const [width = 0, height = 0] = this.#map.getSize() ?? [];
+    const frame = this.#frame();
+    if (width === 0 || height === 0 || frame === null) return;
+    const [x, y] = frame.pixel(toXY(at));
+    if (!this.#hasSeenPlane) {
+      this.#hasSeenPlane = true;
+      const isFar = (this.#view.getZoom() ?? 0) < 11;
+      if (this.#follow !== 'free' && (isFar || widenFactor(x, y, { width, height }, this.#insets) > 1)) {
+        if (isFar) this.#view.setZoom(16);
+        this.#centreOn(at, 0);
+      }
+      return;
+    }
+    if (this.#follow === 'free') return;
+    if (this.#follow === 'follow') {
+      if (!this.#view.getAnimating() && !this.#view.getInteracting()) this.#centreOn(at, 0);
+      return;
+    }
+    const isHeld = this.#view.getInteracting() || performance.now() - this.#movedByHand_ms < HANDS_OFF_MS;
+    if (this.#view.getAnimating() || isHeld) return;
+    const factor = widenFactor(x, y, { width, height }, this.#insets);
+    if (factor === 1) return;
+    if (factor > JUMP_FACTOR) {
+      this.#centreOn(at, 0);
+      return;
+    }
+    const anchor = this.#map.getCoordinateFromPixel(this.#freeCentrePixel());
+    const resolution = (this.#view.getResolution() ?? 1) * factor;
+    this.#view.animate({ ...(anchor ? { anchor } : {}), resolution, duration: 500, easing: inAndOut });
+  }
+
+  #centreOn(at: LonLat, duration: number): void {
+    const [width = 0, height = 0] = this.#map.getSize() ?? [];
+    const resolution = this.#view.getResolution() ?? 1;
+    const [px = 0, py = 0] = this.#freeCentrePixel();
+    const [x, y] = toXY(at);
+    const center = [x - (px - width / 2) * resolution, y + (py - height / 2) * resolution];
+    if (duration === 0) this.#view.setCenter(center);
+    else this.#view.animate({ center, duration, easing: inAndOut });
+  }
+
+  #freeCentrePixel(): [number, number] {
+    const [width = 0, height = 0] = this.#map.getSize() ?? [];
+    const { x, y } = freeCentre({ width, height }, this.#insets);
+    return [x, y];
+  }
+
+  #placeAt(pixel: number[]): LonLat | null {
+    const coordinate = this.#map.getCoordinateFromPixel(pixel);
+    return coordinate ? placeOf(coordinate) : null;
+  }
+
+  /** The view as painters see it, for finding what lies at a pixel. */
+  #frame(): Projection | null {
+    const [width = 0, height = 0] = this.#map.getSize() ?? [];
+    const center = this.#view.getCenter();
+    const resolution = this.#view.getResolution();
+    if (!center || !resolution || width === 0) return null;
+    const centre: XY = [center[0] ?? 0, center[1] ?? 0];
+    return projection(centre, resolution, { width, height });
+  }
+
+  // --- What people do -----------------------------------------------------------------------------------------------
+
+  #listen(): void {
+    const map = this.#map;
+    const signal = this.#abort.signal;
+    this.#keys.push(
+      map.on('click', (event) => this.#click(event as MapBrowserEvent<PointerEvent>)),
+      map.on('pointermove', (event) => {
+        if (!event.dragging) this.#hover(event as MapBrowserEvent<PointerEvent>);
+      }),
+      map.on('pointerdrag', () => this.#moved()),
+      map.on('moveend', () => {
+        const centre = this.#view.getCenter();
+        const zoom = this.#view.getZoom();
+        if (centre && zoom !== undefined) this.#events.viewChange?.({ centre: placeOf(centre), zoom });
+      }),
+    );
+    const viewport = map.getViewport() ?? this.#target;
+    viewport.addEventListener('wheel', () => (this.#movedByHand_ms = performance.now()), { signal, passive: true });
+    viewport.addEventListener(
+      'pointerleave',
+      () => {
+        this.#events.pointer?.(null);
+        this.#ruler.pointer = null;
+        map.render();
+      },
+      { signal },
+    );
+    viewport.addEventListener(
+      'contextmenu',
+      (event) => {
+        event.preventDefault();
+        if (event.button !== 2) return;
+        this.#openMenu(map.getEventPixel(event));
+      },
+      { signal },
+    );
+    this.#listenForLongPress(viewport, signal);
+    const target = this.#target;
+    target.addEventListener('keydown', (event) => this.#key(event), { signal });
+    target.addEventListener('focus', () => this.#showCross(target.matches(':focus-visible')), { signal });
+    target.addEventListener('blur', () => this.#showCross(false), { signal });
+  }
+
+  #listenForLongPress(viewport: HTMLElement, signal: AbortSignal): void {
+    let timer: ReturnType<typeof setTimeout> | undefined;
+    let start: [number, number] | null = null;
+    const stop = (): void => {
+      clearTimeout(timer);
+      start = null;
+    };
+    const options = { signal, capture: true };
+    viewport.addEventListener(
+      'pointerdown',
+      (event) => {
+        stop();
+        if (event.pointerType !== 'touch' || !event.isPrimary) return;
+        start = [event.clientX, event.clientY];
+        const pixel = this.#map.getEventPixel(event);
+        timer = setTimeout(() => {
+          this.#swallowClickUntil_ms = performance.now() + 1000;
+          this.#openMenu(pixel);
+        }, LONG_PRESS_MS);
+      },
+      options,
+    );
+    viewport.addEventListener(
+      'pointermove',
+      (event) => {
+        if (start && Math.hypot(event.clientX - start[0], event.clientY - start[1]) > MOVED_PX) stop();
+      },
+      options,
+    );
+    for (const type of ['pointerup', 'pointercancel'] as const) viewport.addEventListener(type, stop, options);
+  }
+
+  #openMenu(pixel: number[]): void {
+    const at = this.#placeAt(pixel);
+    if (at !== null) this.#events.menu?.(at, pixel[0] ?? 0, pixel[1] ?? 0);
+  }
+
+  #click(event: MapBrowserEvent<PointerEvent>): void {
+    if (performance.now() < this.#swallowClickUntil_ms) {
+      this.#swallowClickUntil_ms = -Infinity;
+      return;
+    }
+    const frame = this.#frame();
+    if (frame === null) return;
+    const [x = 0, y = 0] = event.pixel;
+    const tolerance = toleranceOf(event.originalEvent);
+    const modifiers = modifiersOf(event.originalEvent);
+    const item = this.#route.itemAt(frame, x, y, tolerance);
+    if (item !== null) return this.#events.itemClick?.(item.number, modifiers);
+    const leg = this.#route.handleAt(frame, x, y, tolerance);
+    if (leg !== null) return void this.#events.legInsert?.(leg.toIndex, leg.middlePlace);
+    if (!this.#route.status.isEditing) {
+      const vehicle = this.#vehicles.vehicleAt(frame, x, y, tolerance);
+      if (vehicle !== null) return this.#events.vehicleClick?.(vehicle);
+    }
+    this.#events.click?.(placeOf(event.coordinate), modifiers);
+  }
+
+  #hover(event: MapBrowserEvent<PointerEvent>): void {
+    const at = placeOf(event.coordinate);
+    this.#events.pointer?.(at);
+    if (this.#ruler.points.length > 0) {
+      this.#ruler.pointer = event.originalEvent.pointerType === 'touch' ? null : at;
+      this.#map.render();
+    }
+    const frame = this.#frame();
+    if (frame === null) return;
+    const [x = 0, y = 0] = event.pixel;
+    const isHit =
+      this.#route.itemAt(frame, x, y, MOUSE_TOLERANCE_PX) !== null ||
+      this.#route.handleAt(frame, x, y, MOUSE_TOLERANCE_PX) !== null;
+    this.#target.style.cursor = isHit ? 'pointer' : this.#cursor;
+  }
+
+  #key(event: KeyboardEvent): void {
+    if (event.target !== this.#target) return;
+    const middle = this.#freeCentrePixel();
+    if (event.key === 'Enter') {
+      const at = this.#placeAt(middle);
+      if (at !== null) this.#events.click?.(at, modifiersOf(event));
+    } else if (event.key === 'ContextMenu' || (event.key === 'F10' && event.shiftKey)) {
+      this.#openMenu(middle);
+    } else {
+      if (event.key.startsWith('Arrow')) this.#moved();
+      this.#showCross(true);
+      return;
+    }
+    event.preventDefault();
+  }
+
+  #showCross(isShown: boolean): void {
+    const [x, y] = this.#freeCentrePixel();
+    this.#ruler.cross = isShown ? { x, y } : null;
+    this.#map.render();
+  }
+
+  #moved(): void {
+    this.#movedByHand_ms = performance.now();
+    if (this.#follow === 'follow') this.#events.movedByHand?.();
+  }
+
+  /** Dragging of items and of handles on legs, and the box that selects. */
+  #editInteraction(): PointerInteraction {
+    let drag: { number: number | null; from: LonLat; legIndex: number | null; isMoved: boolean } | null = null;
+    let box: { x: number; y: number } | null = null;
+    const end = (): void => {
+      drag = null;
+      box = null;
+      this.#ruler.box = null;
+      this.#map.render();
+    };
+    return new PointerInteraction({
+      stopDown: (isHandled) => isHandled,
+      handleDownEvent: (event) => {
+        const frame = this.#frame();
+        if (frame === null || !this.#route.status.isEditing || !isMainButton(event)) return false;
+        const [x = 0, y = 0] = event.pixel;
+        const original = event.originalEvent as PointerEvent;
+        const tolerance = toleranceOf(original);
+        const item = this.#route.itemAt(frame, x, y, tolerance);
+        if (item !== null) {
+          drag = { number: item.number, from: item.place, legIndex: null, isMoved: false };
+          return true;
+        }
+        const leg = this.#route.handleAt(frame, x, y, tolerance);
+        if (leg !== null) {
+          drag = { number: null, from: leg.middlePlace, legIndex: leg.toIndex, isMoved: false };
+          return true;
+        }
+        if (original.shiftKey) {
+          box = { x, y };
+          return true;
+        }
+        return false;
+      },
+      handleDragEvent: (event) => {
+        const [x = 0, y = 0] = event.pixel;
+        if (box !== null) {
+          this.#ruler.box = [box.x, box.y, x, y];
+          this.#map.render();
+          return;
+        }
+        if (drag === null) return;
+        const to = placeOf(event.coordinate);
+        this.#events.pointer?.(to);
+        if (!drag.isMoved && drag.legIndex !== null) {
+          drag.number = this.#events.legInsert?.(drag.legIndex, to) ?? null;
+          drag.from = to;
+        }
+        drag.isMoved = true;
+        if (drag.number !== null) this.#events.itemDrag?.(drag.number, drag.from, to, false);
+        drag.from = to;
+      },
+      handleUpEvent: (event) => {
+        const [x = 0, y = 0] = event.pixel;
+        const frame = this.#frame();
+        if (box !== null && frame !== null && Math.hypot(x - box.x, y - box.y) > MOVED_PX) {
+          const numbers = this.#route.itemsWithin(frame, box.x, box.y, x, y);
+          this.#events.boxSelect?.(numbers, modifiersOf(event.originalEvent as PointerEvent));
+        } else if (drag?.isMoved && drag.number !== null) {
+          const to = placeOf(event.coordinate);
+          this.#events.itemDrag?.(drag.number, drag.from, to, true);
+        }
+        end();
+        return false;
+      },
+    });
+  }
+}
+
+function placeOf(coordinate: number[]): LonLat {
+  const [lon_deg = 0, lat_deg = 0] = toLonLat(coordinate);
+  return { lon_deg: wrap180_deg(lon_deg), lat_deg };
+}
+
+const toleranceOf = (event: PointerEvent): number =>
+  event.pointerType === 'touch' ? TOUCH_TOLERANCE_PX : MOUSE_TOLERANCE_PX;
+
+const modifiersOf = (event: { ctrlKey: boolean; metaKey: boolean; shiftKey: boolean }): Modifiers => ({
+  isAdding: event.ctrlKey || event.metaKey || event.shiftKey,
+});
+
+function isMainButton(event: MapBrowserEvent): boolean {
+  const original = event.originalEvent as PointerEvent;
+  return original.button === 0;
+}

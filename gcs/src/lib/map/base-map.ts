@@ -1,0 +1,95 @@
+// What lies under everything: coastlines that need no network, and one source of map tiles.
+import Feature from 'ol/Feature';
+import MultiPolygon from 'ol/geom/MultiPolygon';
+import TileLayer from 'ol/layer/Tile';
+import VectorImageLayer from 'ol/layer/VectorImage';
+import VectorSource from 'ol/source/Vector';
+import XYZ from 'ol/source/XYZ';
+import Fill from 'ol/style/Fill';
+import Stroke from 'ol/style/Stroke';
+import Style from 'ol/style/Style';
+import type { Topology } from 'topojson-specification';
+import type { Theme } from './frame';
+
+/** A source of tiles in Web Mercator. */
+export interface TileSource {
+  /** With {x}, {y} and {z}. */
+  readonly url: string;
+  /** Shown on the map, always; plain text. */
+  readonly attribution: string;
+  readonly maxZoom: number;
+}
+
+export const OPEN_STREET_MAP: TileSource = {
+  url: 'https://tile.openstreetmap.org/{z}/{x}/{y}.png',
+  attribution: '© OpenStreetMap contributors',
+  maxZoom: 19,
+};
+
+/** Why an address cannot be a source of tiles; `null` when it can. */
+export function tileUrlFault(url: string): 'placeholders' | 'scheme' | null {
+  if (!['{x}', '{z}'].every((part) => url.includes(part)) || !/\{-?y\}/.test(url)) return 'placeholders';
+  return /^https?:\/\//.test(url) || /^\/(?!\/)/.test(url) ? null : 'scheme';
+}
+
+/**
+ * Nearer than this (metres per pixel) the coast is not drawn: its data are made for maps of the world, and a line that
+ * is kilometres off is worse than none beside a plane.
+ */
+const COAST_FROM_M_PER_PX = 250;
+
+/** Natural Earth's land at 1:110 million (public domain), as the package `world-atlas` ships it. */
+export function coastLayer(): VectorImageLayer<VectorSource> {
+  const source = new VectorSource<Feature>({ wrapX: true, attributions: 'Natural Earth' });
+  const layer = new VectorImageLayer({
+    source,
+    minResolution: COAST_FROM_M_PER_PX,
+    imageRatio: 1.5,
+    zIndex: 0,
+  });
+  void loadCoast(source);
+  return layer;
+}
+
+async function loadCoast(source: VectorSource<Feature>): Promise<void> {
+  const [{ feature }, { default: world }] = await Promise.all([
+    import('topojson-client'),
+    import('world-atlas/land-110m.json'),
+  ]);
+  const topology = world as unknown as Topology;
+  const land = topology.objects['land'];
+  if (land === undefined) return;
+  const shape = feature(topology, land);
+  const parts = shape.type === 'FeatureCollection' ? shape.features : [shape];
+  for (const { geometry } of parts) {
+    if (geometry.type !== 'MultiPolygon') continue;
+    source.addFeature(new Feature(new MultiPolygon(geometry.coordinates).transform('EPSG:4326', 'EPSG:3857')));
+  }
+}
+
+export function coastStyle(theme: Theme): Style {
+  return new Style({
+    fill: new Fill({ color: theme.land }),
+    stroke: new Stroke({ color: theme.coast, width: 1 }),
+  });
+}
+
+export function tileLayer(): TileLayer<XYZ> {
+  return new TileLayer<XYZ>({ zIndex: 1, preload: 1 });
+}
+
+export function xyzSource(source: TileSource): XYZ {
+  return new XYZ({
+    url: source.url,
+    maxZoom: source.maxZoom,
+    // the map puts attributions into the page as markup
+    attributions: escapeMarkup(source.attribution),
+    crossOrigin: 'anonymous',
+    transition: 150,
+  });
+}
+
+export function escapeMarkup(text: string): string {
+  const named: Record<string, string> = { '&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;', "'": '&#39;' };
+  return text.replace(/[&<>"']/g, (char) => named[char] ?? char);
+}

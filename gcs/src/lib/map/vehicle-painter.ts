@@ -1,0 +1,172 @@
+// Home and the planes: each turned to its heading, and where one that is not heard any more probably is.
+import type { LonLat } from '$lib/domain/lonlat';
+import { destination } from '$lib/domain/geo';
+import { type Frame, haloText, type Painter, type Projection, strokeWithEdge, type XY } from './frame';
+import { toXY } from './route-view';
+
+export interface VehicleMark {
+  readonly id: number;
+  /** Shown beside the plane; empty for none. */
+  readonly label: string;
+  readonly at: LonLat;
+  /** Where the nose points, 0 to 360; `null` draws a dot. */
+  readonly heading_deg: number | null;
+  readonly course_deg: number | null;
+  readonly groundspeed_m_s: number | null;
+  readonly isSelected: boolean;
+  /** Whether the position is old: drawn grey. */
+  readonly isStale: boolean;
+  /** Where it probably is now, while it is not heard. */
+  readonly ghost: { readonly at: LonLat; readonly heading_deg: number; readonly label: string } | null;
+}
+
+/** The line ahead of a plane ends where it will be after so long, seconds. */
+const AHEAD_S = 10;
+
+export class VehiclePainter implements Painter {
+  home: LonLat | null = null;
+  vehicles: readonly VehicleMark[] = [];
+  /** A place that the plane was sent to from the map. */
+  target: LonLat | null = null;
+
+  paint(frame: Frame): void {
+    if (this.home !== null) paintHome(frame, frame.pixel(toXY(this.home)));
+    if (this.target !== null) paintTarget(frame, frame.pixel(toXY(this.target)));
+    for (const vehicle of this.vehicles) if (!vehicle.isSelected) this.#paintVehicle(frame, vehicle);
+    for (const vehicle of this.vehicles) if (vehicle.isSelected) this.#paintVehicle(frame, vehicle);
+  }
+
+  vehicleAt(frame: Projection, x: number, y: number, tolerance_px: number): number | null {
+    for (const vehicle of this.vehicles) {
+      const [vx, vy] = frame.pixel(toXY(vehicle.at));
+      if (Math.hypot(vx - x, vy - y) <= Math.max(16, tolerance_px)) return vehicle.id;
+    }
+    return null;
+  }
+
+  #paintVehicle(frame: Frame, vehicle: VehicleMark): void {
+    const { context, theme } = frame;
+    const [x, y] = frame.pixel(toXY(vehicle.at));
+    const { ghost, course_deg, groundspeed_m_s } = vehicle;
+    if (ghost !== null) {
+      const [gx, gy] = frame.pixel(toXY(ghost.at));
+      context.setLineDash([4, 6]);
+      context.beginPath();
+      context.moveTo(x, y);
+      context.lineTo(gx, gy);
+      strokeWithEdge(frame, theme.estimated, 2, 1);
+      paintPlane(frame, gx, gy, ghost.heading_deg, { fill: null, line: theme.estimated, scale: 1 });
+      context.setLineDash([]);
+      label(frame, ghost.label, gx, gy + 22, theme.estimated);
+    } else if (!vehicle.isStale && course_deg !== null && groundspeed_m_s !== null && groundspeed_m_s > 3) {
+      const ahead = frame.pixel(toXY(destination(vehicle.at, course_deg, groundspeed_m_s * AHEAD_S)));
+      context.setLineDash([]);
+      context.lineCap = 'round';
+      context.beginPath();
+      context.moveTo(x, y);
+      context.lineTo(ahead[0], ahead[1]);
+      strokeWithEdge(frame, theme.plane, 2, 1);
+    }
+    const fill = vehicle.isStale ? theme.stale : theme.plane;
+    const scale = vehicle.isSelected ? 1 : 0.8;
+    if (vehicle.heading_deg === null) {
+      context.beginPath();
+      context.arc(x, y, 8, 0, 2 * Math.PI);
+      strokeWithEdge(frame, fill, 4);
+    } else {
+      paintPlane(frame, x, y, vehicle.heading_deg, { fill, line: theme.isDark ? '#000' : '#fff', scale });
+    }
+    if (vehicle.label) label(frame, vehicle.label, x, y + 22, vehicle.isSelected ? theme.text : theme.muted);
+  }
+}
+
+function label(frame: Frame, text: string, x: number, y: number, colour: string): void {
+  frame.context.font = `600 12px ${frame.theme.font}`;
+  frame.context.textAlign = 'center';
+  frame.context.textBaseline = 'top';
+  haloText(frame, text, x, y, colour);
+}
+
+/** Half of the plane's outline as seen from above, nose up, in pixels. */
+const OUTLINE: readonly XY[] = [
+  [0, -18],
+  [2.2, -14],
+  [2.6, -6],
+  [18, 1],
+  [18, 5],
+  [2.6, 3],
+  [1.8, 11],
+  [7, 15],
+  [7, 18],
+  [0, 16],
+];
+
+function paintPlane(
+  frame: Frame,
+  x: number,
+  y: number,
+  heading_deg: number,
+  look: { fill: string | null; line: string; scale: number },
+): void {
+  const { context } = frame;
+  context.save();
+  context.translate(x, y);
+  context.rotate((heading_deg * Math.PI) / 180);
+  context.scale(look.scale, look.scale);
+  context.beginPath();
+  OUTLINE.forEach(([px, py], index) => (index === 0 ? context.moveTo(px, py) : context.lineTo(px, py)));
+  [...OUTLINE].reverse().forEach(([px, py]) => context.lineTo(-px, py));
+  context.closePath();
+  context.lineJoin = 'round';
+  if (look.fill === null) {
+    context.setLineDash([3, 2]);
+    strokeWithEdge(frame, look.line, 2, 1);
+  } else {
+    context.strokeStyle = look.line;
+    context.lineWidth = 3.5;
+    context.stroke();
+    context.fillStyle = look.fill;
+    context.fill();
+  }
+  context.restore();
+}
+
+function paintHome(frame: Frame, [x, y]: XY): void {
+  const { context, theme } = frame;
+  context.beginPath();
+  context.moveTo(x, y - 13);
+  context.lineTo(x + 13, y - 2);
+  context.lineTo(x + 9, y - 2);
+  context.lineTo(x + 9, y + 11);
+  context.lineTo(x - 9, y + 11);
+  context.lineTo(x - 9, y - 2);
+  context.lineTo(x - 13, y - 2);
+  context.closePath();
+  context.lineJoin = 'round';
+  context.strokeStyle = theme.surface;
+  context.lineWidth = 5;
+  context.stroke();
+  context.fillStyle = theme.text;
+  context.fill();
+  context.fillStyle = theme.surface;
+  context.font = `700 12px ${theme.font}`;
+  context.textAlign = 'center';
+  context.textBaseline = 'middle';
+  context.fillText('H', x, y + 4);
+}
+
+function paintTarget(frame: Frame, [x, y]: XY): void {
+  const { context, theme } = frame;
+  context.beginPath();
+  context.arc(x, y, 11, 0, 2 * Math.PI);
+  for (const [dx, dy] of [
+    [1, 0],
+    [-1, 0],
+    [0, 1],
+    [0, -1],
+  ] as const) {
+    context.moveTo(x + dx * 6, y + dy * 6);
+    context.lineTo(x + dx * 17, y + dy * 17);
+  }
+  strokeWithEdge(frame, theme.ok, 2.5);
+}
