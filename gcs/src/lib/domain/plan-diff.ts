@@ -1,7 +1,7 @@
 /** What is different between the plan being edited and the one that the vehicle has. */
 
 import { sameLonLat } from './lonlat';
-import { altOf_m, isPlaced, kindOf, type Plan, type PlanItem, placeOf } from './plan';
+import { altOf_m, isPlaced, kindOf, type PlanItem, placeOf } from './plan';
 
 export type DiffEntry =
   /** Numbers count from 1: `draft` in the plan being edited, `vehicle` on board. */
@@ -15,6 +15,11 @@ export type DiffEntry =
       readonly was: PlanItem;
       readonly fields: readonly DiffField[];
     };
+
+/** Of a plan, what is flown. */
+export interface Mission {
+  readonly items: readonly PlanItem[];
+}
 
 export type DiffField = 'command' | 'place' | 'height' | 'parameters';
 
@@ -49,7 +54,7 @@ function near(a: number | null, b: number | null, tolerance: number): boolean {
 
 export const isSameItem = (a: PlanItem, b: PlanItem): boolean => fieldsThatDiffer(a, b).length === 0;
 
-export function isSameMission(a: Pick<Plan, 'items'>, b: Pick<Plan, 'items'>): boolean {
+export function isSameMission(a: Mission, b: Mission): boolean {
   return (
     a.items.length === b.items.length && a.items.every((item, index) => isSameItem(item, b.items[index] as PlanItem))
   );

@@ -43,9 +43,14 @@ export interface FenceZone {
   radius_m: number | null;
 }
 
+/** Where a plane goes that left the fence. */
+export interface ReturnPoint extends Point {
+  alt_rel_home_m: number;
+}
+
 export interface Fence {
   zones: FenceZone[];
-  return_point: Point | null;
+  return_point: ReturnPoint | null;
 }
 
 export interface RallyPoint extends Point {

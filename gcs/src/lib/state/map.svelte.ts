@@ -1,0 +1,100 @@
+// How the map is looked at: what it shows, how it follows the plane, and what the pointer is for.
+import type { LonLat } from '$lib/domain/lonlat';
+import { load, save } from './stored';
+
+export type FollowMode = 'free' | 'follow' | 'sight';
+export type MapTool = 'none' | 'ruler';
+
+interface Look {
+  follow: FollowMode;
+  /** Whether the tiles of the chosen source are shown; without, the map needs no network. */
+  hasTiles: boolean;
+  tileUrl: string;
+  tileAttribution: string;
+  hasGrid: boolean;
+  hasTrails: boolean;
+}
+
+export const OSM_URL = 'https://tile.openstreetmap.org/{z}/{x}/{y}.png';
+export const OSM_ATTRIBUTION = '© OpenStreetMap contributors';
+
+const defaults: Look = {
+  follow: 'sight',
+  hasTiles: false,
+  tileUrl: OSM_URL,
+  tileAttribution: OSM_ATTRIBUTION,
+  hasGrid: true,
+  hasTrails: true,
+};
+
+function read(value: unknown): Look | null {
+  if (typeof value !== 'object' || value === null) return null;
+  const stored = value as Partial<Record<keyof Look, unknown>>;
+  const flag = (one: unknown, fallback: boolean): boolean => (typeof one === 'boolean' ? one : fallback);
+  const text = (one: unknown, fallback: string): string =>
+    typeof one === 'string' && one.length > 0 && one.length < 1000 ? one : fallback;
+  return {
+    follow: (['free', 'follow', 'sight'] as const).find((mode) => mode === stored.follow) ?? defaults.follow,
+    hasTiles: flag(stored.hasTiles, defaults.hasTiles),
+    tileUrl: text(stored.tileUrl, defaults.tileUrl),
+    tileAttribution: text(stored.tileAttribution, defaults.tileAttribution),
+    hasGrid: flag(stored.hasGrid, defaults.hasGrid),
+    hasTrails: flag(stored.hasTrails, defaults.hasTrails),
+  };
+}
+
+class MapLook {
+  #look = $state<Look>(load('map', defaults, read));
+  tool = $state<MapTool>('none');
+  ruler = $state.raw<readonly LonLat[]>([]);
+  /** Where the pointer is. */
+  pointer = $state.raw<LonLat | null>(null);
+  /** Top of the colour scale of trails, metres above home. */
+  trailRange_m = $state(0);
+
+  get follow(): FollowMode {
+    return this.#look.follow;
+  }
+  set follow(follow: FollowMode) {
+    this.#set({ follow });
+  }
+  get hasTiles(): boolean {
+    return this.#look.hasTiles;
+  }
+  set hasTiles(hasTiles: boolean) {
+    this.#set({ hasTiles });
+  }
+  get tileUrl(): string {
+    return this.#look.tileUrl;
+  }
+  get tileAttribution(): string {
+    return this.#look.tileAttribution;
+  }
+  setTiles(tileUrl: string, tileAttribution: string): void {
+    this.#set({ tileUrl, tileAttribution });
+  }
+  get hasGrid(): boolean {
+    return this.#look.hasGrid;
+  }
+  set hasGrid(hasGrid: boolean) {
+    this.#set({ hasGrid });
+  }
+  get hasTrails(): boolean {
+    return this.#look.hasTrails;
+  }
+  set hasTrails(hasTrails: boolean) {
+    this.#set({ hasTrails });
+  }
+
+  setTool(tool: MapTool): void {
+    this.tool = tool;
+    this.ruler = [];
+  }
+
+  #set(change: Partial<Look>): void {
+    Object.assign(this.#look, change);
+    save('map', $state.snapshot(this.#look));
+  }
+}
+
+export const mapLook = new MapLook();

@@ -1,0 +1,506 @@
+// The plan that is being edited, what of it the vehicle has, and the transfers between the two.
+import type { CommandInfo, Operation, Plan as ApiPlan, PlanFinding, Problem } from '$lib/api/types';
+import { commit, type History, historyOf, redo, seal, undo } from '$lib/domain/history';
+import type { LonLat } from '$lib/domain/lonlat';
+import {
+  altOf_m,
+  type EditableKind,
+  emptyPlan,
+  type HeightFrame,
+  type Home,
+  isPlacedKind,
+  type Plan,
+  type PlanItem,
+} from '$lib/domain/plan';
+import { type DiffEntry, diffMissions, isSameMission } from '$lib/domain/plan-diff';
+import {
+  addAt,
+  type Added,
+  changeKind,
+  type Draft,
+  type DraftItem,
+  draftOf,
+  type EditDefaults,
+  insertOnLeg,
+  moveTo,
+  nudge,
+  numberOfKey,
+  planOf,
+  removeKeys,
+  reorder,
+  setAlt,
+  setFrame,
+  setParam,
+  shiftKeys,
+} from '$lib/domain/plan-edit';
+import { readPlan } from '$lib/domain/plan-read';
+import type { DraftState, PlanDraft } from './plan-draft';
+import { api, operations, problemFrom } from './station.svelte';
+import { load, save } from './stored';
+import { type Vehicle, vehicles } from './vehicles.svelte';
+
+/** What a click on the map makes. */
+export type PlanTool = EditableKind | 'select';
+
+/** After an edit the checks wait this long for the next. */
+const CHECK_MS = 300;
+const SAVE_MS = 300;
+
+/** What a vehicle is known to have on board, by the fingerprint that the server gives of it. */
+interface OnBoard {
+  readonly vehicle: number;
+  readonly hash: string | null;
+  readonly plan: Plan;
+}
+
+interface Transfer {
+  readonly kind: 'send' | 'read' | 'clear';
+  readonly operation: Operation | null;
+}
+
+interface Chosen {
+  readonly alt_m: number;
+  readonly frame: HeightFrame;
+}
+
+class PlanStore implements PlanDraft {
+  #history = $state.raw<History<Draft>>(historyOf(draftOf(load('draft', emptyPlan(), readPlan))));
+  #selection = $state.raw<ReadonlySet<number>>(new Set());
+  #onBoard = $state.raw<OnBoard | null>(load('onboard', null, readOnBoard));
+  #isEditing = $state(false);
+  #chosen = $state.raw<Chosen>(load('plan-defaults', { alt_m: 80, frame: 'home' }, readChosen));
+  tool = $state<PlanTool>('waypoint');
+  transfer = $state.raw<Transfer | null>(null);
+  /** What went wrong with the last transfer or file. */
+  problem = $state.raw<Problem | null>(null);
+  findings = $state.raw<readonly PlanFinding[]>([]);
+  checkState = $state<'none' | 'checking' | 'done' | 'unavailable'>('none');
+  commands = $state.raw<readonly CommandInfo[]>([]);
+  #checkTimer: ReturnType<typeof setTimeout> | undefined;
+  #checkRun = 0;
+  #saveTimer: ReturnType<typeof setTimeout> | undefined;
+  /** Plan states that were already answered by a reading of our own: one try each. */
+  readonly #readFor = new Set<string>();
+
+  /** Where heights count from: the vehicle's home, else the one that the plan names. */
+  home = $derived.by<Home | null>(() => {
+    const home = vehicles.selected?.groups.home;
+    if (!home) return this.#history.present.home;
+    return { lat_deg: home.lat_deg, lon_deg: home.lon_deg, alt_amsl_m: home.alt_amsl_m };
+  });
+  draft = $derived<Draft>(this.#history.present);
+  items = $derived<readonly DraftItem[]>(this.draft.items);
+  selectedKeys = $derived(this.#selection);
+  selection = $derived.by<ReadonlySet<number>>(() => {
+    const numbers = [...this.#selection].map((key) => numberOfKey(this.draft, key));
+    return new Set(numbers.filter((number) => number !== null));
+  });
+  canUndo = $derived(this.#history.past.length > 0);
+  canRedo = $derived(this.#history.future.length > 0);
+
+  /** What the selected vehicle has on board; `null` when that is not known. */
+  vehiclePlan = $derived.by<Plan | null>(() => {
+    const vehicle = vehicles.selected;
+    const known = vehicle?.planStates?.mission;
+    if (!vehicle || !known) return null;
+    if (known.state === 'empty') return emptyPlan();
+    const board = this.#onBoard;
+    if (known.state !== 'verified' || board?.vehicle !== vehicle.systemId) return null;
+    return board.hash === known.hash ? board.plan : null;
+  });
+
+  state = $derived.by<DraftState>(() => {
+    if (this.transfer?.kind === 'send') return 'sending';
+    const onBoard = this.vehiclePlan;
+    const isEmpty = this.items.length === 0;
+    if (vehicles.selected === null) return isEmpty ? 'empty' : 'not-sent';
+    if (onBoard === null) return 'unknown';
+    if (isEmpty && onBoard.items.length === 0) return 'empty';
+    if (onBoard.items.length === 0) return 'not-sent';
+    return isSameMission(this.draft, onBoard) ? 'verified' : 'differs';
+  });
+
+  /** How the draft differs from what is on board; empty when that is not known. */
+  difference = $derived.by<readonly DiffEntry[]>(() =>
+    this.vehiclePlan === null ? [] : diffMissions(this.items, this.vehiclePlan.items),
+  );
+
+  get isEditing(): boolean {
+    return this.#isEditing;
+  }
+  set isEditing(isEditing: boolean) {
+    this.#isEditing = isEditing;
+    if (!isEditing) this.tool = 'waypoint';
+  }
+
+  get defaults(): EditDefaults {
+    return this.#chosen;
+  }
+
+  setDefaults(change: Partial<Chosen>): void {
+    this.#chosen = { ...this.#chosen, ...change };
+    save('plan-defaults', this.#chosen);
+  }
+
+  // --- Selection ----------------------------------------------------------------------------------------------------
+
+  select(numbers: Iterable<number>): void {
+    const keys = [...numbers].map((number) => this.items[number - 1]?.key);
+    this.#selection = new Set(keys.filter((key) => key !== undefined));
+  }
+
+  selectKeys(keys: Iterable<number>): void {
+    this.#selection = new Set(keys);
+  }
+
+  /** Selects one item; adds it to the selection, or takes it out, when `isAdding`. */
+  pick(key: number, isAdding = false): void {
+    if (!isAdding) this.#selection = new Set([key]);
+    else {
+      const next = new Set(this.#selection);
+      if (!next.delete(key)) next.add(key);
+      this.#selection = next;
+    }
+  }
+
+  /** Selects all items from the selected one that is nearest to `key` up to it. */
+  pickRange(key: number): void {
+    const at = this.items.findIndex((item) => item.key === key);
+    const picked = this.items.flatMap((item, index) => (this.#selection.has(item.key) ? [index] : []));
+    const from = picked.length === 0 ? at : picked.reduce((a, b) => (Math.abs(b - at) < Math.abs(a - at) ? b : a));
+    const [first, last] = [Math.min(from, at), Math.max(from, at)];
+    this.#selection = new Set([...this.#selection, ...this.items.slice(first, last + 1).map((item) => item.key)]);
+  }
+
+  // --- Editing ------------------------------------------------------------------------------------------------------
+
+  /** Adds what the tool in hand makes. Take-off and landing are for one click each (SPEC G5). */
+  addWithTool(at: LonLat): void {
+    if (this.tool === 'select') {
+      this.selectKeys([]);
+      return;
+    }
+    this.add(this.tool, isPlacedKind(this.tool) ? at : null);
+    if (this.tool === 'takeoff' || this.tool === 'land' || !isPlacedKind(this.tool)) this.tool = 'waypoint';
+  }
+
+  add(kind: EditableKind, at: LonLat | null): void {
+    const wind = vehicles.selected?.groups.wind;
+    // a breeze says nothing about the side to land from
+    const isWindy = wind?.from_deg != null && (wind.speed_m_s ?? 0) >= 2;
+    this.#add((draft) => addAt(draft, kind, at, this.defaults, isWindy ? wind.from_deg : null));
+  }
+
+  /** Inserts on the leg that ends at item `toIndex`; gives the number of the new item. */
+  insertOnLeg(toIndex: number, at: LonLat): number | null {
+    return this.#add((draft) => insertOnLeg(draft, toIndex, at, this.defaults), `insert-${this.draft.nextKey}`);
+  }
+
+  /** Moves an item, or the selection that it is part of, as a pointer drags it. */
+  drag(number: number, from: LonLat, to: LonLat, isEnd: boolean): void {
+    const key = this.items[number - 1]?.key;
+    if (key === undefined) return;
+    if (!this.#selection.has(key)) this.pick(key);
+    // what was just inserted by this very drag is one step with it
+    const about = this.#history.about?.startsWith('insert-') ? this.#history.about : `drag-${key}`;
+    this.#edit((draft) => shiftKeys(draft, this.#selection, from, to), about);
+    if (isEnd) this.#history = seal(this.#history);
+  }
+
+  move(key: number, at: LonLat): void {
+    this.#edit((draft) => moveTo(draft, key, at));
+  }
+
+  setAlt(keys: ReadonlySet<number>, alt_m: number): void {
+    this.#edit((draft) => setAlt(draft, keys, alt_m));
+  }
+
+  /** Raises or lowers items by the same amount, as keys and drags on the profile do. */
+  shiftAlt(keys: ReadonlySet<number>, by_m: number, about: string): void {
+    this.#edit((draft) => {
+      let next = draft;
+      for (const item of draft.items) {
+        const alt_m = keys.has(item.key) ? altOf_m(item) : null;
+        if (alt_m !== null) next = setAlt(next, new Set([item.key]), Math.round((alt_m + by_m) * 10) / 10);
+      }
+      return next;
+    }, about);
+  }
+
+  setFrame(keys: ReadonlySet<number>, frame: HeightFrame): void {
+    this.#edit((draft) => setFrame(draft, keys, frame));
+  }
+
+  setParam(key: number, index: number, value: number | null): void {
+    this.#edit((draft) => setParam(draft, key, index, value));
+  }
+
+  changeKind(key: number, kind: EditableKind, at: LonLat | null = null): void {
+    this.#edit((draft) => changeKind(draft, key, kind, this.defaults, at));
+  }
+
+  remove(keys: ReadonlySet<number> = this.#selection): void {
+    const first = this.items.findIndex((item) => keys.has(item.key));
+    this.#edit((draft) => removeKeys(draft, keys));
+    // the next item is selected, so that the keyboard goes on where it was
+    const next = this.items[Math.min(first, this.items.length - 1)];
+    this.selectKeys(first >= 0 && next ? [next.key] : []);
+  }
+
+  nudge(by: -1 | 1): void {
+    this.#edit((draft) => nudge(draft, this.#selection, by));
+  }
+
+  reorder(keys: ReadonlySet<number>, index: number): void {
+    this.#edit((draft) => reorder(draft, keys, index));
+  }
+
+  /** Empties the draft; undo brings it back. */
+  clear(): void {
+    this.#edit((draft) => ({ ...draftOf(emptyPlan()), nextKey: draft.nextKey }));
+    this.selectKeys([]);
+  }
+
+  undo(): void {
+    this.#set(undo(this.#history));
+  }
+
+  redo(): void {
+    this.#set(redo(this.#history));
+  }
+
+  /** Ends a run of changes that count as one step. */
+  seal(): void {
+    this.#history = seal(this.#history);
+  }
+
+  /** Another plan takes the draft's place; undo brings the old one back. */
+  replace(plan: Plan): void {
+    this.#edit((draft) => {
+      const next = draftOf(plan);
+      const base = draft.nextKey;
+      return {
+        ...next,
+        items: next.items.map((item) => ({ ...item, key: item.key + base })),
+        nextKey: next.nextKey + base,
+      };
+    });
+    this.selectKeys([]);
+  }
+
+  #add(edit: (draft: Draft) => Added, about: string | null = null): number | null {
+    let keys: readonly number[] = [];
+    this.#edit((draft) => {
+      const added = edit(draft);
+      keys = added.keys;
+      return added.draft;
+    }, about);
+    const key = keys.at(-1);
+    if (key === undefined) return null;
+    this.selectKeys([key]);
+    return numberOfKey(this.draft, key);
+  }
+
+  #edit(change: (draft: Draft) => Draft, about: string | null = null): void {
+    const now = this.#history.present;
+    const from = now.home === null && this.home !== null ? { ...now, home: this.home } : now;
+    const next = change(from);
+    this.#set(commit(this.#history, next === from ? now : next, about));
+  }
+
+  #set(history: History<Draft>): void {
+    if (history === this.#history) return;
+    this.#history = history;
+    const alive = new Set(history.present.items.map((item) => item.key));
+    if ([...this.#selection].some((key) => !alive.has(key))) {
+      this.#selection = new Set([...this.#selection].filter((key) => alive.has(key)));
+    }
+    clearTimeout(this.#saveTimer);
+    this.#saveTimer = setTimeout(() => this.saveNow(), SAVE_MS);
+    this.checkSoon();
+  }
+
+  saveNow(): void {
+    clearTimeout(this.#saveTimer);
+    save('draft', planOf(this.#history.present));
+  }
+
+  // --- Checks, files ------------------------------------------------------------------------------------------------
+
+  checkSoon(): void {
+    clearTimeout(this.#checkTimer);
+    this.#checkRun += 1;
+    if (this.items.length === 0) {
+      this.findings = [];
+      this.checkState = 'none';
+      return;
+    }
+    this.checkState = 'checking';
+    const run = this.#checkRun;
+    this.#checkTimer = setTimeout(() => void this.#check(run), CHECK_MS);
+  }
+
+  async #check(run: number): Promise<void> {
+    let findings: readonly PlanFinding[] = [];
+    let isDone = true;
+    try {
+      findings = await api.checkPlan(this.#apiPlan(), vehicles.selected?.systemId);
+    } catch {
+      isDone = false;
+    }
+    // an edit came meanwhile: its own check has the say
+    if (run !== this.#checkRun) return;
+    this.findings = findings;
+    this.checkState = isDone ? 'done' : 'unavailable';
+  }
+
+  async loadCommands(): Promise<void> {
+    if (this.commands.length > 0) return;
+    try {
+      this.commands = await api.commands();
+    } catch {
+      // names of rare commands are missing until the next try
+    }
+  }
+
+  async loadFile(file: File): Promise<boolean> {
+    try {
+      this.problem = null;
+      this.replace(await api.parsePlan(file.name, file));
+      return true;
+    } catch (error) {
+      this.problem = problemFrom(error);
+      return false;
+    }
+  }
+
+  async fileOf(as: 'plan' | 'waypoints'): Promise<Blob | null> {
+    try {
+      this.problem = null;
+      return await api.formatPlan(this.#apiPlan(), as);
+    } catch (error) {
+      this.problem = problemFrom(error);
+      return null;
+    }
+  }
+
+  #apiPlan(): ApiPlan {
+    return { ...planOf(this.#history.present), home: this.home };
+  }
+
+  // --- Transfers ----------------------------------------------------------------------------------------------------
+
+  /** Sends the draft's mission. It counts as on board only when the vehicle has been read back. */
+  async send(): Promise<void> {
+    const plan = this.#apiPlan();
+    await this.#transfer('send', async (vehicle) => {
+      await this.#follow('send', await api.sendPlan(vehicle.systemId, 'mission', plan));
+      return plan;
+    });
+  }
+
+  /** Reads the vehicle's mission into the draft. */
+  async read(): Promise<void> {
+    await this.#transfer('read', async (vehicle) => {
+      const plan = await this.#follow<ApiPlan>('read', await api.readPlan(vehicle.systemId, 'mission'));
+      this.replace({ ...plan, fence: this.draft.fence, rally: [...this.draft.rally] });
+      return plan;
+    });
+  }
+
+  /** Clears the mission on board; the draft stays. */
+  async clearVehicle(): Promise<void> {
+    await this.#transfer('clear', async (vehicle) => {
+      await this.#follow('clear', await api.clearPlan(vehicle.systemId, 'mission'));
+      return emptyPlan();
+    });
+  }
+
+  async cancelTransfer(): Promise<void> {
+    const operation = this.transfer?.operation;
+    if (!operation) return;
+    try {
+      await operations.cancel(operation.id);
+    } catch (error) {
+      this.problem = problemFrom(error);
+    }
+  }
+
+  /** Progress of the transfer, 0 to 1; `null` while it is not known. */
+  transferPart = $derived.by<number | null>(() => {
+    const started = this.transfer?.operation;
+    if (!started) return null;
+    const operation = operations.get(started.id) ?? started;
+    return operation.total > 0 ? Math.min(1, operation.done / operation.total) : null;
+  });
+
+  /**
+   * Finds out what the selected vehicle has on board when that is not known here: another station may have loaded a
+   * mission that this one follows. Tries once for each state that the vehicle reports, and never disturbs a transfer.
+   */
+  async discover(): Promise<void> {
+    const vehicle = vehicles.selected;
+    const known = vehicle?.planStates?.mission;
+    if (!vehicle || !known || known.state === 'empty' || this.transfer !== null || this.vehiclePlan !== null) return;
+    if (/transfer runs/.test(known.detail)) return;
+    const about = `${vehicle.systemId}/${known.state}/${known.hash}/${known.detail}`;
+    if (this.#readFor.has(about)) return;
+    this.#readFor.add(about);
+    try {
+      const operation = await api.readPlan(vehicle.systemId, 'mission');
+      const plan = await operations.finish<ApiPlan>(operation);
+      await this.#learn(vehicle, plan);
+      if (this.items.length === 0 && this.#history.past.length === 0) this.replace(plan);
+    } catch {
+      // it stays unknown, and says so
+    }
+  }
+
+  async #transfer(kind: Transfer['kind'], run: (vehicle: Vehicle) => Promise<Plan>): Promise<void> {
+    const vehicle = vehicles.selected;
+    if (vehicle === null || this.transfer !== null) return;
+    this.problem = null;
+    this.transfer = { kind, operation: null };
+    try {
+      await this.#learn(vehicle, await run(vehicle));
+    } catch (error) {
+      this.problem = problemFrom(error);
+    } finally {
+      this.transfer = null;
+    }
+  }
+
+  async #follow<Result = unknown>(kind: Transfer['kind'], operation: Operation): Promise<Result> {
+    this.transfer = { kind, operation };
+    return operations.finish<Result>(operation);
+  }
+
+  /** Notes what the vehicle has, with the fingerprint that the server now gives of it. */
+  async #learn(vehicle: Vehicle, plan: Plan): Promise<void> {
+    const { plan_states } = await api.vehicle(vehicle.systemId);
+    vehicle.applyPlanState('mission', plan_states.mission);
+    if (plan_states.mission.state !== 'verified') return;
+    this.#onBoard = { vehicle: vehicle.systemId, hash: plan_states.mission.hash, plan };
+    save('onboard', this.#onBoard);
+  }
+}
+
+function readOnBoard(value: unknown): OnBoard | null {
+  if (typeof value !== 'object' || value === null) return null;
+  const { vehicle, hash, plan } = value as Record<string, unknown>;
+  const read = readPlan(plan);
+  if (typeof vehicle !== 'number' || read === null) return null;
+  return { vehicle, hash: typeof hash === 'string' ? hash : null, plan: read };
+}
+
+function readChosen(value: unknown): Chosen | null {
+  if (typeof value !== 'object' || value === null) return null;
+  const { alt_m, frame } = value as Record<string, unknown>;
+  if (typeof alt_m !== 'number' || !Number.isFinite(alt_m)) return null;
+  return { alt_m, frame: (['home', 'amsl', 'terrain'] as const).find((one) => one === frame) ?? 'home' };
+}
+
+/** Whether an item is one that the editor knows, for those who show items. */
+export type { PlanItem };
+
+export const plan = new PlanStore();

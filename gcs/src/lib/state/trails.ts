@@ -1,0 +1,82 @@
+// The trails of all vehicles. They survive a reload, and stay out of reactive state: there may be 50,000 points.
+import { lonLat } from '$lib/domain/lonlat';
+import { Trail, TRAIL_POINTS } from '$lib/domain/track';
+import { vehicles, type Vehicle } from './vehicles.svelte';
+
+/** How often they are put away, milliseconds; and when the page is left. */
+const SAVE_MS = 10_000;
+const KEY = 'vencejo.trail.';
+
+class Trails {
+  readonly #byVehicle = new Map<number, Trail>();
+  readonly #listeners = new Set<() => void>();
+  #stop: (() => void) | null = null;
+
+  get all(): readonly Trail[] {
+    return [...this.#byVehicle.values()];
+  }
+
+  /** Calls `listener` when there is a trail more or less. */
+  onChange(listener: () => void): () => void {
+    this.#listeners.add(listener);
+    return () => this.#listeners.delete(listener);
+  }
+
+  /** Begins to record. Gives a function that ends it. */
+  start(): () => void {
+    if (this.#stop !== null) return this.#stop;
+    const stopListening = vehicles.onFrame((vehicle) => this.#record(vehicle));
+    const timer = setInterval(() => this.#save(), SAVE_MS);
+    const save = (): void => this.#save();
+    window.addEventListener('pagehide', save);
+    this.#stop = () => {
+      stopListening();
+      clearInterval(timer);
+      window.removeEventListener('pagehide', save);
+      this.#stop = null;
+    };
+    return this.#stop;
+  }
+
+  clear(): void {
+    for (const trail of this.#byVehicle.values()) trail.clear();
+    this.#save();
+    for (const listener of this.#listeners) listener();
+  }
+
+  #record(vehicle: Vehicle): void {
+    const { position } = vehicle.groups;
+    const at = lonLat(position?.lon_deg, position?.lat_deg);
+    // 0/0 is what an autopilot says before it knows where it is
+    if (!position || at === null || (at.lat_deg === 0 && at.lon_deg === 0)) return;
+    let trail = this.#byVehicle.get(vehicle.systemId);
+    if (trail === undefined) {
+      trail = new Trail(TRAIL_POINTS);
+      restore(trail, vehicle.systemId);
+      this.#byVehicle.set(vehicle.systemId, trail);
+      for (const listener of this.#listeners) listener();
+    }
+    trail.add(at, position.alt_rel_home_m ?? 0);
+  }
+
+  #save(): void {
+    const share = Math.floor(TRAIL_POINTS / Math.max(1, this.#byVehicle.size));
+    for (const [id, trail] of this.#byVehicle) {
+      try {
+        sessionStorage.setItem(KEY + id, trail.serialize(share));
+      } catch {
+        // full or switched off: the trail lives as long as the page
+      }
+    }
+  }
+}
+
+function restore(trail: Trail, id: number): void {
+  try {
+    trail.restore(sessionStorage.getItem(KEY + id) ?? '');
+  } catch {
+    // switched off
+  }
+}
+
+export const trails = new Trails();
