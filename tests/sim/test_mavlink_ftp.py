@@ -108,6 +108,14 @@ def test_sessions(client: Client) -> None:
     assert client.ask(FtpOp.OPEN_FILE_RO, b"@MISSION/fence.dat", session=9).opcode == FtpOp.ACK  # the old one timed out
 
 
+def test_a_station_that_leaves_has_closed_its_file_for_the_next(client: Client) -> None:
+    assert client.ask(FtpOp.OPEN_FILE_RO, b"@MISSION/mission.dat", session=7).opcode == FtpOp.ACK
+    client.send(FtpOp.TERMINATE_SESSION, session=7)
+    client.station.close()
+    another = Client(client.world, client.world.connect())
+    assert another.ask(FtpOp.OPEN_FILE_RO, b"@MISSION/mission.dat", session=8).opcode == FtpOp.ACK
+
+
 def test_malformed_requests(client: Client) -> None:
     assert client.ask(FtpOp.OPEN_FILE_RO, b"@MISSION/rally.dat", size=5).error == FtpError.INVALID_DATA_SIZE
     assert client.ask(FtpOp.READ_FILE, size=255).error == FtpError.INVALID_DATA_SIZE

@@ -283,7 +283,7 @@ class PlaneComponent:
         """A link is gone."""
         self._links.pop(link, None)
         self._parameters.forget(link)
-        self._ftp.forget(link)
+        # What it asked of the file server is served all the same: the queue is the server's, as on the vehicle.
         for plan in self._plan_protocols.values():
             plan.forget(link)
 

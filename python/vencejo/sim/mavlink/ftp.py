@@ -17,7 +17,7 @@ from enum import IntEnum
 from vencejo.sim.autopilot.interface import Severity
 from vencejo.sim.mavlink.codec import MavMessage, dialect
 from vencejo.sim.mavlink.files import FileError, ReadHandle, VirtualFiles, WriteHandle
-from vencejo.sim.mavlink.link import Link, Peer
+from vencejo.sim.mavlink.link import Peer
 
 __all__ = ["FtpError", "FtpOp", "FtpServer"]
 
@@ -141,10 +141,6 @@ class FtpServer:
         """Work off a few requests."""
         for _ in range(min(REQUESTS_PER_TICK, len(self._queue))):
             self._serve(self._queue.popleft())
-
-    def forget(self, link: Link) -> None:
-        """A link is gone: its requests are not served. An open file closes by its timeout, as on the vehicle."""
-        self._queue = deque(request for request in self._queue if request.peer.link is not link)
 
     def reset(self) -> None:
         """After a reboot: what was being written is lost."""
