@@ -8,7 +8,7 @@ use vencejo_proto::Address;
 
 use crate::command::{CommandName, CommandResult};
 use crate::modes::UnknownMode;
-use crate::plan_state::PlanState;
+use crate::plan_state::{PlanState, Unknown};
 use crate::transfer::TransferError;
 
 /// Why a request did not succeed.
@@ -114,6 +114,14 @@ pub enum VehicleError {
         /// For how long; since our clock began when it was never heard.
         age: Duration,
     },
+    /// An older firmware (ArduPilot from before COMMAND_INT) cannot be asked for this.
+    #[error("this vehicle's firmware is too old for {what}; {instead}")]
+    TooOld {
+        /// What was wanted.
+        what: &'static str,
+        /// What to do.
+        instead: &'static str,
+    },
     /// Too much is waiting.
     #[error("{limit} requests are waiting for this vehicle already; wait for some of them")]
     TooManyRequests {
@@ -137,4 +145,85 @@ pub enum VehicleError {
 /// `": first; second"`, or nothing.
 fn join_reasons(reasons: &[String]) -> String {
     if reasons.is_empty() { String::new() } else { format!(": {}", reasons.join("; ")) }
+}
+
+impl VehicleError {
+    /// One of each kind, for tests of whatever tells kinds apart.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn examples() -> Vec<Self> {
+        let target = Address::new(1, 1);
+        let command = CommandName(400);
+        vec![
+            Self::CommandRefused {
+                target,
+                command,
+                result: CommandResult::FAILED,
+                reasons: vec!["PreArm: GPS 1: not healthy".into()],
+            },
+            Self::CommandTimeout { target, command, attempts: 4 },
+            Self::NotConfirmed {
+                command,
+                wanted: "armed".into(),
+                observed: "disarmed".into(),
+                within: Duration::from_secs(3),
+                reasons: vec!["Throttle not zero".into()],
+            },
+            Self::CommandBusy { command },
+            Self::TransferBusy { running: "upload" },
+            Self::Transfer(TransferError::Cancelled),
+            Self::UnknownMode(UnknownMode { name: "AUTOO".into(), suggestions: vec!["AUTO"] }),
+            Self::NoModeFor { action: "landing" },
+            Self::InvalidValue { field: "lat_deg", value: "NaN".into(), expected: "-90 to 90" },
+            Self::Plan(vencejo_flight::FlightError::NotOnEarth { lat_deg: 91.0, lon_deg: 0.0 }),
+            Self::PlanUnknown { kind: PlanKind::Mission, state: PlanState::Unknown(Unknown::TransferFailed) },
+            Self::Armed { action: "restarting" },
+            Self::HomeUnknown,
+            Self::NotHeard { age: Duration::from_secs(6) },
+            Self::TooManyRequests { limit: 64 },
+            Self::MessageNotReceived { message_id: 148 },
+            Self::Rebooted,
+            Self::Cancelled,
+            Self::TooOld { what: "a radius", instead: "leave it out" },
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    /// Without a wildcard, so that a new kind does not compile until it has an example.
+    fn place(error: &VehicleError) -> usize {
+        match error {
+            VehicleError::CommandRefused { .. } => 0,
+            VehicleError::CommandTimeout { .. } => 1,
+            VehicleError::NotConfirmed { .. } => 2,
+            VehicleError::CommandBusy { .. } => 3,
+            VehicleError::TransferBusy { .. } => 4,
+            VehicleError::Transfer(_) => 5,
+            VehicleError::UnknownMode(_) => 6,
+            VehicleError::NoModeFor { .. } => 7,
+            VehicleError::InvalidValue { .. } => 8,
+            VehicleError::Plan(_) => 9,
+            VehicleError::PlanUnknown { .. } => 10,
+            VehicleError::Armed { .. } => 11,
+            VehicleError::HomeUnknown => 12,
+            VehicleError::NotHeard { .. } => 13,
+            VehicleError::TooManyRequests { .. } => 14,
+            VehicleError::MessageNotReceived { .. } => 15,
+            VehicleError::Rebooted => 16,
+            VehicleError::Cancelled => 17,
+            VehicleError::TooOld { .. } => 18,
+        }
+    }
+
+    #[test]
+    fn each_kind_has_an_example_and_says_something() {
+        let examples = VehicleError::examples();
+        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=18).collect());
+        assert!(examples.iter().all(|error| !error.to_string().is_empty()));
+    }
 }

@@ -152,6 +152,8 @@ pub enum Action {
     Land,
     /// Take off in a mode of its own: the fixed wings.
     Takeoff,
+    /// Fly where a ground station says.
+    Guided,
 }
 
 impl Action {
@@ -163,7 +165,9 @@ impl Action {
             (ModeFamily::ArduPlane, Self::Loiter) => 12,
             (ModeFamily::ArduPlane, Self::ReturnToLaunch) => 11,
             (ModeFamily::ArduPlane, Self::Takeoff) => 13,
+            (ModeFamily::ArduPlane, Self::Guided) => 15,
             (ModeFamily::ArduCopter, Self::Mission) => 3,
+            (ModeFamily::ArduCopter, Self::Guided) => 4,
             (ModeFamily::ArduCopter, Self::Loiter) => 5,
             (ModeFamily::ArduCopter, Self::ReturnToLaunch) => 6,
             (ModeFamily::ArduCopter, Self::Land) => 9,
@@ -185,6 +189,7 @@ impl Action {
             Self::ReturnToLaunch => "returning to launch",
             Self::Land => "landing",
             Self::Takeoff => "taking off",
+            Self::Guided => "flying where it is told",
         }
     }
 }

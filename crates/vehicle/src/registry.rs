@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use vencejo_proto::dialect::MavMessage;
-use vencejo_proto::{Address, Message, MonoTime, SystemId};
+use vencejo_proto::{Address, MavVersion, Message, MonoTime, SystemId};
 
 use crate::heartbeat::is_autopilot;
 use crate::request::Output;
@@ -116,6 +116,16 @@ impl Vehicles {
         None
     }
 
+    /// In which version of the protocol a frame from `source` came. Only an autopilot's own frames count: a camera of the same
+    /// system may be older.
+    pub fn on_protocol_version(&mut self, source: Address, version: MavVersion) {
+        if let Some(vehicle) = self.vehicles.get_mut(&source.system)
+            && vehicle.address() == source
+        {
+            vehicle.on_protocol_version(version);
+        }
+    }
+
     fn welcome(&mut self, source: Address, now: MonoTime) {
         if self.vehicles.len() >= MAX_VEHICLES {
             let lost = self.vehicles.iter().filter(|(_, vehicle)| !vehicle.is_heard(now));
@@ -176,7 +186,7 @@ mod tests {
     use rand::rngs::SmallRng;
     use rand::{Rng, SeedableRng};
     use vencejo_proto::dialect::{ATTITUDE_DATA, RADIO_STATUS_DATA};
-    use vencejo_proto::{CommandAck, CommandLong, FrameDecoder, Header, Heartbeat, MavVersion, StatusText};
+    use vencejo_proto::{CommandAck, CommandLong, FrameDecoder, Header, Heartbeat, StatusText};
 
     use super::*;
     use crate::command::cmd;

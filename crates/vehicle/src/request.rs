@@ -97,7 +97,9 @@ pub enum Request {
         /// Height to climb to, metres above home, 1 to 10,000.
         alt_rel_home_m: f64,
     },
-    /// Flies to a position and loiters there: MAV_CMD_DO_REPOSITION by COMMAND_INT.
+    /// Flies to a position and loiters there: MAV_CMD_DO_REPOSITION by COMMAND_INT. An ArduPlane from before COMMAND_INT gets
+    /// MISSION_ITEM with `current` = 2 instead, which enters GUIDED by itself and knows neither radius nor sense nor speed
+    /// ([`VehicleError::TooOld`]).
     Reposition {
         /// WGS-84 latitude.
         lat_deg: f64,
@@ -123,7 +125,8 @@ pub enum Request {
         /// How fast, above 0 to 200.
         speed_m_s: f64,
     },
-    /// Changes the height of the present target: MAV_CMD_DO_CHANGE_ALTITUDE. For ArduPlane in GUIDED or LOITER.
+    /// Changes the height of the present target: MAV_CMD_DO_CHANGE_ALTITUDE. For ArduPlane in GUIDED or LOITER. One from before
+    /// COMMAND_INT gets MISSION_ITEM with `current` = 3.
     ChangeAltitude {
         /// Height, counted as `alt_frame` says.
         alt_m: f64,
@@ -232,6 +235,9 @@ pub enum Reply {
         home: Option<Home>,
         /// What is known of it now.
         state: PlanState,
+        /// After an upload to a vehicle that holds positions as 32-bit floats: how far the farthest is from where it was sent to
+        /// be, metres. `None`: exact.
+        position_error_m: Option<f64>,
     },
     /// All parameters, by name.
     Parameters(Vec<Param>),

@@ -549,6 +549,8 @@ pub struct AutopilotVersion {
 }
 
 impl AutopilotVersion {
+    /// `MAV_PROTOCOL_CAPABILITY_MISSION_INT`.
+    pub const MISSION_INT: u64 = 4;
     /// `MAV_PROTOCOL_CAPABILITY_COMMAND_INT`.
     pub const COMMAND_INT: u64 = 8;
     /// `MAV_PROTOCOL_CAPABILITY_FTP`.

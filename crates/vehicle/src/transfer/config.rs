@@ -4,8 +4,31 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
+use vencejo_flight::plan::PlanKind;
 use vencejo_proto::param::ParamEncoding;
 use vencejo_proto::{Address, Message};
+
+use super::TransferError;
+
+/// In which message plan items go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ItemForm {
+    /// MISSION_ITEM_INT: the vehicle says that it knows it.
+    Integer,
+    /// MISSION_ITEM: the vehicle says that it knows nothing else, or is too old to say.
+    Float,
+    /// MISSION_ITEM_INT as long as it is understood.
+    Unknown,
+}
+
+/// Why only the mission can go by the item protocol.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum NoPlanKinds {
+    /// The firmware is from before fences and rally points went by it (ArduPilot before 4.0 had messages of their own).
+    OldFirmware,
+    /// The vehicle speaks MAVLink 1, whose messages do not say which plan they are about: it would take them for the mission.
+    Mavlink1,
+}
 
 /// What a transfer must know of the vehicle and the link. Cheap to clone.
 #[derive(Debug, Clone)]
@@ -18,6 +41,10 @@ pub struct TransferConfig {
     pub is_ardupilot: bool,
     /// Whether it says that it speaks MAVFTP (`MAV_PROTOCOL_CAPABILITY_FTP`).
     pub has_ftp: bool,
+    /// In which message its plan items go.
+    pub item_form: ItemForm,
+    /// Why fences and rally points cannot go by the item protocol; `None` when they can.
+    pub no_plan_kinds: Option<NoPlanKinds>,
     /// How it puts integers into PARAM_VALUE.
     pub param_encoding: ParamEncoding,
     /// Round trip to the vehicle, where it is known (TIMESYNC). Default `None`: found out on the way.
@@ -37,6 +64,8 @@ impl TransferConfig {
             station,
             is_ardupilot: false,
             has_ftp: false,
+            item_form: ItemForm::Unknown,
+            no_plan_kinds: None,
             param_encoding: ParamEncoding::CCast,
             round_trip: None,
             item_window: 1,
@@ -46,7 +75,24 @@ impl TransferConfig {
 
     /// An ArduPilot with MAVFTP.
     pub fn ardupilot(vehicle: Address, station: Address) -> Self {
-        Self { is_ardupilot: true, has_ftp: true, ..Self::new(vehicle, station) }
+        Self { is_ardupilot: true, has_ftp: true, item_form: ItemForm::Integer, ..Self::new(vehicle, station) }
+    }
+
+    /// An ArduPilot from before MISSION_ITEM_INT and MAVFTP, such as ArduPlane 3.x on an APM 2.
+    pub fn old_ardupilot(vehicle: Address, station: Address) -> Self {
+        Self {
+            is_ardupilot: true,
+            item_form: ItemForm::Float,
+            no_plan_kinds: Some(NoPlanKinds::OldFirmware),
+            ..Self::new(vehicle, station)
+        }
+    }
+
+    /// Why a plan cannot go by the item protocol, if it cannot. What is asked there nevertheless would be done to the
+    /// mission.
+    pub(crate) fn refuses_items(&self, kind: PlanKind) -> Option<TransferError> {
+        let reason = self.no_plan_kinds.filter(|_| kind != PlanKind::Mission)?;
+        Some(TransferError::OnlyMission { kind, reason })
     }
 
     /// Whether a message is from the vehicle and for us, or for nobody in particular.

@@ -5,10 +5,12 @@ use std::time::Duration;
 
 use thiserror::Error;
 use vencejo_flight::FlightError;
-use vencejo_flight::plan::{Difference, PlanKind};
+use vencejo_flight::plan::{Difference, Field, PlanKind};
 use vencejo_proto::MissionSeq;
 use vencejo_proto::ftp::FtpError;
 use vencejo_proto::param::{ParamError, ParamName, ParamValue};
+
+use super::NoPlanKinds;
 
 /// How many differences a message spells out.
 const DIFFERENCES_SHOWN: usize = 3;
@@ -67,6 +69,18 @@ pub enum TransferError {
         /// Items left, home not counted.
         count: u16,
     },
+    /// The vehicle takes only its mission by the item protocol. Nothing was sent.
+    #[error("{}", only_mission(*kind, *reason))]
+    OnlyMission {
+        /// Which plan was wanted.
+        kind: PlanKind,
+        /// Why not.
+        reason: NoPlanKinds,
+    },
+    /// The vehicle answers, but not to MISSION_ITEM_INT and what belongs to it. The transfer then goes on with
+    /// MISSION_ITEM; this is seen only when that is not allowed.
+    #[error("the vehicle does not understand MISSION_ITEM_INT; it needs an older message for the items of a plan")]
+    IntegerItemsIgnored,
     /// More than can be.
     #[error("{what}: {count}, but at most {limit} are taken; the vehicle or the link is not sane")]
     TooMany {
@@ -150,6 +164,25 @@ pub enum TransferError {
     Cancelled,
 }
 
+fn only_mission(kind: PlanKind, reason: NoPlanKinds) -> String {
+    match reason {
+        NoPlanKinds::OldFirmware => {
+            let (message, parameter) = match kind {
+                PlanKind::Rally => ("RALLY_POINT", "RALLY_TOTAL"),
+                PlanKind::Mission | PlanKind::Fence => ("FENCE_POINT", "FENCE_TOTAL"),
+            };
+            format!(
+                "the vehicle's firmware is too old to take a {kind} plan by the mission protocol: it has parameters \
+                 ({parameter}) and {message} messages for it; set it with a ground station of its time, or update it"
+            )
+        }
+        NoPlanKinds::Mavlink1 => format!(
+            "the vehicle speaks MAVLink 1, in which a {kind} plan cannot be told from the mission and would replace it; \
+             let its port speak MAVLink 2 (SERIALn_PROTOCOL = 2)"
+        ),
+    }
+}
+
 fn at_item(seq: Option<MissionSeq>) -> String {
     seq.map_or_else(String::new, |seq| format!(" at item {seq}"))
 }
@@ -167,6 +200,8 @@ pub struct MissionResult(pub u8);
 impl MissionResult {
     /// Taken.
     pub const ACCEPTED: Self = Self(0);
+    /// Not accepted, for no reason of this list. ArduPlane 3.x: for an item when it is not waiting for one.
+    pub const ERROR: Self = Self(1);
     /// An item out of order. ArduPilot goes on waiting for the right one.
     pub const INVALID_SEQUENCE: Self = Self(13);
     /// Not from this station; with ArduPilot: another one is uploading.
@@ -207,5 +242,77 @@ impl fmt::Display for MissionResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (name, meaning) = self.text();
         write!(f, "{meaning} ({name}, {})", self.0)
+    }
+}
+
+impl TransferError {
+    /// One of each kind, for tests of whatever tells kinds apart.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn examples() -> Vec<Self> {
+        let kind = PlanKind::Mission;
+        let path = || "@PARAM/param.pck".to_owned();
+        let name = ParamName::new("WP_RADIUS").expect("invariant: a good name");
+        let difference = Difference { seq: 3, field: Field::Param(6), sent: Some(80.0), kept: Some(70.0) };
+        vec![
+            Self::Timeout { step: "sending the mission", waited: Duration::from_secs(15) },
+            Self::NoProgress { step: "sending the mission", attempts: 3 },
+            Self::Refused { kind, result: MissionResult::DENIED, seq: Some(MissionSeq(3)) },
+            Self::NotAsSent { kind, differences: vec![difference] },
+            Self::Unverified { kind, reason: Box::new(Self::Cancelled) },
+            Self::NotCleared { kind, count: 3 },
+            Self::TooMany { what: "items", count: 65_535, limit: 724 },
+            Self::BadList { index: 1, seq: 7, mission_type: 0 },
+            Self::Item(FlightError::NotOnEarth { lat_deg: 91.0, lon_deg: 0.0 }),
+            Self::Ftp { step: "opening", path: path(), error: FtpError::new(FtpError::FILE_NOT_FOUND) },
+            Self::FtpBusy { path: path() },
+            Self::BadFile { path: path(), problem: "it ends in the middle".into() },
+            Self::Param(ParamError::NotFinite { value: f64::NAN }),
+            Self::UnknownParam { name, told: true },
+            Self::ParamRefused { name, reason: "it is read-only" },
+            Self::ParamNotKept { name, asked: ParamValue::F32(50.0), kept: ParamValue::F32(60.0) },
+            Self::Cancelled,
+            Self::OnlyMission { kind: PlanKind::Fence, reason: NoPlanKinds::OldFirmware },
+            Self::IntegerItemsIgnored,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    /// Without a wildcard, so that a new kind does not compile until it has an example.
+    fn place(error: &TransferError) -> usize {
+        match error {
+            TransferError::Timeout { .. } => 0,
+            TransferError::NoProgress { .. } => 1,
+            TransferError::Refused { .. } => 2,
+            TransferError::NotAsSent { .. } => 3,
+            TransferError::Unverified { .. } => 4,
+            TransferError::NotCleared { .. } => 5,
+            TransferError::TooMany { .. } => 6,
+            TransferError::BadList { .. } => 7,
+            TransferError::Item(_) => 8,
+            TransferError::Ftp { .. } => 9,
+            TransferError::FtpBusy { .. } => 10,
+            TransferError::BadFile { .. } => 11,
+            TransferError::Param(_) => 12,
+            TransferError::UnknownParam { .. } => 13,
+            TransferError::ParamRefused { .. } => 14,
+            TransferError::ParamNotKept { .. } => 15,
+            TransferError::Cancelled => 16,
+            TransferError::OnlyMission { .. } => 17,
+            TransferError::IntegerItemsIgnored => 18,
+        }
+    }
+
+    #[test]
+    fn each_kind_has_an_example_and_says_something() {
+        let examples = TransferError::examples();
+        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=18).collect());
+        assert!(examples.iter().all(|error| !error.to_string().is_empty()));
     }
 }

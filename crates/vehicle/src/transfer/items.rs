@@ -7,15 +7,17 @@ use std::collections::VecDeque;
 
 use vencejo_flight::plan::{MAX_ITEMS, PlanKind};
 use vencejo_proto::dialect::{
-    MISSION_COUNT_DATA, MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MavMessage, MavMissionType,
+    MISSION_COUNT_DATA, MISSION_REQUEST_DATA, MISSION_REQUEST_INT_DATA, MISSION_REQUEST_LIST_DATA, MavMessage,
+    MavMissionType,
 };
 use vencejo_proto::{Address, Message, MissionAck, MissionItemInt, MissionSeq, MonoTime};
 
+use super::float::{from_float, to_float};
 use super::timing::{
-    DENIED_WAIT, DUPLICATE_WINDOW, ITEM_TIMEOUT, MESSAGE_TIMEOUT, PROGRESS_LIMIT, REQUEST_REPEAT, RESTARTS, RoundTrip,
-    SILENCE_LIMIT, STALL_LIMIT,
+    DENIED_WAIT, DUPLICATE_WINDOW, INTEGERS_IGNORED, INTEGERS_IGNORED_AFTER, ITEM_TIMEOUT, MESSAGE_TIMEOUT,
+    PROGRESS_LIMIT, REQUEST_REPEAT, RESTARTS, RoundTrip, SILENCE_LIMIT, STALL_LIMIT,
 };
-use super::{MissionResult, Transfer, TransferConfig, TransferError, TransferOutput};
+use super::{ItemForm, MissionResult, Transfer, TransferConfig, TransferError, TransferOutput};
 
 /// Most items asked for at once from an ArduPilot.
 const MAX_REQUESTS: usize = 32;
@@ -61,6 +63,7 @@ pub(crate) struct ItemUpload {
     config: TransferConfig,
     kind: PlanKind,
     items: Vec<MissionItemInt>,
+    form: ItemForm,
     state: Upload,
     /// When something about this transfer came last, or when it began.
     heard: MonoTime,
@@ -70,6 +73,8 @@ pub(crate) struct ItemUpload {
     furthest: u16,
     /// How often the vehicle went back to an earlier item.
     insisted: u32,
+    /// How often it asked for the first item by MISSION_REQUEST, which may mean that it did not understand the answer.
+    asked_first: u32,
     restarts: u32,
     round_trip: RoundTrip,
     out: Outbox,
@@ -101,22 +106,33 @@ enum Upload {
 
 impl ItemUpload {
     /// `items` are numbered from 0, of one kind, at most 65,535.
-    pub(crate) fn new(config: &TransferConfig, kind: PlanKind, items: Vec<MissionItemInt>, now: MonoTime) -> Self {
+    pub(crate) fn new(
+        config: &TransferConfig,
+        kind: PlanKind,
+        items: Vec<MissionItemInt>,
+        form: ItemForm,
+        now: MonoTime,
+    ) -> Self {
         let mut upload = Self {
             config: config.clone(),
             kind,
             items,
+            form,
             state: Upload::Over(None),
             heard: now,
             began: now,
             progressed: now,
             furthest: 0,
             insisted: 0,
+            asked_first: 0,
             restarts: 0,
             round_trip: RoundTrip::new(config.round_trip, MESSAGE_TIMEOUT),
             out: Outbox::new(),
         };
-        upload.send_count(1, now);
+        match config.refuses_items(kind) {
+            Some(error) => upload.end(Err(error)),
+            None => upload.send_count(1, now),
+        }
         upload
     }
 
@@ -155,15 +171,22 @@ impl ItemUpload {
 
     fn send_items(&mut self, from: u16, to: u16) {
         for item in &self.items[usize::from(from)..usize::from(to)] {
-            self.out.push_back(TransferOutput::Send(Message::MissionItemInt(*item)));
+            self.out.push_back(TransferOutput::Send(match self.form {
+                ItemForm::Integer | ItemForm::Unknown => Message::MissionItemInt(*item),
+                ItemForm::Float => Message::MissionItemFloat(to_float(item)),
+            }));
         }
         self.out.push_back(TransferOutput::Progress { done: u32::from(from), total: u32::from(self.count()) });
     }
 
-    fn on_request(&mut self, seq: u16, now: MonoTime) {
+    /// The vehicle asks for an item; `by_int` when by MISSION_REQUEST_INT, which is a promise to understand the answer.
+    fn on_request(&mut self, seq: u16, by_int: bool, now: MonoTime) {
         let count = self.count();
         if seq >= count {
             return;
+        }
+        if by_int && self.form == ItemForm::Unknown {
+            self.form = ItemForm::Integer;
         }
         let step = match self.state {
             // Any other number is a request of an upload before this one.
@@ -171,8 +194,8 @@ impl ItemUpload {
                 if tries == 1 {
                     self.round_trip.sample(now.since(sent));
                 }
-                let window = if self.config.is_ardupilot { self.config.item_window.clamp(1, 64) } else { 1 };
-                Some((0, window))
+                let may_run_ahead = self.config.is_ardupilot && self.form == ItemForm::Integer;
+                Some((0, if may_run_ahead { self.config.item_window.clamp(1, 64) } else { 1 }))
             }
             // It asks for the next item only when it has the one before.
             Upload::Sending { asked, answered, sent, window, .. } => {
@@ -190,6 +213,14 @@ impl ItemUpload {
         };
         self.heard = now;
         if let Some((from, window)) = step {
+            if self.form == ItemForm::Unknown {
+                // Whoever goes on to the next item has understood this one.
+                self.form = if seq > 0 { ItemForm::Integer } else { self.form };
+                self.asked_first += 1;
+                if self.form == ItemForm::Unknown && self.asked_first >= INTEGERS_IGNORED {
+                    return self.end(Err(TransferError::IntegerItemsIgnored));
+                }
+            }
             if seq < self.asked() {
                 self.insisted += 1;
                 self.furthest = seq;
@@ -253,6 +284,10 @@ impl ItemUpload {
                 }
             }
             MissionResult::DENIED => self.restart(now),
+            // ArduPlane 3.x has all it wants, and got the last item once more.
+            MissionResult::ERROR if self.form == ItemForm::Float && all_sent => {
+                self.end(Ok(ItemsSent { acknowledged: false }));
+            }
             // The vehicle gave up waiting; while counting, it is the end of the upload before.
             MissionResult::OPERATION_CANCELLED => {
                 if !counting {
@@ -290,10 +325,10 @@ impl Transfer for ItemUpload {
         let kind = mav_mission_type(self.kind);
         match message {
             Message::Dialect(MavMessage::MISSION_REQUEST_INT(request)) if request.mission_type == kind => {
-                self.on_request(request.seq, now);
+                self.on_request(request.seq, true, now);
             }
             Message::Dialect(MavMessage::MISSION_REQUEST(request)) if request.mission_type == kind => {
-                self.on_request(request.seq, now);
+                self.on_request(request.seq, false, now);
             }
             Message::MissionAck(ack) if ack.mission_type == self.kind.mission_type() => {
                 self.on_ack(MissionResult(ack.result), now);
@@ -356,6 +391,7 @@ impl Transfer for ItemUpload {
 pub(crate) struct ItemDownload {
     config: TransferConfig,
     kind: PlanKind,
+    form: ItemForm,
     state: Download,
     heard: MonoTime,
     began: MonoTime,
@@ -383,6 +419,9 @@ struct Reading {
     asked: VecDeque<Asked>,
     /// How many may be asked for at once.
     window: usize,
+    /// When the first was asked for, and how often some were late since.
+    began: MonoTime,
+    late: u32,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -394,10 +433,11 @@ struct Asked {
 }
 
 impl ItemDownload {
-    pub(crate) fn new(config: &TransferConfig, kind: PlanKind, now: MonoTime) -> Self {
+    pub(crate) fn new(config: &TransferConfig, kind: PlanKind, form: ItemForm, now: MonoTime) -> Self {
         let mut download = Self {
             config: config.clone(),
             kind,
+            form,
             state: Download::Over(None),
             heard: now,
             began: now,
@@ -406,7 +446,10 @@ impl ItemDownload {
             round_trip: RoundTrip::new(config.round_trip, MESSAGE_TIMEOUT),
             out: Outbox::new(),
         };
-        download.send_list(1, now);
+        match config.refuses_items(kind) {
+            Some(error) => download.end(Err(error)),
+            None => download.send_list(1, now),
+        }
         download
     }
 
@@ -460,10 +503,16 @@ impl ItemDownload {
                 limit: MAX_ITEMS as u64,
             }));
         }
-        let window = if self.config.is_ardupilot { FIRST_REQUESTS } else { 1 };
+        let window = if self.may_ask_ahead() { FIRST_REQUESTS } else { 1 };
         let items = vec![None; usize::from(count)];
-        self.state = Download::Reading(Reading { items, have: 0, next: 0, asked: VecDeque::new(), window });
+        let asked = VecDeque::new();
+        self.state = Download::Reading(Reading { items, have: 0, next: 0, asked, window, began: now, late: 0 });
         self.ask(now);
+    }
+
+    /// An APM 2 has room for a few requests (128 bytes) and answers no faster for more of them.
+    fn may_ask_ahead(&self) -> bool {
+        self.config.is_ardupilot && self.form != ItemForm::Float
     }
 
     /// Asks for as many items as the window lets, or ends when all are there.
@@ -480,7 +529,7 @@ impl ItemDownload {
             reading.next += 1;
             if reading.items[usize::from(asked.seq)].is_none() {
                 reading.asked.push_back(asked);
-                self.out.push_back(TransferOutput::Send(request(&self.config, self.kind, asked.seq)));
+                self.out.push_back(TransferOutput::Send(request(&self.config, self.kind, self.form, asked.seq)));
             }
         }
     }
@@ -502,10 +551,11 @@ impl ItemDownload {
         });
         for seq in again {
             reading.asked.push_back(Asked { seq, at: now, again: true, overtaken: 0 });
-            self.out.push_back(TransferOutput::Send(request(&self.config, self.kind, seq)));
+            self.out.push_back(TransferOutput::Send(request(&self.config, self.kind, self.form, seq)));
         }
         if late {
             reading.window = (reading.window / 2).max(1);
+            reading.late += 1;
             self.round_trip.timed_out();
         }
     }
@@ -529,7 +579,7 @@ impl ItemDownload {
                 earlier.overtaken += 1;
             }
         }
-        if self.config.is_ardupilot {
+        if self.config.is_ardupilot && self.form != ItemForm::Float {
             reading.window = (reading.window + 1).min(MAX_REQUESTS);
         }
         let (done, total) = (reading.have as u32, reading.items.len() as u32);
@@ -564,13 +614,21 @@ impl ItemDownload {
     }
 }
 
-fn request(config: &TransferConfig, kind: PlanKind, seq: u16) -> Message {
-    Message::Dialect(MavMessage::MISSION_REQUEST_INT(MISSION_REQUEST_INT_DATA {
-        seq,
-        target_system: config.vehicle.system.0,
-        target_component: config.vehicle.component.0,
-        mission_type: mav_mission_type(kind),
-    }))
+#[allow(deprecated, reason = "vehicles from before MISSION_REQUEST_INT know only MISSION_REQUEST")]
+fn request(config: &TransferConfig, kind: PlanKind, form: ItemForm, seq: u16) -> Message {
+    let (target_system, target_component) = (config.vehicle.system.0, config.vehicle.component.0);
+    let mission_type = mav_mission_type(kind);
+    Message::Dialect(match form {
+        ItemForm::Integer | ItemForm::Unknown => MavMessage::MISSION_REQUEST_INT(MISSION_REQUEST_INT_DATA {
+            seq,
+            target_system,
+            target_component,
+            mission_type,
+        }),
+        ItemForm::Float => {
+            MavMessage::MISSION_REQUEST(MISSION_REQUEST_DATA { seq, target_system, target_component, mission_type })
+        }
+    })
 }
 
 impl Transfer for ItemDownload {
@@ -586,6 +644,9 @@ impl Transfer for ItemDownload {
                 self.on_count(count.count, now);
             }
             Message::MissionItemInt(item) if item.mission_type == kind => self.on_item(item, now),
+            Message::MissionItemFloat(item) if item.mission_type == kind && self.form == ItemForm::Float => {
+                self.on_item(&from_float(item), now);
+            }
             Message::MissionAck(ack) if ack.mission_type == kind => self.on_ack(MissionResult(ack.result), now),
             _ => {}
         }
@@ -610,6 +671,14 @@ impl Transfer for ItemDownload {
             Download::Listing { tries, .. } => {
                 self.round_trip.timed_out();
                 self.send_list(tries + 1, now);
+            }
+            Download::Reading(ref reading)
+                if self.form == ItemForm::Unknown
+                    && reading.have == 0
+                    && reading.late + 1 >= INTEGERS_IGNORED
+                    && now >= reading.began + INTEGERS_IGNORED_AFTER =>
+            {
+                self.end(Err(TransferError::IntegerItemsIgnored));
             }
             Download::Reading(_) => self.ask_again(now),
             Download::Over(_) => {}

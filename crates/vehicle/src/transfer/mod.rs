@@ -14,7 +14,7 @@
 //! | [`ParamSet`] | writes one parameter, checked by what the vehicle then says it has | [`Param`] |
 //! | [`FtpGet`] | reads a file | `Vec<u8>` |
 //!
-//! [`PlanRoute`] is the policy between MAVFTP and the item protocol. ArduPilot has a single MAVFTP session for all
+//! [`PlanRoute`] is the policy between MAVFTP, the item protocol and its older form. ArduPilot has a single MAVFTP session for all
 //! channels, so an owner runs **one transfer at a time** per vehicle.
 //!
 //! ```text
@@ -24,6 +24,7 @@
 
 mod config;
 mod error;
+mod float;
 mod ftp;
 mod items;
 mod params;
@@ -37,7 +38,7 @@ mod tests;
 
 use vencejo_proto::{Address, Message, MonoTime};
 
-pub use config::{FtpSessions, TransferConfig};
+pub use config::{FtpSessions, ItemForm, NoPlanKinds, TransferConfig};
 pub use error::{MissionResult, TransferError};
 pub use ftp::FtpGet;
 pub use params::{ParamList, ParamRead, ParamSet};

@@ -10,33 +10,64 @@ use vencejo_proto::dialect::{MISSION_CLEAR_ALL_DATA, MavMessage};
 use vencejo_proto::plan_file::{PLAN_FILE_ITEM_LEN, PlanFileHeader, decode_plan_file, encode_plan_file};
 use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
 
+use super::float::{beyond_rounding, largest_error_m};
 use super::ftp::{FTP_ABSENT, FileEnd, FileRead, FileWrite, abandon};
 use super::items::{ItemDownload, ItemUpload, ItemsSent, Outbox, mav_mission_type};
 use super::timing::{DENIED_WAIT, MESSAGE_TIMEOUT, RESTARTS, RoundTrip, SILENCE_LIMIT};
-use super::{MissionResult, Transfer, TransferConfig, TransferError, TransferOutput};
+use super::{ItemForm, MissionResult, Transfer, TransferConfig, TransferError, TransferOutput};
 
 /// By which protocol a plan goes.
 ///
-/// The policy: an ArduPilot that announces MAVFTP gets the whole plan as a file, which is many times faster and replaces
-/// the old plan at once. Everything else, and an ArduPilot whose MAVFTP does not answer, refuses, is used by another
-/// station, or did not take the file as it was, goes item by item; there the vehicle names the item that it refuses. An
-/// empty plan goes item by item too. A vehicle that falls silent is not asked again by another route.
+/// The policy:
+///
+/// 1. An ArduPilot that announces MAVFTP gets the whole plan as a file, which is many times faster and replaces the old plan
+///    at once. Everything else, and an ArduPilot whose MAVFTP does not answer, refuses, is used by another station, or did
+///    not take the file as it was, goes item by item; there the vehicle names the item that it refuses. An empty plan goes
+///    item by item too. A vehicle that falls silent is not asked again by another route.
+/// 2. Items go as MISSION_ITEM_INT. They go as MISSION_ITEM, with positions in 32-bit floats, when
+///    [`TransferConfig::item_form`] says that the vehicle has only that ([`ItemForm::Float`]: its AUTOPILOT_VERSION lacks
+///    `MAV_PROTOCOL_CAPABILITY_MISSION_INT`, or it is an ArduPilot on MAVLink 1 that has none). When it is not known
+///    ([`ItemForm::Unknown`]), MISSION_ITEM_INT is tried, and given up for MISSION_ITEM when the vehicle answers everything
+///    but that: an upload, when it asks for the first item by MISSION_REQUEST a third time; a download, when
+///    MISSION_REQUEST_LIST is answered but for 2 s no MISSION_REQUEST_INT is. That a vehicle asks by MISSION_REQUEST is no
+///    sign by itself: ArduPlane of today does, also for an upload of MISSION_ITEM_INT. Both ways back begin anew with
+///    MISSION_COUNT or MISSION_REQUEST_LIST, before the first item has gone over.
+/// 3. What went as floats is not what was meant to the last digit: it counts as the plan that was sent when every position
+///    is within what the roundings can do ([`VerifiedPlan::position_error_m`] says how far off the worst is).
+/// 4. Fences and rally points go by the item protocol only where a message says which plan it is about
+///    ([`TransferConfig::no_plan_kinds`]); else [`TransferError::OnlyMission`], and nothing is sent. By file they go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PlanRoute {
     /// As a plan file over MAVFTP.
     Ftp,
     /// By the item protocol.
     Items,
+    /// By the item protocol, positions in 32-bit floats.
+    FloatItems,
 }
 
 impl PlanRoute {
     /// The route to try first.
     pub fn first(config: &TransferConfig) -> Self {
-        if config.is_ardupilot && config.has_ftp { Self::Ftp } else { Self::Items }
+        if config.is_ardupilot && config.has_ftp { Self::Ftp } else { Self::items(config) }
+    }
+
+    /// The route item by item.
+    fn items(config: &TransferConfig) -> Self {
+        if config.item_form == ItemForm::Float { Self::FloatItems } else { Self::Items }
+    }
+
+    /// In which message it carries items.
+    fn form(self, config: &TransferConfig) -> ItemForm {
+        match (self, config.item_form) {
+            (Self::FloatItems, _) => ItemForm::Float,
+            (_, ItemForm::Unknown) => ItemForm::Unknown,
+            _ => ItemForm::Integer,
+        }
     }
 
     /// The route to try after this one failed, if there is one.
-    pub fn after(self, error: &TransferError) -> Option<Self> {
+    pub fn after(self, error: &TransferError, config: &TransferConfig, kind: PlanKind) -> Option<Self> {
         let by_items = matches!(
             error,
             TransferError::Ftp { .. }
@@ -46,7 +77,11 @@ impl PlanRoute {
                 | TransferError::NoProgress { .. }
                 | TransferError::NotAsSent { .. }
         ) || matches!(error, TransferError::Timeout { step, .. } if *step == FTP_ABSENT);
-        (self == Self::Ftp && by_items).then_some(Self::Items)
+        match self {
+            Self::Ftp => (by_items && config.refuses_items(kind).is_none()).then(|| Self::items(config)),
+            Self::Items => matches!(error, TransferError::IntegerItemsIgnored).then_some(Self::FloatItems),
+            Self::FloatItems => None,
+        }
     }
 }
 
@@ -59,6 +94,10 @@ pub struct VerifiedPlan {
     pub items: Vec<MissionItemInt>,
     /// How it was sent.
     pub route: PlanRoute,
+    /// How far the farthest position is from where it was sent to be, metres, home of an ArduPilot aside; `None` when all
+    /// are exact. Only [`PlanRoute::FloatItems`] moves positions, by what 32-bit floats cannot hold: up to 0.8 m at latitude
+    /// 40°, 3.6 m at longitude 180°.
+    pub position_error_m: Option<f64>,
 }
 
 /// A plan read from the vehicle.
@@ -122,18 +161,13 @@ enum Read {
 impl Read {
     fn begin(route: PlanRoute, config: &TransferConfig, kind: PlanKind, closing: Option<u8>, now: MonoTime) -> Self {
         match route {
-            PlanRoute::Items => Self::Items(Box::new(ItemDownload::new(config, kind, now))),
+            PlanRoute::Items | PlanRoute::FloatItems => {
+                Self::Items(Box::new(ItemDownload::new(config, kind, route.form(config), now)))
+            }
             PlanRoute::Ftp => {
                 let end = Box::new(move |front: &[u8]| file_len(kind, front));
                 Self::Ftp(Box::new(FileRead::new(config, path(kind), MAX_FILE, end, closing, now)))
             }
-        }
-    }
-
-    fn route(&self) -> PlanRoute {
-        match self {
-            Self::Ftp(_) => PlanRoute::Ftp,
-            Self::Items(_) => PlanRoute::Items,
         }
     }
 
@@ -163,11 +197,12 @@ macro_rules! running {
     };
 }
 
-/// Reads a plan by the best route. See the [module](self).
+/// Reads a plan by the best route. See [`PlanRoute`].
 #[derive(Debug)]
 pub struct PlanDownload {
     config: TransferConfig,
     kind: PlanKind,
+    route: PlanRoute,
     read: Read,
     result: Option<Result<DownloadedPlan, TransferError>>,
     is_over: bool,
@@ -184,7 +219,7 @@ impl PlanDownload {
     fn by(route: PlanRoute, config: &TransferConfig, kind: PlanKind, closing: Option<u8>, now: MonoTime) -> Self {
         let read = Read::begin(route, config, kind, closing, now);
         let mut download =
-            Self { config: config.clone(), kind, read, result: None, is_over: false, out: Outbox::new() };
+            Self { config: config.clone(), kind, route, read, result: None, is_over: false, out: Outbox::new() };
         download.advance(now);
         download
     }
@@ -196,7 +231,7 @@ impl PlanDownload {
         }
         while let Some(output) = running!(&mut self.read, read => read.poll_output()) {
             // The file's progress is in bytes.
-            let output = match (output, self.read.route()) {
+            let output = match (output, self.route) {
                 (TransferOutput::Progress { done, total }, PlanRoute::Ftp) => {
                     let items = |bytes: u32| bytes.saturating_sub(10) / PLAN_FILE_ITEM_LEN as u32;
                     TransferOutput::Progress { done: items(done), total: items(total) }
@@ -205,12 +240,13 @@ impl PlanDownload {
             };
             self.out.push_back(output);
         }
-        let route = self.read.route();
+        let route = self.route;
         match self.read.take_result(self.kind) {
             None => {}
-            Some(result) => match result.as_ref().err().and_then(|error| route.after(error)) {
+            Some(result) => match result.as_ref().err().and_then(|e| route.after(e, &self.config, self.kind)) {
                 Some(next) => {
-                    tracing::debug!(kind = %self.kind, error = ?result.err(), "reading item by item instead");
+                    tracing::debug!(kind = %self.kind, error = ?result.err(), ?next, "reading by another route");
+                    self.route = next;
                     self.read = Read::begin(next, &self.config, self.kind, None, now);
                     self.advance(now);
                 }
@@ -254,7 +290,7 @@ impl Transfer for PlanDownload {
     }
 }
 
-/// Replaces a plan by the best route, reads it back and compares. See the [module](self).
+/// Replaces a plan by the best route, reads it back and compares. See [`PlanRoute`].
 #[derive(Debug)]
 pub struct PlanUpload {
     config: TransferConfig,
@@ -286,7 +322,7 @@ impl PlanUpload {
         for item in &mut items {
             item.target = config.vehicle;
         }
-        let route = if items.is_empty() { PlanRoute::Items } else { PlanRoute::first(config) };
+        let route = if items.is_empty() { PlanRoute::items(config) } else { PlanRoute::first(config) };
         let mut upload = Self {
             config: config.clone(),
             kind,
@@ -323,7 +359,10 @@ impl PlanUpload {
     fn send(&mut self, route: PlanRoute, now: MonoTime) {
         self.route = route;
         self.step = match route {
-            PlanRoute::Items => Step::SendItems(ItemUpload::new(&self.config, self.kind, self.items.clone(), now)),
+            PlanRoute::Items | PlanRoute::FloatItems => {
+                let form = route.form(&self.config);
+                Step::SendItems(ItemUpload::new(&self.config, self.kind, self.items.clone(), form, now))
+            }
             PlanRoute::Ftp => {
                 // Whole items in each write: what is lost leaves an item of zeros, and ArduPilot refuses the file.
                 let file = encode_plan_file(self.kind.mission_type(), &self.items);
@@ -364,7 +403,7 @@ impl PlanUpload {
                             *unfinished = Some(send);
                         }
                     }
-                    Some(Err(error)) => self.end(Err(error)),
+                    Some(Err(error)) => self.fail_or_reroute(error, now),
                 }
             }
             Step::SendFile(send) => {
@@ -384,10 +423,10 @@ impl PlanUpload {
                 }
                 match read.result() {
                     None => {}
-                    Some(Ok(plan)) => match compare(&self.config, self.kind, &self.items, &plan.items) {
-                        Ok(()) => {
+                    Some(Ok(plan)) => match compare(&self.config, self.kind, &self.items, &plan) {
+                        Ok(position_error_m) => {
                             let (kind, route) = (self.kind, self.route);
-                            self.end(Ok(VerifiedPlan { kind, items: plan.items, route }));
+                            self.end(Ok(VerifiedPlan { kind, items: plan.items, route, position_error_m }));
                         }
                         // It never said that it has it all: once more.
                         Err(TransferError::NotAsSent { .. }) if !was_acknowledged && self.resent < RESTARTS => {
@@ -414,9 +453,9 @@ impl PlanUpload {
     }
 
     fn fail_or_reroute(&mut self, error: TransferError, now: MonoTime) {
-        match self.route.after(&error) {
+        match self.route.after(&error, &self.config, self.kind) {
             Some(next) => {
-                tracing::debug!(kind = %self.kind, %error, "sending item by item instead");
+                tracing::debug!(kind = %self.kind, %error, ?next, "sending by another route");
                 // Were the upload's session still open, whoever uses MAVFTP next would make its file the plan.
                 if let Some(session) = self.session.take() {
                     self.out.extend(abandon(&self.config, session).map(TransferOutput::Send));
@@ -488,22 +527,30 @@ impl Transfer for PlanUpload {
     }
 }
 
-/// Whether the list read back is the list sent, as the vehicle stores it.
+/// Whether the list read back is the list sent, as the vehicle stores it; how far positions are off where they were rounded.
 fn compare(
     config: &TransferConfig,
     kind: PlanKind,
     sent: &[MissionItemInt],
-    read_back: &[MissionItemInt],
-) -> Result<(), TransferError> {
+    read_back: &DownloadedPlan,
+) -> Result<Option<f64>, TransferError> {
     let parse = |items: &[MissionItemInt]| items.iter().map(MissionItem::from_wire).collect::<Result<Vec<_>, _>>();
     let unreadable = |error| TransferError::Unverified { kind, reason: Box::new(TransferError::Item(error)) };
-    let (sent, read_back) = (parse(sent)?, parse(read_back).map_err(unreadable)?);
-    let differences = if config.is_ardupilot {
-        plans_equal_as_stored(&sent, &read_back, kind).err().unwrap_or_default()
+    let (sent, kept) = (parse(sent)?, parse(&read_back.items).map_err(unreadable)?);
+    let mut differences = if config.is_ardupilot {
+        plans_equal_as_stored(&sent, &kept, kind).err().unwrap_or_default()
     } else {
-        differences(&sent, &read_back)
+        differences(&sent, &kept)
     };
-    if differences.is_empty() { Ok(()) } else { Err(TransferError::NotAsSent { kind, differences }) }
+    let is_rounded = read_back.route == PlanRoute::FloatItems;
+    if is_rounded {
+        differences = beyond_rounding(differences, &sent);
+    }
+    if !differences.is_empty() {
+        return Err(TransferError::NotAsSent { kind, differences });
+    }
+    let first = usize::from(config.is_ardupilot && kind == PlanKind::Mission);
+    Ok(is_rounded.then(|| largest_error_m(&sent, &kept, first)))
 }
 
 /// Differences between two lists for a vehicle that stores items as they are. Frames without a position may differ, and
@@ -539,7 +586,7 @@ fn differences(sent: &[MissionItem], read_back: &[MissionItem]) -> Vec<Differenc
     differences
 }
 
-/// Removes a plan and checks that it is gone. See the [module](self).
+/// Removes a plan and checks that it is gone. See [`PlanRoute`].
 #[derive(Debug)]
 pub struct PlanClear {
     config: TransferConfig,
@@ -553,7 +600,7 @@ pub struct PlanClear {
 #[derive(Debug)]
 enum Clear {
     Asking { retry_at: MonoTime },
-    Checking(Box<ItemDownload>),
+    Checking(Box<PlanDownload>),
     Over(Option<Result<(), TransferError>>),
 }
 
@@ -568,7 +615,10 @@ impl PlanClear {
             round_trip: RoundTrip::new(config.round_trip, MESSAGE_TIMEOUT),
             out: Outbox::new(),
         };
-        clear.ask(now);
+        match config.refuses_items(kind) {
+            Some(error) => clear.step = Clear::Over(Some(Err(error))),
+            None => clear.ask(now),
+        }
         clear
     }
 
@@ -595,7 +645,7 @@ impl PlanClear {
         // ArduPilot keeps home as item 0 of a mission.
         let home = u16::from(self.config.is_ardupilot && kind == PlanKind::Mission);
         self.step = Clear::Over(Some(match result {
-            Ok(items) => match (items.len() as u16).saturating_sub(home) {
+            Ok(plan) => match (plan.items.len() as u16).saturating_sub(home) {
                 0 => Ok(()),
                 count => Err(TransferError::NotCleared { kind, count }),
             },
@@ -615,7 +665,9 @@ impl Transfer for PlanClear {
             {
                 match MissionResult(ack.result) {
                     MissionResult::ACCEPTED => {
-                        self.step = Clear::Checking(Box::new(ItemDownload::new(&self.config, self.kind, now)));
+                        let route = PlanRoute::items(&self.config);
+                        self.step =
+                            Clear::Checking(Box::new(PlanDownload::by(route, &self.config, self.kind, None, now)));
                     }
                     // Left over from an upload before this.
                     MissionResult::INVALID_SEQUENCE | MissionResult::OPERATION_CANCELLED => {}

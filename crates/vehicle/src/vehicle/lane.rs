@@ -33,7 +33,12 @@ pub(super) enum Machine {
 /// What a transfer yielded.
 #[derive(Debug)]
 pub(super) enum Yield {
-    Plan(PlanKind, Vec<MissionItemInt>),
+    /// With how far its positions are off by rounding, where they are.
+    Plan {
+        kind: PlanKind,
+        wire: Vec<MissionItemInt>,
+        position_error_m: Option<f64>,
+    },
     Parameters(Vec<Param>),
     Parameter(Param),
 }
@@ -91,9 +96,17 @@ impl Machine {
 
     pub fn result(&mut self) -> Option<Result<Yield, TransferError>> {
         Some(match self {
-            Self::Upload(machine) => machine.result()?.map(|plan| Yield::Plan(plan.kind, plan.items)),
-            Self::Download(machine) => machine.result()?.map(|plan| Yield::Plan(plan.kind, plan.items)),
-            Self::Clear(machine, kind) => machine.result()?.map(|()| Yield::Plan(*kind, Vec::new())),
+            Self::Upload(machine) => machine.result()?.map(|plan| Yield::Plan {
+                kind: plan.kind,
+                wire: plan.items,
+                position_error_m: plan.position_error_m,
+            }),
+            Self::Download(machine) => {
+                machine.result()?.map(|plan| Yield::Plan { kind: plan.kind, wire: plan.items, position_error_m: None })
+            }
+            Self::Clear(machine, kind) => {
+                machine.result()?.map(|()| Yield::Plan { kind: *kind, wire: Vec::new(), position_error_m: None })
+            }
             Self::List(machine) => machine.result()?.map(Yield::Parameters),
             Self::Read(machine) => machine.result()?.map(Yield::Parameter),
             Self::Set(machine) => machine.result()?.map(Yield::Parameter),

@@ -234,6 +234,9 @@ impl Vehicle {
 
     /// The vehicle took a plan from somebody else (or from another station that uses our address).
     pub(super) fn on_mission_ack(&mut self, ack: &MissionAck, now: MonoTime) {
+        if self.on_guided_ack(ack, now) {
+            return;
+        }
         if ack.result == 0
             && let Ok(kind) = PlanKind::try_from(ack.mission_type)
         {

@@ -7,11 +7,15 @@
 //! | `ops` | requests under way: commands, the effects that prove them, results |
 //! | `transfers` | requests that move plans and parameters |
 //! | `lane` | the transfer that runs |
+//! | `tell` | messages without COMMAND_ACK that stand in for a command on old firmware |
+//! | `age` | what the firmware is too old for |
 
+mod age;
 mod lane;
 mod listen;
 mod ops;
 mod steps;
+mod tell;
 #[cfg(test)]
 mod tests;
 mod transfers;
@@ -22,7 +26,7 @@ use std::time::Duration;
 
 use vencejo_flight::plan::{Command, Home, Mission, PlanKind};
 use vencejo_flight::progress::ProgressOptions;
-use vencejo_proto::{Address, MonoTime};
+use vencejo_proto::{Address, MavVersion, MonoTime};
 
 use crate::command::{CommandConfig, Commands};
 use crate::modes::FlightMode;
@@ -71,6 +75,8 @@ pub struct Vehicle {
     address: Address,
     our: Address,
     config: VehicleConfig,
+    /// The protocol version that it speaks.
+    protocol: MavVersion,
     telemetry: Telemetry,
     texts: StatusLog,
     boot: BootClock,
@@ -132,6 +138,7 @@ impl Vehicle {
             address,
             our,
             config,
+            protocol: MavVersion::V2,
         }
     }
 
@@ -139,6 +146,18 @@ impl Vehicle {
     #[must_use]
     pub fn address(&self) -> Address {
         self.address
+    }
+
+    /// The protocol version of its last frame; MAVLink 2 until [`Self::on_protocol_version`] is told otherwise.
+    #[must_use]
+    pub fn protocol_version(&self) -> MavVersion {
+        self.protocol
+    }
+
+    /// In which version the autopilot's frames come. MAVLink 1 has no plan kinds, and an ArduPilot that speaks it and tells no
+    /// AUTOPILOT_VERSION is an old one.
+    pub fn on_protocol_version(&mut self, version: MavVersion) {
+        self.protocol = version;
     }
 
     /// What it says about itself.
@@ -211,6 +230,7 @@ impl Vehicle {
     pub fn deadline(&self) -> Option<MonoTime> {
         let ops = self.ops.iter().filter_map(|op| match &op.state {
             State::Refused { until, .. } | State::Awaiting { until, .. } => Some(*until),
+            State::Telling(telling) => Some(telling.deadline()),
             _ => None,
         });
         let lanes = [&self.transfer, &self.param].into_iter().flatten().filter_map(|lane| lane.machine.deadline());
@@ -249,7 +269,7 @@ impl Vehicle {
     }
 
     fn context(&self, now: MonoTime) -> Context<'_> {
-        Context { vehicle: self.address, telemetry: &self.telemetry, now }
+        Context { vehicle: self.address, telemetry: &self.telemetry, has_command_int: self.has_command_int(), now }
     }
 
     fn event(&mut self, event: VehicleEvent) {

@@ -8,6 +8,7 @@ use vencejo_proto::{Message, MonoTime};
 
 use super::Vehicle;
 use super::steps::{Effect, Fallback, Step};
+use super::tell::Telling;
 use crate::command::{
     CommandId, CommandMessage, CommandName, CommandOutcome, CommandOutput, CommandResult, Unanswered, WhenBusy,
 };
@@ -19,7 +20,7 @@ use crate::telemetry::{LandedState, Severity, Text};
 /// Requests that may be under way or waiting at once. More are refused.
 pub(super) const MAX_REQUESTS: usize = 64;
 /// How long an effect may take to show after the command was accepted: several heartbeats.
-const EFFECT_WITHIN: Duration = Duration::from_secs(5);
+pub(super) const EFFECT_WITHIN: Duration = Duration::from_secs(5);
 /// How long a message that was asked for may take.
 const MESSAGE_WITHIN: Duration = Duration::from_secs(2);
 /// How long to wait for what the vehicle writes about a refusal; arming fails with a list.
@@ -51,6 +52,8 @@ pub(super) enum State {
     Refused { command: Commanding, result: CommandResult, until: MonoTime },
     /// It was accepted; its effect has to show.
     Awaiting { command: Commanding, until: MonoTime },
+    /// A message without acknowledgement was sent; its effect has to show.
+    Telling(Box<Telling>),
     /// A transfer runs in a lane.
     Transferring,
     /// A parameter waits for the lane.
@@ -90,6 +93,7 @@ pub(super) enum Seen {
 impl Vehicle {
     /// Ends the waits whose time is over.
     pub(super) fn end_waits(&mut self, now: MonoTime) {
+        self.tell_again(now);
         let mut index = 0;
         while index < self.ops.len() {
             let error = match &self.ops[index].state {
@@ -183,6 +187,17 @@ impl Vehicle {
         let steps = self.context(now).steps(request)?;
         let is_transfer =
             |step: &Step| matches!(step, Step::Upload(..) | Step::Download(_) | Step::Clear(_) | Step::ParamList);
+        // MISSION_ACK answers a guided target too; two of them could not be told apart, nor one from a plan's.
+        let is_guided = |step: &Step| matches!(step, Step::Tell { message: Message::MissionItemFloat(_), .. });
+        let is_guiding =
+            self.ops.iter().any(|op| matches!(op.state, State::Telling(ref telling) if telling.wants_ack()));
+        if steps.iter().any(is_guided) && (self.transfer.is_some() || is_guiding) {
+            let running = self.transfer.as_ref().map_or("guided target", |lane| lane.machine.name());
+            return Err(VehicleError::TransferBusy { running });
+        }
+        if steps.iter().any(is_transfer) && is_guiding {
+            return Err(VehicleError::TransferBusy { running: "guided target" });
+        }
         if steps.iter().any(is_transfer)
             && let Some(running) = &self.transfer
         {
@@ -262,6 +277,17 @@ impl Vehicle {
                     mode_before: self.telemetry.mode(),
                 };
                 self.send_command(index, command, unanswered, when_busy, now);
+            }
+            Step::Tell { command, message, effect } => {
+                let command = Commanding {
+                    message: command,
+                    effect,
+                    fallback: None,
+                    first_sent: now,
+                    last_sent: now,
+                    mode_before: self.telemetry.mode(),
+                };
+                self.tell(index, command, message, now);
             }
             Step::ParamRead(_) | Step::ParamSet(..) if self.param_lane_is_busy() => {
                 self.ops[index].state = State::WaitingForLane(step);
@@ -375,8 +401,7 @@ impl Vehicle {
             }
             Some(Fallback::Message(message, effect)) => {
                 command.effect = effect;
-                self.outputs.push_back(Output::Send(message));
-                self.ops[index].state = State::Awaiting { command, until: now + EFFECT_WITHIN };
+                self.tell(index, command, message, now);
             }
             None => {}
         }
@@ -398,6 +423,7 @@ impl Vehicle {
         let (command, under_way) = match &self.ops[index].state {
             State::Commanding { command, id, asked } => (command, Some((*id, *asked))),
             State::Awaiting { command, .. } => (command, None),
+            State::Telling(_) => return self.check_telling(index, now),
             _ => return,
         };
         let seen = self.seen(command);

@@ -3,14 +3,14 @@
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
-use vencejo_flight::plan::{Home, Mission, PlanKind, items_to_wire};
+use vencejo_flight::plan::{Command, Home, Mission, PlanKind, items_to_wire};
 use vencejo_proto::dialect::{MISSION_SET_CURRENT_DATA, MavMessage, MavModeFlag, SET_MODE_DATA};
-use vencejo_proto::{Address, CommandInt, Message, MissionItemInt};
+use vencejo_proto::{Address, CommandInt, Message, MissionItemFloat, MissionItemInt};
 
 use crate::command::{CommandMessage, Unanswered, WhenBusy, cmd};
 use crate::error::VehicleError;
 use crate::modes::{Action, FlightMode, ModeFamily};
-use crate::request::{ModeChoice, Request, SpeedKind, Turn};
+use crate::request::{AltFrame, ModeChoice, Request, SpeedKind, Turn};
 use crate::streams::interval_params;
 use crate::telemetry::{Freshness, Telemetry};
 use crate::transfer::ParamName;
@@ -65,6 +65,12 @@ pub(super) enum Step {
         effect: Effect,
         fallback: Option<Fallback>,
     },
+    /// A message without COMMAND_ACK in place of `command`, for old firmware.
+    Tell {
+        command: CommandMessage,
+        message: Message,
+        effect: Effect,
+    },
     Upload(PlanKind, Vec<MissionItemInt>),
     Download(PlanKind),
     Clear(PlanKind),
@@ -117,6 +123,8 @@ impl Step {
 pub(super) struct Context<'a> {
     pub vehicle: Address,
     pub telemetry: &'a Telemetry,
+    /// Whether COMMAND_INT may be sent.
+    pub has_command_int: bool,
     pub now: MonoTime,
 }
 
@@ -212,6 +220,70 @@ impl Context<'_> {
         }))
     }
 
+    /// A mission item that old ArduPlanes take as a guided target (`current` = 2) or height (3). In MISSION_ITEM it goes through
+    /// all versions up to today's, but it is repeated less safely than a command, so it is only for those without COMMAND_INT.
+    fn guided(
+        &self,
+        (lat_deg, lon_deg, alt_m): (f64, f64, f64),
+        alt_frame: AltFrame,
+        current: u8,
+    ) -> Result<Message, VehicleError> {
+        if alt_frame == AltFrame::Terrain {
+            return Err(VehicleError::TooOld {
+                what: "heights above terrain",
+                instead: "give the height above home or above mean sea level",
+            });
+        }
+        Ok(Message::MissionItemFloat(MissionItemFloat {
+            target: self.vehicle,
+            seq: 0,
+            frame: alt_frame.mav_frame(),
+            command: Command::NAV_WAYPOINT.0,
+            current,
+            autocontinue: 0,
+            params: [0.0; 4],
+            x: in_range("lat_deg", lat_deg, -90.0..=90.0, "a latitude, -90 to 90 degrees")?,
+            y: in_range("lon_deg", lon_deg, -180.0..=180.0, "a longitude, -180 to 180 degrees")?,
+            z: height("alt_m", alt_m)?,
+            mission_type: 0,
+        }))
+    }
+
+    /// Go-to for firmware without COMMAND_INT. It enters GUIDED by itself, so without `change_mode` it must be there already;
+    /// it loiters its own way round with its own radius.
+    fn guided_item(
+        &self,
+        place: (f64, f64, f64),
+        alt_frame: AltFrame,
+        is_plain: bool,
+        change_mode: bool,
+    ) -> Result<VecDeque<Step>, VehicleError> {
+        let guided =
+            Action::Guided.mode(self.family()?).ok_or(VehicleError::NoModeFor { action: Action::Guided.name() })?;
+        if !is_plain {
+            return Err(VehicleError::TooOld {
+                what: "a radius, sense or speed of its own for a go-to",
+                instead: "leave them out, and set WP_LOITER_RAD or TRIM_ARSPD_CM where the vehicle needs others",
+            });
+        }
+        if !change_mode && self.telemetry.mode() != Some(guided) {
+            return Err(VehicleError::TooOld {
+                what: "a go-to that leaves the mode as it is",
+                instead: "enter GUIDED first, or allow the change of mode",
+            });
+        }
+        let message = self.guided(place, alt_frame, 2)?;
+        let command = self.long(Command::NAV_WAYPOINT.0, [0.0; 7]);
+        Ok([Step::Tell { command, message, effect: Effect::Mode(guided) }].into())
+    }
+
+    /// Change of height for firmware without DO_CHANGE_ALTITUDE.
+    fn guided_height(&self, alt_m: f64, alt_frame: AltFrame) -> Result<VecDeque<Step>, VehicleError> {
+        let message = self.guided((0.0, 0.0, alt_m), alt_frame, 3)?;
+        let command = self.long(cmd::DO_CHANGE_ALTITUDE, [0.0; 7]);
+        Ok([Step::Tell { command, message, effect: Effect::Acknowledged }].into())
+    }
+
     /// The steps of a request.
     #[allow(clippy::too_many_lines, reason = "one arm for each request")]
     pub fn steps(&self, request: Request) -> Result<VecDeque<Step>, VehicleError> {
@@ -235,6 +307,10 @@ impl Context<'_> {
                     Some(radius) => in_range("radius_m", radius, 1.0..=30_000.0, "1 to 30,000 m")?,
                     None => 0.0,
                 };
+                if !self.has_command_int {
+                    let is_plain = radius_m.is_none() && speed_m_s.is_none() && turn == Turn::Clockwise;
+                    return self.guided_item((lat_deg, lon_deg, alt_m), alt_frame, is_plain, change_mode);
+                }
                 let is_plane = self.family()? == ModeFamily::ArduPlane;
                 // ArduPlane reads the sense from param 4, where others have a heading; PX4 from the sign of the radius.
                 let (radius, yaw) = match turn {
@@ -259,6 +335,9 @@ impl Context<'_> {
             Request::ChangeAltitude { alt_m, alt_frame } => {
                 let alt = height("alt_m", alt_m)?;
                 let frame = alt_frame.mav_frame();
+                if !self.has_command_int {
+                    return self.guided_height(alt_m, alt_frame);
+                }
                 let older = CommandMessage::Int(CommandInt {
                     target: self.vehicle,
                     frame,
@@ -302,6 +381,13 @@ impl Context<'_> {
             Request::MissionResume => self.mode_for(Action::Mission)?,
             Request::SetCurrentItem(seq) => self.set_current(seq.0),
             Request::SetHome(home) => Step::command(match home {
+                // Older firmware reads the position from floats; it is off by up to a metre or so.
+                Some(Home { lat_deg, lon_deg, alt_amsl_m }) if !self.has_command_int => {
+                    self.at_position(cmd::DO_SET_HOME, 0, [0.0; 4], (lat_deg, lon_deg, alt_amsl_m))?;
+                    let position = [lat_deg as f32, lon_deg as f32, alt_amsl_m as f32];
+                    self.long(cmd::DO_SET_HOME, [0.0, 0.0, 0.0, 0.0, position[0], position[1], position[2]])
+                }
+                None if !self.has_command_int => self.long(cmd::DO_SET_HOME, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
                 Some(Home { lat_deg, lon_deg, alt_amsl_m }) => {
                     self.at_position(cmd::DO_SET_HOME, 0, [0.0; 4], (lat_deg, lon_deg, alt_amsl_m))?
                 }

@@ -42,8 +42,9 @@ impl Vehicle {
             vehicle: self.address,
             station: self.our,
             is_ardupilot,
-            // Every ArduPilot since 2021 has it; one that does not answer is served item by item.
-            has_ftp: version.map_or(is_ardupilot, |version| version.has_ftp()),
+            has_ftp: self.may_have_ftp(),
+            item_form: self.item_form(),
+            no_plan_kinds: self.no_plan_kinds(),
             param_encoding: if is_bytewise { ParamEncoding::Bytewise } else { ParamEncoding::CCast },
             round_trip: self.timesync.round_trip(),
             item_window: self.config.item_window,
@@ -65,7 +66,7 @@ impl Vehicle {
             Step::ParamList => (None, Machine::List(Box::new(ParamList::new(&config, now)))),
             Step::ParamRead(name) => (None, Machine::Read(Box::new(ParamRead::new(&config, name, now)))),
             Step::ParamSet(name, value) => (None, Machine::Set(Box::new(ParamSet::new(&config, name, value, now)))),
-            Step::Command { .. } => unreachable!("invariant: commands do not go by a lane"),
+            Step::Command { .. } | Step::Tell { .. } => unreachable!("invariant: commands do not go by a lane"),
         };
         if let (Some((kind, _)), true) = (plan_before, machine.writes_plan()) {
             self.set_plan(kind, PlanState::Unknown(Unknown::Transferring));
@@ -103,7 +104,9 @@ impl Vehicle {
             self.written[kind as usize] = Some(now);
         }
         let result = match result {
-            Ok(Yield::Plan(kind, wire)) => self.on_plan(kind, &wire, lane.is_disturbed),
+            Ok(Yield::Plan { kind, wire, position_error_m }) => {
+                self.on_plan(kind, &wire, position_error_m, lane.is_disturbed)
+            }
             Ok(Yield::Parameters(params)) => {
                 params.iter().for_each(|param| self.learn(param));
                 Ok(Reply::Parameters(params))
@@ -113,10 +116,11 @@ impl Vehicle {
                 Ok(Reply::Parameter(param))
             }
             Err(error) => {
-                if let Some((kind, _)) = lane.plan_before
+                if let Some((kind, before)) = lane.plan_before
                     && lane.machine.writes_plan()
                 {
-                    self.set_plan(kind, PlanState::Unknown(Unknown::TransferFailed));
+                    let was_sent = !matches!(error, TransferError::OnlyMission { .. });
+                    self.set_plan(kind, if was_sent { PlanState::Unknown(Unknown::TransferFailed) } else { before });
                 }
                 Err(match error {
                     TransferError::Cancelled => VehicleError::Cancelled,
@@ -146,6 +150,7 @@ impl Vehicle {
         &mut self,
         kind: PlanKind,
         wire: &[MissionItemInt],
+        position_error_m: Option<f64>,
         changed: bool,
     ) -> Result<Reply, VehicleError> {
         let has_home = kind == PlanKind::Mission && self.is_ardupilot();
@@ -169,6 +174,6 @@ impl Vehicle {
             self.mission = (!items.is_empty()).then(|| Arc::new(mission.clone()));
         }
         self.set_plan(kind, state);
-        Ok(Reply::Plan { kind, items: mission.items, home: mission.home, state })
+        Ok(Reply::Plan { kind, items: mission.items, home: mission.home, state, position_error_m })
     }
 }

@@ -14,7 +14,9 @@ use crate::transfer::items::{ItemDownload, ItemUpload, ItemsSent};
 use crate::transfer::testing::{
     Endpoint, Faults, MockPlane, PLANE, Recording, Running, STATION, World, recorded, run, tlog,
 };
-use crate::transfer::{ParamList, ParamRead, ParamSet, PlanClear, PlanRoute, PlanUpload, Transfer, TransferError};
+use crate::transfer::{
+    ItemForm, ParamList, ParamRead, ParamSet, PlanClear, PlanRoute, PlanUpload, Transfer, TransferError,
+};
 
 const LIMIT: Duration = Duration::from_secs(60);
 /// `mission.dat` as it was uploaded.
@@ -62,7 +64,8 @@ fn replay<T: Transfer>(transfer: T, recordings: &[&str]) -> (Result<T::Value, Tr
 fn an_upload_by_items_says_what_the_recorded_one_said() {
     let items = items_sent("mission-upload-items", PlanKind::Mission);
     assert_eq!(items.len(), 12);
-    let upload = ItemUpload::new(&by_items(Duration::ZERO), PlanKind::Mission, items, MonoTime::ZERO);
+    let upload =
+        ItemUpload::new(&by_items(Duration::ZERO), PlanKind::Mission, items, ItemForm::Integer, MonoTime::ZERO);
     let (result, said) = replay(upload, &["mission-upload-items"]);
     assert_eq!(result, Ok(ItemsSent { acknowledged: true }));
     let said: Vec<_> = said.iter().map(payload).collect();
@@ -73,7 +76,7 @@ fn an_upload_by_items_says_what_the_recorded_one_said() {
 #[test]
 fn a_download_by_items_reads_what_was_recorded() {
     let one_by_one = crate::transfer::TransferConfig { is_ardupilot: false, ..by_items(Duration::ZERO) };
-    let download = ItemDownload::new(&one_by_one, PlanKind::Mission, MonoTime::ZERO);
+    let download = ItemDownload::new(&one_by_one, PlanKind::Mission, ItemForm::Integer, MonoTime::ZERO);
     let (result, said) = replay(download, &["mission-download-items"]);
     let items = result.expect("read");
     assert_eq!(items.len(), 12);
@@ -137,7 +140,8 @@ fn an_item_out_of_order_does_not_end_the_upload() {
     let mut items = items_sent("mission-upload-out-of-sequence-item", PlanKind::Mission);
     let template = items[3];
     items.extend((items.len() as u16..12).map(|seq| MissionItemInt { seq, ..template }));
-    let upload = ItemUpload::new(&by_items(Duration::ZERO), PlanKind::Mission, items, MonoTime::ZERO);
+    let upload =
+        ItemUpload::new(&by_items(Duration::ZERO), PlanKind::Mission, items, ItemForm::Integer, MonoTime::ZERO);
     let (result, said) = replay(upload, &["mission-upload-out-of-sequence-item"]);
     let sent: Vec<u16> = said
         .iter()
@@ -162,7 +166,8 @@ fn a_list_that_is_too_long_is_refused_as_recorded() {
 fn a_vehicle_that_gives_up_is_begun_with_anew() {
     // Recorded: eight requests for item 0, a second apart, then MISSION_ACK 15 "cancelled".
     let items = items_sent("mission-upload-items", PlanKind::Mission);
-    let upload = ItemUpload::new(&by_items(Duration::ZERO), PlanKind::Mission, items, MonoTime::ZERO);
+    let upload =
+        ItemUpload::new(&by_items(Duration::ZERO), PlanKind::Mission, items, ItemForm::Integer, MonoTime::ZERO);
     let (result, said) = replay(upload, &["mission-upload-abandoned"]);
     let counts = said.iter().filter(|message| message.name() == "MISSION_COUNT").count();
     let firsts =

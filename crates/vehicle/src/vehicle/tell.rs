@@ -1,0 +1,152 @@
+//! Messages that stand in for a command on old firmware: SET_MODE, MISSION_SET_CURRENT, and MISSION_ITEM for a guided target.
+//! They have no COMMAND_ACK; what proves them is their effect, or MISSION_ACK.
+//!
+//! Like a command without answer they are repeated only when the vehicle's own reports show that they had no effect and
+//! nobody else has changed the mode meanwhile.
+
+use std::time::Duration;
+
+use vencejo_proto::{Message, MissionAck, MonoTime};
+
+use super::Vehicle;
+use super::ops::{Commanding, EFFECT_WITHIN, Seen, State};
+use super::steps::Effect;
+use crate::command::CommandResult;
+use crate::error::VehicleError;
+
+/// A message of which the effect is waited for.
+#[derive(Debug)]
+pub(super) struct Telling {
+    /// What it stands for, and its effect.
+    pub command: Commanding,
+    message: Message,
+    /// Whether MISSION_ACK answers it.
+    wants_ack: bool,
+    has_ack: bool,
+    attempts: u32,
+    retry_at: MonoTime,
+    until: MonoTime,
+}
+
+impl Telling {
+    pub(super) fn deadline(&self) -> MonoTime {
+        self.retry_at.min(self.until)
+    }
+
+    /// Whether MISSION_ACK answers it.
+    pub(super) fn wants_ack(&self) -> bool {
+        self.wants_ack
+    }
+}
+
+impl Vehicle {
+    fn tell_again_after(&self) -> Duration {
+        self.config.commands.timeout.max(self.round_trip().unwrap_or_default() * 2)
+    }
+
+    /// Sends a message in place of a command.
+    pub(super) fn tell(&mut self, index: usize, mut command: Commanding, message: Message, now: MonoTime) {
+        command.last_sent = now;
+        let wants_ack = matches!(message, Message::MissionItemFloat(_));
+        self.outputs.push_back(super::Output::Send(message.clone()));
+        let (retry_at, until) = (now + self.tell_again_after(), now + EFFECT_WITHIN);
+        let telling = Telling { command, message, wants_ack, has_ack: false, attempts: 1, retry_at, until };
+        self.ops[index].state = State::Telling(Box::new(telling));
+    }
+
+    /// Whether a MISSION_ACK answered a guided target or height; then it is about no plan.
+    pub(super) fn on_guided_ack(&mut self, ack: &MissionAck, now: MonoTime) -> bool {
+        let is_waiting =
+            |state: &State| matches!(state, State::Telling(telling) if telling.wants_ack && !telling.has_ack);
+        let Some(index) = self.ops.iter().position(|op| is_waiting(&op.state)) else { return false };
+        if ack.mission_type != 0 || self.transfer.is_some() {
+            return false;
+        }
+        let State::Telling(telling) = &mut self.ops[index].state else { return false };
+        if ack.result == 0 {
+            telling.has_ack = true;
+            self.check_telling(index, now);
+        } else {
+            // MAV_MISSION_RESULT has no place in a command's refusal; its words go with the reasons.
+            let reasons = vec![crate::transfer::MissionResult(ack.result).to_string()];
+            let error = VehicleError::CommandRefused {
+                target: self.address,
+                command: telling.command.name(),
+                result: CommandResult::FAILED,
+                reasons,
+            };
+            self.finish(index, Err(error));
+        }
+        true
+    }
+
+    /// Looks whether what was told has had its effect.
+    pub(super) fn check_telling(&mut self, index: usize, now: MonoTime) {
+        let State::Telling(telling) = &self.ops[index].state else { return };
+        let command = &telling.command;
+        let is_shown = command.effect == Effect::Acknowledged || self.seen(command) == Seen::Shown;
+        // A change of mode proves that the message came; a mode that was there before does not.
+        let is_change = matches!(command.effect, Effect::Mode(mode) if command.mode_before != Some(mode));
+        if is_shown && (telling.has_ack || !telling.wants_ack || is_change) {
+            let id = self.ops[index].id;
+            self.ops[index].state = State::Ready;
+            self.advance(id, now);
+        }
+    }
+
+    /// Sends what had no effect once more, or gives it up.
+    pub(super) fn tell_again(&mut self, now: MonoTime) {
+        let mut index = 0;
+        while index < self.ops.len() {
+            let error = match &self.ops[index].state {
+                State::Telling(telling) if now >= telling.deadline() => self.retold(telling, now),
+                _ => {
+                    index += 1;
+                    continue;
+                }
+            };
+            if let Some(error) = error {
+                self.finish(index, Err(error));
+                continue;
+            }
+            let again = self.tell_again_after();
+            let State::Telling(telling) = &self.ops[index].state else { continue };
+            // Without a report since the last sending nothing is known.
+            let is_silent =
+                telling.command.effect != Effect::Acknowledged && self.seen(&telling.command) == Seen::NotYet;
+            let State::Telling(telling) = &mut self.ops[index].state else { continue };
+            telling.retry_at = now + again;
+            if !is_silent && !telling.has_ack {
+                telling.attempts += 1;
+                telling.command.last_sent = now;
+                self.outputs.push_back(super::Output::Send(telling.message.clone()));
+            }
+            index += 1;
+        }
+    }
+
+    /// Why something is not told again.
+    fn retold(&self, telling: &Telling, now: MonoTime) -> Option<VehicleError> {
+        let command = &telling.command;
+        if let (Seen::Overtaken(observed), Effect::Mode(mode)) = (self.seen(command), command.effect) {
+            return Some(VehicleError::NotConfirmed {
+                command: command.name(),
+                wanted: format!("mode {mode}"),
+                observed,
+                within: now.since(command.last_sent),
+                reasons: self.reasons(command, now),
+            });
+        }
+        (now >= telling.until).then(|| {
+            if telling.wants_ack && !telling.has_ack {
+                VehicleError::CommandTimeout {
+                    target: self.address,
+                    command: command.name(),
+                    attempts: telling.attempts,
+                }
+            } else {
+                self.not_confirmed(command, now)
+            }
+        })
+    }
+}
