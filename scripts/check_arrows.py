@@ -26,7 +26,8 @@ CRATES: dict[str, frozenset[str]] = {
     "vehicle": frozenset({"proto", "flight"}),
     "link": frozenset({"proto"}),
     "station": frozenset({"proto", "flight", "vehicle", "link"}),
-    "py": frozenset({"proto", "flight", "vehicle", "link", "station"}),
+    "server": frozenset({"proto", "flight", "vehicle", "link", "station"}),
+    "py": frozenset({"proto", "flight", "vehicle", "link", "station", "server"}),
     "bench-load": frozenset(),
 }
 
@@ -37,13 +38,15 @@ DRAWN_CRATES: dict[str, tuple[str, ...]] = {
     "vehicle": ("proto", "flight"),
     "link": ("proto",),
     "station": ("vehicle", "link", "flight"),
-    "py": ("station", "flight"),
+    "server": ("station",),
+    "py": ("server", "station", "flight"),
     "bench-load": (),
 }
 
 #: External crates that mean I/O or a language: only these crates of ours may name them.
 FENCED: dict[str, frozenset[str]] = {
-    "tokio": frozenset({"link", "station", "py"}),
+    "axum": frozenset({"server"}),
+    "tokio": frozenset({"link", "station", "server", "py"}),
     "tokio-serial": frozenset({"link"}),
     "serialport": frozenset({"link"}),
     "pyo3": frozenset({"py"}),

@@ -1,0 +1,346 @@
+//! Who may talk to the server: `Host` and `Origin` checks, tokens, and the headers that keep a page to itself.
+
+use std::io::{self, Write};
+use std::net::{IpAddr, SocketAddr};
+use std::path::Path;
+
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use serde::{Deserialize, Serialize};
+
+use crate::dto::Role;
+use crate::problem::Problem;
+use crate::state::App;
+
+/// Random bytes of a token or session secret: 128 bits.
+const SECRET_BYTES: usize = 16;
+
+/// What the page may load. Map tiles are pictures from any server by https; nothing else comes from elsewhere.
+const CONTENT_SECURITY_POLICY: &str = "default-src 'self'; img-src 'self' data: blob: https:; connect-src 'self'; \
+    style-src 'self'; style-src-attr 'unsafe-inline'; worker-src 'self' blob:; object-src 'none'; base-uri 'none'; \
+    form-action 'self'; frame-ancestors 'none'";
+
+/// Headers of every answer.
+const HEADERS: [(HeaderName, &str); 7] = [
+    (header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY),
+    (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+    (header::X_FRAME_OPTIONS, "DENY"),
+    // Tile servers want to know who asks; they learn the address, never the path.
+    (header::REFERRER_POLICY, "strict-origin-when-cross-origin"),
+    (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+    (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+    (HeaderName::from_static("permissions-policy"), "camera=(), microphone=(), geolocation=(self)"),
+];
+
+/// The tokens of a server, one for each role.
+#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Tokens {
+    /// For those who look.
+    pub viewer: String,
+    /// For those who command.
+    pub operator: String,
+}
+
+impl std::fmt::Debug for Tokens {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Tokens(…)")
+    }
+}
+
+impl Tokens {
+    /// New random ones.
+    ///
+    /// # Errors
+    /// When the system has no random numbers.
+    pub fn random() -> io::Result<Self> {
+        Ok(Self { viewer: random_secret()?, operator: random_secret()? })
+    }
+
+    /// Those of a file; it is made, readable by its owner alone, when it is not there.
+    ///
+    /// # Errors
+    /// When the file cannot be read or written, or holds something else.
+    pub fn load_or_create(path: &Path) -> io::Result<Self> {
+        match std::fs::read(path) {
+            Ok(bytes) => {
+                restrict(path)?;
+                let tokens: Self = serde_json::from_slice(&bytes).map_err(io::Error::other)?;
+                let is_long = |token: &String| token.len() >= SECRET_BYTES * 2;
+                if is_long(&tokens.viewer) && is_long(&tokens.operator) && tokens.viewer != tokens.operator {
+                    return Ok(tokens);
+                }
+                Err(io::Error::other("the tokens are too short or the same; remove the file and new ones are made"))
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                let tokens = Self::random()?;
+                if let Some(folder) = path.parent() {
+                    std::fs::create_dir_all(folder)?;
+                }
+                let mut options = std::fs::OpenOptions::new();
+                options.write(true).create_new(true);
+                #[cfg(unix)]
+                std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+                let mut file = options.open(path)?;
+                file.write_all(&serde_json::to_vec_pretty(&tokens).map_err(io::Error::other)?)?;
+                file.sync_all()?;
+                Ok(tokens)
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The role that a token gives.
+    pub fn role(&self, token: &str) -> Option<Role> {
+        // Both are compared, whole, so that the time tells nothing.
+        let (operator, viewer) = (same(token, &self.operator), same(token, &self.viewer));
+        if operator { Some(Role::Operator) } else { viewer.then_some(Role::Viewer) }
+    }
+}
+
+/// Takes a file away from everybody but its owner.
+fn restrict(path: &Path) -> io::Result<()> {
+    #[cfg(unix)]
+    std::fs::set_permissions(path, std::os::unix::fs::PermissionsExt::from_mode(0o600))?;
+    #[cfg(not(unix))]
+    let _ = path;
+    Ok(())
+}
+
+/// A random secret in hexadecimal digits.
+///
+/// # Errors
+/// When the system has no random numbers.
+pub fn random_secret() -> io::Result<String> {
+    let mut bytes = [0_u8; SECRET_BYTES];
+    getrandom::fill(&mut bytes).map_err(|error| io::Error::other(error.to_string()))?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+/// Whether two texts are the same, in a time that does not depend on where they differ.
+fn same(left: &str, right: &str) -> bool {
+    let (left, right) = (left.as_bytes(), right.as_bytes());
+    left.len() == right.len() && left.iter().zip(right).fold(0, |sum, (a, b)| sum | (a ^ b)) == 0
+}
+
+/// Who may talk to the server, and from where.
+#[derive(Debug, Clone)]
+pub struct Access {
+    /// `None`: everybody on this machine is an operator.
+    pub tokens: Option<Tokens>,
+    /// Where the server listens.
+    pub bound: SocketAddr,
+    /// Whether it speaks TLS.
+    pub is_tls: bool,
+    /// Names of this machine that `Host` may say, beside addresses and `localhost`.
+    pub hosts: Vec<String>,
+    /// Other origins that may use the API, such as a development server's.
+    pub origins: Vec<String>,
+}
+
+impl Access {
+    /// Whether `Host` names us. Addresses cannot be rebound by anybody's name server, so only names are listed.
+    fn is_our_host(&self, authority: &str) -> bool {
+        let Some(host) = host_of(authority) else { return false };
+        if let Ok(address) = host.trim_start_matches('[').trim_end_matches(']').parse::<IpAddr>() {
+            return address.is_loopback() || !self.bound.ip().is_loopback();
+        }
+        let host = host.trim_end_matches('.');
+        host.eq_ignore_ascii_case("localhost") || self.hosts.iter().any(|ours| ours.eq_ignore_ascii_case(host))
+    }
+
+    /// Whether a page of `origin` may use the API as reached at `authority`.
+    fn is_our_origin(&self, origin: &str, authority: &str) -> bool {
+        let scheme = if self.is_tls { "https://" } else { "http://" };
+        let is_same = origin.strip_prefix(scheme).is_some_and(|host| host.eq_ignore_ascii_case(authority));
+        is_same || self.origins.iter().any(|ours| ours.eq_ignore_ascii_case(origin))
+    }
+
+    /// What is wrong with where a request comes from, if anything.
+    pub fn check(&self, headers: &HeaderMap) -> Result<(), Problem> {
+        let refused = |kind, detail: String| Problem::new(StatusCode::FORBIDDEN, kind, "Not from there", detail);
+        let mut hosts = headers.get_all(header::HOST).iter();
+        let authority = match (hosts.next().and_then(|host| host.to_str().ok()), hosts.next()) {
+            (Some(authority), None) => authority,
+            _ => return Err(refused("host", "the request has no single `Host` that can be read".into())),
+        };
+        if !self.is_our_host(authority) {
+            let detail = format!("`Host` is {authority:?}, which is not a name of this server");
+            return Err(refused("host", detail).remedy("use its address, or start it with --allow-host NAME"));
+        }
+        let origin = headers.get(header::ORIGIN);
+        if let Some(origin) = origin
+            && !origin.to_str().is_ok_and(|origin| self.is_our_origin(origin, authority))
+        {
+            let detail = format!("`Origin` is {origin:?}, and only this server's own pages may use it");
+            return Err(refused("origin", detail).remedy("open the address that the server shows in its terminal"));
+        }
+        Ok(())
+    }
+
+    /// Name of the session's cookie. Cookies do not know ports, and there may be a server on another one.
+    pub fn cookie_name(&self) -> String {
+        format!("vencejo_session_{}", self.bound.port())
+    }
+
+    /// The session's secret in a request's cookies.
+    pub fn cookie<'a>(&self, headers: &'a HeaderMap) -> Option<&'a str> {
+        let name = self.cookie_name();
+        let cookies = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
+        let mut pairs =
+            cookies.flat_map(|cookies| cookies.split(';')).filter_map(|cookie| cookie.trim().split_once('='));
+        pairs.find(|(key, _)| *key == name).map(|(_, value)| value)
+    }
+
+    /// The header that gives a browser its session; an empty secret takes it away.
+    pub fn set_cookie(&self, secret: &str) -> HeaderValue {
+        let secure = if self.is_tls { "; Secure" } else { "" };
+        let age = if secret.is_empty() { "; Max-Age=0" } else { "" };
+        let cookie = format!("{}={secret}; Path=/; HttpOnly; SameSite=Strict{secure}{age}", self.cookie_name());
+        HeaderValue::from_str(&cookie).expect("invariant: a cookie of hexadecimal digits is a header")
+    }
+}
+
+/// The host of `host:port`, `[v6]:port` or `host`.
+fn host_of(authority: &str) -> Option<&str> {
+    let (host, port) = match authority.rsplit_once(':') {
+        Some((host, port)) if !port.contains(']') => (host, port),
+        _ => (authority, "0"),
+    };
+    let is_clean = !host.is_empty() && (host.starts_with('[') == host.ends_with(']'));
+    (is_clean && (host.starts_with('[') || !host.contains(':')) && port.parse::<u16>().is_ok()).then_some(host)
+}
+
+/// Checks where each request comes from, and puts the headers on each answer.
+pub async fn guard(State(app): State<App>, request: Request, next: Next) -> Response {
+    let is_api = request.uri().path().starts_with("/api/");
+    let mut response = match app.access().check(request.headers()) {
+        Ok(()) => next.run(request).await,
+        Err(problem) => problem.into_response(),
+    };
+    let headers = response.headers_mut();
+    for (name, value) in HEADERS {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    if is_api {
+        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    }
+    if app.access().is_tls {
+        headers.insert(header::STRICT_TRANSPORT_SECURITY, HeaderValue::from_static("max-age=31536000"));
+    }
+    response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn access(bound: &str) -> Access {
+        Access {
+            tokens: None,
+            bound: bound.parse().expect("an address"),
+            is_tls: false,
+            hosts: vec!["plane.local".into()],
+            origins: vec!["http://localhost:5173".into()],
+        }
+    }
+
+    fn check(bound: &str, host: &str, origin: Option<&str>) -> Option<String> {
+        let mut headers = HeaderMap::new();
+        headers.insert(header::HOST, HeaderValue::from_str(host).expect("a header"));
+        if let Some(origin) = origin {
+            headers.insert(header::ORIGIN, HeaderValue::from_str(origin).expect("a header"));
+        }
+        access(bound).check(&headers).err().map(|problem| problem.0.r#type)
+    }
+
+    #[test]
+    fn hosts_are_addresses_or_listed_names() {
+        const LOOPBACK: &str = "127.0.0.1:8765";
+        const ANY: &str = "0.0.0.0:8765";
+        for (bound, host, is_ours) in [
+            (LOOPBACK, "127.0.0.1:8765", true),
+            (LOOPBACK, "localhost:9000", true),
+            (LOOPBACK, "LOCALHOST", true),
+            (LOOPBACK, "localhost.", true),
+            (LOOPBACK, "[::1]:8765", true),
+            (LOOPBACK, "plane.local:8765", true),
+            (LOOPBACK, "192.168.1.5:8765", false),
+            (LOOPBACK, "evil.example:8765", false),
+            (LOOPBACK, "localhost.evil.example", false),
+            (LOOPBACK, "127.0.0.1.evil.example", false),
+            (LOOPBACK, "localhost:x", false),
+            (LOOPBACK, "", false),
+            (LOOPBACK, "[::1", false),
+            (LOOPBACK, "user@localhost", false),
+            (ANY, "192.168.1.5:8765", true),
+            (ANY, "[fe80::1]:8765", true),
+            (ANY, "evil.example", false),
+        ] {
+            assert_eq!(check(bound, host, None).is_none(), is_ours, "{host} at {bound}");
+        }
+    }
+
+    #[test]
+    fn origins_are_our_own_or_listed() {
+        for (origin, is_ours) in [
+            ("http://127.0.0.1:8765", true),
+            ("http://localhost:5173", true),
+            ("https://127.0.0.1:8765", false),
+            ("http://127.0.0.1:8766", false),
+            ("http://localhost:8765", false),
+            ("http://evil.example", false),
+            ("null", false),
+            ("", false),
+        ] {
+            let found = check("127.0.0.1:8765", "127.0.0.1:8765", Some(origin));
+            assert_eq!(found.is_none(), is_ours, "{origin}");
+        }
+    }
+
+    #[test]
+    fn two_hosts_or_none_are_refused() {
+        let mut headers = HeaderMap::new();
+        assert!(access("127.0.0.1:1").check(&headers).is_err());
+        headers.append(header::HOST, HeaderValue::from_static("localhost"));
+        headers.append(header::HOST, HeaderValue::from_static("evil.example"));
+        assert!(access("127.0.0.1:1").check(&headers).is_err());
+    }
+
+    #[test]
+    fn tokens_are_kept_for_their_owner_alone() {
+        let folder = std::env::temp_dir().join(format!("vencejo-tokens-{}", random_secret().expect("random")));
+        let path = folder.join("access.json");
+        let made = Tokens::load_or_create(&path).expect("made");
+        assert_eq!(Tokens::load_or_create(&path).expect("read"), made);
+        assert_ne!(made.viewer, made.operator);
+        assert_eq!(made.role(&made.viewer), Some(Role::Viewer));
+        assert_eq!(made.role(&made.operator), Some(Role::Operator));
+        assert_eq!(made.role(""), None);
+        assert_eq!(made.role(&made.operator[1..]), None);
+        assert!(!format!("{made:?}").contains(&made.operator));
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let mode = |path: &Path| std::fs::metadata(path).expect("there").permissions().mode() & 0o777;
+            assert_eq!(mode(&path), 0o600);
+            std::fs::set_permissions(&path, PermissionsExt::from_mode(0o644)).expect("set");
+            Tokens::load_or_create(&path).expect("read");
+            assert_eq!(mode(&path), 0o600);
+        }
+        std::fs::write(&path, r#"{"viewer": "a", "operator": "b"}"#).expect("written");
+        assert!(Tokens::load_or_create(&path).is_err(), "guessable ones are refused");
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[test]
+    fn a_cookie_is_found_among_others() {
+        let access = access("127.0.0.1:8765");
+        let mut headers = HeaderMap::new();
+        headers.insert(header::COOKIE, HeaderValue::from_static("a=b; vencejo_session_8765=s3; vencejo_session_1=x"));
+        assert_eq!(access.cookie(&headers), Some("s3"));
+        let set = access.set_cookie("s3");
+        assert_eq!(set, "vencejo_session_8765=s3; Path=/; HttpOnly; SameSite=Strict");
+    }
+}

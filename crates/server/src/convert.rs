@@ -1,0 +1,441 @@
+//! From the core's values to those of the API and back. Nothing is decided here but what the core's types demand.
+
+use vencejo_flight::checks::Severity;
+use vencejo_flight::geodesy::GeoPoint;
+use vencejo_flight::plan::{self as core, Command, MavFrame, MissionItem};
+use vencejo_flight::{FlightError, checks};
+use vencejo_link::{self as link, LinkStats};
+use vencejo_proto::MonoTime;
+use vencejo_station::{Station, VehicleHandle};
+use vencejo_vehicle::modes::ModeFamily;
+use vencejo_vehicle::{self as vehicle, Reply};
+
+use crate::dto;
+
+/// Seconds on the station's clock.
+pub(crate) fn seconds(moment: MonoTime) -> f64 {
+    moment.as_duration().as_secs_f64()
+}
+
+pub(crate) fn link_info(station: &Station, info: &link::LinkInfo, stats: &LinkStats) -> dto::LinkInfo {
+    let now = station.now();
+    let (state, detail) = match &info.state {
+        link::LinkState::Connecting { last_error, .. } => (dto::LinkState::Connecting, last_error.clone()),
+        link::LinkState::Up { .. } => (dto::LinkState::Up, None),
+        link::LinkState::Down => (dto::LinkState::Down, None),
+        link::LinkState::Ended { remark } => (dto::LinkState::Ended, remark.clone()),
+    };
+    dto::LinkInfo {
+        id: info.id.0,
+        name: info.name.clone(),
+        address: info.address.to_string(),
+        local_address: station.local_address(info.id).map(|local| local.to_string()),
+        state,
+        detail,
+        forward: info.forwards,
+        frames_received: stats.received.frames,
+        frames_sent: stats.sent.frames,
+        bytes_received: stats.received.bytes,
+        bytes_sent: stats.sent.bytes,
+        bad_crc: stats.bad_crc,
+        garbage_bytes: stats.garbage_bytes,
+        frames_lost: stats.lost,
+        loss_pct: stats.loss_ratio.map(|ratio| ratio * 100.0),
+        round_trip_ms: stats.round_trip.map(|round_trip| round_trip.last.as_secs_f64() * 1e3),
+        age_s: stats.last_seen.map(|seen| now.since(seen).as_secs_f64()),
+        frames_per_s: stats.rates.frames_hz,
+        recent_loss_pct: stats.rates.loss_ratio.map(|ratio| ratio * 100.0),
+    }
+}
+
+pub(crate) fn links(station: &Station) -> Vec<dto::LinkInfo> {
+    station.links().iter().map(|(info, stats)| link_info(station, info, stats)).collect()
+}
+
+/// The link to a vehicle, with the vehicle's own figures instead of those of all that speak there.
+fn vehicle_link(vehicle: &VehicleHandle) -> Option<dto::LinkInfo> {
+    let (info, stats, source) = vehicle.link()?;
+    let now = vehicle.station().now();
+    let mut link = link_info(vehicle.station(), &info, &stats);
+    if let Some(source) = source {
+        link.frames_received = source.received.frames;
+        link.bytes_received = source.received.bytes;
+        link.frames_lost = source.lost;
+        link.loss_pct = source.rates.loss_ratio.map(|ratio| ratio * 100.0);
+        link.recent_loss_pct = link.loss_pct;
+        link.frames_per_s = source.rates.frames_hz;
+        link.age_s = Some(now.since(source.last_seen).as_secs_f64());
+    }
+    Some(link)
+}
+
+pub(crate) fn vehicle_summary(vehicle: &VehicleHandle) -> dto::VehicleSummary {
+    let (telemetry, now) = vehicle.telemetry();
+    let heartbeat = telemetry.heartbeat;
+    let link = vehicle_link(vehicle);
+    dto::VehicleSummary {
+        system_id: vehicle.system().0,
+        mav_type: heartbeat.map(|heartbeat| heartbeat.value.mav_type),
+        autopilot: heartbeat.map(|heartbeat| heartbeat.value.autopilot),
+        mode: heartbeat.map(|heartbeat| heartbeat.value.mode.to_string()),
+        is_armed: heartbeat.map(|heartbeat| heartbeat.value.is_armed),
+        age_s: link
+            .as_ref()
+            .and_then(|link| link.age_s)
+            .or_else(|| heartbeat.map(|heartbeat| heartbeat.age(now).as_secs_f64())),
+        link: link.as_ref().map(|link| link.id),
+        loss_pct: link.as_ref().and_then(|link| link.loss_pct),
+        round_trip_ms: link.as_ref().and_then(|link| link.round_trip_ms),
+    }
+}
+
+pub(crate) fn vehicle_summaries(station: &Station) -> Vec<dto::VehicleSummary> {
+    station.vehicles().iter().map(vehicle_summary).collect()
+}
+
+pub(crate) fn progress(vehicle: &VehicleHandle) -> dto::MissionProgress {
+    let progress = vehicle.progress().unwrap_or_default();
+    dto::MissionProgress {
+        item: progress.current.and_then(|seq| vehicle.item_of_seq(seq)),
+        total: progress.total,
+        reached: progress.reached.iter().filter_map(|seq| vehicle.item_of_seq(*seq)).collect(),
+        is_complete: progress.is_complete,
+        distance_m: progress.distance_to_go_m,
+        time_s: progress.time_to_go_s,
+        leg_distance_m: progress.distance_to_current_m,
+    }
+}
+
+pub(crate) fn plan_kind(kind: core::PlanKind) -> dto::PlanKind {
+    match kind {
+        core::PlanKind::Mission => dto::PlanKind::Mission,
+        core::PlanKind::Fence => dto::PlanKind::Fence,
+        core::PlanKind::Rally => dto::PlanKind::Rally,
+    }
+}
+
+pub(crate) fn core_plan_kind(kind: dto::PlanKind) -> core::PlanKind {
+    match kind {
+        dto::PlanKind::Mission => core::PlanKind::Mission,
+        dto::PlanKind::Fence => core::PlanKind::Fence,
+        dto::PlanKind::Rally => core::PlanKind::Rally,
+    }
+}
+
+pub(crate) fn plan_state(state: Option<vehicle::PlanState>) -> dto::PlanState {
+    let (certainty, count, hash) = match state {
+        Some(vehicle::PlanState::Empty) => (dto::PlanCertainty::Empty, Some(0), None),
+        Some(vehicle::PlanState::Verified { count, hash }) => {
+            (dto::PlanCertainty::Verified, Some(count), Some(format!("{hash:016x}")))
+        }
+        _ => (dto::PlanCertainty::Unknown, None, None),
+    };
+    let detail = state.map_or_else(|| "unknown".to_owned(), |state| state.to_string());
+    dto::PlanState { state: certainty, count, hash, detail }
+}
+
+pub(crate) fn vehicle_state(vehicle: &VehicleHandle) -> dto::VehicleState {
+    let (telemetry, now) = vehicle.telemetry();
+    let state_of = |kind| plan_state(vehicle.plan_state(kind));
+    let mode_names = telemetry.heartbeat.map_or_else(Vec::new, |heartbeat| {
+        let family = ModeFamily::of(heartbeat.value.autopilot, heartbeat.value.mav_type);
+        family.modes().iter().map(|(_, name)| (*name).to_owned()).collect()
+    });
+    dto::VehicleState {
+        system_id: vehicle.system().0,
+        time_s: seconds(now),
+        telemetry: dto::TelemetryGroups::all(&telemetry, now),
+        progress: progress(vehicle),
+        plan_states: dto::PlanStates {
+            mission: state_of(core::PlanKind::Mission),
+            fence: state_of(core::PlanKind::Fence),
+            rally: state_of(core::PlanKind::Rally),
+        },
+        mode_names,
+        link: vehicle_link(vehicle),
+    }
+}
+
+pub(crate) fn texts(vehicle: &VehicleHandle) -> Vec<dto::Text> {
+    let texts = vehicle.texts().into_iter();
+    texts.map(|text| dto::Text { time_s: seconds(text.at), severity: text.severity.0, text: text.text }).collect()
+}
+
+fn item(item: &MissionItem) -> dto::PlanItem {
+    dto::PlanItem {
+        command: item.command.0,
+        name: item.command.to_string(),
+        frame: item.frame.number(),
+        params: item.params,
+        autocontinue: item.autocontinue,
+    }
+}
+
+pub(crate) fn plan(plan: &core::Plan) -> dto::Plan {
+    let place = |point: &GeoPoint| dto::LatLon { lat_deg: point.lat_deg(), lon_deg: point.lon_deg() };
+    let zone = |zone: &core::FenceZone| {
+        let (shape, points, radius_m) = match &zone.shape {
+            core::FenceShape::Polygon { vertices } => {
+                (dto::ZoneShape::Polygon, vertices.iter().map(place).collect(), None)
+            }
+            core::FenceShape::Circle { center, radius_m } => {
+                (dto::ZoneShape::Circle, vec![place(center)], Some(*radius_m))
+            }
+        };
+        dto::FenceZone { inclusion: zone.inclusion, shape, points, radius_m }
+    };
+    dto::Plan {
+        items: plan.mission.items.iter().map(item).collect(),
+        home: plan.mission.home.map(|home| dto::Home {
+            lat_deg: home.lat_deg,
+            lon_deg: home.lon_deg,
+            alt_amsl_m: home.alt_amsl_m,
+        }),
+        fence: dto::Fence {
+            zones: plan.fence.zones.iter().map(zone).collect(),
+            return_point: plan.fence.return_point.map(|(point, alt_rel_home_m)| dto::ReturnPoint {
+                lat_deg: point.lat_deg(),
+                lon_deg: point.lon_deg(),
+                alt_rel_home_m,
+            }),
+        },
+        rally: plan
+            .rally
+            .points
+            .iter()
+            .map(|rally| dto::RallyPoint {
+                lat_deg: rally.point.lat_deg(),
+                lon_deg: rally.point.lon_deg(),
+                alt_m: rally.alt_m,
+                frame: rally.frame.number(),
+            })
+            .collect(),
+    }
+}
+
+pub(crate) fn core_home(home: dto::Home) -> core::Home {
+    core::Home { lat_deg: home.lat_deg, lon_deg: home.lon_deg, alt_amsl_m: home.alt_amsl_m }
+}
+
+/// A plan as a client wrote it.
+///
+/// # Errors
+/// For a position that is not on Earth, a circle without exactly one centre and a radius, or a polygon with a radius, and
+/// when there are more than [`core::MAX_ITEMS`] items.
+pub(crate) fn core_plan(plan: &dto::Plan) -> Result<core::Plan, FlightError> {
+    let counts = [
+        plan.items.len(),
+        plan.rally.len(),
+        plan.fence.zones.iter().map(|zone| zone.points.len()).sum::<usize>() + plan.fence.zones.len(),
+    ];
+    if let Some(count) = counts.into_iter().find(|count| *count > core::MAX_ITEMS) {
+        return Err(FlightError::BadMission {
+            index: core::MAX_ITEMS,
+            problem: format!("the plan has {count} items; at most {} are taken, so split it", core::MAX_ITEMS),
+        });
+    }
+    let point = |place: &dto::LatLon| GeoPoint::new(place.lat_deg, place.lon_deg);
+    let zone = |(index, zone): (usize, &dto::FenceZone)| {
+        let shape = match (zone.shape, zone.radius_m, zone.points.as_slice()) {
+            (dto::ZoneShape::Polygon, None, corners) => {
+                core::FenceShape::Polygon { vertices: corners.iter().map(point).collect::<Result<_, _>>()? }
+            }
+            (dto::ZoneShape::Circle, Some(radius_m), [center]) => {
+                core::FenceShape::Circle { center: point(center)?, radius_m }
+            }
+            (dto::ZoneShape::Polygon, Some(_), _) => {
+                return Err(FlightError::BadFence {
+                    index,
+                    problem: "a polygon has no radius; give null, or make it a circle".into(),
+                });
+            }
+            (dto::ZoneShape::Circle, _, points) => {
+                return Err(FlightError::BadFence {
+                    index,
+                    problem: format!("a circle has one centre and a radius, this has {} points", points.len()),
+                });
+            }
+        };
+        Ok(core::FenceZone { inclusion: zone.inclusion, shape })
+    };
+    let rally = |rally: &dto::RallyPoint| {
+        let point = GeoPoint::new(rally.lat_deg, rally.lon_deg)?;
+        Ok(core::RallyPoint { point, alt_m: rally.alt_m, frame: MavFrame::from(rally.frame) })
+    };
+    let return_point = plan
+        .fence
+        .return_point
+        .map(|place| Ok::<_, FlightError>((GeoPoint::new(place.lat_deg, place.lon_deg)?, place.alt_rel_home_m)));
+    Ok(core::Plan {
+        mission: core::Mission {
+            home: plan.home.map(core_home),
+            items: plan
+                .items
+                .iter()
+                .map(|item| MissionItem {
+                    command: Command(item.command),
+                    frame: MavFrame::from(item.frame),
+                    params: item.params,
+                    autocontinue: item.autocontinue,
+                })
+                .collect(),
+        },
+        fence: core::Fence {
+            zones: plan.fence.zones.iter().enumerate().map(zone).collect::<Result<_, _>>()?,
+            return_point: return_point.transpose()?,
+        },
+        rally: core::Rally { points: plan.rally.iter().map(rally).collect::<Result<_, FlightError>>()? },
+    })
+}
+
+/// What a transfer brought; `None` for a reply that brings nothing.
+///
+/// # Errors
+/// For a fence or rally list from the vehicle that cannot be.
+pub(crate) fn operation_result(reply: Reply) -> Result<Option<dto::OperationResult>, FlightError> {
+    Ok(match reply {
+        Reply::Plan { kind, items, home, .. } => {
+            let mut read = core::Plan::default();
+            match kind {
+                core::PlanKind::Mission => read.mission = core::Mission { home, items },
+                core::PlanKind::Fence => read.fence = core::Fence::from_items(&items)?,
+                core::PlanKind::Rally => read.rally = core::Rally::from_items(&items)?,
+            }
+            Some(dto::OperationResult::Plan(plan(&read)))
+        }
+        Reply::Parameters(params) => Some(dto::OperationResult::Params(params.iter().map(param).collect())),
+        _ => None,
+    })
+}
+
+pub(crate) fn param(param: &vehicle::Param) -> dto::Param {
+    let kind = match param.value {
+        vehicle::ParamValue::U8(_) => "uint8",
+        vehicle::ParamValue::I8(_) => "int8",
+        vehicle::ParamValue::U16(_) => "uint16",
+        vehicle::ParamValue::I16(_) => "int16",
+        vehicle::ParamValue::U32(_) => "uint32",
+        vehicle::ParamValue::I32(_) => "int32",
+        vehicle::ParamValue::F32(_) => "real32",
+    };
+    dto::Param { name: param.name.as_str().to_owned(), value: param.value.as_f64(), kind: kind.to_owned() }
+}
+
+pub(crate) fn finding(finding: checks::Finding) -> dto::Finding {
+    dto::Finding {
+        severity: match finding.severity {
+            Severity::Error => dto::FindingSeverity::Error,
+            Severity::Warning => dto::FindingSeverity::Warning,
+        },
+        code: finding.code.as_str().to_owned(),
+        item: finding.item.map(|index| index + 1),
+        message: finding.message,
+        remedy: finding.remedy,
+    }
+}
+
+/// The table of commands.
+pub(crate) fn commands() -> Vec<dto::CommandInfo> {
+    core::command::COMMANDS.iter().map(command_info).collect()
+}
+
+fn command_info(info: &core::CommandInfo) -> dto::CommandInfo {
+    dto::CommandInfo {
+        number: info.command.0,
+        name: info.command.to_string(),
+        title: info.title.to_owned(),
+        category: match info.category {
+            core::Category::Nav => dto::CommandCategory::Nav,
+            core::Category::Condition => dto::CommandCategory::Condition,
+            core::Category::Do => dto::CommandCategory::Do,
+            core::Category::Fence => dto::CommandCategory::Fence,
+            core::Category::Rally => dto::CommandCategory::Rally,
+        },
+        support: match info.support {
+            core::Support::Flown => dto::CommandSupport::Flown,
+            core::Support::NeedsVtol => dto::CommandSupport::NeedsVtol,
+            core::Support::Ignored => dto::CommandSupport::Ignored,
+            core::Support::List => dto::CommandSupport::List,
+        },
+        has_position: info.has_position,
+        is_destination: info.is_destination,
+        params: info
+            .params
+            .iter()
+            .map(|param| dto::CommandParam {
+                label: param.label.to_owned(),
+                unit: param.unit.symbol().to_owned(),
+                min: param.min,
+                max: param.max,
+                default: param.default,
+            })
+            .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn round(plan_before: &dto::Plan) -> dto::Plan {
+        plan(&core_plan(plan_before).expect("a plan"))
+    }
+
+    #[test]
+    fn a_whole_plan_goes_to_the_core_and_back() {
+        let json = serde_json::json!({
+            "items": [{"command": 16, "name": "NAV_WAYPOINT", "frame": 3, "autocontinue": true,
+                       "params": [0.0, null, 0.0, 0.0, 40.3332, -3.7978, 60.0]}],
+            "home": {"lat_deg": 40.3, "lon_deg": -3.8, "alt_amsl_m": 600.0},
+            "fence": {
+                "zones": [
+                    {"inclusion": true, "shape": "polygon", "radius_m": null, "points": [
+                        {"lat_deg": 40.0, "lon_deg": -4.0}, {"lat_deg": 41.0, "lon_deg": -4.0},
+                        {"lat_deg": 41.0, "lon_deg": -3.0}]},
+                    {"inclusion": false, "shape": "circle", "radius_m": 50.0,
+                     "points": [{"lat_deg": 40.5, "lon_deg": -3.5}]}],
+                "return_point": {"lat_deg": 40.3, "lon_deg": -3.8, "alt_rel_home_m": 80.0}},
+            "rally": [{"lat_deg": 40.31, "lon_deg": -3.81, "alt_m": 90.0, "frame": 3}],
+        });
+        let before: dto::Plan = serde_json::from_value(json.clone()).expect("a plan");
+        assert_eq!(serde_json::to_value(round(&before)).expect("JSON"), json);
+    }
+
+    #[test]
+    fn what_is_no_plan_says_why() {
+        let zone = |shape, radius_m, count| dto::Plan {
+            fence: dto::Fence {
+                zones: vec![dto::FenceZone {
+                    inclusion: true,
+                    shape,
+                    radius_m,
+                    points: vec![dto::LatLon { lat_deg: 1.0, lon_deg: 2.0 }; count],
+                }],
+                return_point: None,
+            },
+            ..dto::Plan::default()
+        };
+        let far = dto::Plan {
+            rally: vec![dto::RallyPoint { lat_deg: 91.0, lon_deg: 0.0, alt_m: 1.0, frame: 3 }],
+            ..dto::Plan::default()
+        };
+        for (plan, word) in [
+            (zone(dto::ZoneShape::Circle, None, 1), "radius"),
+            (zone(dto::ZoneShape::Circle, Some(5.0), 2), "2 points"),
+            (zone(dto::ZoneShape::Polygon, Some(5.0), 3), "no radius"),
+            (far, "91"),
+        ] {
+            let error = core_plan(&plan).expect_err("not a plan").to_string();
+            assert!(error.contains(word), "{error}");
+        }
+    }
+
+    #[test]
+    fn every_command_of_the_table_is_told() {
+        let told = commands();
+        assert_eq!(told.len(), core::command::COMMANDS.len());
+        let waypoint = told.iter().find(|command| command.number == 16).expect("waypoint");
+        assert_eq!((waypoint.name.as_str(), waypoint.has_position), ("NAV_WAYPOINT", true));
+        assert_eq!(waypoint.params[4].unit, "°");
+    }
+}

@@ -1,0 +1,150 @@
+//! What handlers ask of a request: a role, a vehicle, a body. What is missing becomes a problem, never plain text.
+
+use axum::body::Bytes;
+use axum::extract::{FromRequest, FromRequestParts, RawPathParams, Request};
+use axum::http::header;
+use axum::http::request::Parts;
+use serde::de::DeserializeOwned;
+use vencejo_proto::SystemId;
+use vencejo_station::VehicleHandle;
+
+use crate::dto::Role;
+use crate::problem::Problem;
+use crate::sessions::SessionId;
+use crate::state::App;
+
+fn session(parts: &Parts, app: &App) -> Option<(SessionId, Role)> {
+    let secret = app.access().cookie(&parts.headers)?;
+    let now = app.now();
+    app.sessions().find(secret, now)
+}
+
+/// Somebody who may look: everybody on this machine where no token is needed, else a session.
+pub struct Viewer;
+
+impl FromRequestParts<App> for Viewer {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
+        let may_look = app.access().tokens.is_none() || session(parts, app).is_some();
+        may_look.then_some(Self).ok_or_else(Problem::no_session)
+    }
+}
+
+/// Any session.
+pub struct InSession(pub SessionId);
+
+impl FromRequestParts<App> for InSession {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
+        session(parts, app).map(|(id, _)| Self(id)).ok_or_else(Problem::no_session)
+    }
+}
+
+/// An operator's session, with or without control.
+pub struct Operator(pub SessionId);
+
+impl FromRequestParts<App> for Operator {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
+        let (id, role) = session(parts, app).ok_or_else(Problem::no_session)?;
+        if role < Role::Operator { Err(Problem::viewer()) } else { Ok(Self(id)) }
+    }
+}
+
+/// The operator's session that holds control.
+pub struct Pilot;
+
+impl FromRequestParts<App> for Pilot {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
+        let Operator(id) = Operator::from_request_parts(parts, app).await?;
+        let sessions = app.sessions();
+        if sessions.has_control(id) { Ok(Self) } else { Err(Problem::no_control(sessions.holder_name().as_deref())) }
+    }
+}
+
+/// The parameter `name` of the path.
+async fn path_param(parts: &mut Parts, app: &App, name: &str) -> Result<String, Problem> {
+    let params = RawPathParams::from_request_parts(parts, app).await;
+    let params = params.map_err(|_| Problem::invalid("the path is not UTF-8"))?;
+    let found = params.iter().find(|(key, _)| *key == name).map(|(_, value)| value.to_owned());
+    found.ok_or_else(|| Problem::not_found(format!("the path has no {name}")))
+}
+
+/// The vehicle that the path names.
+pub struct Vehicle(pub VehicleHandle);
+
+impl FromRequestParts<App> for Vehicle {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
+        let id = path_param(parts, app, "id").await?;
+        let system = id
+            .parse()
+            .map(SystemId)
+            .map_err(|_| Problem::not_found(format!("'{id}' is no system id; they go from 1 to 255")))?;
+        app.station().vehicle(system).map(Self).ok_or_else(|| {
+            Problem::not_found(format!("no vehicle with system id {system} has been heard"))
+                .remedy("GET /api/v1/vehicles lists those that were; check the link")
+        })
+    }
+}
+
+/// A number that the path names `id`.
+pub struct Id(pub u64);
+
+impl FromRequestParts<App> for Id {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
+        let id = path_param(parts, app, "id").await?;
+        id.parse().map(Self).map_err(|_| Problem::not_found(format!("'{id}' is no id; they are numbers")))
+    }
+}
+
+/// The word that the path names `name`.
+pub struct Name(pub String);
+
+impl FromRequestParts<App> for Name {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
+        path_param(parts, app, "name").await.map(Self)
+    }
+}
+
+/// A body of JSON.
+pub struct Json<T>(pub T);
+
+impl<T: DeserializeOwned> FromRequest<App> for Json<T> {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, app: &App) -> Result<Self, Problem> {
+        let axum::Json(value) = axum::Json::from_request(request, app).await?;
+        Ok(Self(value))
+    }
+}
+
+/// A body of JSON, or none, which stands for all defaults.
+pub struct OptionalJson<T>(pub T);
+
+impl<T: DeserializeOwned + Default> FromRequest<App> for OptionalJson<T> {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, app: &App) -> Result<Self, Problem> {
+        let has_kind = request.headers().contains_key(header::CONTENT_TYPE);
+        if has_kind {
+            let Json(value) = Json::<Option<T>>::from_request(request, app).await?;
+            return Ok(Self(value.unwrap_or_default()));
+        }
+        let body = Bytes::from_request(request, app).await?;
+        if body.is_empty() {
+            return Ok(Self(T::default()));
+        }
+        Err(Problem::invalid("send JSON with `Content-Type: application/json`, or nothing"))
+    }
+}

@@ -1,0 +1,56 @@
+//! The HTTP and WebSocket front door: the API of `schemas/openapi.json`, who may use it, and the web app's files.
+//!
+//! It holds no protocol logic: a handler converts, calls the [`vencejo_station::Station`], and waits for what comes back.
+//!
+//! | module | owns |
+//! |---|---|
+//! | `routes` | the paths, a file for each group, and their description |
+//! | [`dto`] | the types on the wire |
+//! | `convert` | from the core's values to those and back |
+//! | `problem` | the one table from the core's errors to `application/problem+json` |
+//! | `access` | `Host`, `Origin`, tokens, security headers |
+//! | `sessions` | sessions and the control lease, pure |
+//! | `operations` | what takes a while |
+//! | `ws`, `outbox` | the WebSocket: a task and a bounded box for each client |
+//! | `state` | what handlers share, and the task that tells the clients what goes on |
+//! | `files` | the web app |
+//!
+//! # Who may do what
+//!
+//! | | looks (GET, WebSocket) | reads plans and parameters off the vehicle | commands |
+//! |---|---|---|---|
+//! | viewer | yes | no | no |
+//! | operator | yes | yes | while it holds control |
+//!
+//! On a loopback address without tokens everybody is an operator. Sessions are proven by a cookie that no script can read
+//! and no other site's page sends.
+
+mod access;
+mod convert;
+pub mod dto;
+mod extract;
+mod files;
+mod operations;
+mod outbox;
+mod problem;
+mod routes;
+mod server;
+mod sessions;
+mod state;
+#[cfg(test)]
+mod tests;
+mod ws;
+
+pub use access::Tokens;
+pub use files::has_app;
+pub use server::{Server, ServerConfig, ServerError};
+
+/// The version of the package.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// The description of the API (OpenAPI 3.1) as `schemas/openapi.json` holds it.
+pub fn openapi() -> String {
+    let mut text = routes::description().to_pretty_json().expect("invariant: the description is JSON");
+    text.push('\n');
+    text
+}

@@ -1,0 +1,114 @@
+//! Operations: what takes a while (plans, all parameters), its progress, and its result for whoever asks later.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use vencejo_station::{Pending, RequestResult};
+
+use crate::dto::{Operation, OperationKind, OperationResult, OperationState, Problem};
+
+/// Operations under way at most; more are refused.
+pub const MAX_RUNNING: usize = 32;
+/// Ended operations that are remembered; the oldest are forgotten.
+pub const MAX_ENDED: usize = 32;
+
+struct Entry {
+    operation: Operation,
+    pending: Pending<RequestResult>,
+}
+
+#[derive(Default)]
+struct Entries {
+    opened: u64,
+    by_id: BTreeMap<u64, Entry>,
+}
+
+/// The operations of a server.
+#[derive(Default)]
+pub struct Operations {
+    entries: Mutex<Entries>,
+}
+
+impl Operations {
+    /// Registers an operation; `None` when too many are under way.
+    pub fn add(&self, vehicle: u8, kind: OperationKind, pending: Pending<RequestResult>) -> Option<Operation> {
+        let mut entries = self.lock();
+        let ended = |entry: &Entry| entry.operation.state != OperationState::Running;
+        let running = entries.by_id.values().filter(|entry| !ended(entry)).count();
+        if running >= MAX_RUNNING {
+            return None;
+        }
+        let old: Vec<u64> = entries.by_id.iter().filter(|(_, entry)| ended(entry)).map(|(id, _)| *id).collect();
+        for id in old.iter().take((old.len() + 1).saturating_sub(MAX_ENDED)) {
+            entries.by_id.remove(id);
+        }
+        entries.opened += 1;
+        let progress = pending.progress();
+        let operation = Operation {
+            id: entries.opened,
+            vehicle,
+            kind,
+            state: OperationState::Running,
+            done: progress.done,
+            total: progress.total,
+            error: None,
+            result: None,
+        };
+        entries.by_id.insert(operation.id, Entry { operation: operation.clone(), pending });
+        Some(operation)
+    }
+
+    /// An operation with its result.
+    pub fn get(&self, id: u64) -> Option<Operation> {
+        self.lock().by_id.get(&id).map(|entry| entry.operation.clone())
+    }
+
+    /// All operations without their results, oldest first.
+    pub fn list(&self) -> Vec<Operation> {
+        self.lock().by_id.values().map(|entry| copy(&entry.operation)).collect()
+    }
+
+    /// Gives an operation up; it ends soon, unless it has ended already.
+    pub fn cancel(&self, id: u64) -> Option<Operation> {
+        let pending = self.lock().by_id.get(&id).map(|entry| entry.pending.clone())?;
+        // Outside the lock: it may end the operation at once.
+        pending.cancel();
+        self.get(id)
+    }
+
+    /// Notes progress; the operation without its result, `None` when it was forgotten.
+    pub fn progress(&self, id: u64, done: u32, total: u32) -> Option<Operation> {
+        let mut entries = self.lock();
+        let operation = &mut entries.by_id.get_mut(&id)?.operation;
+        (operation.done, operation.total) = (done, total);
+        Some(copy(operation))
+    }
+
+    /// Notes the end; the operation without its result, `None` when it was forgotten.
+    pub fn end(&self, id: u64, end: Result<Option<OperationResult>, Problem>) -> Option<Operation> {
+        let mut entries = self.lock();
+        let operation = &mut entries.by_id.get_mut(&id)?.operation;
+        match end {
+            Ok(result) => {
+                operation.state = OperationState::Done;
+                operation.done = operation.total;
+                operation.result = result;
+            }
+            Err(problem) => {
+                let was_cancelled = problem.r#type == "urn:vencejo:cancelled";
+                operation.state = if was_cancelled { OperationState::Cancelled } else { OperationState::Failed };
+                operation.error = Some(problem);
+            }
+        }
+        Some(copy(operation))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Entries> {
+        self.entries.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// An operation without its result, which may be large.
+fn copy(operation: &Operation) -> Operation {
+    Operation { result: None, error: operation.error.clone(), ..*operation }
+}

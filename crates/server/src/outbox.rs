@@ -1,0 +1,234 @@
+//! What waits to be sent to the WebSocket clients, a bounded box for each: of lists and states the newest, of texts and
+//! events all or the connection's end.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+
+use axum::extract::ws::Utf8Bytes;
+use tokio::sync::Notify;
+
+use crate::dto::{PlanKind, ServerMessage};
+
+/// Texts and events that wait for one client at most. One more ends its connection: it reads them again when it is back.
+pub const MAX_EVENTS: usize = 512;
+/// Lists and states that wait for one client at most, likewise.
+pub const MAX_TOPICS: usize = 1024;
+
+/// Something of which only the newest matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Topic {
+    /// The list of vehicles.
+    Vehicles,
+    /// What is known of a plan on board: vehicle and plan.
+    PlanState(u8, u8),
+    /// An operation by id.
+    Operation(u64),
+    /// The list of links.
+    Links,
+}
+
+impl Topic {
+    /// The topic of a plan on board.
+    pub fn plan_state(vehicle: u8, kind: PlanKind) -> Self {
+        Self::PlanState(vehicle, kind as u8)
+    }
+}
+
+/// Something to send.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outgoing {
+    /// Who holds control: differs from client to client, so it is made when it is sent.
+    Control,
+    /// A message.
+    Message(Utf8Bytes),
+}
+
+#[derive(Debug, Default)]
+struct State {
+    control: bool,
+    latest: BTreeMap<Topic, Utf8Bytes>,
+    events: VecDeque<Utf8Bytes>,
+    has_overflown: bool,
+}
+
+/// What waits for one client.
+#[derive(Debug, Default)]
+pub struct Outbox {
+    state: Mutex<State>,
+    news: Notify,
+    overflow: Notify,
+}
+
+impl Outbox {
+    /// The next message: control, then events in order, then the rest.
+    pub fn take(&self) -> Option<Outgoing> {
+        let mut state = self.lock();
+        if std::mem::take(&mut state.control) {
+            return Some(Outgoing::Control);
+        }
+        let event = state.events.pop_front();
+        event.or_else(|| state.latest.pop_first().map(|(_, message)| message)).map(Outgoing::Message)
+    }
+
+    /// Waits until there may be something to take.
+    pub async fn wait(&self) {
+        self.news.notified().await;
+    }
+
+    /// Waits until the client has been too slow for its events.
+    pub async fn overflown(&self) {
+        loop {
+            let notified = self.overflow.notified();
+            if self.lock().has_overflown {
+                return;
+            }
+            notified.await;
+        }
+    }
+
+    fn change(&self, change: impl FnOnce(&mut State)) {
+        let mut state = self.lock();
+        if state.has_overflown {
+            return;
+        }
+        change(&mut state);
+        if state.events.len() > MAX_EVENTS || state.latest.len() > MAX_TOPICS {
+            *state = State { has_overflown: true, ..State::default() };
+            self.overflow.notify_one();
+        }
+        drop(state);
+        self.news.notify_one();
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The boxes of all clients. Putting something in never waits for anybody.
+#[derive(Debug, Default)]
+pub struct Outboxes {
+    boxes: Mutex<Vec<Weak<Outbox>>>,
+}
+
+impl Outboxes {
+    /// A box for one more client; it is forgotten when the client drops it.
+    pub fn open(&self) -> Arc<Outbox> {
+        let outbox = Arc::new(Outbox::default());
+        self.lock().push(Arc::downgrade(&outbox));
+        outbox
+    }
+
+    /// Replaces what waits of a topic.
+    pub fn put_latest(&self, topic: Topic, message: &ServerMessage) {
+        self.each(message, |state, text| {
+            state.latest.insert(topic, text);
+        });
+    }
+
+    /// Adds a text or event.
+    pub fn put_event(&self, message: &ServerMessage) {
+        self.each(message, |state, text| state.events.push_back(text));
+    }
+
+    /// Tells everybody who holds control.
+    pub fn put_control(&self) {
+        for outbox in self.open_boxes() {
+            outbox.change(|state| state.control = true);
+        }
+    }
+
+    /// Clients.
+    pub fn count(&self) -> usize {
+        self.open_boxes().len()
+    }
+
+    fn each(&self, message: &ServerMessage, put: impl Fn(&mut State, Utf8Bytes)) {
+        let open = self.open_boxes();
+        if open.is_empty() {
+            return;
+        }
+        let text = json(message);
+        for outbox in open {
+            outbox.change(|state| put(state, text.clone()));
+        }
+    }
+
+    fn open_boxes(&self) -> Vec<Arc<Outbox>> {
+        let mut boxes = self.lock();
+        boxes.retain(|outbox| outbox.strong_count() > 0);
+        boxes.iter().filter_map(Weak::upgrade).collect()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<Weak<Outbox>>> {
+        self.boxes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A message as text. Its types hold nothing that JSON cannot.
+pub fn json(message: &ServerMessage) -> Utf8Bytes {
+    serde_json::to_string(message).expect("invariant: the API's types are JSON").into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(number: u32) -> ServerMessage {
+        ServerMessage::Text { vehicle: 1, severity: 6, text: number.to_string(), time_s: 0.0 }
+    }
+
+    fn links(_: u32) -> ServerMessage {
+        ServerMessage::Links { links: Vec::new() }
+    }
+
+    fn taken(outbox: &Outbox) -> Vec<String> {
+        std::iter::from_fn(|| outbox.take())
+            .map(|outgoing| match outgoing {
+                Outgoing::Control => "control".to_owned(),
+                Outgoing::Message(text) => {
+                    let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+                    let text = value["text"].as_str().or(value["type"].as_str());
+                    text.expect("a text or type").to_owned()
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn of_states_the_newest_and_of_events_all_in_order() {
+        let boxes = Outboxes::default();
+        let outbox = boxes.open();
+        for number in 0..100 {
+            boxes.put_latest(Topic::Links, &links(number));
+        }
+        boxes.put_event(&text(1));
+        boxes.put_event(&text(2));
+        boxes.put_control();
+        assert_eq!(taken(&outbox), ["control", "1", "2", "links"]);
+        assert_eq!(outbox.take(), None);
+    }
+
+    #[tokio::test]
+    async fn a_client_that_is_too_slow_is_told_so_and_the_others_get_everything() {
+        let boxes = Outboxes::default();
+        let (slow, quick) = (boxes.open(), boxes.open());
+        let mut heard = 0;
+        for number in 0..=MAX_EVENTS as u32 {
+            boxes.put_event(&text(number));
+            heard += taken(&quick).len();
+        }
+        slow.overflown().await;
+        assert_eq!(slow.take(), None, "nothing is kept for it");
+        assert_eq!(heard, MAX_EVENTS + 1);
+    }
+
+    #[test]
+    fn a_client_that_went_is_forgotten() {
+        let boxes = Outboxes::default();
+        let outbox = boxes.open();
+        assert_eq!(boxes.count(), 1);
+        drop(outbox);
+        assert_eq!(boxes.count(), 0);
+    }
+}

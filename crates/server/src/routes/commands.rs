@@ -1,0 +1,190 @@
+//! Commands to a vehicle. Each answers when the vehicle did it, and shows it where that can be seen. None does another as
+//! a side effect.
+
+use axum::Json;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+use vencejo_flight::plan::Home;
+use vencejo_proto::MissionSeq;
+use vencejo_station::VehicleHandle;
+use vencejo_vehicle::{self as core, ModeChoice, Request, Turn};
+
+use crate::dto::{
+    AbortLanding, AltFrame, Done, Force, Goto, MissionStart, SetAltitude, SetHome, SetItem, SetMode, SetSpeed,
+    SpeedKind, Takeoff,
+};
+use crate::extract::{Json as Body, OptionalJson, Pilot, Vehicle};
+use crate::problem::Problem;
+use crate::state::App;
+
+/// Asks a vehicle for something and waits for the end, which comes within a bounded time. Whoever hangs up does not take
+/// the command back.
+async fn ask(vehicle: &VehicleHandle, request: Request) -> Result<Json<Done>, Problem> {
+    vehicle.request(request).wait().await.ok_or_else(Problem::closed)??;
+    Ok(Json(Done {}))
+}
+
+/// A command without a body, with an optional one, or with one.
+macro_rules! command {
+    ($(#[$doc:meta])* $name:ident, $path:tt, |$vehicle:ident| $request:expr) => {
+        $(#[$doc])*
+        #[utoipa::path(post, path = $path, tag = "commands", params(("id" = u8, Path, description = "System id")),
+            responses((status = 200, body = Done), Problem))]
+        async fn $name(_: Pilot, Vehicle($vehicle): Vehicle) -> Result<Json<Done>, Problem> {
+            ask(&$vehicle, $request).await
+        }
+    };
+    ($(#[$doc:meta])* $name:ident, $path:tt, optional $body:tt, |$vehicle:ident, $value:ident| $request:expr) => {
+        $(#[$doc])*
+        #[utoipa::path(post, path = $path, tag = "commands", params(("id" = u8, Path, description = "System id")),
+            request_body = Option<$body>, responses((status = 200, body = Done), Problem))]
+        async fn $name(
+            _: Pilot,
+            Vehicle($vehicle): Vehicle,
+            OptionalJson($value): OptionalJson<$body>,
+        ) -> Result<Json<Done>, Problem> {
+            ask(&$vehicle, $request).await
+        }
+    };
+    ($(#[$doc:meta])* $name:ident, $path:tt, $body:tt, |$vehicle:ident, $value:ident| $request:expr) => {
+        $(#[$doc])*
+        #[utoipa::path(post, path = $path, tag = "commands", params(("id" = u8, Path, description = "System id")),
+            request_body = $body, responses((status = 200, body = Done), Problem))]
+        async fn $name(
+            _: Pilot,
+            Vehicle($vehicle): Vehicle,
+            Body($value): Body<$body>,
+        ) -> Result<Json<Done>, Problem> {
+            ask(&$vehicle, $request).await
+        }
+    };
+}
+
+pub(super) fn router() -> OpenApiRouter<App> {
+    OpenApiRouter::new()
+        .routes(routes!(arm))
+        .routes(routes!(disarm))
+        .routes(routes!(set_mode))
+        .routes(routes!(takeoff))
+        .routes(routes!(goto))
+        .routes(routes!(set_speed))
+        .routes(routes!(set_altitude))
+        .routes(routes!(loiter))
+        .routes(routes!(return_to_launch))
+        .routes(routes!(land))
+        .routes(routes!(abort_landing))
+        .routes(routes!(start_mission))
+        .routes(routes!(pause_mission))
+        .routes(routes!(resume_mission))
+        .routes(routes!(set_current_item))
+        .routes(routes!(set_home))
+        .routes(routes!(reboot))
+}
+
+fn alt_frame(frame: AltFrame) -> core::AltFrame {
+    match frame {
+        AltFrame::Home => core::AltFrame::RelHome,
+        AltFrame::Amsl => core::AltFrame::Amsl,
+        AltFrame::Terrain => core::AltFrame::Terrain,
+    }
+}
+
+fn seq(vehicle: &VehicleHandle, item: u16) -> Result<MissionSeq, Problem> {
+    vehicle.seq_of_item(item).ok_or_else(|| Problem::invalid("item is 0: items are counted from 1"))
+}
+
+fn home(home: SetHome) -> Result<Option<Home>, Problem> {
+    match (home.lat_deg, home.lon_deg, home.alt_amsl_m) {
+        (None, None, None) => Ok(None),
+        (Some(lat_deg), Some(lon_deg), Some(alt_amsl_m)) => Ok(Some(Home { lat_deg, lon_deg, alt_amsl_m })),
+        _ => Err(Problem::invalid("home is lat_deg, lon_deg and alt_amsl_m, or none of them for where the vehicle is")),
+    }
+}
+
+command! {
+    /// Arms. Refused with the vehicle's reasons when its checks fail; `force` skips them.
+    arm, "/vehicles/{id}/arm", optional Force, |vehicle, body| Request::Arm { force: body.force }
+}
+command! {
+    /// Disarms; `force` does so in the air.
+    disarm, "/vehicles/{id}/disarm", optional Force, |vehicle, body| Request::Disarm { force: body.force }
+}
+command! {
+    /// Changes the flight mode.
+    set_mode, "/vehicles/{id}/mode", SetMode, |vehicle, body| Request::SetMode(ModeChoice::Name(body.mode))
+}
+command! {
+    /// Takes off. A plane rolls when it is armed, or at once when it already is.
+    takeoff, "/vehicles/{id}/takeoff", Takeoff, |vehicle, body| Request::Takeoff { alt_rel_home_m: body.alt_rel_home_m }
+}
+command! {
+    /// Flies to a position and circles there, in mode GUIDED.
+    goto, "/vehicles/{id}/goto", Goto, |vehicle, body| Request::Reposition {
+        lat_deg: body.lat_deg,
+        lon_deg: body.lon_deg,
+        alt_m: body.alt_m,
+        alt_frame: alt_frame(body.alt_frame),
+        radius_m: body.radius_m,
+        turn: if body.clockwise.unwrap_or(true) { Turn::Clockwise } else { Turn::CounterClockwise },
+        speed_m_s: None,
+        change_mode: true,
+    }
+}
+command! {
+    /// Changes the speed.
+    set_speed, "/vehicles/{id}/speed", SetSpeed, |vehicle, body| Request::ChangeSpeed {
+        kind: match body.kind {
+            SpeedKind::Airspeed => core::SpeedKind::Airspeed,
+            SpeedKind::Groundspeed => core::SpeedKind::Groundspeed,
+        },
+        speed_m_s: body.speed_m_s,
+    }
+}
+command! {
+    /// Changes the height of the present target; a plane must be in GUIDED or LOITER.
+    set_altitude, "/vehicles/{id}/altitude", SetAltitude,
+    |vehicle, body| Request::ChangeAltitude { alt_m: body.alt_m, alt_frame: alt_frame(body.alt_frame) }
+}
+command! {
+    /// Circles here: mode LOITER.
+    loiter, "/vehicles/{id}/loiter", |vehicle| Request::LoiterHere
+}
+command! {
+    /// Returns to launch: mode RTL.
+    return_to_launch, "/vehicles/{id}/return-to-launch", |vehicle| Request::ReturnToLaunch
+}
+command! {
+    /// Lands: a plane flies the landing of its mission.
+    land, "/vehicles/{id}/land", |vehicle| Request::Land
+}
+command! {
+    /// Aborts a landing and climbs.
+    abort_landing, "/vehicles/{id}/abort-landing", optional AbortLanding,
+    |vehicle, body| Request::AbortLanding { alt_rel_home_m: body.alt_rel_home_m }
+}
+command! {
+    /// Starts the mission: mode AUTO. Does not arm.
+    start_mission, "/vehicles/{id}/mission/start", optional MissionStart,
+    |vehicle, body| Request::MissionStart { from: body.from_item.map(|item| seq(&vehicle, item)).transpose()? }
+}
+command! {
+    /// Interrupts the mission: mode LOITER.
+    pause_mission, "/vehicles/{id}/mission/pause", |vehicle| Request::MissionPause
+}
+command! {
+    /// Goes on with the mission where it stands: mode AUTO.
+    resume_mission, "/vehicles/{id}/mission/resume", |vehicle| Request::MissionResume
+}
+command! {
+    /// Makes an item of the mission the current one.
+    set_current_item, "/vehicles/{id}/mission/current", SetItem,
+    |vehicle, body| Request::SetCurrentItem(seq(&vehicle, body.item)?)
+}
+command! {
+    /// Moves home to a position, or to where the vehicle is when none is given.
+    set_home, "/vehicles/{id}/home", optional SetHome, |vehicle, body| Request::SetHome(home(body)?)
+}
+command! {
+    /// Reboots the autopilot; only while it is disarmed.
+    reboot, "/vehicles/{id}/reboot", |vehicle| Request::Reboot
+}

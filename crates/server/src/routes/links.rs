@@ -1,0 +1,56 @@
+//! Links: what they are, opening and closing them.
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::StatusCode;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+use vencejo_link::{LinkId, LinkOptions};
+use vencejo_station::StationError;
+
+use crate::convert;
+use crate::dto::{LinkInfo, NewLink};
+use crate::extract::{Id, Json as Body, Pilot, Viewer};
+use crate::problem::Problem;
+use crate::state::App;
+
+pub(super) fn router() -> OpenApiRouter<App> {
+    OpenApiRouter::new().routes(routes!(list_links, open_link)).routes(routes!(close_link))
+}
+
+/// The links and what went over them.
+#[utoipa::path(get, path = "/links", tag = "links", responses((status = 200, body = Vec<LinkInfo>), Problem))]
+async fn list_links(State(app): State<App>, _: Viewer) -> Json<Vec<LinkInfo>> {
+    Json(convert::links(app.station()))
+}
+
+/// Opens one more link. It connects, and connects again, by itself.
+#[utoipa::path(post, path = "/links", tag = "links", request_body = NewLink,
+    responses((status = 201, body = LinkInfo), Problem))]
+async fn open_link(
+    State(app): State<App>,
+    _: Pilot,
+    Body(new): Body<NewLink>,
+) -> Result<(StatusCode, Json<LinkInfo>), Problem> {
+    // A recording is a file, and what a network may not name is a path.
+    if new.address.trim_start().to_ascii_lowercase().starts_with("tlog") {
+        return Err(Problem::invalid("recordings are opened on the server's own command line, not over the network"));
+    }
+    let options = LinkOptions { name: new.name, forwards: new.forward };
+    let id = app.station().open_link(&new.address, options)?;
+    let link = find(&app, id).ok_or_else(Problem::closed)?;
+    Ok((StatusCode::CREATED, Json(link)))
+}
+
+/// Closes a link.
+#[utoipa::path(delete, path = "/links/{id}", tag = "links", params(("id" = u32, Path, description = "The link's id")),
+    responses((status = 204), Problem))]
+async fn close_link(State(app): State<App>, _: Pilot, Id(id): Id) -> Result<StatusCode, Problem> {
+    let id = u32::try_from(id).map_err(|_| Problem::not_found("there is no such link"))?;
+    app.station().close_link(LinkId(id)).await.map_err(|error: StationError| Problem::from(error))?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+fn find(app: &App, id: LinkId) -> Option<LinkInfo> {
+    convert::links(app.station()).into_iter().find(|link| link.id == id.0)
+}

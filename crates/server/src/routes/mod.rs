@@ -1,0 +1,108 @@
+//! The paths of the API, a file for each group of them, and their description.
+
+mod commands;
+mod links;
+mod operations;
+mod params;
+mod plans;
+mod sessions;
+mod vehicles;
+
+use axum::extract::{DefaultBodyLimit, State};
+use axum::response::IntoResponse;
+use axum::routing::get;
+use axum::{Json, Router, middleware};
+use tower_http::compression::CompressionLayer;
+use tower_http::compression::predicate::{NotForContentType, Predicate, SizeAbove};
+use utoipa::OpenApi;
+use utoipa::openapi::OpenApi as Description;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::problem::Problem;
+use crate::state::App;
+use crate::{access, dto, files};
+
+/// Bytes of a request's body where nothing larger is expected.
+const MAX_BODY: usize = 64 * 1024;
+/// Bytes of a plan as JSON: 10,000 items fit.
+const MAX_PLAN: usize = 8 * 1024 * 1024;
+
+/// Where all paths begin.
+const PREFIX: &str = "/api/v1";
+
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "Vencejo",
+        description = "See and command vehicles. One operator's session at a time holds control. Errors are \
+                       `application/problem+json` and say what to do. Telemetry comes by the WebSocket `/api/v1/ws`: the \
+                       client says `ClientMessage`, the server says `ServerMessage`.",
+    ),
+    components(schemas(dto::ClientMessage, dto::ServerMessage))
+)]
+struct Base;
+
+fn api() -> OpenApiRouter<App> {
+    let small = OpenApiRouter::new()
+        .routes(routes!(info))
+        .merge(sessions::router())
+        .merge(links::router())
+        .merge(vehicles::router())
+        .merge(commands::router())
+        .merge(params::router())
+        .merge(operations::router())
+        .layer(DefaultBodyLimit::max(MAX_BODY));
+    let large = plans::router().layer(DefaultBodyLimit::max(MAX_PLAN));
+    OpenApiRouter::with_openapi(Base::openapi()).nest(PREFIX, small.merge(large))
+}
+
+/// The description of the API (OpenAPI 3.1), as committed in schemas/openapi.json.
+pub fn description() -> Description {
+    let mut description = api().into_openapi();
+    description.info.version = crate::VERSION.to_owned();
+    description.info.license = None;
+    description.info.contact = None;
+    description
+}
+
+/// Everything that the server serves.
+pub fn router(app: App) -> Router {
+    let (api, _) = api().split_for_parts();
+    let openapi = description();
+    // A small answer, or one that is packed already, only gets slower.
+    let worth_packing = SizeAbove::new(1024).and(NotForContentType::IMAGES).and(NotForContentType::const_new("font/"));
+    api.route("/api/v1/openapi.json", get(move || async move { Json(openapi) }))
+        .route("/api/v1/ws", get(sessions::websocket))
+        .route("/api", get(no_such_path))
+        .route("/api/{*rest}", axum::routing::any(no_such_path))
+        .fallback(files::serve)
+        .method_not_allowed_fallback(no_such_method)
+        .layer(CompressionLayer::new().gzip(true).compress_when(worth_packing))
+        .layer(middleware::from_fn_with_state(app.clone(), access::guard))
+        .with_state(app)
+}
+
+async fn no_such_path() -> impl IntoResponse {
+    Problem::not_found("there is no such path").remedy("GET /api/v1/openapi.json describes those that are")
+}
+
+async fn no_such_method() -> impl IntoResponse {
+    Problem::new(
+        axum::http::StatusCode::METHOD_NOT_ALLOWED,
+        "method",
+        "Not with this method",
+        "this path is not used with this method",
+    )
+    .remedy("GET /api/v1/openapi.json describes how it is")
+}
+
+/// What answers, and whether it needs a token. Needs no session.
+#[utoipa::path(get, path = "/info", tag = "server", responses((status = 200, body = dto::Info), Problem))]
+async fn info(State(app): State<App>) -> Json<dto::Info> {
+    Json(dto::Info {
+        name: "vencejo".to_owned(),
+        version: crate::VERSION.to_owned(),
+        needs_token: app.access().tokens.is_some(),
+    })
+}

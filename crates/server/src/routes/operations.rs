@@ -1,0 +1,45 @@
+//! Operations: how they stand, what they brought, giving them up.
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::StatusCode;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::dto::Operation;
+use crate::extract::{Id, Pilot, Viewer};
+use crate::problem::Problem;
+use crate::state::App;
+
+pub(super) fn router() -> OpenApiRouter<App> {
+    OpenApiRouter::new().routes(routes!(list_operations)).routes(routes!(get_operation, cancel_operation))
+}
+
+fn gone(id: u64) -> Problem {
+    Problem::not_found(format!("there is no operation {id}, or it ended long ago"))
+}
+
+/// The operations under way and those that ended lately, without their results.
+#[utoipa::path(get, path = "/operations", tag = "operations", responses((status = 200, body = Vec<Operation>), Problem))]
+async fn list_operations(State(app): State<App>, _: Viewer) -> Json<Vec<Operation>> {
+    Json(app.operations().list())
+}
+
+/// An operation, with its result once it is done.
+#[utoipa::path(get, path = "/operations/{id}", tag = "operations", params(("id" = u64, Path, description = "Its id")),
+    responses((status = 200, body = Operation), Problem))]
+async fn get_operation(State(app): State<App>, _: Viewer, Id(id): Id) -> Result<Json<Operation>, Problem> {
+    app.operations().get(id).map(Json).ok_or_else(|| gone(id))
+}
+
+/// Gives an operation up. What the vehicle then holds of a plan is unknown until it is read.
+#[utoipa::path(delete, path = "/operations/{id}", tag = "operations", params(("id" = u64, Path, description = "Its id")),
+    responses((status = 202, body = Operation), Problem))]
+async fn cancel_operation(
+    State(app): State<App>,
+    _: Pilot,
+    Id(id): Id,
+) -> Result<(StatusCode, Json<Operation>), Problem> {
+    let operation = app.operations().cancel(id).ok_or_else(|| gone(id))?;
+    Ok((StatusCode::ACCEPTED, Json(operation)))
+}

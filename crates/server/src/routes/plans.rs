@@ -1,0 +1,202 @@
+//! Plans: on board (sent, read, removed, each an operation), in files, and what is doubtful in them.
+
+#![allow(unused_qualifications, reason = "utoipa's query parameters name their type in full")]
+
+use axum::Json;
+use axum::body::Bytes;
+use axum::extract::rejection::{BytesRejection, QueryRejection};
+use axum::extract::{DefaultBodyLimit, Query, State};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use utoipa::IntoParams;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+use vencejo_flight::FlightError;
+use vencejo_flight::checks::{CheckContext, check_plan};
+use vencejo_flight::formats::{MAX_FILE_BYTES, PlanSettings, read_plan, write_plan_json, write_waypoints};
+use vencejo_flight::geodesy::GeoPoint;
+use vencejo_flight::plan::{self as core};
+use vencejo_proto::SystemId;
+use vencejo_station::VehicleHandle;
+use vencejo_vehicle::Request;
+
+use crate::convert;
+use crate::dto::{CommandInfo, Finding, Operation, OperationKind, Plan, PlanCheck, PlanFormat, PlanKind};
+use crate::extract::{Json as Body, Operator, Pilot, Vehicle, Viewer};
+use crate::problem::Problem;
+use crate::state::App;
+
+type Accepted = (StatusCode, Json<Operation>);
+
+pub(super) fn router() -> OpenApiRouter<App> {
+    OpenApiRouter::new()
+        .routes(routes!(upload_mission, download_mission, clear_mission))
+        .routes(routes!(upload_fence, download_fence, clear_fence))
+        .routes(routes!(upload_rally, download_rally, clear_rally))
+        .routes(routes!(format_plan))
+        .routes(routes!(check))
+        .routes(routes!(list_commands))
+        .merge(OpenApiRouter::new().routes(routes!(parse)).layer(DefaultBodyLimit::max(MAX_FILE_BYTES)))
+}
+
+fn start(app: &App, vehicle: &VehicleHandle, kind: OperationKind, request: Request) -> Result<Accepted, Problem> {
+    let operation = app.follow(vehicle.system().0, kind, vehicle.request(request))?;
+    Ok((StatusCode::ACCEPTED, Json(operation)))
+}
+
+/// The request that puts one part of a plan on board.
+fn upload(kind: PlanKind, plan: &Plan) -> Result<Request, FlightError> {
+    let plan = convert::core_plan(plan)?;
+    let (items, home) = match kind {
+        PlanKind::Mission => (plan.mission.items, plan.mission.home),
+        PlanKind::Fence => {
+            plan.fence.validate()?;
+            (plan.fence.to_items(), None)
+        }
+        PlanKind::Rally => (plan.rally.to_items(), None),
+    };
+    Ok(Request::UploadPlan { kind: convert::core_plan_kind(kind), items, home })
+}
+
+/// The three things that can be done with one kind of plan on board.
+macro_rules! plan_routes {
+    ($path:tt, $kind:ident, $upload:ident = $upload_kind:ident, $download:ident = $download_kind:ident,
+     $clear:ident = $clear_kind:ident) => {
+        /// Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
+        /// has it. The operation's result is the plan on board.
+        #[utoipa::path(put, path = $path, tag = "plans", params(("id" = u8, Path, description = "System id")),
+                                    request_body = Plan, responses((status = 202, body = Operation), Problem))]
+        async fn $upload(
+            State(app): State<App>,
+            _: Pilot,
+            Vehicle(vehicle): Vehicle,
+            Body(plan): Body<Plan>,
+        ) -> Result<Accepted, Problem> {
+            start(&app, &vehicle, OperationKind::$upload_kind, upload(PlanKind::$kind, &plan)?)
+        }
+
+        /// Reads this part of the plan on board; it is the operation's result.
+        #[utoipa::path(get, path = $path, tag = "plans", params(("id" = u8, Path, description = "System id")),
+                                    responses((status = 202, body = Operation), Problem))]
+        async fn $download(
+            State(app): State<App>,
+            _: Operator,
+            Vehicle(vehicle): Vehicle,
+        ) -> Result<Accepted, Problem> {
+            let request = Request::DownloadPlan { kind: core::PlanKind::$kind };
+            start(&app, &vehicle, OperationKind::$download_kind, request)
+        }
+
+        /// Removes this part of the plan on board and checks that it is gone.
+        #[utoipa::path(delete, path = $path, tag = "plans", params(("id" = u8, Path, description = "System id")),
+                                    responses((status = 202, body = Operation), Problem))]
+        async fn $clear(State(app): State<App>, _: Pilot, Vehicle(vehicle): Vehicle) -> Result<Accepted, Problem> {
+            let request = Request::ClearPlan { kind: core::PlanKind::$kind };
+            start(&app, &vehicle, OperationKind::$clear_kind, request)
+        }
+    };
+}
+
+plan_routes!(
+    "/vehicles/{id}/plan/mission",
+    Mission,
+    upload_mission = UploadMission,
+    download_mission = DownloadMission,
+    clear_mission = ClearMission
+);
+plan_routes!(
+    "/vehicles/{id}/plan/fence",
+    Fence,
+    upload_fence = UploadFence,
+    download_fence = DownloadFence,
+    clear_fence = ClearFence
+);
+plan_routes!(
+    "/vehicles/{id}/plan/rally",
+    Rally,
+    upload_rally = UploadRally,
+    download_rally = DownloadRally,
+    clear_rally = ClearRally
+);
+
+/// The name of a file.
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+struct FileName {
+    /// The file's name, for messages alone: the content decides what it is.
+    name: Option<String>,
+}
+
+/// Reads a plan file of any known kind; the body is the file.
+#[utoipa::path(post, path = "/plan/parse", tag = "plans", params(FileName),
+    request_body(content = Vec<u8>, content_type = "application/octet-stream"),
+    responses((status = 200, body = Plan), Problem))]
+async fn parse(
+    _: Viewer,
+    file: Result<Query<FileName>, QueryRejection>,
+    body: Result<Bytes, BytesRejection>,
+) -> Result<Json<Plan>, Problem> {
+    let (Query(file), body) = (file?, body?);
+    let name = file.name.map(|name| name.chars().filter(|c| !c.is_control()).take(100).collect::<String>());
+    let read = read_plan(&body, name.as_deref())?;
+    Ok(Json(convert::plan(&read.plan)))
+}
+
+/// How to write a file.
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+struct FileKind {
+    /// `plan` or `waypoints`.
+    #[serde(rename = "as")]
+    #[param(inline)]
+    kind: PlanFormat,
+}
+
+/// Writes a plan to a file.
+#[utoipa::path(post, path = "/plan/format", tag = "plans", params(FileKind), request_body = Plan,
+    responses((status = 200, body = String, content_type = "text/plain"), Problem))]
+async fn format_plan(
+    _: Viewer,
+    kind: Result<Query<FileKind>, QueryRejection>,
+    Body(plan): Body<Plan>,
+) -> Result<Response, Problem> {
+    let (Query(kind), plan) = (kind?, convert::core_plan(&plan)?);
+    let (text, mime, name) = match kind.kind {
+        PlanFormat::Plan => (
+            write_plan_json(&plan, &PlanSettings::default())?,
+            "application/json",
+            "attachment; filename=\"mission.plan\"",
+        ),
+        PlanFormat::Waypoints => {
+            (write_waypoints(&plan.mission), "text/plain; charset=utf-8", "attachment; filename=\"mission.waypoints\"")
+        }
+    };
+    let headers = [
+        (header::CONTENT_TYPE, HeaderValue::from_static(mime)),
+        (header::CONTENT_DISPOSITION, HeaderValue::from_static(name)),
+    ];
+    Ok((headers, text).into_response())
+}
+
+/// Looks for what would make a plan fail.
+#[utoipa::path(post, path = "/plan/check", tag = "plans", request_body = PlanCheck,
+    responses((status = 200, body = Vec<Finding>), Problem))]
+async fn check(State(app): State<App>, _: Viewer, Body(asked): Body<PlanCheck>) -> Result<Json<Vec<Finding>>, Problem> {
+    let plan = convert::core_plan(&asked.plan)?;
+    let telemetry =
+        asked.vehicle.and_then(|id| app.station().vehicle(SystemId(id))).map(|vehicle| vehicle.telemetry().0);
+    let position = telemetry.and_then(|telemetry| {
+        let position = telemetry.position?.value;
+        GeoPoint::new(position.lat_deg?, position.lon_deg?).ok()
+    });
+    let on_ground = telemetry.and_then(|telemetry| telemetry.is_on_ground());
+    let context = CheckContext { position, on_ground, ..CheckContext::default() };
+    Ok(Json(check_plan(&plan, &context).into_iter().map(convert::finding).collect()))
+}
+
+/// The commands that a plan may hold.
+#[utoipa::path(get, path = "/commands", tag = "plans", responses((status = 200, body = Vec<CommandInfo>), Problem))]
+async fn list_commands(_: Viewer) -> Json<Vec<CommandInfo>> {
+    Json(convert::commands())
+}

@@ -1,0 +1,124 @@
+//! Sessions, control, and the way to the WebSocket.
+
+use axum::Json;
+use axum::extract::{State, WebSocketUpgrade};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{AppendHeaders, IntoResponse, Response};
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::access::random_secret;
+use crate::dto::{NewSession, Role, SessionInfo};
+use crate::extract::{InSession, Operator, OptionalJson};
+use crate::problem::Problem;
+use crate::sessions::{NotGiven, SessionId};
+use crate::state::App;
+use crate::ws;
+
+pub(super) fn router() -> OpenApiRouter<App> {
+    OpenApiRouter::new()
+        .routes(routes!(open_session, get_session, close_session))
+        .routes(routes!(take_control))
+        .routes(routes!(release_control))
+        .routes(routes!(request_control))
+}
+
+fn info(app: &App, id: SessionId) -> Result<Json<SessionInfo>, Problem> {
+    app.sessions().info(id).map(Json).ok_or_else(Problem::no_session)
+}
+
+/// Opens a session, or finds the one that the cookie proves. An operator gets control when nobody has it.
+#[utoipa::path(post, path = "/session", tag = "session", request_body = Option<NewSession>,
+    responses((status = 200, body = SessionInfo, description = "Sets the session's cookie"), Problem))]
+async fn open_session(
+    State(app): State<App>,
+    headers: HeaderMap,
+    OptionalJson(new): OptionalJson<NewSession>,
+) -> Result<Response, Problem> {
+    let now = app.now();
+    let known = app.access().cookie(&headers).and_then(|secret| app.sessions().find(secret, now));
+    let role = match (&app.access().tokens, &new.token) {
+        (None, _) => Some(Role::Operator),
+        (Some(tokens), Some(token)) => Some(tokens.role(token).ok_or_else(Problem::bad_token)?),
+        (Some(_), None) => None,
+    };
+    if let Some((id, known_role)) = known
+        && role.is_none_or(|role| role == known_role)
+    {
+        return info(&app, id).map(IntoResponse::into_response);
+    }
+    let role = role.ok_or_else(Problem::no_session)?;
+    let secret = random_secret().map_err(|error| {
+        Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "internal", "No random numbers", error.to_string())
+    })?;
+    let opened = app.change_sessions(|sessions| sessions.open(secret.clone(), role, new.name.as_deref(), now));
+    let opened = opened.ok_or_else(|| Problem::too_many("all places for sessions are taken; close one, or wait"))?;
+    let cookie = app.access().set_cookie(&secret);
+    Ok((AppendHeaders([(header::SET_COOKIE, cookie)]), Json(opened)).into_response())
+}
+
+/// The session that the cookie proves.
+#[utoipa::path(get, path = "/session", tag = "session", responses((status = 200, body = SessionInfo), Problem))]
+async fn get_session(State(app): State<App>, InSession(id): InSession) -> Result<Json<SessionInfo>, Problem> {
+    info(&app, id)
+}
+
+/// Ends the session, and gives control up if it holds it.
+#[utoipa::path(delete, path = "/session", tag = "session", responses((status = 204), Problem))]
+async fn close_session(State(app): State<App>, headers: HeaderMap, _: InSession) -> Response {
+    let now = app.now();
+    if let Some(secret) = app.access().cookie(&headers) {
+        app.change_sessions(|sessions| sessions.close(secret, now));
+    }
+    let cookie = app.access().set_cookie("");
+    (StatusCode::NO_CONTENT, AppendHeaders([(header::SET_COOKIE, cookie)])).into_response()
+}
+
+fn not_given(reason: NotGiven) -> Problem {
+    match reason {
+        NotGiven::NoSession => Problem::no_session(),
+        NotGiven::Viewer => Problem::viewer(),
+        NotGiven::Held(holder) => Problem::no_control(Some(&holder)),
+    }
+}
+
+/// Takes control, if nobody else has it.
+#[utoipa::path(post, path = "/control/take", tag = "session", responses((status = 200, body = SessionInfo), Problem))]
+async fn take_control(State(app): State<App>, Operator(id): Operator) -> Result<Json<SessionInfo>, Problem> {
+    let now = app.now();
+    app.change_sessions(|sessions| sessions.take(id, now)).map_err(not_given)?;
+    info(&app, id)
+}
+
+/// Gives control up: to the session that asks for it, else to nobody. Also takes a request back.
+#[utoipa::path(post, path = "/control/release", tag = "session", responses((status = 200, body = SessionInfo), Problem))]
+async fn release_control(State(app): State<App>, Operator(id): Operator) -> Result<Json<SessionInfo>, Problem> {
+    let now = app.now();
+    app.change_sessions(|sessions| sessions.release(id, now));
+    info(&app, id)
+}
+
+/// Asks the session that holds control for it; takes it when nobody holds it.
+#[utoipa::path(post, path = "/control/request", tag = "session", responses((status = 200, body = SessionInfo), Problem))]
+async fn request_control(State(app): State<App>, Operator(id): Operator) -> Result<Json<SessionInfo>, Problem> {
+    let now = app.now();
+    app.change_sessions(|sessions| sessions.request(id, now)).map_err(not_given)?;
+    info(&app, id)
+}
+
+/// The WebSocket. Not in the description, which knows no WebSockets; its messages are.
+pub(super) async fn websocket(
+    State(app): State<App>,
+    InSession(id): InSession,
+    upgrade: WebSocketUpgrade,
+) -> Result<Response, Problem> {
+    if app.outboxes().count() >= ws::MAX_CLIENTS {
+        return Err(Problem::too_many("all places for WebSockets are taken; close one"));
+    }
+    let Some(alive) = app.alive() else { return Err(Problem::closed()) };
+    let upgrade = upgrade.max_message_size(ws::MAX_MESSAGE_BYTES).max_frame_size(ws::MAX_MESSAGE_BYTES);
+    Ok(upgrade.on_upgrade(async move |socket| {
+        ws::serve(app, id, socket).await;
+        drop(alive);
+    }))
+}

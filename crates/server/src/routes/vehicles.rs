@@ -1,0 +1,36 @@
+//! What is known of the vehicles.
+
+use axum::Json;
+use axum::extract::State;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::convert;
+use crate::dto::{Text, VehicleState, VehicleSummary};
+use crate::extract::{Vehicle, Viewer};
+use crate::problem::Problem;
+use crate::state::App;
+
+pub(super) fn router() -> OpenApiRouter<App> {
+    OpenApiRouter::new().routes(routes!(list_vehicles)).routes(routes!(get_vehicle)).routes(routes!(list_texts))
+}
+
+/// The vehicles heard so far.
+#[utoipa::path(get, path = "/vehicles", tag = "vehicles", responses((status = 200, body = Vec<VehicleSummary>), Problem))]
+async fn list_vehicles(State(app): State<App>, _: Viewer) -> Json<Vec<VehicleSummary>> {
+    Json(convert::vehicle_summaries(app.station()))
+}
+
+/// Everything that is known of a vehicle.
+#[utoipa::path(get, path = "/vehicles/{id}", tag = "vehicles", params(("id" = u8, Path, description = "System id")),
+    responses((status = 200, body = VehicleState), Problem))]
+async fn get_vehicle(_: Viewer, Vehicle(vehicle): Vehicle) -> Json<VehicleState> {
+    Json(convert::vehicle_state(&vehicle))
+}
+
+/// The newest texts that a vehicle wrote, oldest first.
+#[utoipa::path(get, path = "/vehicles/{id}/texts", tag = "vehicles",
+    params(("id" = u8, Path, description = "System id")), responses((status = 200, body = Vec<Text>), Problem))]
+async fn list_texts(_: Viewer, Vehicle(vehicle): Vehicle) -> Json<Vec<Text>> {
+    Json(convert::texts(&vehicle))
+}

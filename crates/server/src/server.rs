@@ -1,0 +1,220 @@
+//! The server as a whole: its socket, its tasks, and the end of all of them.
+
+use std::future::Future;
+use std::io;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::pin::Pin;
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use axum_server::Handle;
+use axum_server::tls_rustls::RustlsConfig;
+use thiserror::Error;
+use tokio::net::TcpSocket;
+use tokio::runtime::Handle as Runtime;
+use tokio::sync::mpsc;
+use tokio::task::JoinHandle;
+use vencejo_station::Station;
+
+use crate::access::{Access, Tokens};
+use crate::routes;
+use crate::state::App;
+
+/// How long connections may take to end when the server is closed.
+const DRAIN: Duration = Duration::from_secs(3);
+/// Bytes that the system may hold back for one connection: what a slow reader has not read is old.
+const SEND_BUFFER: u32 = 128 * 1024;
+/// Connections that wait to be accepted.
+const BACKLOG: u32 = 128;
+
+/// How a server is to be started.
+#[derive(Debug, Clone)]
+pub struct ServerConfig {
+    /// Where to listen; port 0 takes a free one. Anything but loopback demands tokens.
+    pub bind: SocketAddr,
+    /// Where the tokens are kept; they are made when they are not there. `None` with a loopback address: no tokens.
+    pub token_file: Option<PathBuf>,
+    /// Names of this machine that `Host` may say, beside addresses and `localhost`.
+    pub hosts: Vec<String>,
+    /// Other origins that may use the API.
+    pub origins: Vec<String>,
+    /// Certificate chain and key, PEM files, for TLS.
+    pub tls: Option<(PathBuf, PathBuf)>,
+    /// On board a vehicle: our heartbeat is sent only while an operator's session is alive, because the autopilot's
+    /// ground-station failsafe counts it.
+    pub on_board: bool,
+}
+
+impl Default for ServerConfig {
+    fn default() -> Self {
+        Self {
+            bind: SocketAddr::from(([127, 0, 0, 1], 8765)),
+            token_file: None,
+            hosts: Vec::new(),
+            origins: Vec::new(),
+            tls: None,
+            on_board: false,
+        }
+    }
+}
+
+/// Why a server could not be started.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ServerError {
+    /// The address cannot be listened on.
+    #[error("cannot listen on {address}: {reason}; is another server running there? choose another port")]
+    Bind {
+        /// Which.
+        address: SocketAddr,
+        /// What the system said.
+        reason: io::Error,
+    },
+    /// An address that others reach, without tokens.
+    #[error("{0} can be reached by others, so tokens are needed; say where to keep them, or listen on 127.0.0.1")]
+    NoTokens(SocketAddr),
+    /// The tokens cannot be read or made.
+    #[error("the tokens in {}: {reason}", path.display())]
+    Tokens {
+        /// Their file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: io::Error,
+    },
+    /// The certificate or key cannot be used.
+    #[error("the certificate {} with key {}: {reason}; both must be PEM files and belong together", certificate.display(), key.display())]
+    Tls {
+        /// The certificate.
+        certificate: PathBuf,
+        /// The key.
+        key: PathBuf,
+        /// What is wrong.
+        reason: io::Error,
+    },
+}
+
+type Serving = Pin<Box<dyn Future<Output = io::Result<()>> + Send>>;
+
+/// A running server.
+#[derive(Debug)]
+pub struct Server {
+    app: App,
+    address: SocketAddr,
+    handle: Handle<SocketAddr>,
+    /// Its tasks, until it is closed.
+    tasks: Mutex<Option<(JoinHandle<io::Result<()>>, mpsc::Receiver<()>)>>,
+}
+
+impl Server {
+    /// Starts a server for a station on a runtime, and gives it back once it listens.
+    ///
+    /// # Errors
+    /// [`ServerError`] in all its kinds. Nothing is left behind.
+    pub async fn start(station: Station, config: ServerConfig, runtime: &Runtime) -> Result<Self, ServerError> {
+        let _guard = runtime.enter();
+        if config.token_file.is_none() && !config.bind.ip().is_loopback() {
+            return Err(ServerError::NoTokens(config.bind));
+        }
+        let tokens = match &config.token_file {
+            None => None,
+            Some(path) => Some(
+                Tokens::load_or_create(path).map_err(|reason| ServerError::Tokens { path: path.clone(), reason })?,
+            ),
+        };
+        let tls = match &config.tls {
+            None => None,
+            Some((certificate, key)) => {
+                // Of all that TLS is linked with, only this provider is in the binary; being first or second is the same.
+                let _ = rustls::crypto::ring::default_provider().install_default();
+                let loaded = RustlsConfig::from_pem_file(certificate, key).await;
+                Some(loaded.map_err(|reason| ServerError::Tls {
+                    certificate: certificate.clone(),
+                    key: key.clone(),
+                    reason,
+                })?)
+            }
+        };
+        let listen = || {
+            let listener = bind(config.bind)?;
+            let address = listener.local_addr()?;
+            Ok((listener, address))
+        };
+        let (listener, address) = listen().map_err(|reason| ServerError::Bind { address: config.bind, reason })?;
+        let access = Access {
+            tokens,
+            bound: address,
+            is_tls: tls.is_some(),
+            hosts: config.hosts.clone(),
+            origins: config.origins.clone(),
+        };
+        let (alive, ended) = mpsc::channel(1);
+        if config.on_board {
+            station.set_heartbeat(false);
+        }
+        let app = App::new(station, access, config.on_board, alive.clone());
+        let service = routes::router(app.clone()).into_make_service();
+        let handle = Handle::new();
+        let failed = |reason| ServerError::Bind { address: config.bind, reason };
+        let serving: Serving = match tls {
+            None => {
+                let server = axum_server::from_tcp(listener).map_err(failed)?;
+                Box::pin(server.handle(handle.clone()).serve(service))
+            }
+            Some(tls) => {
+                let server = axum_server::from_tcp_rustls(listener, tls).map_err(failed)?;
+                Box::pin(server.handle(handle.clone()).serve(service))
+            }
+        };
+        let serving = runtime.spawn(serving);
+        runtime.spawn(app.clone().tell(alive));
+        Ok(Self { app, address, handle, tasks: Mutex::new(Some((serving, ended))) })
+    }
+
+    /// Where it listens.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Its tokens, when it has any.
+    pub fn tokens(&self) -> Option<&Tokens> {
+        self.app.access().tokens.as_ref()
+    }
+
+    /// Whether it speaks TLS.
+    pub fn is_tls(&self) -> bool {
+        self.app.access().is_tls
+    }
+
+    /// WebSocket clients now.
+    pub fn clients(&self) -> usize {
+        self.app.outboxes().count()
+    }
+
+    /// Ends all connections and tasks, and waits for them. The station goes on. May be called again.
+    pub async fn close(&self) {
+        let tasks = self.tasks.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let Some((serving, mut ended)) = tasks else { return };
+        self.app.close();
+        self.handle.graceful_shutdown(Some(DRAIN));
+        match serving.await {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => tracing::error!(%error, "the server did not end in order"),
+            Err(error) => tracing::error!(%error, "the server's task died"),
+        }
+        // Nothing is sent: it ends when the last task has dropped its end.
+        if tokio::time::timeout(DRAIN, ended.recv()).await.is_err() {
+            tracing::warn!("WebSocket clients were still being served when the server ended");
+        }
+    }
+}
+
+/// A socket that listens. What is sent to slow readers stays small.
+fn bind(address: SocketAddr) -> io::Result<std::net::TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4()? } else { TcpSocket::new_v6()? };
+    socket.set_reuseaddr(true)?;
+    // Accepted sockets inherit it.
+    socket.set_send_buffer_size(SEND_BUFFER)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)?.into_std()
+}

@@ -1,0 +1,321 @@
+//! Sessions and the control lease: who is connected, what each may do, and which one commands. Pure: time comes in.
+
+use std::collections::HashMap;
+use std::time::Duration;
+
+use vencejo_proto::MonoTime;
+
+use crate::dto::{Role, SessionInfo};
+
+/// Sessions kept at most; the one idle for longest makes room.
+pub const MAX_SESSIONS: usize = 256;
+/// How long control stays with a session whose WebSocket is gone and that asks for nothing.
+pub const GRACE: Duration = Duration::from_secs(5);
+/// A session that nobody uses is forgotten after this.
+pub const IDLE: Duration = Duration::from_secs(12 * 3600);
+/// Characters of a session's name.
+const MAX_NAME: usize = 40;
+
+/// The public id of a session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SessionId(u64);
+
+impl std::fmt::Display for SessionId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "s{}", self.0)
+    }
+}
+
+#[derive(Debug)]
+struct Session {
+    id: SessionId,
+    name: String,
+    role: Role,
+    /// WebSockets that it has open.
+    sockets: u32,
+    last_used: MonoTime,
+}
+
+impl Session {
+    fn is_alive(&self, now: MonoTime) -> bool {
+        self.sockets > 0 || now.since(self.last_used) <= GRACE
+    }
+}
+
+/// All sessions, by the secret that proves each.
+#[derive(Debug, Default)]
+pub struct Sessions {
+    by_secret: HashMap<String, Session>,
+    opened: u64,
+    holder: Option<SessionId>,
+    asking: Option<SessionId>,
+}
+
+/// Why control was not given.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum NotGiven {
+    /// The session is not known any more.
+    NoSession,
+    /// The role does not allow it.
+    Viewer,
+    /// Another session, with this name, holds it.
+    Held(String),
+}
+
+impl Sessions {
+    /// Opens a session. An operator gets control when nobody has it. `None` when all places are taken by sessions in use.
+    pub fn open(&mut self, secret: String, role: Role, name: Option<&str>, now: MonoTime) -> Option<SessionInfo> {
+        self.expire(now);
+        if self.by_secret.len() >= MAX_SESSIONS {
+            let idle = self.by_secret.iter().filter(|(_, session)| !session.is_alive(now));
+            let oldest = idle.min_by_key(|(_, session)| session.last_used).map(|(secret, _)| secret.clone())?;
+            self.by_secret.remove(&oldest);
+        }
+        self.opened += 1;
+        let id = SessionId(self.opened);
+        let name: String = name.unwrap_or_default().chars().filter(|c| !c.is_control()).take(MAX_NAME).collect();
+        let name = if name.trim().is_empty() { format!("station {}", self.opened) } else { name.trim().to_owned() };
+        self.by_secret.insert(secret, Session { id, name, role, sockets: 0, last_used: now });
+        if role == Role::Operator && self.holder.is_none() {
+            self.holder = Some(id);
+        }
+        self.info(id)
+    }
+
+    /// The session that a secret proves; counts as use.
+    pub fn find(&mut self, secret: &str, now: MonoTime) -> Option<(SessionId, Role)> {
+        let session = self.by_secret.get_mut(secret)?;
+        if session.sockets == 0 && now.since(session.last_used) > IDLE {
+            self.by_secret.remove(secret);
+            return None;
+        }
+        session.last_used = now;
+        Some((session.id, session.role))
+    }
+
+    /// Ends a session; whether there was one.
+    pub fn close(&mut self, secret: &str, now: MonoTime) -> bool {
+        let Some(session) = self.by_secret.remove(secret) else { return false };
+        self.lose(session.id, now);
+        true
+    }
+
+    /// A session opened a WebSocket; an operator gets control when nobody has it.
+    pub fn socket_opened(&mut self, id: SessionId, now: MonoTime) {
+        self.expire(now);
+        let Some(session) = self.get_mut(id) else { return };
+        session.sockets += 1;
+        session.last_used = now;
+        if session.role == Role::Operator && self.holder.is_none() {
+            self.holder = Some(id);
+        }
+    }
+
+    /// A WebSocket of a session ended.
+    pub fn socket_closed(&mut self, id: SessionId, now: MonoTime) {
+        if let Some(session) = self.get_mut(id) {
+            session.sockets = session.sockets.saturating_sub(1);
+            session.last_used = now;
+        }
+    }
+
+    /// Takes control if it is free, or held by this session already.
+    pub fn take(&mut self, id: SessionId, now: MonoTime) -> Result<(), NotGiven> {
+        self.expire(now);
+        if self.get(id).ok_or(NotGiven::NoSession)?.role < Role::Operator {
+            return Err(NotGiven::Viewer);
+        }
+        match self.holder {
+            Some(holder) if holder != id => Err(NotGiven::Held(self.name(holder))),
+            _ => {
+                self.holder = Some(id);
+                self.asking.take_if(|asking| *asking == id);
+                Ok(())
+            }
+        }
+    }
+
+    /// Asks the holder for control; takes it when nobody holds it.
+    pub fn request(&mut self, id: SessionId, now: MonoTime) -> Result<(), NotGiven> {
+        match self.take(id, now) {
+            Err(NotGiven::Held(_)) => {
+                self.asking = Some(id);
+                Ok(())
+            }
+            other => other,
+        }
+    }
+
+    /// Gives control up: to the session that asks for it, else to nobody. Whoever asks and does not hold it stops asking.
+    pub fn release(&mut self, id: SessionId, now: MonoTime) {
+        self.asking.take_if(|asking| *asking == id);
+        if self.holder == Some(id) {
+            self.hand_on(now);
+        }
+    }
+
+    /// Lets time pass; whether control changed hands.
+    pub fn expire(&mut self, now: MonoTime) -> bool {
+        let before = (self.holder, self.asking);
+        if self.asking.is_some_and(|id| !self.is_alive(id, now)) {
+            self.asking = None;
+        }
+        if self.holder.is_some_and(|id| !self.is_alive(id, now)) {
+            self.hand_on(now);
+        }
+        self.by_secret.retain(|_, session| session.sockets > 0 || now.since(session.last_used) <= IDLE);
+        before != (self.holder, self.asking)
+    }
+
+    /// Whether an operator's session is alive: what the vehicle's ground-station failsafe is to be told.
+    pub fn has_operator(&self, now: MonoTime) -> bool {
+        self.by_secret.values().any(|session| session.role == Role::Operator && session.is_alive(now))
+    }
+
+    /// What a session may know about itself; `None` when it is gone.
+    pub fn info(&self, id: SessionId) -> Option<SessionInfo> {
+        let session = self.get(id)?;
+        Some(SessionInfo {
+            session: id.to_string(),
+            name: session.name.clone(),
+            role: session.role,
+            has_control: self.holder == Some(id),
+            holder: self.holder_name(),
+            requested_by: self.asking.map(|asking| self.name(asking)),
+        })
+    }
+
+    /// Whether a session holds control.
+    pub fn has_control(&self, id: SessionId) -> bool {
+        self.holder == Some(id)
+    }
+
+    /// Name of the session that holds control.
+    pub fn holder_name(&self) -> Option<String> {
+        self.holder.map(|holder| self.name(holder))
+    }
+
+    /// Who holds control and who asks for it.
+    pub fn control(&self) -> (Option<SessionId>, Option<SessionId>) {
+        (self.holder, self.asking)
+    }
+
+    fn lose(&mut self, id: SessionId, now: MonoTime) {
+        self.release(id, now);
+    }
+
+    fn hand_on(&mut self, now: MonoTime) {
+        self.holder = self.asking.take().filter(|asking| self.is_alive(*asking, now));
+    }
+
+    fn is_alive(&self, id: SessionId, now: MonoTime) -> bool {
+        self.get(id).is_some_and(|session| session.is_alive(now))
+    }
+
+    fn name(&self, id: SessionId) -> String {
+        self.get(id).map_or_else(|| "another session".to_owned(), |session| session.name.clone())
+    }
+
+    fn get(&self, id: SessionId) -> Option<&Session> {
+        self.by_secret.values().find(|session| session.id == id)
+    }
+
+    fn get_mut(&mut self, id: SessionId) -> Option<&mut Session> {
+        self.by_secret.values_mut().find(|session| session.id == id)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(s: u64) -> MonoTime {
+        MonoTime::from_millis(s * 1000)
+    }
+
+    fn open(sessions: &mut Sessions, secret: &str, role: Role, now: MonoTime) -> SessionId {
+        sessions.open(secret.to_owned(), role, Some(secret), now).expect("a place");
+        sessions.find(secret, now).expect("open").0
+    }
+
+    #[test]
+    fn the_first_operator_gets_control_and_the_second_asks_for_it() {
+        let mut sessions = Sessions::default();
+        let viewer = open(&mut sessions, "viewer", Role::Viewer, at(0));
+        assert_eq!(sessions.holder_name(), None, "a viewer gets nothing");
+        let first = open(&mut sessions, "first", Role::Operator, at(0));
+        let second = open(&mut sessions, "second", Role::Operator, at(0));
+        assert!(sessions.has_control(first) && !sessions.has_control(second));
+        assert_eq!(sessions.take(viewer, at(1)), Err(NotGiven::Viewer));
+        assert_eq!(sessions.take(second, at(1)), Err(NotGiven::Held("first".into())));
+        assert_eq!(sessions.request(second, at(1)), Ok(()));
+        assert_eq!(sessions.info(first).expect("open").requested_by.as_deref(), Some("second"));
+        sessions.release(first, at(1));
+        assert!(sessions.has_control(second), "it goes to the one that asked");
+        assert_eq!(sessions.info(first).expect("open").requested_by, None);
+    }
+
+    #[test]
+    fn control_ends_with_the_websocket_after_a_grace() {
+        let mut sessions = Sessions::default();
+        let first = open(&mut sessions, "first", Role::Operator, at(0));
+        sessions.socket_opened(first, at(0));
+        assert!(!sessions.expire(at(100)), "its WebSocket keeps it");
+        sessions.socket_closed(first, at(100));
+        assert!(!sessions.expire(at(105)), "five seconds to come back");
+        assert!(sessions.has_operator(at(105)));
+        assert!(sessions.expire(at(106)));
+        assert_eq!(sessions.holder_name(), None);
+        assert!(!sessions.has_operator(at(106)));
+        sessions.socket_opened(first, at(107));
+        assert!(sessions.has_control(first), "whoever comes back first has it again");
+    }
+
+    #[test]
+    fn a_lease_that_ends_goes_to_the_one_that_asks_if_alive() {
+        let mut sessions = Sessions::default();
+        let first = open(&mut sessions, "first", Role::Operator, at(0));
+        let second = open(&mut sessions, "second", Role::Operator, at(0));
+        sessions.socket_opened(second, at(0));
+        sessions.request(second, at(1)).expect("asked");
+        assert!(sessions.expire(at(7)));
+        assert!(sessions.has_control(second) && !sessions.has_control(first));
+    }
+
+    #[test]
+    fn places_are_bounded_and_go_to_the_newest() {
+        let mut sessions = Sessions::default();
+        for index in 0..MAX_SESSIONS {
+            let id = open(&mut sessions, &format!("{index}"), Role::Viewer, at(index as u64));
+            if index < 2 {
+                sessions.socket_opened(id, at(index as u64));
+            }
+        }
+        assert!(sessions.open("new".into(), Role::Viewer, None, at(1000)).is_some());
+        assert_eq!(sessions.by_secret.len(), MAX_SESSIONS);
+        assert!(sessions.find("0", at(1000)).is_some(), "one with a WebSocket stays");
+        assert!(sessions.find("2", at(1000)).is_none(), "the one idle for longest went");
+        let mut full = Sessions::default();
+        for index in 0..MAX_SESSIONS {
+            open(&mut full, &format!("{index}"), Role::Viewer, at(0));
+        }
+        assert!(full.open("new".into(), Role::Viewer, None, at(1)).is_none(), "all are in use");
+    }
+
+    #[test]
+    fn names_are_short_and_clean() {
+        let mut sessions = Sessions::default();
+        let info = sessions.open("a".into(), Role::Viewer, Some(&format!("\u{1b}[31m{}", "x".repeat(99))), at(0));
+        let name = info.expect("a place").name;
+        assert!(name.chars().count() <= MAX_NAME && !name.contains('\u{1b}'), "{name}");
+        assert_eq!(sessions.open("b".into(), Role::Viewer, Some("  "), at(0)).expect("a place").name, "station 2");
+    }
+
+    #[test]
+    fn a_forgotten_session_is_no_session() {
+        let mut sessions = Sessions::default();
+        open(&mut sessions, "old", Role::Viewer, at(0));
+        assert!(sessions.find("old", at(13 * 3600)).is_none());
+        assert!(!sessions.close("old", at(13 * 3600)));
+    }
+}

@@ -1,0 +1,304 @@
+//! What all handlers share, and the task that tells the clients what goes on.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use tokio::sync::{mpsc, watch};
+use tokio::task::AbortHandle;
+use tokio::time::{MissedTickBehavior, interval};
+use vencejo_flight::plan::PlanKind;
+use vencejo_proto::{MonoTime, SystemId};
+use vencejo_station::{Observed, Pending, RequestResult, Station, VehicleHandle};
+use vencejo_vehicle::VehicleEvent;
+
+use crate::access::Access;
+use crate::convert;
+use crate::dto::telemetry::landed_name;
+use crate::dto::{EventDetail, Operation, OperationKind, ServerMessage};
+use crate::operations::{MAX_RUNNING, Operations};
+use crate::outbox::{Outboxes, Topic};
+use crate::problem::{self, Problem};
+use crate::sessions::Sessions;
+
+/// How often leases and the list of vehicles are looked at.
+const TICK: Duration = Duration::from_millis(200);
+/// Every how many ticks the lists are told though nothing changed.
+const TELL_EVERY: u32 = 5;
+/// Events of one vehicle that wait to be told at most; the oldest are dropped.
+const EVENT_QUEUE: usize = 1024;
+
+/// What all handlers share. Clones are handles to the same.
+#[derive(Clone)]
+pub struct App {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    station: Station,
+    access: Access,
+    /// Heartbeats only while an operator is there.
+    on_board: bool,
+    sessions: Mutex<Sessions>,
+    operations: Operations,
+    outboxes: Outboxes,
+    closing: watch::Sender<bool>,
+    /// Until the server is closed: new tasks hold a copy.
+    alive: Mutex<Option<Alive>>,
+}
+
+impl std::fmt::Debug for App {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("App").field("access", &self.shared.access).finish_non_exhaustive()
+    }
+}
+
+/// What every task of a server holds: when all are gone, their owner knows.
+pub type Alive = mpsc::Sender<()>;
+
+/// Waits until the server is being closed.
+pub async fn closed(closing: &mut watch::Receiver<bool>) {
+    // An error means that the server is gone, which is an end as well.
+    let _ = closing.wait_for(|closing| *closing).await;
+}
+
+impl App {
+    /// The state of a new server.
+    pub fn new(station: Station, access: Access, on_board: bool, alive: Alive) -> Self {
+        let shared = Shared {
+            station,
+            access,
+            on_board,
+            sessions: Mutex::default(),
+            operations: Operations::default(),
+            outboxes: Outboxes::default(),
+            closing: watch::channel(false).0,
+            alive: Mutex::new(Some(alive)),
+        };
+        Self { shared: Arc::new(shared) }
+    }
+
+    /// The station that is served.
+    pub fn station(&self) -> &Station {
+        &self.shared.station
+    }
+
+    /// Who may do what.
+    pub fn access(&self) -> &Access {
+        &self.shared.access
+    }
+
+    /// The present moment on the station's clock.
+    pub fn now(&self) -> MonoTime {
+        self.shared.station.now()
+    }
+
+    /// The sessions, under a short lock.
+    pub fn sessions(&self) -> MutexGuard<'_, Sessions> {
+        self.shared.sessions.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Changes sessions, and tells everybody when that moved control or the vehicle's failsafe has to know.
+    pub fn change_sessions<T>(&self, change: impl FnOnce(&mut Sessions) -> T) -> T {
+        let now = self.now();
+        let (result, moved, has_operator) = {
+            let mut sessions = self.sessions();
+            let before = sessions.control();
+            let result = change(&mut sessions);
+            (result, before != sessions.control(), sessions.has_operator(now))
+        };
+        if moved {
+            self.shared.outboxes.put_control();
+        }
+        if self.shared.on_board {
+            self.shared.station.set_heartbeat(has_operator);
+        }
+        result
+    }
+
+    /// What takes a while.
+    pub fn operations(&self) -> &Operations {
+        &self.shared.operations
+    }
+
+    /// The boxes of the WebSocket clients.
+    pub fn outboxes(&self) -> &Outboxes {
+        &self.shared.outboxes
+    }
+
+    /// Turns true when the server is being closed.
+    pub fn closing(&self) -> watch::Receiver<bool> {
+        self.shared.closing.subscribe()
+    }
+
+    /// What a new task is to hold; `None` when no new ones may begin.
+    pub fn alive(&self) -> Option<Alive> {
+        self.shared.alive.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Ends all tasks and connections soon.
+    pub fn close(&self) {
+        self.shared.alive.lock().unwrap_or_else(PoisonError::into_inner).take();
+        self.shared.closing.send_replace(true);
+    }
+
+    /// Follows a transfer as an operation.
+    ///
+    /// # Errors
+    /// What the vehicle's state machine refused at once, and [`Problem::too_many`].
+    pub fn follow(
+        &self,
+        vehicle: u8,
+        kind: OperationKind,
+        pending: Pending<RequestResult>,
+    ) -> Result<Operation, Problem> {
+        if let Some(Err(error)) = pending.end() {
+            return Err(error.into());
+        }
+        let Some(alive) = self.alive() else { return Err(Problem::closed()) };
+        let Some(operation) = self.shared.operations.add(vehicle, kind, pending.clone()) else {
+            pending.cancel();
+            return Err(Problem::too_many(format!("{MAX_RUNNING} operations are under way; wait for some of them")));
+        };
+        self.tell_operation(&operation);
+        let (app, id) = (self.clone(), operation.id);
+        let mut closing = self.closing();
+        let follow = async move {
+            let mut seen = 0;
+            while let Some(progress) = pending.next_progress(seen).await {
+                seen = progress.report;
+                if let Some(operation) = app.shared.operations.progress(id, progress.done, progress.total) {
+                    app.tell_operation(&operation);
+                }
+            }
+            let end = match pending.wait().await {
+                Some(Ok(reply)) => convert::operation_result(reply).map_err(|error| problem::from_flight(&error).0),
+                Some(Err(error)) => Err(problem::from_station(&error).0),
+                None => Err(Problem::closed().0),
+            };
+            if let Some(operation) = app.shared.operations.end(id, end) {
+                app.tell_operation(&operation);
+            }
+        };
+        // Its request goes on without it and ends within a bounded time or with the station.
+        tokio::spawn(async move {
+            tokio::select! {
+                () = follow => {}
+                () = closed(&mut closing) => {}
+            }
+            drop(alive);
+        });
+        Ok(operation)
+    }
+
+    fn tell_operation(&self, operation: &Operation) {
+        let topic = Topic::Operation(operation.id);
+        self.shared.outboxes.put_latest(topic, &ServerMessage::Operation(operation.clone()));
+    }
+
+    /// Tells the clients what goes on, until the server is closed.
+    pub async fn tell(self, _alive: Alive) {
+        let mut closing = self.closing();
+        let mut followed: BTreeMap<SystemId, AbortHandle> = BTreeMap::new();
+        let mut ticks = interval(TICK);
+        ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let mut count = 0_u32;
+        loop {
+            tokio::select! {
+                () = closed(&mut closing) => break,
+                _ = ticks.tick() => {}
+            }
+            let now = self.now();
+            self.change_sessions(|sessions| sessions.expire(now));
+            let vehicles = self.shared.station.vehicles();
+            let came_or_went = self.follow_vehicles(&vehicles, &mut followed);
+            if came_or_went || count.is_multiple_of(TELL_EVERY) {
+                let vehicles = vehicles.iter().map(convert::vehicle_summary).collect();
+                self.shared.outboxes.put_latest(Topic::Vehicles, &ServerMessage::Vehicles { vehicles });
+            }
+            if count.is_multiple_of(TELL_EVERY) {
+                let links = convert::links(&self.shared.station);
+                self.shared.outboxes.put_latest(Topic::Links, &ServerMessage::Links { links });
+            }
+            count = count.wrapping_add(1);
+        }
+        for task in followed.into_values() {
+            task.abort();
+        }
+        if self.shared.on_board {
+            self.shared.station.set_heartbeat(false);
+        }
+    }
+
+    /// Listens to new vehicles, and no more to those that are gone; whether there were any.
+    fn follow_vehicles(&self, vehicles: &[VehicleHandle], followed: &mut BTreeMap<SystemId, AbortHandle>) -> bool {
+        let before = followed.len();
+        let is_there = |system: &SystemId| vehicles.iter().any(|vehicle| vehicle.system() == *system);
+        followed.retain(|system, task| {
+            let stays = is_there(system) && !task.is_finished();
+            if !stays {
+                task.abort();
+            }
+            stays
+        });
+        let mut changed = followed.len() != before;
+        for vehicle in vehicles {
+            if followed.contains_key(&vehicle.system()) {
+                continue;
+            }
+            changed = true;
+            let queue = vehicle.subscribe_events(EVENT_QUEUE);
+            let (app, vehicle) = (self.clone(), vehicle.clone());
+            let system = vehicle.system();
+            let task = tokio::spawn(async move {
+                while let Some(observed) = queue.take().await {
+                    app.tell_event(&vehicle, &observed);
+                }
+            });
+            followed.insert(system, task.abort_handle());
+        }
+        changed
+    }
+
+    fn tell_event(&self, vehicle: &VehicleHandle, observed: &Observed) {
+        let (system, time_s) = (vehicle.system().0, convert::seconds(observed.at));
+        let outboxes = &self.shared.outboxes;
+        let text = |text: String| EventDetail::Text(text);
+        let item = |seq| vehicle.item_of_seq(seq).map(|item| ("item", EventDetail::Number(item.into())));
+        let (kind, detail): (_, BTreeMap<_, _>) = match &observed.event {
+            VehicleEvent::Text(words) => {
+                let (severity, text) = (words.severity.0, words.text.clone());
+                outboxes.put_event(&ServerMessage::Text { vehicle: system, severity, text, time_s });
+                return;
+            }
+            VehicleEvent::PlanStateChanged { kind, state } => {
+                self.tell_plan_state(system, *kind, convert::plan_state(Some(*state)));
+                return;
+            }
+            VehicleEvent::Lost => ("lost", BTreeMap::new()),
+            VehicleEvent::Regained => ("regained", BTreeMap::new()),
+            VehicleEvent::Rebooted => ("rebooted", BTreeMap::new()),
+            VehicleEvent::ModeChanged { from, to } => {
+                let from = from.map(|from| ("from", text(from.to_string())));
+                ("mode", from.into_iter().chain([("mode", text(to.to_string()))]).collect())
+            }
+            VehicleEvent::ArmedChanged { is_armed } => (if *is_armed { "armed" } else { "disarmed" }, BTreeMap::new()),
+            VehicleEvent::LandedChanged { landed } => {
+                ("landed", BTreeMap::from([("landed", text(landed_name(*landed).to_owned()))]))
+            }
+            VehicleEvent::CurrentItemChanged { seq } => ("item", item(*seq).into_iter().collect()),
+            VehicleEvent::ItemReached { seq } => ("item_reached", item(*seq).into_iter().collect()),
+            VehicleEvent::MissionComplete => ("mission_complete", BTreeMap::new()),
+            VehicleEvent::HomeChanged => ("home", BTreeMap::new()),
+            VehicleEvent::StreamsFellBack => ("streams_fell_back", BTreeMap::new()),
+            _ => return,
+        };
+        outboxes.put_event(&ServerMessage::Event { vehicle: system, kind: kind.to_owned(), detail, time_s });
+    }
+
+    fn tell_plan_state(&self, vehicle: u8, kind: PlanKind, state: crate::dto::PlanState) {
+        let kind = convert::plan_kind(kind);
+        let message = ServerMessage::PlanState { vehicle, kind, state };
+        self.shared.outboxes.put_latest(Topic::plan_state(vehicle, kind), &message);
+    }
+}

@@ -1,0 +1,278 @@
+//! The WebSocket: one task for each client, which sends what waits for it and each subscribed vehicle's newest values.
+//!
+//! A client that reads slowly waits for itself alone: its telemetry is made when it can be sent, and nothing else of it
+//! is kept than its [`Outbox`].
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
+use tokio::time::{Instant, Interval, MissedTickBehavior, interval, sleep_until, timeout};
+use vencejo_proto::SystemId;
+
+use crate::convert;
+use crate::dto::telemetry::Sent;
+use crate::dto::{ClientMessage, MissionProgress, ServerMessage, TelemetryGroups};
+use crate::outbox::{Outbox, Outgoing, json};
+use crate::sessions::SessionId;
+use crate::state::{App, closed};
+
+/// Clients at most.
+pub const MAX_CLIENTS: usize = 128;
+/// Bytes of a client's message at most.
+pub const MAX_MESSAGE_BYTES: usize = 4096;
+/// Vehicles that one client follows at most.
+const MAX_SUBSCRIPTIONS: usize = 64;
+/// Rates that a client may ask for, Hz.
+const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=50.0;
+/// How long one message may take to leave. Longer, and the connection is taken for dead.
+const SEND_TIMEOUT: Duration = Duration::from_secs(10);
+/// How often the client is asked whether it is there; it must have answered before the third time.
+const PING_INTERVAL: Duration = Duration::from_secs(2);
+const MAX_UNANSWERED: u32 = 2;
+/// Messages that a client may send in a second.
+const MAX_MESSAGES_PER_S: u32 = 100;
+
+/// Code of a close frame for a client that was too slow ("try again later").
+const TOO_SLOW: u16 = close_code::AGAIN;
+
+/// Why a connection ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// The client went.
+    Gone,
+    /// The client did not read its events, or nothing at all.
+    TooSlow,
+    /// The client does not answer any more.
+    Silent,
+    /// The client says what makes no sense, or too much.
+    Rude(&'static str),
+    /// The server is being closed.
+    Closing,
+}
+
+impl End {
+    fn frame(self) -> Option<CloseFrame> {
+        let (code, reason) = match self {
+            Self::Gone => return None,
+            Self::TooSlow => (TOO_SLOW, "too slow: texts and events were lost; connect again and read them"),
+            Self::Silent => (close_code::AWAY, "no answer to pings"),
+            Self::Rude(reason) => (close_code::POLICY, reason),
+            Self::Closing => (close_code::AWAY, "the server is being closed"),
+        };
+        Some(CloseFrame { code, reason: Utf8Bytes::from_static(reason) })
+    }
+}
+
+/// What a client wants of a vehicle, and what it was told.
+struct Subscription {
+    period: Duration,
+    due: Instant,
+    sent: Sent,
+    progress: Option<MissionProgress>,
+}
+
+/// One client.
+struct Client {
+    app: App,
+    session: SessionId,
+    outbox: Arc<Outbox>,
+    subscriptions: BTreeMap<u8, Subscription>,
+    unanswered: u32,
+    messages_in_interval: u32,
+}
+
+/// Serves one client until it goes, is too slow, or the server is closed.
+pub async fn serve(app: App, session: SessionId, mut socket: WebSocket) {
+    let guard = SocketGuard::new(app.clone(), session);
+    let outbox = app.outboxes().open();
+    let mut client =
+        Client { app, session, outbox, subscriptions: BTreeMap::new(), unanswered: 0, messages_in_interval: 0 };
+    let end = client.run(&mut socket).await.unwrap_or_else(|end| end);
+    // The lease's grace begins now, not when a dead connection has been given up.
+    drop(guard);
+    tracing::debug!(%session, ?end, "a WebSocket ended");
+    if let Some(frame) = end.frame() {
+        // Whoever does not read does not hear why either.
+        let _ = timeout(Duration::from_secs(1), socket.send(Message::Close(Some(frame)))).await;
+    }
+}
+
+/// Counts a WebSocket as its session's for as long as it lives.
+struct SocketGuard(App, SessionId);
+
+impl SocketGuard {
+    fn new(app: App, session: SessionId) -> Self {
+        let now = app.now();
+        app.change_sessions(|sessions| sessions.socket_opened(session, now));
+        Self(app, session)
+    }
+}
+
+impl Drop for SocketGuard {
+    fn drop(&mut self) {
+        let now = self.0.now();
+        self.0.change_sessions(|sessions| sessions.socket_closed(self.1, now));
+    }
+}
+
+impl Client {
+    async fn run(&mut self, socket: &mut WebSocket) -> Result<End, End> {
+        let mut closing = self.app.closing();
+        self.greet(socket).await?;
+        let mut pings = pings();
+        loop {
+            while let Some(outgoing) = self.outbox.take() {
+                let text = match outgoing {
+                    Outgoing::Message(text) => text,
+                    Outgoing::Control => match self.control() {
+                        Some(control) => json(&control),
+                        None => return Ok(End::Gone),
+                    },
+                };
+                self.send(socket, Message::Text(text)).await?;
+            }
+            let due = self.subscriptions.values().map(|subscription| subscription.due).min();
+            tokio::select! {
+                () = closed(&mut closing) => return Ok(End::Closing),
+                () = self.outbox.overflown() => return Ok(End::TooSlow),
+                () = self.outbox.wait() => {}
+                message = socket.recv() => match message {
+                    Some(Ok(message)) => self.on_message(socket, message).await?,
+                    Some(Err(_)) | None => return Ok(End::Gone),
+                },
+                _ = pings.tick() => {
+                    if self.unanswered >= MAX_UNANSWERED {
+                        return Ok(End::Silent);
+                    }
+                    self.unanswered += 1;
+                    self.messages_in_interval = 0;
+                    self.send(socket, Message::Ping(Vec::new().into())).await?;
+                }
+                () = sleep_until(due.unwrap_or_else(far)), if due.is_some() => self.send_telemetry(socket).await?,
+            }
+        }
+    }
+
+    async fn greet(&self, socket: &mut WebSocket) -> Result<(), End> {
+        let app = &self.app;
+        let session = app.sessions().info(self.session).ok_or(End::Gone)?;
+        let hello =
+            ServerMessage::Hello { version: crate::VERSION.to_owned(), time_s: convert::seconds(app.now()), session };
+        let vehicles = ServerMessage::Vehicles { vehicles: convert::vehicle_summaries(app.station()) };
+        let links = ServerMessage::Links { links: convert::links(app.station()) };
+        for message in [hello, vehicles, links] {
+            self.send(socket, Message::Text(json(&message))).await?;
+        }
+        for operation in app.operations().list() {
+            let message = ServerMessage::Operation(operation);
+            self.send(socket, Message::Text(json(&message))).await?;
+        }
+        Ok(())
+    }
+
+    fn control(&self) -> Option<ServerMessage> {
+        let info = self.app.sessions().info(self.session)?;
+        let (has_control, holder, requested_by) = (info.has_control, info.holder, info.requested_by);
+        Some(ServerMessage::Control { has_control, holder, requested_by })
+    }
+
+    /// Sends one message; gives up when the client does not take it, or has been too slow for its events meanwhile.
+    async fn send(&self, socket: &mut WebSocket, message: Message) -> Result<(), End> {
+        tokio::select! {
+            sent = timeout(SEND_TIMEOUT, socket.send(message)) => match sent {
+                Ok(Ok(())) => Ok(()),
+                Ok(Err(_)) => Err(End::Gone),
+                Err(_) => Err(End::TooSlow),
+            },
+            () = self.outbox.overflown() => Err(End::TooSlow),
+        }
+    }
+
+    async fn on_message(&mut self, socket: &mut WebSocket, message: Message) -> Result<(), End> {
+        self.unanswered = 0;
+        let text = match message {
+            Message::Text(text) => text,
+            Message::Close(_) => return Err(End::Gone),
+            Message::Binary(_) => return Err(End::Rude("messages are JSON texts")),
+            Message::Ping(_) | Message::Pong(_) => return Ok(()),
+        };
+        self.messages_in_interval += 1;
+        if self.messages_in_interval > MAX_MESSAGES_PER_S * PING_INTERVAL.as_secs() as u32 {
+            return Err(End::Rude("too many messages"));
+        }
+        let problem = match serde_json::from_str(&text) {
+            Ok(ClientMessage::Subscribe { vehicle, rate_hz }) => self.subscribe(vehicle, rate_hz),
+            Ok(ClientMessage::Unsubscribe { vehicle }) => {
+                self.subscriptions.remove(&vehicle);
+                None
+            }
+            Err(error) => Some(format!("this is no message that is understood: {error}")),
+        };
+        match problem {
+            Some(detail) => self.send(socket, Message::Text(json(&ServerMessage::Error { detail }))).await,
+            None => Ok(()),
+        }
+    }
+
+    /// Begins to follow a vehicle, or follows it at another rate; what is wrong with that, if anything.
+    fn subscribe(&mut self, vehicle: u8, rate_hz: f64) -> Option<String> {
+        if !RATES_HZ.contains(&rate_hz) {
+            return Some(format!("rate_hz is {rate_hz}: it goes from 1 to 50"));
+        }
+        let is_new = !self.subscriptions.contains_key(&vehicle);
+        if is_new && self.subscriptions.len() >= MAX_SUBSCRIPTIONS {
+            return Some(format!("{MAX_SUBSCRIPTIONS} vehicles are followed already; unsubscribe from one first"));
+        }
+        let (period, due) = (Duration::from_secs_f64(rate_hz.recip()), Instant::now());
+        let subscription = self.subscriptions.entry(vehicle).or_insert_with(|| Subscription {
+            period,
+            due,
+            sent: Sent::default(),
+            progress: None,
+        });
+        (subscription.period, subscription.due) = (period, due);
+        None
+    }
+
+    /// Sends what changed of every vehicle that is due.
+    async fn send_telemetry(&mut self, socket: &mut WebSocket) -> Result<(), End> {
+        let now = Instant::now();
+        let mut texts = Vec::new();
+        for (vehicle, subscription) in &mut self.subscriptions {
+            if subscription.due > now {
+                continue;
+            }
+            // In step while that is possible; a client that was too slow for a turn misses it.
+            subscription.due = (subscription.due + subscription.period).max(now + subscription.period / 2);
+            let Some(handle) = self.app.station().vehicle(SystemId(*vehicle)) else { continue };
+            let (telemetry, taken_at) = handle.telemetry();
+            let groups = TelemetryGroups::changes(&telemetry, taken_at, &mut subscription.sent);
+            let progress = Some(convert::progress(&handle)).filter(|new| subscription.progress.as_ref() != Some(new));
+            if groups.is_empty() && progress.is_none() {
+                continue;
+            }
+            if progress.is_some() {
+                subscription.progress.clone_from(&progress);
+            }
+            let time_s = convert::seconds(taken_at);
+            texts.push(json(&ServerMessage::Telemetry { vehicle: *vehicle, time_s, groups, progress }));
+        }
+        for text in texts {
+            self.send(socket, Message::Text(text)).await?;
+        }
+        Ok(())
+    }
+}
+
+/// A moment that does not come.
+fn far() -> Instant {
+    Instant::now() + Duration::from_secs(3600)
+}
+
+fn pings() -> Interval {
+    let mut pings = interval(PING_INTERVAL);
+    pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    pings
+}
