@@ -31,6 +31,9 @@ use crate::vehicle::{Observed, Subscriptions, VehicleHandle};
 
 /// How often our heartbeat goes out, and the driver looks round at the latest (mavlink.io, "Heartbeat protocol").
 const HEARTBEAT_INTERVAL: Duration = Duration::from_secs(1);
+/// Every so many heartbeats a vehicle that speaks MAVLink 1 is shown that we speak MAVLink 2. An old one skips a frame of 21
+/// bytes.
+const INVITE_EVERY: u32 = 5;
 
 /// `TIMESYNC`: its answers tell the round trip.
 const TIMESYNC_ID: u32 = 111;
@@ -338,14 +341,16 @@ impl Shared {
         let from = frame.source();
         let mut core = self.core();
         core.vehicles.on_message(from, &message, now);
+        core.vehicles.on_protocol_version(from, frame.version());
         if frame.message_id() == TIMESYNC_ID
             && let Some(round_trip) = core.vehicles.get(from.system).and_then(Vehicle::round_trip)
         {
             // The link may just have been closed; then its figure matters to nobody.
             let _ = self.hub.note_round_trip(link, round_trip);
         }
+        let version = core.vehicles.get(from.system).map(Vehicle::protocol_version);
         if let Some(watchers) = core.watchers.get_mut(&from.system) {
-            watchers.version = frame.version();
+            watchers.version = version.unwrap_or_default();
             watchers.subscriptions.on_message(link, frame, now);
             watchers.changes.notify();
         }
@@ -479,12 +484,21 @@ impl Shared {
     }
 
     /// Sends our heartbeat on all links, in the oldest version that a vehicle speaks: everybody reads MAVLink 1.
-    fn send_heartbeat(&self, core: &Core) {
+    ///
+    /// With `invites` in MAVLink 2 besides: PX4 and ArduPilots of some years speak MAVLink 1 until they hear MAVLink 2, and
+    /// begin so again when they restart.
+    fn send_heartbeat(&self, core: &Core, invites: bool) {
         let speaks_v1 = core.watchers.values().any(|watchers| watchers.version == MavVersion::V1);
         let version = if speaks_v1 { MavVersion::V1 } else { MavVersion::V2 };
-        // Links without a peer refuse it; there is nobody to miss it.
-        let _ =
-            self.hub.send_message(&Message::Heartbeat(Heartbeat::default()), self.config.address, version, Route::All);
+        let send = |version| {
+            let heartbeat = Message::Heartbeat(Heartbeat::default());
+            // Links without a peer refuse it; there is nobody to miss it.
+            let _ = self.hub.send_message(&heartbeat, self.config.address, version, Route::All);
+        };
+        send(version);
+        if speaks_v1 && invites {
+            send(MavVersion::V2);
+        }
     }
 }
 
@@ -503,6 +517,7 @@ fn describe(link: &LinkInfo) -> String {
 /// Lets time pass for the vehicles and sends our heartbeat: from the loop that does the work, so that it stops with it.
 async fn drive(shared: Weak<Shared>, mut closing: watch::Receiver<bool>) {
     let mut heartbeat_due = MonoTime::ZERO;
+    let mut heartbeats = 0_u32;
     loop {
         let Some(strong) = shared.upgrade() else { return };
         let now = strong.clock.now();
@@ -512,7 +527,8 @@ async fn drive(shared: Weak<Shared>, mut closing: watch::Receiver<bool>) {
             strong.settle(&mut core, now);
             if now >= heartbeat_due {
                 if strong.heartbeat.load(Ordering::Relaxed) {
-                    strong.send_heartbeat(&core);
+                    strong.send_heartbeat(&core, heartbeats.is_multiple_of(INVITE_EVERY));
+                    heartbeats = heartbeats.wrapping_add(1);
                 }
                 heartbeat_due = now + HEARTBEAT_INTERVAL;
             }
