@@ -6,6 +6,7 @@ use thiserror::Error;
 use vencejo_link::{AddressError, LinkError};
 use vencejo_proto::SystemId;
 use vencejo_vehicle::VehicleError;
+use vencejo_vehicle::transfer::TransferError;
 
 /// Why the station could not do what it was asked for.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -39,4 +40,46 @@ pub enum StationError {
     /// The station has been closed.
     #[error("the station is closed; connect again")]
     Closed,
+}
+
+impl StationError {
+    /// One of each kind, the vehicle's and the transfers' included, for tests of whatever tells kinds apart.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn examples() -> Vec<Self> {
+        let mut examples = vec![
+            Self::Address(AddressError::Empty),
+            Self::Link(LinkError::TooManyLinks),
+            Self::CannotRecord { reason: "no space left on device".into() },
+            Self::NoVehicle { wanted: Some(SystemId(1)), waited: Duration::from_secs(30), links: "no link".into() },
+            Self::Closed,
+        ];
+        examples.extend(VehicleError::examples().into_iter().map(Self::Vehicle));
+        examples.extend(TransferError::examples().into_iter().map(|error| Self::Vehicle(error.into())));
+        examples
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    /// Without a wildcard, so that a new kind does not compile until it has an example.
+    fn place(error: &StationError) -> usize {
+        match error {
+            StationError::Address(_) => 0,
+            StationError::Link(_) => 1,
+            StationError::CannotRecord { .. } => 2,
+            StationError::NoVehicle { .. } => 3,
+            StationError::Vehicle(_) => 4,
+            StationError::Closed => 5,
+        }
+    }
+
+    #[test]
+    fn each_kind_has_an_example() {
+        assert_eq!(StationError::examples().iter().map(place).collect::<BTreeSet<_>>(), (0..=5).collect());
+    }
 }

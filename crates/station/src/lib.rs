@@ -35,4 +35,4 @@ pub use pending::{Pending, Progress};
 pub use queue::{DropOldest, Taken};
 pub use recording::{RecordedEvent, RecordingSummary, Sender, summarize_recording};
 pub use station::{RequestResult, Station};
-pub use vehicle::{Observed, Received, VehicleHandle};
+pub use vehicle::{Observed, Received, VehicleHandle, WeakVehicleHandle};

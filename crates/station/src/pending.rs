@@ -102,9 +102,12 @@ impl<T: Clone> Pending<T> {
         state.end.is_none().then_some(state.progress)
     }
 
-    /// Gives the operation up. It still ends, with an error that says so, unless it has ended already.
+    /// Gives the operation up. It still ends, with an error that says so. One that has ended already is left alone: what
+    /// its owner knew it by may belong to another one by now.
     pub fn cancel(&self) {
-        (self.cancel)();
+        if self.receiver.borrow().end.is_none() {
+            (self.cancel)();
+        }
     }
 }
 
@@ -142,6 +145,17 @@ mod tests {
         });
         pending.cancel();
         assert_eq!(count.load(Ordering::SeqCst), 1);
+        assert!(!finisher.is_abandoned());
+        finisher.finish(1);
+        pending.cancel();
+        assert_eq!(count.load(Ordering::SeqCst), 1, "it has ended");
+    }
+
+    #[test]
+    fn an_operation_that_nobody_waits_for_is_known() {
+        let (finisher, pending) = Pending::<u8>::new(|| {});
+        drop(pending.clone());
+        assert!(!finisher.is_abandoned());
         drop(pending);
         assert!(finisher.is_abandoned());
     }

@@ -75,6 +75,7 @@ pub(crate) struct Core {
     pub(crate) vehicles: Vehicles,
     requests: HashMap<(SystemId, RequestId), Finisher<RequestResult>>,
     waiting: Vec<Waiting>,
+    next_waiting: u64,
     pub(crate) watchers: HashMap<SystemId, Watchers>,
 }
 
@@ -127,6 +128,7 @@ impl Station {
                 vehicles: Vehicles::new(config.address, vehicle_config),
                 requests: HashMap::new(),
                 waiting: Vec::new(),
+                next_waiting: 0,
                 watchers: HashMap::new(),
             }),
             heartbeat: AtomicBool::new(config.heartbeat),
@@ -160,15 +162,16 @@ impl Station {
     /// [`StationError::Address`] for a link string that cannot be read, [`StationError::Link`] when there are too many,
     /// [`StationError::Closed`].
     pub fn open_link(&self, address: &str, options: LinkOptions) -> Result<LinkId, StationError> {
+        let address: LinkAddress = address.parse()?;
+        let _guard = self.shared.runtime.enter();
+        // Under the lock that closing takes the links from, so that none is left over.
+        let mut owned = self.shared.owned();
         if self.is_closed() {
             return Err(StationError::Closed);
         }
-        let address: LinkAddress = address.parse()?;
-        let _guard = self.shared.runtime.enter();
         let handle = self.shared.hub.open(address, options)?;
         let id = handle.id();
-        self.shared.owned().links.push(handle);
-        self.shared.wake_driver.notify_one();
+        owned.links.push(handle);
         Ok(id)
     }
 
@@ -245,7 +248,8 @@ impl Station {
             return Pending::ended(Err(StationError::Closed));
         }
         core.waiting.retain(|waiting| !waiting.finisher.is_abandoned());
-        let key = core.waiting.iter().map(|waiting| waiting.key).max().unwrap_or(0) + 1;
+        let key = core.next_waiting;
+        core.next_waiting += 1;
         let shared = Arc::downgrade(&self.shared);
         let (finisher, pending) = Pending::new(move || {
             let Some(shared) = shared.upgrade() else { return };
@@ -266,21 +270,7 @@ impl Station {
     /// Ends everything: what is under way ends with [`StationError::Closed`], links and recording are closed and joined.
     /// May be called again.
     pub async fn close(&self) {
-        self.shared.closing.send_replace(true);
-        let (requests, waiting) = {
-            let mut core = self.shared.core();
-            for watchers in core.watchers.values() {
-                watchers.subscriptions.close();
-                watchers.changes.notify();
-            }
-            (std::mem::take(&mut core.requests), std::mem::take(&mut core.waiting))
-        };
-        for (_, finisher) in requests {
-            finisher.finish(Err(StationError::Closed));
-        }
-        for waiting in waiting {
-            waiting.finisher.finish(Err(StationError::Closed));
-        }
+        self.shared.end_waits();
         let Owned { links, recorder, driver } = std::mem::take(&mut *self.shared.owned());
         if let Some(driver) = driver {
             // The driver ends by itself; a join error would be its panic, which has been reported already.
@@ -332,6 +322,25 @@ impl Shared {
         self.config.address
     }
 
+    /// Closed from now on: everything that is waited for ends.
+    fn end_waits(&self) {
+        self.closing.send_replace(true);
+        let (requests, waiting) = {
+            let mut core = self.core();
+            for watchers in core.watchers.values() {
+                watchers.subscriptions.close();
+                watchers.changes.notify();
+            }
+            (std::mem::take(&mut core.requests), std::mem::take(&mut core.waiting))
+        };
+        for (_, finisher) in requests {
+            finisher.finish(Err(StationError::Closed));
+        }
+        for waiting in waiting {
+            waiting.finisher.finish(Err(StationError::Closed));
+        }
+    }
+
     /// A frame from a link, in the task that read it.
     fn on_frame(self: &Arc<Self>, link: LinkId, frame: &Frame, now: MonoTime) {
         let Ok(message) = frame.decode() else {
@@ -365,7 +374,10 @@ impl Shared {
             }
             RegistryEvent::Dropped(address) => {
                 tracing::warn!(vehicle = %address, "a lost vehicle made room for another");
-                core.watchers.remove(&address.system);
+                // Its queues end with it, and whoever waits for news looks again.
+                if let Some(watchers) = core.watchers.remove(&address.system) {
+                    watchers.changes.notify();
+                }
                 let lost: Vec<_> =
                     core.requests.keys().filter(|(system, _)| *system == address.system).copied().collect();
                 for key in lost {
@@ -439,11 +451,12 @@ impl Shared {
 
     /// Starts a request to a vehicle.
     pub(crate) fn request(self: &Arc<Self>, system: SystemId, request: Request) -> Pending<RequestResult> {
+        let now = self.clock.now();
+        let mut core = self.core();
+        // Under the lock: closing ends what it finds there.
         if *self.closing.borrow() {
             return Pending::ended(Err(StationError::Closed));
         }
-        let now = self.clock.now();
-        let mut core = self.core();
         let Some(vehicle) = core.vehicles.get_mut(system) else {
             return Pending::ended(Err(StationError::Vehicle(VehicleError::NotHeard { age: LOST_AFTER })));
         };
@@ -516,6 +529,7 @@ fn describe(link: &LinkInfo) -> String {
 
 /// Lets time pass for the vehicles and sends our heartbeat: from the loop that does the work, so that it stops with it.
 async fn drive(shared: Weak<Shared>, mut closing: watch::Receiver<bool>) {
+    let _guard = DriverGuard(shared.clone());
     let mut heartbeat_due = MonoTime::ZERO;
     let mut heartbeats = 0_u32;
     loop {
@@ -549,3 +563,20 @@ async fn drive(shared: Weak<Shared>, mut closing: watch::Receiver<bool>) {
         }
     }
 }
+
+/// Without the driver no time-out passes: when it ends for whatever reason, nobody waits for ever.
+struct DriverGuard(Weak<Shared>);
+
+impl Drop for DriverGuard {
+    fn drop(&mut self) {
+        if let Some(shared) = self.0.upgrade() {
+            if std::thread::panicking() {
+                tracing::error!("the station's driver panicked; the station is closed");
+            }
+            shared.end_waits();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,7 @@
 //! A handle to one vehicle of a station, and the queues of those who watch it.
 
 use std::collections::BTreeSet;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
 use vencejo_flight::plan::PlanKind;
@@ -13,7 +13,7 @@ use vencejo_vehicle::{MissionProgress, PlanState, Request, VehicleEvent};
 use crate::changes::Changes;
 use crate::pending::Pending;
 use crate::queue::DropOldest;
-use crate::station::{RequestResult, Station};
+use crate::station::{RequestResult, Shared, Station};
 
 /// `MAV_AUTOPILOT_ARDUPILOTMEGA`.
 const ARDUPILOT: u8 = 3;
@@ -92,7 +92,14 @@ impl Subscriptions {
     }
 }
 
-/// A vehicle of a station. Cheap to clone.
+impl Drop for Subscriptions {
+    /// The vehicle, or the whole station, is gone: a reader that waits must know.
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+/// A vehicle of a station. Cheap to clone. The station lives as long as somebody holds it or one of its vehicles.
 #[derive(Debug, Clone)]
 pub struct VehicleHandle {
     station: Station,
@@ -217,9 +224,34 @@ impl VehicleHandle {
         u16::from(heartbeat.is_none_or(|heartbeat| heartbeat.value.autopilot == ARDUPILOT))
     }
 
-    /// Waits on this thread for something new from it; whether there was.
-    pub fn wait_change(&self, timeout: Duration) -> bool {
-        let changes = self.changes();
-        changes.wait_blocking(changes.count(), timeout).is_some()
+    /// A number that is another one as soon as something new has come from it: ask for it before looking at the vehicle,
+    /// and give it to [`Self::wait_change`] afterwards, so that nothing is missed between the two.
+    pub fn change_count(&self) -> u64 {
+        self.changes().count()
+    }
+
+    /// Waits on this thread until [`Self::change_count`] is no longer `seen`, and gives it back; `None` when it stays so.
+    /// Closing the station ends the wait.
+    pub fn wait_change(&self, seen: u64, timeout: Duration) -> Option<u64> {
+        self.changes().wait_blocking(seen, timeout)
+    }
+
+    /// A handle that does not keep the station alive.
+    pub fn downgrade(&self) -> WeakVehicleHandle {
+        WeakVehicleHandle { shared: Arc::downgrade(&self.station.shared), system: self.system }
+    }
+}
+
+/// A vehicle of a station that may be gone. Cheap to clone.
+#[derive(Clone)]
+pub struct WeakVehicleHandle {
+    shared: Weak<Shared>,
+    system: SystemId,
+}
+
+impl WeakVehicleHandle {
+    /// The vehicle, unless its station is gone.
+    pub fn upgrade(&self) -> Option<VehicleHandle> {
+        Some(VehicleHandle::new(Station { shared: self.shared.upgrade()? }, self.system))
     }
 }

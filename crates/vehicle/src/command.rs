@@ -44,9 +44,11 @@ pub mod cmd {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct CommandName(pub u16);
 
-impl fmt::Display for CommandName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = match self.0 {
+impl CommandName {
+    /// Its name in MAVLink without `MAV_CMD_`; `None` for a number that has none here.
+    #[must_use]
+    pub fn name(self) -> Option<&'static str> {
+        match self.0 {
             cmd::DO_SET_MODE => Some("DO_SET_MODE"),
             cmd::DO_CHANGE_ALTITUDE => Some("DO_CHANGE_ALTITUDE"),
             cmd::DO_REPOSITION => Some("DO_REPOSITION"),
@@ -58,8 +60,13 @@ impl fmt::Display for CommandName {
             cmd::REQUEST_MESSAGE => Some("REQUEST_MESSAGE"),
             cmd::REQUEST_AUTOPILOT_CAPABILITIES => Some("REQUEST_AUTOPILOT_CAPABILITIES"),
             number => Command(number).name().map(|name| name.trim_start_matches("MAV_CMD_")),
-        };
-        match name {
+        }
+    }
+}
+
+impl fmt::Display for CommandName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.name() {
             Some(name) => write!(f, "{name} ({})", self.0),
             None => write!(f, "command {}", self.0),
         }

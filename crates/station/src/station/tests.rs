@@ -1,0 +1,207 @@
+//! Beginnings and ends of a station, and what other threads do meanwhile.
+
+use std::net::UdpSocket;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use vencejo_link::LinkOptions;
+use vencejo_proto::{FrameDecoder, Header};
+
+use super::*;
+use crate::{DropOldest, Taken};
+
+/// Vehicles that are followed at once.
+const MAX_VEHICLES: u8 = 64;
+/// Only ends a test that has failed.
+const LIMIT: Duration = Duration::from_secs(30);
+
+fn plane_heartbeat(system: u8) -> Frame {
+    let message =
+        Message::Heartbeat(Heartbeat { mav_type: 1, autopilot: 3, mavlink_version: 3, ..Heartbeat::default() });
+    message.encode(Header { sequence: 0, source: Address::new(system, 1), version: MavVersion::V2 })
+}
+
+fn start() -> Station {
+    Station::start(StationConfig::default(), Handle::current()).expect("a station starts")
+}
+
+impl Station {
+    /// A plane is heard, on no link in particular.
+    fn hear(&self, system: u8, now: MonoTime) {
+        self.shared.on_frame(LinkId(0), &plane_heartbeat(system), now);
+    }
+}
+
+async fn in_time<F: Future>(future: F) -> F::Output {
+    tokio::time::timeout(LIMIT, future).await.expect("it ends")
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn requests_and_links_begun_while_closing_end() {
+    for _ in 0..200 {
+        let station = start();
+        station.hear(1, station.now());
+        let vehicle = station.vehicle(SystemId(1)).expect("heard");
+        let go = Arc::new(AtomicBool::new(false));
+        let other = std::thread::spawn({
+            let (station, go) = (station.clone(), go.clone());
+            move || {
+                while !go.load(Ordering::Acquire) {}
+                let requests: Vec<_> = (0..6).map(|_| vehicle.request(Request::ReturnToLaunch)).collect();
+                let link = station.open_link("udpin:127.0.0.1:0", LinkOptions::default());
+                (requests, link)
+            }
+        });
+        go.store(true, Ordering::Release);
+        in_time(station.close()).await;
+        let (requests, link) = other.join().expect("no panic");
+        for request in requests {
+            assert!(matches!(in_time(request.wait()).await, Some(Err(_))));
+        }
+        if let Ok(link) = link {
+            assert_eq!(station.local_address(link), None);
+        }
+        assert!(station.links().is_empty(), "{:?}", station.links());
+    }
+}
+
+#[tokio::test]
+async fn an_old_wait_cancels_no_new_one() {
+    let station = start();
+    let first = station.wait_vehicle(Some(SystemId(1)));
+    station.hear(1, station.now());
+    assert!(matches!(first.wait().await, Some(Ok(_))));
+    let second = station.wait_vehicle(Some(SystemId(2)));
+    first.cancel();
+    assert!(second.end().is_none());
+    second.cancel();
+    assert!(matches!(second.end(), Some(Err(StationError::NoVehicle { wanted: Some(SystemId(2)), .. }))));
+    station.close().await;
+}
+
+#[tokio::test]
+async fn a_request_to_a_vehicle_that_is_forgotten_ends_and_cancels_no_other() {
+    let station = start();
+    station.hear(1, station.now());
+    let vehicle = station.vehicle(SystemId(1)).expect("heard");
+    let messages = vehicle.subscribe_messages(None, 8);
+    let events = vehicle.subscribe_events(8);
+    let (changes, seen) = (vehicle.changes(), vehicle.change_count());
+    let old = vehicle.request(Request::ReturnToLaunch);
+    // So many others are heard while it is silent that it makes room.
+    let later = station.now() + Duration::from_secs(20);
+    for system in 2..=MAX_VEHICLES + 1 {
+        station.hear(system, later);
+    }
+    assert!(station.vehicle(SystemId(1)).is_none());
+    assert!(matches!(old.wait().await, Some(Err(StationError::Vehicle(_)))));
+    assert_ne!(changes.count(), seen);
+    let is_ended = |queue: &DropOldest<_>| loop {
+        match queue.take_blocking(Some(Duration::ZERO)) {
+            Taken::Item(_) => {}
+            Taken::Closed => return true,
+            Taken::TimedOut => return false,
+        }
+    };
+    assert!(is_ended(&events));
+    assert_eq!(messages.take_blocking(Some(Duration::ZERO)), Taken::Closed);
+    // It comes back: a new vehicle, whose requests the old handles do not touch.
+    station.hear(1, later + Duration::from_secs(20));
+    let again = vehicle.request(Request::ReturnToLaunch);
+    old.cancel();
+    assert!(again.end().is_none());
+    again.cancel();
+    assert_eq!(again.wait().await, Some(Err(StationError::Vehicle(VehicleError::Cancelled))));
+    station.close().await;
+}
+
+#[tokio::test]
+async fn a_station_that_nobody_holds_ends_its_queues_and_links() {
+    let station = start();
+    station.hear(1, station.now());
+    let vehicle = station.vehicle(SystemId(1)).expect("heard");
+    let weak = vehicle.downgrade();
+    let (messages, events) = (vehicle.subscribe_messages(None, 8), vehicle.subscribe_events(8));
+    let waiting = station.wait_vehicle(Some(SystemId(9)));
+    station.open_link("udpin:127.0.0.1:0", LinkOptions::default()).expect("opens");
+    let hub = station.shared.hub.clone();
+    drop((station, vehicle));
+    assert!(matches!(in_time(waiting.wait()).await, None | Some(Err(StationError::Closed))));
+    in_time(async { while messages.take().await.is_some() {} }).await;
+    in_time(async { while events.take().await.is_some() {} }).await;
+    assert!(weak.upgrade().is_none());
+    in_time(async {
+        while !hub.links().is_empty() {
+            tokio::task::yield_now().await;
+        }
+    })
+    .await;
+}
+
+/// A clock that breaks.
+struct Breaking {
+    clock: SystemClock,
+    is_broken: AtomicBool,
+}
+
+impl Clock for Breaking {
+    fn now(&self) -> MonoTime {
+        assert!(!self.is_broken.load(Ordering::Relaxed), "the clock broke, as this test wants it");
+        self.clock.now()
+    }
+
+    fn unix_us(&self) -> u64 {
+        self.clock.unix_us()
+    }
+}
+
+#[tokio::test]
+async fn when_the_driver_panics_nobody_waits_for_ever() {
+    let clock = Arc::new(Breaking { clock: SystemClock::new(), is_broken: AtomicBool::new(false) });
+    let station = Station::with_clock(StationConfig::default(), Handle::current(), clock.clone()).expect("starts");
+    station.hear(1, station.now());
+    let vehicle = station.vehicle(SystemId(1)).expect("heard");
+    let (request, waiting) = (vehicle.request(Request::ReturnToLaunch), station.wait_vehicle(Some(SystemId(2))));
+    clock.is_broken.store(true, Ordering::Relaxed);
+    assert!(matches!(in_time(waiting.wait()).await, Some(Err(StationError::Closed))));
+    assert_eq!(in_time(request.wait()).await, Some(Err(StationError::Closed)));
+    assert!(station.is_closed());
+    clock.is_broken.store(false, Ordering::Relaxed);
+    in_time(station.close()).await;
+}
+
+fn hears_heartbeat(plane: &UdpSocket, limit: Duration) -> bool {
+    // A time-out of zero is none at all.
+    plane.set_read_timeout(Some(limit.max(Duration::from_millis(1)))).expect("a time-out");
+    let mut datagram = [0; 300];
+    let Ok(size) = plane.recv(&mut datagram) else { return false };
+    let mut decoder = FrameDecoder::new();
+    decoder.push(&datagram[..size]);
+    decoder.next_frame().is_some_and(|frame| frame.message_id() == 0)
+}
+
+/// The vehicle's ground-station failsafe counts our heartbeats: they come from the loop that does the work, so that they
+/// stop when it is stuck.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn heartbeats_stop_while_the_core_is_stuck_and_go_on_afterwards() {
+    let plane = UdpSocket::bind("127.0.0.1:0").expect("a socket");
+    let station = start();
+    let address = format!("udpout:{}", plane.local_addr().expect("bound"));
+    station.open_link(&address, LinkOptions::default()).expect("opens");
+    let shared = station.shared.clone();
+    let told = tokio::task::spawn_blocking(move || {
+        let stuck = shared.core();
+        // One may have been on its way.
+        let end = Instant::now() + Duration::from_millis(2_500);
+        let mut late = 0;
+        while hears_heartbeat(&plane, end.saturating_duration_since(Instant::now())) {
+            late += 1;
+        }
+        drop(stuck);
+        (late, hears_heartbeat(&plane, LIMIT))
+    });
+    let (late, goes_on) = told.await.expect("no panic");
+    assert!(late <= 1, "{late} heartbeats from a core that is stuck");
+    assert!(goes_on);
+    station.close().await;
+}
