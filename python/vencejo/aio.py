@@ -38,6 +38,7 @@ from vencejo.vehicle import (
     VehicleState,
     _command_number,
     _frame_of,
+    _item_number,
     _joined,
 )
 
@@ -129,13 +130,23 @@ class AsyncVehicle(VehicleState):
         """Close the station behind this vehicle, and with it all links."""
         await asyncio.get_running_loop().run_in_executor(None, self._station.close)
 
-    async def stream(self, *, rate_hz: float = 10.0) -> AsyncIterator[Telemetry]:
-        """Snapshots for ever, at most this many a second."""
+    async def stream(self, *, rate_hz: float = 10.0, timeout_s: float | None = None) -> AsyncIterator[Telemetry]:
+        """Snapshots for ever, at most this many a second; see `vencejo.Vehicle.stream`."""
         if not 0.1 <= rate_hz <= 50.0:
             raise InvalidRequest(f"rate_hz is {rate_hz}: it goes from 0.1 to 50")
+        seen: int | None = None
+        due = time.monotonic()
         while True:
+            deadline = None if timeout_s is None else time.monotonic() + timeout_s
+            while (count := self._changed(seen)) is None:
+                if deadline is not None and time.monotonic() >= deadline:
+                    return
+                await asyncio.sleep(_POLL_S)
+            seen = count
             yield self.telemetry
-            await asyncio.sleep(1.0 / rate_hz)
+            now = time.monotonic()
+            due = max(due + 1.0 / rate_hz, now)
+            await asyncio.sleep(due - now)
 
     async def wait_until(
         self, condition: Callable[[Telemetry], bool], *, timeout_s: float | None, what: str = "the condition"
@@ -145,8 +156,13 @@ class AsyncVehicle(VehicleState):
         while not condition(telemetry := self.telemetry):
             if deadline is not None and time.monotonic() >= deadline:
                 raise CommandTimeout(f"{what} did not come true within {timeout_s:g} s")
+            self._changed(None)
             await asyncio.sleep(_POLL_S)
         return telemetry
+
+    def _changed(self, seen: int | None) -> int | None:
+        """Look whether something new has arrived, without waiting."""
+        return self._native.wait_change(seen, 0.0)
 
     async def arm(self, *, force: bool = False) -> None:
         """Arm; see `vencejo.Vehicle.arm`."""
@@ -250,7 +266,7 @@ class AsyncVehicle(VehicleState):
 
     async def start_mission(self, *, from_item: int | None = None) -> None:
         """Begin the mission; see `vencejo.Vehicle.start_mission`."""
-        await _finished(self._native.mission_start(from_item))
+        await _finished(self._native.mission_start(_item_number(from_item)))
 
     async def pause_mission(self) -> None:
         """Interrupt the mission (mode LOITER)."""
@@ -262,7 +278,7 @@ class AsyncVehicle(VehicleState):
 
     async def set_current_item(self, item: int) -> None:
         """Make an item, counted from 1, the one in execution."""
-        await _finished(self._native.set_current_item(item))
+        await _finished(self._set_current_item(item))
 
     async def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
         """Upload, verify, arm and start; see `vencejo.Vehicle.send_and_fly`."""
@@ -283,8 +299,7 @@ class AsyncVehicle(VehicleState):
         self, command: int | str, *params: float, frame: int, x: int = 0, y: int = 0, z: float = 0.0
     ) -> int:
         """Send any command by COMMAND_INT; see `vencejo.Vehicle.command_int`."""
-        pending = self._native.command_int(_command_number(command), frame, self._seven(params)[:4], x, y, z)
-        return int(await _finished(pending) or 0)
+        return int(await _finished(self._command_int(command, params, frame, x, y, z)) or 0)
 
     async def request_message(self, name: str) -> MavlinkMessage:
         """Ask for one message once, and give it back."""

@@ -46,7 +46,11 @@ class Cancelled(VencejoError):
 
 
 class InvalidRequest(VencejoError, ValueError):
-    """A value that may not be sent to an aircraft: not finite, out of range, or unknown."""
+    """What may not be sent to an aircraft: nothing was sent.
+
+    A value that is not finite, out of range or unknown; or a request that the vehicle's present state rules out, such as
+    restarting while it is armed, or starting a mission when what is on board is not known.
+    """
 
 
 class CommandRefused(VencejoError):
@@ -70,7 +74,20 @@ class CommandRefused(VencejoError):
 
 
 class CommandTimeout(VencejoError, TimeoutError):
-    """The vehicle did not answer, or never showed the state that was asked for."""
+    """The vehicle did not answer, or never showed the state that was asked for.
+
+    Attributes
+    ----------
+    command : str
+        Name of the MAV_CMD; empty when no single command was waited for.
+    reasons : tuple[str, ...]
+        What the vehicle wrote in STATUSTEXT messages meanwhile.
+    """
+
+    def __init__(self, message: str, command: str = "", reasons: tuple[str, ...] = ()) -> None:
+        super().__init__(message)
+        self.command = command
+        self.reasons = reasons
 
 
 class TransferError(VencejoError):
@@ -92,7 +109,7 @@ class PlanMismatch(TransferError):
 
 
 class ParameterError(VencejoError):
-    """A parameter that the vehicle does not have, or a value that it did not take."""
+    """A parameter that the vehicle does not have, a name or value that cannot be, or a value that it did not take."""
 
 
 class FileFormatError(VencejoError, ValueError):

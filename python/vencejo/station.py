@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import atexit
+import contextlib
 import os
+import weakref
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
+from typing import Any, NoReturn, cast
 
 from vencejo import _native
+from vencejo.errors import ClosedError, InvalidRequest, VencejoError
 from vencejo.link import LinkInfo
-from vencejo.vehicle import Vehicle
+from vencejo.vehicle import Vehicle, VehicleState
 
 __all__ = ["RecorderInfo", "Station", "connect", "default_record_dir"]
 
@@ -69,6 +74,11 @@ class Station:
     forward_to : iterable of str, optional
         More links, for other ground stations: what the vehicles and they say is passed on untouched.
 
+    Notes
+    -----
+    Close it, or use it in a ``with`` statement; one that nobody holds any more closes by itself, and so does each at the
+    end of the program. A process that is forked off has none of its parent's stations: `ClosedError` says so.
+
     Raises
     ------
     LinkError
@@ -94,6 +104,9 @@ class Station:
         record: bool | str | os.PathLike[str] = True,
         forward_to: Iterable[str] = (),
     ) -> None:
+        for name, id in (("system_id", system_id), ("component_id", component_id)):
+            if not 1 <= id <= 255:
+                raise InvalidRequest(f"our own {name} is {id}: it goes from 1 to 255")
         if record is True:
             record_dir: str | None = str(default_record_dir())
         elif record is False:
@@ -109,7 +122,10 @@ class Station:
             record_dir=record_dir,
             request_streams=request_streams,
         )
-        self._vehicles: dict[int, Vehicle] = {}
+        # Weak, so that a station that is no longer used is not kept by its own vehicles.
+        self._vehicles: weakref.WeakValueDictionary[int, Vehicle] = weakref.WeakValueDictionary()
+        self._states: weakref.WeakSet[VehicleState] = weakref.WeakSet()
+        _open_stations.add(self)
         try:
             for link in links:
                 self.open_link(link)
@@ -144,7 +160,12 @@ class Station:
     @property
     def vehicles(self) -> list[Vehicle]:
         """The vehicles heard so far, by system id."""
-        return [self._vehicle(self._native.wait_vehicle(id).wait(0.0)) for id in self._native.vehicle_ids()]
+        vehicles = []
+        for id in self._native.vehicle_ids():
+            # One that is forgotten at this very moment is left out.
+            with contextlib.suppress(VencejoError):
+                vehicles.append(self._vehicle(self._native.wait_vehicle(id).wait(0.0)))
+        return vehicles
 
     def wait_vehicle(self, system_id: int | None = None, *, timeout_s: float | None = 30.0) -> Vehicle:
         """Wait for a vehicle's heartbeat.
@@ -164,7 +185,10 @@ class Station:
         return self._vehicle(self._native.wait_vehicle(system_id).wait(timeout_s))
 
     def _vehicle(self, native: _native.Vehicle) -> Vehicle:
-        return self._vehicles.setdefault(native.system_id, Vehicle(native, self))
+        vehicle = self._vehicles.get(native.system_id)
+        if vehicle is None:
+            vehicle = self._vehicles.setdefault(native.system_id, Vehicle(native, self))
+        return vehicle
 
     def set_heartbeat(self, enabled: bool) -> None:
         """Start or stop our heartbeat, which the vehicle's ground-station failsafe counts."""
@@ -181,6 +205,42 @@ class Station:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+class _Elsewhere:
+    """Stands in for what only lives in the process that was forked."""
+
+    def close(self) -> None:
+        """Nothing of it is in this process."""
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise ClosedError("this station belongs to the process that was forked; connect again in this one")
+
+
+_open_stations: weakref.WeakSet[Station] = weakref.WeakSet()
+
+
+def _end() -> None:
+    """End in order what the program left open: what is under way, the links, the recordings."""
+    _native.end_waits()
+    for station in list(_open_stations):
+        station.close()
+
+
+def _leave_parents_stations() -> None:
+    """Let go of the stations of the process that was forked: their threads are not in this one."""
+    elsewhere = cast("Any", _Elsewhere())
+    for station in list(_open_stations):
+        station._native.abandon()
+        for vehicle in list(station._states):
+            vehicle._native = elsewhere
+        station._native = elsewhere
+        _open_stations.discard(station)
+
+
+atexit.register(_end)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_leave_parents_stations)
 
 
 def connect(

@@ -7,12 +7,14 @@ vehicle's own words when it does not.
 
 from __future__ import annotations
 
+import sys
+import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal
+from types import MappingProxyType, SimpleNamespace, TracebackType
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 from vencejo import _native
 from vencejo.errors import CommandTimeout, InvalidRequest
@@ -37,6 +39,9 @@ __all__ = [
 
 PlanKind = Literal["mission", "fence", "rally"]
 ProgressCallback = Callable[[int, int], None]
+
+_LOOK_S = 0.2
+_F32_MAX = 3.4028234663852886e38
 
 SEVERITIES = ("emergency", "alert", "critical", "error", "warning", "notice", "info", "debug")
 """Names of MAV_SEVERITY, 0 to 7."""
@@ -164,7 +169,7 @@ class MavlinkMessage:
     @cached_property
     def fields(self) -> Mapping[str, Any]:
         """The fields as the message definition names them, in the units of the wire; read at first use."""
-        return decode_payload(self.id, self.payload)
+        return MappingProxyType(decode_payload(self.id, self.payload))
 
 
 @dataclass(frozen=True)
@@ -182,6 +187,31 @@ class Parameter:
     name: str
     value: float
     type: int
+
+
+def _event(kind: str, time_s: float, detail: dict[str, Any]) -> Event:
+    return Event(kind, time_s, MappingProxyType(detail))
+
+
+def _call_back(subscription: _native.Subscription, call: Callable[[Any], None], callback: object) -> None:
+    """Call a function with each entry until the subscription ends, in a thread that the program's end does not wait for."""
+
+    def run() -> None:
+        while (item := subscription.next()) is not None:
+            try:
+                call(item)
+            except Exception as error:  # noqa: BLE001 - as any callback's: told, and on to the next
+                unraisable = SimpleNamespace(
+                    exc_type=type(error),
+                    exc_value=error,
+                    exc_traceback=error.__traceback__,
+                    err_msg="Exception ignored in the callback of a subscription",
+                    object=callback,
+                )
+                sys.unraisablehook(cast("sys.UnraisableHookArgs", unraisable))
+            del item
+
+    threading.Thread(target=run, name="vencejo-callback", daemon=True).start()
 
 
 def _frame_of(
@@ -205,6 +235,7 @@ class VehicleState:
     def __init__(self, native: _native.Vehicle, station: Station) -> None:
         self._native = native
         self._station = station
+        station._states.add(self)
 
     @property
     def system_id(self) -> int:
@@ -264,16 +295,16 @@ class VehicleState:
         Returns
         -------
         Subscription
-            Close it to end the calls.
+            Close it, or use it in a ``with`` statement, to end the calls; closing the station ends them too.
         """
         subscription = self._native.subscribe_messages(None if names is None else list(names), capacity)
-        subscription.on_item(lambda item: callback(MavlinkMessage(*item)))
+        _call_back(subscription, lambda item: callback(MavlinkMessage(*item)), callback)
         return subscription
 
     def on_event(self, callback: Callable[[Event], None], *, capacity: int = 1024) -> _native.Subscription:
         """Call a function for each event of this vehicle, in one thread of its own."""
         subscription = self._native.subscribe_events(capacity)
-        subscription.on_item(lambda item: callback(Event(*item)))
+        _call_back(subscription, lambda item: callback(_event(*item)), callback)
         return subscription
 
     def send_message(self, name: str, **fields: Any) -> None:
@@ -327,13 +358,36 @@ class VehicleState:
             plan.require_sound(position=self._planned_position(), on_ground=None)
         return self._native.upload(kind, plan._to_native())
 
+    def _set_current_item(self, item: int) -> _native.Pending:
+        _item_number(item)
+        return self._native.set_current_item(item)
+
     def _set_home(self, home: Home | None) -> _native.Pending:
         return self._native.set_home(None if home is None else (home.lat_deg, home.lon_deg, home.alt_amsl_m))
+
+    def _command_int(
+        self, command: int | str, params: Sequence[float], frame: int, x: int, y: int, z: float
+    ) -> _native.Pending:
+        if len(params) > 4:
+            raise InvalidRequest(f"a COMMAND_INT has four parameters and a position, not {len(params)}")
+        for name, value, low, high in (
+            ("frame", frame, 0, 255),
+            ("x", x, -(2**31), 2**31 - 1),
+            ("y", y, -(2**31), 2**31 - 1),
+        ):
+            if not low <= value <= high:
+                raise InvalidRequest(f"{name} is {value}: it goes from {low} to {high}")
+        return self._native.command_int(_command_number(command), frame, self._seven(params)[:4], x, y, z)
 
     @staticmethod
     def _seven(params: Sequence[float]) -> list[float]:
         if len(params) > 7:
             raise InvalidRequest(f"a command has seven parameters, not {len(params)}")
+        for place, value in enumerate(params, 1):
+            if abs(value) > _F32_MAX:
+                raise InvalidRequest(
+                    f"parameter {place} is {value}: give a number that fits 32 bits; NaN leaves it to the vehicle"
+                )
         return [*map(float, params), *(0.0,) * (7 - len(params))]
 
     def __repr__(self) -> str:
@@ -392,20 +446,26 @@ class Vehicle(VehicleState):
             From 0.1 to 50.
         timeout_s : float, optional
             Ends the stream when nothing new has arrived for so long. Without it a lost vehicle's stream waits.
+
+        Raises
+        ------
+        ClosedError
+            When the station is closed meanwhile.
         """
         if not 0.1 <= rate_hz <= 50.0:
             raise InvalidRequest(f"rate_hz is {rate_hz}: it goes from 0.1 to 50")
+        seen: int | None = None
+        due = time.monotonic()
         while True:
-            began = time.monotonic()
-            waited_s = 0.0
-            while not self._native.wait_telemetry(0.2):
-                waited_s += 0.2
-                if timeout_s is not None and waited_s >= timeout_s:
+            deadline = None if timeout_s is None else time.monotonic() + timeout_s
+            while (count := self._wait_change(seen, deadline)) is None:
+                if deadline is not None and time.monotonic() >= deadline:
                     return
+            seen = count
             yield self.telemetry
-            rest_s = 1.0 / rate_hz - (time.monotonic() - began)
-            if rest_s > 0.0:
-                time.sleep(rest_s)
+            now = time.monotonic()
+            due = max(due + 1.0 / rate_hz, now)
+            time.sleep(due - now)
 
     def wait_until(
         self, condition: Callable[[Telemetry], bool], *, timeout_s: float | None, what: str = "the condition"
@@ -416,14 +476,22 @@ class Vehicle(VehicleState):
         ------
         CommandTimeout
             When it is not true in time.
+        ClosedError
+            When the station is closed meanwhile.
         """
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        seen = self._native.change_count()
         while not condition(telemetry := self.telemetry):
-            rest_s = 0.2 if deadline is None else min(0.2, deadline - time.monotonic())
-            if rest_s <= 0.0:
+            if deadline is not None and time.monotonic() >= deadline:
                 raise CommandTimeout(f"{what} did not come true within {timeout_s:g} s")
-            self._native.wait_telemetry(rest_s)
+            count = self._wait_change(seen, deadline)
+            seen = seen if count is None else count
         return telemetry
+
+    def _wait_change(self, seen: int | None, deadline: float | None) -> int | None:
+        """Wait a moment for something new; snapshots that grow old are looked at again as well."""
+        rest_s = _LOOK_S if deadline is None else min(_LOOK_S, max(0.0, deadline - time.monotonic()))
+        return self._native.wait_change(seen, rest_s)
 
     # Arming and modes ----------------------------------------------------------------------------------------------
 
@@ -566,7 +634,7 @@ class Vehicle(VehicleState):
 
     def start_mission(self, *, from_item: int | None = None) -> None:
         """Begin the mission (mode AUTO), at an item counted from 1 when given. Does not arm."""
-        self._wait(self._native.mission_start(from_item))
+        self._wait(self._native.mission_start(_item_number(from_item)))
 
     def pause_mission(self) -> None:
         """Interrupt the mission (mode LOITER)."""
@@ -578,7 +646,7 @@ class Vehicle(VehicleState):
 
     def set_current_item(self, item: int) -> None:
         """Make an item, counted from 1, the one in execution."""
-        self._wait(self._native.set_current_item(item))
+        self._wait(self._set_current_item(item))
 
     def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
         """Upload a mission, verify it, arm and start it: the one operation that does all of it.
@@ -614,8 +682,7 @@ class Vehicle(VehicleState):
         self, command: int | str, *params: float, frame: int, x: int = 0, y: int = 0, z: float = 0.0
     ) -> int:
         """Send any command by COMMAND_INT, its position as scaled integers of the frame (degE7 in a global one)."""
-        pending = self._native.command_int(_command_number(command), frame, self._seven(params)[:4], x, y, z)
-        return int(self._wait(pending) or 0)
+        return int(self._wait(self._command_int(command, params, frame, x, y, z)) or 0)
 
     def request_message(self, name: str) -> MavlinkMessage:
         """Ask for one message once, and give it back."""
@@ -677,7 +744,15 @@ def _command_number(command: int | str) -> int:
         if number is None:
             raise InvalidRequest(f"'{command}' is no MAV_CMD; give its name, such as 'DO_CHANGE_SPEED', or number")
         return number
+    if not 0 <= command <= 65_535:
+        raise InvalidRequest(f"{command} is no MAV_CMD; they go from 0 to 65535")
     return int(command)
+
+
+def _item_number(item: int | None) -> int | None:
+    if item is not None and not 1 <= item <= 65_534:
+        raise InvalidRequest(f"{item} is no item of a mission; they are counted from 1")
+    return item
 
 
 def _joined(parts: Mapping[PlanKind, Plan]) -> Plan:

@@ -5,11 +5,13 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use vencejo_station::StationError;
 use vencejo_vehicle::VehicleError;
+use vencejo_vehicle::command::CommandName;
 use vencejo_vehicle::transfer::TransferError;
 
 /// Adds the functions of this module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_function(wrap_pyfunction!(error_classes, module)?)
+    module.add_function(wrap_pyfunction!(error_classes, module)?)?;
+    module.add_function(wrap_pyfunction!(error_examples, module)?)
 }
 
 /// Names of the exceptions that this module raises; a test looks each up in `vencejo.errors`.
@@ -35,6 +37,21 @@ fn error_classes() -> Vec<&'static str> {
     CLASSES.to_vec()
 }
 
+/// One exception for each kind of error of the core, by the kind's name: what the tests walk.
+#[pyfunction]
+fn error_examples(py: Python<'_>) -> Vec<(String, Py<PyAny>)> {
+    let name = |error: &StationError| {
+        let kind = |debug: String| debug.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default().to_owned();
+        match error {
+            StationError::Vehicle(VehicleError::Transfer(error)) => format!("Transfer.{}", kind(format!("{error:?}"))),
+            StationError::Vehicle(error) => format!("Vehicle.{}", kind(format!("{error:?}"))),
+            error => format!("Station.{}", kind(format!("{error:?}"))),
+        }
+    };
+    let examples = StationError::examples();
+    examples.iter().map(|error| (name(error), from_station(error).into_value(py).into_any())).collect()
+}
+
 /// The exception of `vencejo.errors` with this name and message.
 pub fn raise(class: &str, message: impl std::fmt::Display) -> PyErr {
     let message = message.to_string();
@@ -58,15 +75,26 @@ pub fn from_station(error: &StationError) -> PyErr {
     }
 }
 
+/// A command by its name, else by its number.
+fn name_of(command: CommandName) -> String {
+    command.name().map_or_else(|| command.0.to_string(), str::to_owned)
+}
+
 fn from_vehicle(error: &VehicleError) -> PyErr {
     match error {
         VehicleError::CommandRefused { command, result, reasons, .. } => Python::attach(|py| {
             let reasons = PyTuple::new(py, reasons).map_or_else(|_| py.None(), |reasons| reasons.into_any().unbind());
-            raise_with(py, "CommandRefused", (error.to_string(), command.to_string(), result.to_string(), reasons))
+            let result_name = result.name().trim_start_matches("MAV_RESULT_");
+            raise_with(py, "CommandRefused", (error.to_string(), name_of(*command), result_name, reasons))
         }),
-        VehicleError::CommandTimeout { .. }
-        | VehicleError::NotConfirmed { .. }
-        | VehicleError::MessageNotReceived { .. } => raise("CommandTimeout", error),
+        VehicleError::CommandTimeout { command, .. } => {
+            Python::attach(|py| raise_with(py, "CommandTimeout", (error.to_string(), name_of(*command))))
+        }
+        VehicleError::NotConfirmed { command, reasons, .. } => Python::attach(|py| {
+            let reasons = PyTuple::new(py, reasons).map_or_else(|_| py.None(), |reasons| reasons.into_any().unbind());
+            raise_with(py, "CommandTimeout", (error.to_string(), name_of(*command), reasons))
+        }),
+        VehicleError::MessageNotReceived { .. } => raise("CommandTimeout", error),
         VehicleError::CommandBusy { .. } | VehicleError::TransferBusy { .. } | VehicleError::TooManyRequests { .. } => {
             raise("Busy", error)
         }
@@ -76,6 +104,8 @@ fn from_vehicle(error: &VehicleError) -> PyErr {
         | VehicleError::InvalidValue { .. }
         | VehicleError::Plan(_)
         | VehicleError::PlanUnknown { .. }
+        | VehicleError::HomeUnknown
+        | VehicleError::TooOld { .. }
         | VehicleError::Armed { .. } => raise("InvalidRequest", error),
         VehicleError::NotHeard { .. } | VehicleError::Rebooted => raise("VehicleLost", error),
         VehicleError::Cancelled => raise("Cancelled", error),
@@ -95,7 +125,9 @@ fn from_transfer(error: &TransferError) -> PyErr {
         | TransferError::ParamRefused { .. }
         | TransferError::ParamNotKept { .. }
         | TransferError::Param(_) => raise("ParameterError", error),
-        TransferError::Item(_) => raise("InvalidRequest", error),
+        TransferError::Item(_) | TransferError::BadList { .. } | TransferError::OnlyMission { .. } => {
+            raise("InvalidRequest", error)
+        }
         _ => raise("TransferError", error),
     }
 }

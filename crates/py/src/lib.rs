@@ -26,6 +26,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     recording::register(module)?;
     station::register(module)?;
     vehicle::register(module)?;
+    module.add_function(wrap_pyfunction!(runtime::end_waits, module)?)?;
     module.add_class::<pending::PyPending>()?;
     module.add_class::<subscription::Subscription>()?;
     module.add_class::<telemetry::TelemetrySnapshot>()?;

@@ -46,7 +46,7 @@ impl PyPending {
             Inner::Request(pending, vehicle) => {
                 let mut end = runtime::wait(py, timeout, pending.wait())?;
                 if end.is_none() {
-                    py.detach(|| pending.cancel());
+                    runtime::detached(py, || pending.cancel());
                     end = runtime::wait(py, None, pending.wait())?;
                 }
                 let reply = end.flatten().unwrap_or(Err(StationError::Closed));
@@ -55,7 +55,7 @@ impl PyPending {
             Inner::Vehicle(pending) => {
                 let mut end = runtime::wait(py, timeout, pending.wait())?;
                 if end.is_none() {
-                    py.detach(|| pending.cancel());
+                    runtime::detached(py, || pending.cancel());
                     end = runtime::wait(py, None, pending.wait())?;
                 }
                 let vehicle = end.flatten().unwrap_or(Err(StationError::Closed));
@@ -93,7 +93,7 @@ impl PyPending {
 
     /// Gives it up; it ends with `Cancelled`.
     fn cancel(&self, py: Python<'_>) {
-        py.detach(|| match &self.inner {
+        runtime::detached(py, || match &self.inner {
             Inner::Request(pending, _) => pending.cancel(),
             Inner::Vehicle(pending) => pending.cancel(),
         });
@@ -118,7 +118,7 @@ impl PyPending {
         runtime::handle().spawn(async move {
             ended.await;
             tokio::task::spawn_blocking(move || {
-                Python::attach(|py| {
+                runtime::attached(|py| {
                     if let Err(error) = callback.call0(py) {
                         error.write_unraisable(py, Some(callback.bind(py)));
                     }

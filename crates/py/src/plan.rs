@@ -12,7 +12,7 @@ use vencejo_flight::plan::{
 };
 use vencejo_flight::progress::ProgressOptions;
 
-use crate::errors;
+use crate::{errors, runtime};
 
 /// `(command, frame, seven parameters, autocontinue)`.
 pub type ItemTuple = (u16, u8, [Option<f64>; 7], bool);
@@ -135,8 +135,8 @@ fn command_has_position(command: u16) -> bool {
 #[pyfunction]
 fn parse_plan(py: Python<'_>, data: &Bound<'_, PyBytes>, name: &str) -> PyResult<(PlanTuple, SettingsTuple)> {
     let data = data.as_bytes();
-    let file =
-        py.detach(|| formats::read_plan(data, Some(name))).map_err(|error| errors::raise("FileFormatError", error))?;
+    let file = runtime::detached(py, || formats::read_plan(data, Some(name)))
+        .map_err(|error| errors::raise("FileFormatError", error))?;
     let PlanSettings { cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type } = file.settings;
     Ok((plan_to_tuple(&file.plan), (cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type)))
 }

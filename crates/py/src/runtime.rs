@@ -1,7 +1,9 @@
 //! The one tokio runtime of the process, and waiting on it without the GIL.
 
 use std::future::Future;
-use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, OnceLock, PoisonError};
+use std::thread::ThreadId;
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
@@ -11,18 +13,86 @@ use tokio::runtime::{Builder, Handle, Runtime};
 const SIGNAL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// The runtime: two threads are enough for links, drivers and timers; disks have their own.
+///
+/// A process that was forked off has none of its parent's threads and gets a runtime of its own; the parent's is left as
+/// it is, for even dropping it would wait for them.
 pub fn handle() -> &'static Handle {
-    static RUNTIME: OnceLock<Runtime> = OnceLock::new();
-    RUNTIME
-        .get_or_init(|| {
-            Builder::new_multi_thread()
+    static RUNTIME: Mutex<Option<(u32, &'static Runtime)>> = Mutex::new(None);
+    let process = std::process::id();
+    let mut runtime = RUNTIME.lock().unwrap_or_else(PoisonError::into_inner);
+    match *runtime {
+        Some((owner, runtime)) if owner == process => runtime.handle(),
+        _ => {
+            let made = Builder::new_multi_thread()
                 .worker_threads(2)
                 .thread_name("vencejo")
                 .enable_all()
                 .build()
-                .expect("invariant: the system can start two threads")
-        })
-        .handle()
+                .expect("invariant: the system can start two threads");
+            let made: &'static Runtime = Box::leak(Box::new(made));
+            *runtime = Some((process, made));
+            made.handle()
+        }
+    }
+}
+
+/// How long the end of the interpreter waits for threads on their way back to Python.
+const LONGEST_END: Duration = Duration::from_secs(2);
+
+static IS_ENDING: AtomicBool = AtomicBool::new(false);
+static ENDS_ON: OnceLock<ThreadId> = OnceLock::new();
+/// Threads on their way back to Python.
+static RETURNING: AtomicUsize = AtomicUsize::new(0);
+
+/// The interpreter is about to end: from now on only this thread comes back from native code. The others wait for the
+/// process to end: once there is no interpreter, asking for it would end them in the middle of our frames, and with them
+/// the process.
+#[pyfunction]
+pub fn end_waits(py: Python<'_>) {
+    ENDS_ON.get_or_init(|| std::thread::current().id());
+    IS_ENDING.store(true, Ordering::SeqCst);
+    py.detach(|| {
+        let began = Instant::now();
+        while RETURNING.load(Ordering::SeqCst) > 0 && began.elapsed() < LONGEST_END {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    });
+}
+
+/// While it lives, the interpreter does not end.
+struct Returning;
+
+impl Returning {
+    /// Does not come back once the interpreter ends. To be called without the GIL.
+    fn begin() -> Self {
+        loop {
+            RETURNING.fetch_add(1, Ordering::SeqCst);
+            let returning = Self;
+            if !IS_ENDING.load(Ordering::SeqCst) || ENDS_ON.get() == Some(&std::thread::current().id()) {
+                return returning;
+            }
+            drop(returning);
+            std::thread::park();
+        }
+    }
+}
+
+impl Drop for Returning {
+    fn drop(&mut self) {
+        RETURNING.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+/// Runs something native that may take long without the GIL.
+pub fn detached<T: Send>(py: Python<'_>, run: impl FnOnce() -> T + Send) -> T {
+    let (value, _returning) = py.detach(|| (run(), Returning::begin()));
+    value
+}
+
+/// Runs something short in Python, from a thread of ours.
+pub fn attached<T>(run: impl FnOnce(Python<'_>) -> T) -> T {
+    let _returning = Returning::begin();
+    Python::attach(run)
 }
 
 /// Waits for something native without the GIL, and lets Ctrl-C in. `None` when `timeout` passes first.
@@ -38,7 +108,7 @@ where
             deadline.saturating_duration_since(Instant::now()).min(SIGNAL_INTERVAL)
         });
         let slice = async { tokio::time::timeout(rest, future.as_mut()).await };
-        if let Ok(value) = py.detach(|| handle().block_on(slice)) {
+        if let Ok(value) = detached(py, || handle().block_on(slice)) {
             return Ok(Some(value));
         }
         py.check_signals()?;

@@ -71,6 +71,13 @@ pub struct PyStation {
     station: Station,
 }
 
+impl PyStation {
+    /// The station, for others of this crate.
+    pub fn station(&self) -> Station {
+        self.station.clone()
+    }
+}
+
 #[pymethods]
 impl PyStation {
     #[new]
@@ -155,6 +162,12 @@ impl PyStation {
 
     fn set_heartbeat(&self, enabled: bool) {
         self.station.set_heartbeat(enabled);
+    }
+
+    /// In a process that was forked off: the threads behind the station are not there, so nothing of it may run, not
+    /// even its end.
+    fn abandon(&self) {
+        std::mem::forget(self.station.clone());
     }
 
     fn close(&self, py: Python<'_>) -> PyResult<()> {

@@ -1,12 +1,13 @@
-//! Bounded queues of messages and events for Python, and the thread that calls back.
+//! Bounded queues of messages and events for Python.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 use vencejo_proto::MonoTime;
-use vencejo_station::{DropOldest, Observed, Received, Taken, VehicleHandle};
+use vencejo_station::{DropOldest, Observed, Received, Taken, WeakVehicleHandle};
 use vencejo_vehicle::VehicleEvent;
 
 use crate::pending::message_tuple;
@@ -19,13 +20,13 @@ const SIGNAL_INTERVAL: Duration = Duration::from_millis(100);
 #[derive(Clone)]
 enum Queue {
     Messages(Arc<DropOldest<Received>>),
-    Events(Arc<DropOldest<Observed>>, VehicleHandle),
+    Events(Arc<DropOldest<Observed>>, WeakVehicleHandle),
 }
 
 /// Something taken from a queue.
 enum Item {
     Message(Received),
-    Event(Observed, VehicleHandle),
+    Event(Observed, WeakVehicleHandle),
 }
 
 impl Queue {
@@ -64,18 +65,19 @@ impl Queue {
 #[pyclass(frozen, module = "vencejo._native")]
 pub struct Subscription {
     queue: Queue,
-    has_caller: Mutex<bool>,
+    /// Whether the reader itself has ended it: then it wants no more of what waits either.
+    is_ended: AtomicBool,
 }
 
 impl Subscription {
     /// A queue of messages.
     pub fn of_messages(queue: Arc<DropOldest<Received>>) -> Self {
-        Self { queue: Queue::Messages(queue), has_caller: Mutex::new(false) }
+        Self { queue: Queue::Messages(queue), is_ended: AtomicBool::new(false) }
     }
 
     /// A queue of events.
-    pub fn of_events(queue: Arc<DropOldest<Observed>>, vehicle: VehicleHandle) -> Self {
-        Self { queue: Queue::Events(queue, vehicle), has_caller: Mutex::new(false) }
+    pub fn of_events(queue: Arc<DropOldest<Observed>>, vehicle: WeakVehicleHandle) -> Self {
+        Self { queue: Queue::Events(queue, vehicle), is_ended: AtomicBool::new(false) }
     }
 }
 
@@ -95,7 +97,7 @@ impl Subscription {
             let rest = deadline.map_or(SIGNAL_INTERVAL, |deadline| {
                 deadline.saturating_duration_since(Instant::now()).min(SIGNAL_INTERVAL)
             });
-            match py.detach(|| self.queue.take(Some(rest))) {
+            match runtime::detached(py, || self.queue.take(Some(rest))) {
                 Taken::Item(item) => return item_to_python(py, &item).map(Some),
                 Taken::Closed => return Ok(None),
                 Taken::TimedOut => py.check_signals()?,
@@ -106,42 +108,32 @@ impl Subscription {
         }
     }
 
-    /// Calls a function with each entry from now on, in one thread of its own, until the queue is closed.
-    fn on_item(&self, callback: Py<PyAny>) -> PyResult<()> {
-        let mut has_caller = self.has_caller.lock().unwrap_or_else(PoisonError::into_inner);
-        if std::mem::replace(&mut *has_caller, true) {
-            return Err(crate::errors::raise(
-                "InvalidRequest",
-                "this subscription has a callback already; make another one",
-            ));
-        }
-        let queue = self.queue.clone();
-        let caller = std::thread::Builder::new().name("vencejo-callback".into());
-        let started = caller.spawn(move || {
-            while let Taken::Item(item) = queue.take(None) {
-                Python::attach(|py| {
-                    let called = item_to_python(py, &item).and_then(|item| callback.call1(py, (item,)));
-                    if let Err(error) = called {
-                        error.write_unraisable(py, Some(callback.bind(py)));
-                    }
-                });
-            }
-        });
-        started.map(drop).map_err(Into::into)
+    /// As `get` without a time-out, for the thread that calls back: nothing more once `close` was called.
+    fn next<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let item = self.get(py, None)?;
+        Ok(item.filter(|_| !self.is_ended.load(Ordering::Acquire)))
     }
 
-    /// Ends it; entries that wait can still be taken.
+    /// Ends it. A callback that runs comes to its end; what waits is not called back any more, but `get` still gives it.
     fn close(&self) {
+        self.is_ended.store(true, Ordering::Release);
         self.queue.close();
+    }
+
+    fn __enter__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    #[pyo3(signature = (*_exception))]
+    fn __exit__(&self, _exception: &Bound<'_, PyTuple>) {
+        self.close();
     }
 }
 
 impl Drop for Subscription {
     fn drop(&mut self) {
-        // With a callback the queue goes on until it is closed; without one nobody can read it any more.
-        if !*self.has_caller.lock().unwrap_or_else(PoisonError::into_inner) {
-            self.queue.close();
-        }
+        // Nobody can read it any more.
+        self.queue.close();
     }
 }
 
@@ -155,11 +147,12 @@ fn item_to_python<'py>(py: Python<'py>, item: &Item) -> PyResult<Bound<'py, PyAn
 /// `(kind, time, detail)` of an event.
 fn event_tuple<'py>(
     py: Python<'py>,
-    vehicle: &VehicleHandle,
+    vehicle: &WeakVehicleHandle,
     event: &VehicleEvent,
     at: MonoTime,
 ) -> PyResult<Bound<'py, PyAny>> {
     let detail = PyDict::new(py);
+    let item_of = |seq| vehicle.upgrade().and_then(|vehicle| vehicle.item_of_seq(seq));
     let kind = match event {
         VehicleEvent::Lost => "lost",
         VehicleEvent::Regained => "regained",
@@ -183,11 +176,11 @@ fn event_tuple<'py>(
             "text"
         }
         VehicleEvent::CurrentItemChanged { seq } => {
-            detail.set_item("item", vehicle.item_of_seq(*seq))?;
+            detail.set_item("item", item_of(*seq))?;
             "item"
         }
         VehicleEvent::ItemReached { seq } => {
-            detail.set_item("item", vehicle.item_of_seq(*seq))?;
+            detail.set_item("item", item_of(*seq))?;
             "item_reached"
         }
         VehicleEvent::MissionComplete => "mission_complete",

@@ -1,12 +1,13 @@
 //! A vehicle for Python: every method starts a request or copies state; none waits.
 
 use std::collections::BTreeSet;
+use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Address, CommandInt, CommandLong, Message, MissionSeq};
-use vencejo_station::VehicleHandle;
+use vencejo_station::{StationError, VehicleHandle};
 use vencejo_vehicle::modes::ModeFamily;
 use vencejo_vehicle::{AltFrame, ModeChoice, PlanState, Request, SpeedKind, Turn};
 
@@ -28,6 +29,9 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 fn mode_names(mav_type: u8, autopilot: u8) -> Vec<&'static str> {
     ModeFamily::of(autopilot, mav_type).modes().iter().map(|(_, name)| *name).collect()
 }
+
+/// The longest wait for news in one go.
+const LONGEST_WAIT: Duration = Duration::from_secs(1);
 
 /// A vehicle of a station.
 #[pyclass(frozen, name = "Vehicle", module = "vencejo._native")]
@@ -71,7 +75,7 @@ impl PyVehicle {
     }
 
     fn start(&self, py: Python<'_>, request: Request) -> PyPending {
-        let pending = py.detach(|| self.vehicle.request(request));
+        let pending = runtime::detached(py, || self.vehicle.request(request));
         PyPending::of_request(pending, self.vehicle.clone())
     }
 
@@ -97,10 +101,30 @@ impl PyVehicle {
         TelemetrySnapshot::new(telemetry, now)
     }
 
-    fn wait_telemetry(&self, py: Python<'_>, timeout_s: f64) -> PyResult<bool> {
-        let changed = py.detach(|| self.vehicle.wait_change(runtime::seconds(timeout_s)));
+    /// Another number as soon as something new has come.
+    fn change_count(&self) -> u64 {
+        self.vehicle.change_count()
+    }
+
+    /// Waits until the number is no longer `seen`, and gives it back; `None` when it stays so. Who has seen nothing waits
+    /// for nothing. At most a second, so that Ctrl-C gets in.
+    #[pyo3(signature = (seen, timeout_s))]
+    fn wait_change(&self, py: Python<'_>, seen: Option<u64>, timeout_s: f64) -> PyResult<Option<u64>> {
+        let timeout = runtime::seconds(timeout_s).min(LONGEST_WAIT);
+        let count = match seen {
+            None => Some(self.vehicle.change_count()),
+            Some(seen) => runtime::detached(py, || self.vehicle.wait_change(seen, timeout)),
+        };
         py.check_signals()?;
-        Ok(changed)
+        if self.vehicle.station().is_closed() {
+            return Err(errors::from_station(&StationError::Closed));
+        }
+        Ok(count)
+    }
+
+    /// Whether its station is closed: nothing new comes any more.
+    fn is_closed(&self) -> bool {
+        self.vehicle.station().is_closed()
     }
 
     fn progress<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -160,13 +184,13 @@ impl PyVehicle {
     }
 
     fn subscribe_events(&self, capacity: usize) -> Subscription {
-        Subscription::of_events(self.vehicle.subscribe_events(capacity), self.vehicle.clone())
+        Subscription::of_events(self.vehicle.subscribe_events(capacity), self.vehicle.downgrade())
     }
 
     fn send_payload(&self, py: Python<'_>, message_id: u32, payload: &Bound<'_, PyBytes>) -> PyResult<()> {
         let message =
             Message::from_payload(vencejo_proto::MavVersion::V2, message_id, payload.as_bytes()).map_err(invalid)?;
-        if py.detach(|| self.vehicle.send(&message)).is_sent() {
+        if runtime::detached(py, || self.vehicle.send(&message)).is_sent() {
             Ok(())
         } else {
             Err(errors::raise("LinkError", format!("{} was not sent: no link to the vehicle is open", message.name())))

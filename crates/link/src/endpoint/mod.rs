@@ -23,8 +23,8 @@ use crate::outlet::{NoOutlet, Outlet, StreamQueue};
 
 /// The first wait before connecting again.
 const FIRST_WAIT: Duration = Duration::from_millis(250);
-/// The longest.
-const LONGEST_WAIT: Duration = Duration::from_secs(5);
+/// The longest: a link that can be had again is back within 2 s.
+const LONGEST_WAIT: Duration = Duration::from_millis(1500);
 /// A connection that lived so long was a good one: the next wait is the first again.
 const GOOD_LIFE: Duration = Duration::from_secs(5);
 /// How long connecting may take.
@@ -317,7 +317,7 @@ async fn live(mut endpoint: Endpoint, context: Arc<Context>) {
     context.state.send_replace(last);
 }
 
-/// The wait before attempt `attempt` + 1: it doubles from 0.25 s to 5 s, and is cut at random to no less than half, so
+/// The wait before attempt `attempt` + 1: it doubles from 0.25 s to 1.5 s, and is cut at random to no less than half, so
 /// that links that broke together do not come back together.
 fn backoff(attempt: u32, chance: f64) -> Duration {
     let doubled = FIRST_WAIT.saturating_mul(1 << attempt.saturating_sub(1).min(8)).min(LONGEST_WAIT);

@@ -6,9 +6,9 @@ use crate::testing::{Listening, in_time};
 #[test]
 fn the_wait_doubles_and_is_bounded() {
     let longest: Vec<_> = (1..=8).map(|attempt| backoff(attempt, 1.0).as_millis()).collect();
-    assert_eq!(longest, [250, 500, 1000, 2000, 4000, 5000, 5000, 5000]);
+    assert_eq!(longest, [250, 500, 1000, 1500, 1500, 1500, 1500, 1500]);
     let shortest: Vec<_> = (1..=8).map(|attempt| backoff(attempt, 0.0).as_millis()).collect();
-    assert_eq!(shortest, [250, 250, 500, 1000, 2000, 2500, 2500, 2500]);
+    assert_eq!(shortest, [250, 250, 500, 750, 750, 750, 750, 750]);
     assert_eq!(backoff(u32::MAX, 1.0), LONGEST_WAIT);
     let draws: Vec<f64> = (0..100).map(|_| chance()).collect();
     assert!(draws.iter().all(|draw| (0.0..=1.0).contains(draw)));
