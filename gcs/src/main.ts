@@ -2,8 +2,14 @@
 import { mount } from 'svelte';
 import './tokens.css';
 import './app.css';
+import './controls.css';
 import App from './App.svelte';
+import { settings } from '$lib/state/settings.svelte';
+import { station } from '$lib/state/station.svelte';
 
 const target = document.getElementById('app');
 if (target === null) throw new Error('index.html has no element #app');
+// Before the first paint, so that nothing flashes.
+document.documentElement.dataset['theme'] = settings.theme;
 mount(App, { target });
+station.start();

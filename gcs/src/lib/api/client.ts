@@ -36,7 +36,7 @@ export interface VehicleCommands {
   loiter: Record<string, never>;
   'return-to-launch': Record<string, never>;
   land: Record<string, never>;
-  'abort-landing': Record<string, never>;
+  'abort-landing': { alt_rel_home_m?: number };
   'mission/start': { from_item?: number };
   'mission/pause': Record<string, never>;
   'mission/resume': Record<string, never>;

@@ -221,8 +221,13 @@ export interface TelemetryGroups {
   rc?: RcChannels;
   system_time?: SystemTime;
   fence?: FenceStatus;
-  battery?: Battery;
+  /** Inertial sensors 1 to 3; the first is `imu`. */
+  imus?: (Imu | null)[];
+  /** The batteries heard so far. */
+  batteries?: Battery[];
 }
+/** What changed of the groups; null for one that the vehicle no longer has, as after a reboot. */
+export type TelemetryChanges = { [Name in keyof TelemetryGroups]?: TelemetryGroups[Name] | null };
 export type GroupName = keyof TelemetryGroups;
 
 export interface MissionProgress {
@@ -253,6 +258,8 @@ export interface LinkInfo {
   local_address: string | null;
   state: 'connecting' | 'up' | 'down' | 'ended';
   detail: string | null;
+  /** Whether frames between it and the other links are passed on. */
+  forward: boolean;
   frames_received: number;
   frames_sent: number;
   bytes_received: number;
@@ -263,6 +270,9 @@ export interface LinkInfo {
   loss_pct: number | null;
   round_trip_ms: number | null;
   age_s: number | null;
+  frames_per_s: number;
+  /** Share of the frames that were lost lately. */
+  recent_loss_pct: number | null;
 }
 
 export interface VehicleSummary {
@@ -272,14 +282,22 @@ export interface VehicleSummary {
   mode: string | null;
   is_armed: boolean | null;
   age_s: number | null;
+  /** Id of the link that it is reached over. */
+  link: number | null;
+  loss_pct: number | null;
+  round_trip_ms: number | null;
 }
 
 export interface VehicleState {
+  system_id: number;
+  /** On the station's clock. */
+  time_s: number;
   telemetry: TelemetryGroups;
-  progress: MissionProgress | null;
+  progress: MissionProgress;
   plan_states: Record<PlanKind, PlanState>;
   mode_names: string[];
-  link: LinkInfo | number | null;
+  /** The link that it is reached over, with the vehicle's own counters. */
+  link: LinkInfo | null;
 }
 
 /** RFC 9457, with the vehicle's reasons and what to do. */
@@ -319,9 +337,13 @@ export interface FenceZone {
   radius_m: number | null;
 }
 
+export interface ReturnPoint extends LatLon {
+  alt_rel_home_m: number;
+}
+
 export interface Fence {
   zones: FenceZone[];
-  return_point: LatLon | null;
+  return_point: ReturnPoint | null;
 }
 
 export interface RallyPoint extends LatLon {
@@ -337,17 +359,19 @@ export interface Plan {
 }
 
 export interface PlanFinding {
-  severity: string;
+  severity: 'error' | 'warning';
   code: string;
   /** From 1; null for the whole plan. */
   item: number | null;
   message: string;
-  remedy: string | null;
+  remedy: string;
 }
 
 export interface CommandParam {
+  /** Empty when the command does not use the parameter. */
   label: string;
-  unit: string | null;
+  /** Empty when there is none. */
+  unit: string;
   min: number | null;
   max: number | null;
   default: number | null;
@@ -357,31 +381,39 @@ export interface CommandInfo {
   number: number;
   name: string;
   title: string;
-  category: string;
+  category: 'nav' | 'condition' | 'do' | 'fence' | 'rally';
+  support: 'flown' | 'needs_vtol' | 'ignored' | 'list';
   has_position: boolean;
-  params: (CommandParam | null)[];
+  is_destination: boolean;
+  /** Parameters 1 to 7. */
+  params: CommandParam[];
 }
 
 export interface Operation<Result = unknown> {
-  id: string | number;
+  id: number;
+  vehicle: number;
   kind: string;
   state: 'running' | 'done' | 'failed' | 'cancelled';
   done: number;
   total: number;
-  error?: Problem | null;
-  result?: Result | null;
+  error?: Problem;
+  result?: Result;
 }
 
 export interface Session {
   session: string;
+  name: string;
   role: 'viewer' | 'operator';
   has_control: boolean;
   holder: string | null;
+  /** Who asks for control. */
+  requested_by: string | null;
 }
 
 export interface Info {
   name: string;
   version: string;
+  needs_token: boolean;
 }
 
 export interface StatusText {
@@ -394,24 +426,27 @@ export interface StatusText {
 export interface Parameter {
   name: string;
   value: number;
+  /** Its type on the wire: `int8` … `real32`. */
+  kind: string;
 }
 
 export type ServerMessage =
-  | ({ type: 'hello'; version: string } & Partial<Session>)
+  | ({ type: 'hello'; version: string; time_s: number } & Session)
   | { type: 'vehicles'; vehicles: VehicleSummary[] }
   | {
       type: 'telemetry';
       vehicle: number;
       time_s: number;
-      groups: TelemetryGroups;
-      progress?: MissionProgress | null;
+      groups: TelemetryChanges;
+      progress?: MissionProgress;
     }
   | ({ type: 'text'; vehicle: number } & StatusText)
-  | { type: 'event'; vehicle: number; kind: string; detail: unknown }
+  | { type: 'event'; vehicle: number; kind: string; detail: Record<string, string | number>; time_s: number }
   | { type: 'plan_state'; vehicle: number; kind: PlanKind; state: PlanState }
   | ({ type: 'operation' } & Operation)
   | { type: 'links'; links: LinkInfo[] }
-  | { type: 'control'; has_control: boolean; holder: string | null };
+  | { type: 'control'; has_control: boolean; holder: string | null; requested_by: string | null }
+  | { type: 'error'; detail: string };
 
 export type ClientMessage =
   { type: 'subscribe'; vehicle: number; rate_hz: number } | { type: 'unsubscribe'; vehicle: number };

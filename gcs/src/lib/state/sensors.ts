@@ -1,5 +1,5 @@
 // What the sensor plots show, and the recent past of each, kept outside of reactivity: long arrays of numbers.
-import type { LinkInfo, TelemetryGroups } from '$lib/api/types';
+import type { TelemetryGroups } from '$lib/api/types';
 import { Series } from '$lib/domain/series';
 
 export const SENSORS = {
@@ -40,7 +40,7 @@ export class SensorHistory {
 
   /** Takes what is new; `now_s` is monotonic. */
   take(now_s: number, groups: TelemetryGroups): void {
-    const { imu, pressure, wind, vibration, battery, sys_status } = groups;
+    const { imu, pressure, wind, vibration, batteries, sys_status } = groups;
     if (imu) {
       this.#push('acceleration', now_s, imu.acc_g ?? []);
       this.#push('rotation', now_s, imu.gyro_rad_s?.map((rate) => rate * DEG) ?? []);
@@ -55,7 +55,7 @@ export class SensorHistory {
       this.#push('wind', now_s, [wind.speed_m_s]);
       this.#push('windFrom', now_s, [wind.from_deg]);
     }
-    const power = battery ?? sys_status;
+    const power = batteries?.[0] ?? sys_status;
     if (power) {
       this.#push('voltage', now_s, [power.voltage_v]);
       this.#push('current', now_s, [power.current_a]);
@@ -63,7 +63,7 @@ export class SensorHistory {
     if (vibration) this.#push('vibration', now_s, vibration.vibration_m_s2);
   }
 
-  takeLink(now_s: number, link: LinkInfo): void {
+  takeLink(now_s: number, link: { loss_pct: number | null; round_trip_ms: number | null }): void {
     this.#push('loss', now_s, [link.loss_pct]);
     this.#push('roundTrip', now_s, [link.round_trip_ms]);
   }

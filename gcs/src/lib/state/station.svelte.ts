@@ -27,8 +27,6 @@ class Station {
   links = $state.raw<readonly LinkInfo[]>([]);
   /** Why no session could be opened: a token is asked for, mostly. */
   sessionProblem = $state.raw<Problem | null>(null);
-  /** Who asks for control, until it is answered. */
-  controlWanted = $state<string | null>(null);
   controlProblem = $state.raw<Problem | null>(null);
   /** Monotonic time since when the server is not heard; null while it is. */
   #away_ms = $state<number | null>(performance.now());
@@ -48,6 +46,8 @@ class Station {
   hasControl = $derived(this.isOnline && this.session?.has_control === true && this.session.role === 'operator');
   holder = $derived(this.session?.holder ?? null);
   isOperator = $derived(this.session?.role === 'operator');
+  /** Who asks for control. */
+  requestedBy = $derived(this.session?.requested_by ?? null);
 
   start(): void {
     this.#token = takeToken();
@@ -122,7 +122,6 @@ class Station {
       if (this.session && typeof has_control === 'boolean') {
         this.session = { ...this.session, has_control, holder: holder ?? null };
       }
-      this.controlWanted = null;
     } catch (error) {
       this.controlProblem = problemFrom(error);
     }
@@ -133,10 +132,8 @@ class Station {
     switch (message.type) {
       case 'hello': {
         this.version = message.version;
-        const { session, role, has_control, holder } = message;
-        if (session !== undefined && role !== undefined) {
-          this.session = { session, role, has_control: has_control ?? false, holder: holder ?? null };
-        }
+        const { session, name, role, has_control, holder, requested_by } = message;
+        this.session = { session, name, role, has_control, holder, requested_by };
         break;
       }
       case 'vehicles':
@@ -160,20 +157,18 @@ class Station {
         break;
       case 'links':
         this.links = message.links;
-        for (const vehicle of vehicles.all) {
-          const link = message.links.find((link) => link.id === vehicle.linkId) ?? message.links[0];
-          if (link !== undefined) vehicle.applyLink(link, now_ms);
-        }
         break;
       case 'control':
         if (this.session) {
-          const { has_control, holder } = message;
-          this.session = { ...this.session, has_control, holder };
+          const { has_control, holder, requested_by } = message;
+          this.session = { ...this.session, has_control, holder, requested_by };
         }
-        this.controlWanted = null;
         break;
       case 'event':
-        if (message.kind === 'control_requested') this.controlWanted = nameIn(message.detail);
+        // What an event tells is in the telemetry as well.
+        break;
+      case 'error':
+        console.error('The server did not understand:', message.detail);
         break;
     }
   }
@@ -224,12 +219,6 @@ class Station {
 export function problemFrom(error: unknown): Problem {
   if (error instanceof ProblemError) return error.problem;
   return { title: 'Error', status: 0, detail: error instanceof Error ? error.message : String(error) };
-}
-
-function nameIn(detail: unknown): string | null {
-  if (typeof detail === 'string') return detail;
-  if (typeof detail === 'object' && detail !== null && 'name' in detail) return String(detail.name);
-  return '?';
 }
 
 /** The token of a ready-made address (`#token=…`), taken out of the address bar so that nobody copies it on. */

@@ -2,11 +2,11 @@
 import { SvelteMap } from 'svelte/reactivity';
 import type {
   GroupName,
-  LinkInfo,
   MissionProgress,
   PlanKind,
   PlanState,
   StatusText,
+  TelemetryChanges,
   TelemetryGroups,
   VehicleState,
   VehicleSummary,
@@ -14,6 +14,7 @@ import type {
 import { freshness, type Freshness } from '$lib/domain/freshness';
 import { deadReckon, turnRate_deg_s, type Ghost, type LastKnown } from '$lib/domain/ghost';
 import { lonLat, wrap360_deg } from '$lib/domain/lonlat';
+import { t } from '$lib/i18n/index.svelte';
 import { clock } from './clock.svelte';
 import { FlightClock, type FlightTime } from './flight-time';
 import { FrameQueue } from './frames';
@@ -32,8 +33,16 @@ export interface Text {
   at: Date;
 }
 
+/** How well a vehicle is heard. */
+export interface LinkQuality {
+  /** Id of the link that it is reached over. */
+  id: number | null;
+  loss_pct: number | null;
+  round_trip_ms: number | null;
+}
+
 export interface TelemetryChange {
-  groups: TelemetryGroups;
+  groups: TelemetryChanges;
   progress: MissionProgress | null;
   /** Monotonic time at which each group had arrived. */
   heardAt_ms: Partial<Record<GroupName, number>>;
@@ -48,9 +57,8 @@ export class Vehicle {
   planStates = $state.raw<Readonly<Record<PlanKind, PlanState>> | null>(null);
   modeNames = $state.raw<readonly string[]>([]);
   texts = $state.raw<readonly Text[]>([]);
-  link = $state.raw<LinkInfo | null>(null);
-  /** Which of the links it is heard on. */
-  linkId = $state.raw<number | null>(null);
+  /** How well it is heard; null before it is known. */
+  link = $state.raw<LinkQuality | null>(null);
   flightTime = $state.raw<FlightTime | null>(null);
   /** Monotonic time at which anything of it was last heard. */
   lastHeard_ms = $state.raw<number | null>(null);
@@ -73,6 +81,8 @@ export class Vehicle {
     return landed === undefined || landed === 'undefined' ? null : landed === 'on ground';
   });
   kind = $derived(kindOf(this.groups.heartbeat?.mav_type ?? null));
+  /** What to call it, in the language in use. */
+  name = $derived.by(() => `${t(`vehicle.${this.kind}`)} ${this.systemId}`);
 
   constructor(systemId: number) {
     this.systemId = systemId;
@@ -117,13 +127,13 @@ export class Vehicle {
   }
 
   apply(change: TelemetryChange): void {
-    this.groups = { ...this.groups, ...change.groups };
+    this.groups = withChanges(this.groups, change.groups);
     this.heardAt_ms = { ...this.heardAt_ms, ...change.heardAt_ms };
     if (change.progress !== null) this.progress = change.progress;
     const newest_ms = Math.max(...Object.values(change.heardAt_ms));
     if (Number.isFinite(newest_ms)) {
       this.#hear(newest_ms);
-      this.sensors.take(newest_ms / 1000, change.groups);
+      this.sensors.take(newest_ms / 1000, withChanges({}, change.groups));
     }
     const { system_time, extended, heartbeat } = this.groups;
     const boot_s = system_time === undefined ? null : system_time.boot_ms / 1000;
@@ -137,20 +147,17 @@ export class Vehicle {
 
   applySummary(summary: VehicleSummary, now_ms: number): void {
     if (summary.age_s !== null) this.#hear(now_ms - summary.age_s * 1000);
+    const { link, loss_pct, round_trip_ms } = summary;
+    this.link = { id: link, loss_pct, round_trip_ms };
+    // Without news of the vehicle there is nothing new to plot of its link.
+    if (summary.age_s !== null && summary.age_s < 2) this.sensors.takeLink(now_ms / 1000, this.link);
   }
 
   applyState(state: VehicleState, now_ms: number): void {
     this.apply({ groups: state.telemetry, progress: state.progress, heardAt_ms: heardAt(state.telemetry, now_ms) });
     this.planStates = state.plan_states;
     this.modeNames = state.mode_names;
-    if (typeof state.link === 'number') this.linkId = state.link;
-    else if (state.link !== null) this.applyLink(state.link, now_ms);
-  }
-
-  applyLink(link: LinkInfo, now_ms: number): void {
-    this.link = link;
-    this.linkId = link.id;
-    this.sensors.takeLink(now_ms / 1000, link);
+    this.setServerTime(state.time_s, now_ms);
   }
 
   applyPlanState(kind: PlanKind, state: PlanState): void {
@@ -207,11 +214,21 @@ function kindOf(mav_type: number | null): VehicleKind {
   return kinds[mav_type] ?? 'other';
 }
 
+/** The groups after a change; what the vehicle no longer has is gone. */
+export function withChanges(groups: TelemetryGroups, changes: TelemetryChanges): TelemetryGroups {
+  const next: TelemetryChanges = { ...groups, ...changes };
+  for (const name of Object.keys(changes) as GroupName[]) if (next[name] == null) delete next[name];
+  return next as TelemetryGroups;
+}
+
 /** When each group had arrived, from its age. */
-export function heardAt(groups: TelemetryGroups, now_ms: number): Partial<Record<GroupName, number>> {
+export function heardAt(groups: TelemetryChanges, now_ms: number): Partial<Record<GroupName, number>> {
   const heard: Partial<Record<GroupName, number>> = {};
-  for (const [name, group] of Object.entries(groups) as [GroupName, { age_s?: number } | null][]) {
-    if (group !== null && typeof group === 'object') heard[name] = now_ms - (group.age_s ?? 0) * 1000;
+  type Aged = { age_s: number } | null;
+  for (const [name, group] of Object.entries(groups) as [GroupName, Aged | Aged[]][]) {
+    // Of a list, the youngest counts.
+    const ages = (Array.isArray(group) ? group : [group]).flatMap((one) => (one === null ? [] : [one.age_s]));
+    if (ages.length > 0) heard[name] = now_ms - Math.min(...ages) * 1000;
   }
   return heard;
 }
@@ -268,11 +285,10 @@ class Vehicles {
     return () => this.#listeners.delete(listener);
   }
 
-  telemetry(id: number, time_s: number, groups: TelemetryGroups, progress: MissionProgress | null): void {
+  telemetry(id: number, time_s: number, groups: TelemetryChanges, progress: MissionProgress | null): void {
     const now_ms = performance.now();
     this.get(id)?.setServerTime(time_s, now_ms);
-    const heard: TelemetryGroups = Object.fromEntries(Object.entries(groups).filter(([, group]) => group !== null));
-    this.#queue.push(id, { groups: heard, progress, heardAt_ms: heardAt(heard, now_ms) });
+    this.#queue.push(id, { groups, progress, heardAt_ms: heardAt(groups, now_ms) });
   }
 }
 

@@ -1,0 +1,45 @@
+// Values as people read them, in the language and the units that were chosen. Reactive.
+import {
+  formatDistance,
+  formatDuration,
+  formatHeight,
+  formatNumber,
+  formatSpeed,
+  LENGTH_SYMBOL,
+  SPEED_SYMBOL,
+} from '$lib/domain/units';
+import { t } from '$lib/i18n/index.svelte';
+import { settings } from '$lib/state/settings.svelte';
+
+type Maybe = number | null | undefined;
+
+const show = (value: Maybe, format: (value: number) => string): string =>
+  value == null || !Number.isFinite(value) ? t('value.none') : format(value);
+
+export const number = (value: Maybe, digits = 0, unit = ''): string =>
+  show(value, (value) => formatNumber(value, digits, settings.locale) + (unit === '' ? '' : ` ${unit}`));
+export const degrees = (value: Maybe, digits = 0): string => show(value, (value) => `${number(value, digits)}°`);
+/** Three figures, as headings are read: 007°. */
+export const bearing = (value: Maybe): string =>
+  show(value, (value) => `${String(((Math.round(value) % 360) + 360) % 360).padStart(3, '0')}°`);
+export const percent = (value: Maybe, digits = 0): string => number(value, digits, '%');
+export const height = (value_m: Maybe, digits = 0): string =>
+  show(value_m, (value) => formatHeight(value, settings.units, settings.locale, digits));
+export const speed = (value_m_s: Maybe): string =>
+  show(value_m_s, (value) => formatSpeed(value, settings.units, settings.locale));
+export const distance = (value_m: Maybe): string =>
+  show(value_m, (value) => formatDistance(value, settings.units, settings.locale));
+export const duration = (value_s: Maybe): string => show(value_s, formatDuration);
+
+/** An age: tenths while young, then seconds, then minutes. */
+export const age = (value_s: Maybe): string =>
+  show(value_s, (value) => {
+    if (value < 10) return number(value, 1, 's');
+    return value < 90 ? number(value, 0, 's') : formatDuration(value);
+  });
+
+export const lengthUnit = (): string => LENGTH_SYMBOL[settings.units.length];
+export const speedUnit = (): string => SPEED_SYMBOL[settings.units.speed];
+
+export const timeOfDay = (at: Date): string =>
+  at.toLocaleTimeString(settings.locale, { hour: '2-digit', minute: '2-digit', second: '2-digit', hour12: false });

@@ -1,0 +1,70 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
+import { CONFIRM_MS, HOLD_MS, Hold, type HoldState } from './hold';
+
+beforeEach(() => void vi.useFakeTimers());
+afterEach(() => void vi.useRealTimers());
+
+function make() {
+  let done = 0;
+  const states: HoldState[] = [];
+  const hold = new Hold(
+    () => (done += 1),
+    (state) => states.push(state),
+  );
+  return { hold, states, done: () => done };
+}
+
+describe('Hold', () => {
+  it('counts after one second, once', () => {
+    const { hold, done, states } = make();
+    hold.begin();
+    vi.advanceTimersByTime(HOLD_MS - 1);
+    expect(done()).toBe(0);
+    vi.advanceTimersByTime(1);
+    expect(done()).toBe(1);
+    hold.end();
+    vi.advanceTimersByTime(10 * HOLD_MS);
+    expect(done()).toBe(1);
+    expect(states).toEqual(['holding', 'idle']);
+  });
+
+  it('does not count when let go early, and begins anew', () => {
+    const { hold, done } = make();
+    for (let round = 0; round < 5; round += 1) {
+      hold.begin();
+      vi.advanceTimersByTime(HOLD_MS - 1);
+      hold.end();
+    }
+    vi.advanceTimersByTime(10 * HOLD_MS);
+    expect(done()).toBe(0);
+  });
+
+  it('a key that repeats does not begin anew', () => {
+    const { hold, done } = make();
+    hold.begin();
+    vi.advanceTimersByTime(HOLD_MS / 2);
+    hold.begin();
+    vi.advanceTimersByTime(HOLD_MS / 2);
+    expect(done()).toBe(1);
+  });
+
+  it('takes two presses of what cannot hold', () => {
+    const { hold, done } = make();
+    hold.press();
+    expect(done()).toBe(0);
+    hold.press();
+    expect(done()).toBe(1);
+    hold.press();
+    vi.advanceTimersByTime(CONFIRM_MS);
+    hold.press();
+    expect(done()).toBe(1);
+  });
+
+  it('cancel forgets', () => {
+    const { hold, done } = make();
+    hold.begin();
+    hold.cancel();
+    vi.advanceTimersByTime(10 * HOLD_MS);
+    expect(done()).toBe(0);
+  });
+});

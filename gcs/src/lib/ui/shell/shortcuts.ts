@@ -1,0 +1,64 @@
+// Keys for what is often done. None of them tells the vehicle to do anything: that takes a button, held.
+import { t } from '$lib/i18n/index.svelte';
+import { layout, type Panel } from '$lib/state/layout.svelte';
+import { settings } from '$lib/state/settings.svelte';
+import { vehicles } from '$lib/state/vehicles.svelte';
+
+interface Shortcut {
+  key: string;
+  shown: string;
+  text: () => string;
+  run: () => void;
+}
+
+const panel = (key: string, name: Panel): Shortcut => ({
+  key,
+  shown: key.toUpperCase(),
+  text: () => t('key.panel', { panel: t(`panel.${name}`) }),
+  run: () => layout.toggle(name),
+});
+
+export const SHORTCUTS: readonly Shortcut[] = [
+  panel('f', 'fly'),
+  panel('i', 'instruments'),
+  panel('p', 'plan'),
+  panel('n', 'numbers'),
+  panel('s', 'sensors'),
+  panel('m', 'messages'),
+  panel(',', 'settings'),
+  { key: 'v', shown: 'V', text: () => t('key.vehicle'), run: () => vehicles.selectNext() },
+  {
+    key: 't',
+    shown: 'T',
+    text: () => t('key.theme'),
+    run: () => (settings.theme = settings.theme === 'dark' ? 'light' : 'dark'),
+  },
+  {
+    key: 'Escape',
+    shown: 'Esc',
+    text: () => t('key.escape'),
+    run: () => {
+      const open = layout.sheet ?? layout.right;
+      if (open !== null) layout.close(open);
+    },
+  },
+];
+
+/** Whether what has the focus takes letters itself. */
+function isTyping(target: EventTarget | null): boolean {
+  return (
+    target instanceof HTMLElement &&
+    (target.isContentEditable ||
+      /^(INPUT|SELECT|TEXTAREA)$/.test(target.tagName) ||
+      target.closest('[role=menu]') !== null)
+  );
+}
+
+export function onShortcut(event: KeyboardEvent): void {
+  if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
+  if (isTyping(event.target)) return;
+  const shortcut = SHORTCUTS.find(({ key }) => key === event.key || key === event.key.toLowerCase());
+  if (shortcut === undefined) return;
+  event.preventDefault();
+  shortcut.run();
+}
