@@ -49,7 +49,7 @@ fmt: dev-env ## Format Rust and Python
 	.venv/bin/ruff check --quiet --fix --exit-zero .
 	.venv/bin/ruff format --quiet .
 
-bench: dev-env native ## Measure, side by side with the peers, into bench/RESULTS.md (about 10 minutes)
+bench: dev-env native ## Measure, side by side with the peers, into bench/RESULTS.md (about 20 minutes)
 	cargo build --release --locked --quiet -p vencejo-link --examples
 	$(PY) bench/run.py $(BENCH_ARGS)
 
