@@ -3,11 +3,7 @@
 import { fromLonLat } from 'ol/proj';
 import type { Trail } from '$lib/domain/track';
 import { type Frame, type Painter, WORLD_M } from './frame';
-
-/** Height colours from low to high, by brightness as well as hue (after the viridis map), for dark and light maps. */
-const DARK = ['#7a5fd0', '#5f7fe0', '#3f9fd8', '#2fb8b0', '#46cc7c', '#93d84a', '#d6de3a', '#ffe45c'];
-const LIGHT = ['#440154', '#46327e', '#365c8d', '#277f8e', '#1fa187', '#2f9e44', '#8a7a00', '#b35900'];
-export const TRAIL_COLOURS = { dark: DARK, light: LIGHT } as const;
+import { TRAIL_COLOURS } from './trail-colours';
 
 /** Height at which the scale ends at first; it doubles when a plane flies higher. Metres above home. */
 export const FIRST_RANGE_M = 120;
@@ -145,7 +141,7 @@ export class TrailPainter implements Painter {
     context.setTransform(drawing.ratio, 0, 0, drawing.ratio, 0, 0);
     context.lineJoin = 'round';
     context.lineCap = 'round';
-    const colours = frame.theme.isDark ? DARK : LIGHT;
+    const colours = TRAIL_COLOURS[frame.theme.isDark ? 'dark' : 'light'];
     const scale = 1 / drawing.resolution;
     const centreX = drawing.originX + (drawing.width / 2) * drawing.resolution;
     const at = (index: number): number => (indices === null ? index : (indices[index] as number));

@@ -49,6 +49,10 @@ class MapLook {
   ruler = $state.raw<readonly LonLat[]>([]);
   /** Where the pointer is. */
   pointer = $state.raw<LonLat | null>(null);
+  /** The place that the plane was last sent to from the map. */
+  target = $state.raw<LonLat | null>(null);
+  /** Tells what is in the middle of the map; `null` while there is no map. */
+  centre: () => LonLat | null = () => null;
   /** Top of the colour scale of trails, metres above home. */
   trailRange_m = $state(0);
 
