@@ -3,6 +3,7 @@ import {
   formatDistance,
   formatDuration,
   formatHeight,
+  formatScale,
   formatSpeed,
   lengthFrom_m,
   lengthTo_m,
@@ -38,6 +39,10 @@ describe('units', () => {
     expect(formatDistance(3254, FEET, 'en')).toBe('1.76 nmi');
     expect(formatSpeed(12.34, SI, 'en')).toBe('12.3 m/s');
     expect(formatSpeed(12.34, FEET, 'en')).toBe('24 kt');
+    expect(formatScale(1000, SI, 'en')).toBe('1 km');
+    expect(formatScale(1500, SI, 'es')).toBe('1,5 km');
+    expect(formatScale(500, SI, 'en')).toBe('500 m');
+    expect(formatScale(3704, FEET, 'en')).toBe('2 nmi');
     expect(formatDuration(65)).toBe('1:05');
     expect(formatDuration(3729)).toBe('1:02:09');
   });

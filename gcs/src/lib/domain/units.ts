@@ -47,6 +47,15 @@ export function formatDistance(value_m: number, units: Units, locale?: string): 
   return `${formatNumber(value, digits, locale)} ${units.length === 'm' ? 'km' : 'nmi'}`;
 }
 
+/** A distance on a scale, where values are round: `500 m`, `1 km`, `1.5 km`; with feet `500 ft`, `2 nmi`. */
+export function formatScale(value_m: number, units: Units, locale?: string): string {
+  const large_m = units.length === 'm' ? 1000 : M_PER_NMI;
+  const isLarge = Math.abs(value_m) >= large_m * 0.999;
+  const value = isLarge ? value_m / large_m : lengthFrom_m(value_m, units.length);
+  const symbol = isLarge ? (units.length === 'm' ? 'km' : 'nmi') : LENGTH_SYMBOL[units.length];
+  return `${value.toLocaleString(locale, { maximumFractionDigits: isLarge ? 2 : 0 })} ${symbol}`;
+}
+
 /** A speed: `12.3 m/s`, `24 kt`. */
 export function formatSpeed(value_m_s: number, units: Units, locale?: string): string {
   const digits = units.speed === 'm_s' ? 1 : 0;

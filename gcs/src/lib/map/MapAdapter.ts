@@ -28,7 +28,7 @@ import { RoutePainter, type RouteStatus, type RouteTexts } from './route-painter
 import { EMPTY_ROUTE, routeView, toXY } from './route-view';
 import { RulerPainter } from './ruler-painter';
 import { TrailPainter } from './trail-painter';
-import { type VehicleMark, VehiclePainter } from './vehicle-painter';
+import { HomePainter, type VehicleMark, VehiclePainter } from './vehicle-painter';
 
 export type { RouteStatus, RouteTexts, VehicleMark };
 
@@ -72,6 +72,8 @@ export interface MapOptions {
 }
 
 const MAX_ZOOM = 21;
+/** The column of buttons at the map's edge. */
+const CONTROLS_PX = 48;
 const LONG_PRESS_MS = 550;
 const MOVED_PX = 8;
 /** Half of a finger's target of 44 px. */
@@ -92,6 +94,7 @@ export class MapAdapter {
   readonly #grid = new GridPainter();
   readonly #trails = new TrailPainter();
   readonly #route = new RoutePainter();
+  readonly #home = new HomePainter();
   readonly #vehicles = new VehiclePainter();
   readonly #ruler = new RulerPainter();
   readonly #scale: ScaleLine;
@@ -128,7 +131,7 @@ export class MapAdapter {
         this.#coast,
         this.#tiles,
         new CanvasLayer([this.#grid, this.#trails], look, 2),
-        new CanvasLayer([this.#route, this.#vehicles, this.#ruler], look, 3),
+        new CanvasLayer([this.#home, this.#route, this.#vehicles, this.#ruler], look, 3),
       ],
       controls: [this.#scale, attribution],
       interactions: [
@@ -176,7 +179,7 @@ export class MapAdapter {
   }
 
   setHome(home: LonLat | null): void {
-    this.#vehicles.home = home;
+    this.#home.home = home;
     this.#grid.origin = home === null ? null : toXY(home);
     this.#map.render();
   }
@@ -295,7 +298,7 @@ export class MapAdapter {
     const { top, right, bottom, left } = this.#insets;
     const edge = Math.min(60, width * 0.1, height * 0.1);
     this.#view.fit(boundingExtent(places.map((at) => [...toXY(at)])), {
-      padding: [top + edge, right + edge, bottom + edge, left + edge],
+      padding: [top + edge, right + edge + CONTROLS_PX, bottom + edge, left + edge],
       maxZoom: 17,
       duration: 300,
     });

@@ -23,14 +23,20 @@ export interface VehicleMark {
 /** The line ahead of a plane ends where it will be after so long, seconds. */
 const AHEAD_S = 10;
 
-export class VehiclePainter implements Painter {
+export class HomePainter implements Painter {
   home: LonLat | null = null;
+
+  paint(frame: Frame): void {
+    if (this.home !== null) paintHome(frame, frame.pixel(toXY(this.home)));
+  }
+}
+
+export class VehiclePainter implements Painter {
   vehicles: readonly VehicleMark[] = [];
   /** A place that the plane was sent to from the map. */
   target: LonLat | null = null;
 
   paint(frame: Frame): void {
-    if (this.home !== null) paintHome(frame, frame.pixel(toXY(this.home)));
     if (this.target !== null) paintTarget(frame, frame.pixel(toXY(this.target)));
     for (const vehicle of this.vehicles) if (!vehicle.isSelected) this.#paintVehicle(frame, vehicle);
     for (const vehicle of this.vehicles) if (vehicle.isSelected) this.#paintVehicle(frame, vehicle);

@@ -450,7 +450,8 @@ class PlanStore implements PlanDraft {
       const operation = await api.readPlan(vehicle.systemId, 'mission');
       const plan = await operations.finish<ApiPlan>(operation);
       await this.#learn(vehicle, plan);
-      if (this.items.length === 0 && this.#history.past.length === 0) this.replace(plan);
+      // nothing is lost by it, so there is nothing to undo
+      if (this.items.length === 0 && !this.canUndo && plan.items.length > 0) this.#set(historyOf(draftOf(plan)));
     } catch {
       // it stays unknown, and says so
     }
