@@ -11,7 +11,7 @@
 //! Together 3u of the coordinate's size, and the whole number (and ours) of degE7: at latitude 40° that is 7.2e-6° or
 //! 0.8 m, at longitude 180° on the equator 3.6 m. Nothing that is farther off is taken for rounding.
 
-use vencejo_flight::plan::{Difference, Field, MissionItem};
+use vencejo_flight::plan::{Command, Difference, Field, MissionItem};
 use vencejo_proto::{MissionItemFloat, MissionItemInt};
 
 /// Half a unit in the last place of a 32-bit float, relative to its size.
@@ -58,20 +58,22 @@ pub(super) fn from_float(item: &MissionItemFloat) -> MissionItemInt {
     whole
 }
 
-/// Which differences between a list sent and a list read back are more than rounding.
+/// Which differences between a list sent and a list read back are more than rounding, and than the two details of a loiter
+/// and a landing that ArduPlane 3.x has no room for ([`is_of_old`]).
 pub(super) fn beyond_rounding(differences: Vec<Difference>, sent: &[MissionItem]) -> Vec<Difference> {
-    differences.into_iter().filter(|difference| !is_rounding(difference, sent)).collect()
+    differences.into_iter().filter(|difference| !is_of_old(difference, sent)).collect()
 }
 
-fn is_rounding(difference: &Difference, sent: &[MissionItem]) -> bool {
+/// Whether a difference is one that ArduPlane 3.x makes to every such item, and that leaves it the same to fly.
+fn is_of_old(difference: &Difference, sent: &[MissionItem]) -> bool {
     let Some(item) = sent.get(difference.seq) else { return false };
     let (before, after) = (difference.sent.unwrap_or(0.0), difference.kept.unwrap_or(0.0));
     match difference.field {
         Field::Param(4 | 5) if item.has_position() => (before - after).abs() <= tolerance_deg(before),
-        // ArduPlane 3.x keeps the sense of a loiter alone, and shows "clockwise, with my own radius" as 1.
-        Field::Param(2) if item.command == vencejo_flight::plan::Command::NAV_LOITER_UNLIM => {
-            before == 0.0 && after == 1.0
-        }
+        // It keeps the sense of a loiter alone, and shows "clockwise, with my own radius" as 1.
+        Field::Param(2) if item.command == Command::NAV_LOITER_UNLIM => before == 0.0 && after == 1.0,
+        // Whence the track after a loiter is counted, and the sense in which a landing is turned to, came later.
+        Field::Param(3) if item.has_position() => after == 0.0,
         _ => false,
     }
 }
@@ -90,7 +92,7 @@ pub(super) fn largest_error_m(sent: &[MissionItem], read_back: &[MissionItem], f
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
-    use vencejo_flight::plan::{Command, PlanKind};
+    use vencejo_flight::plan::PlanKind;
     use vencejo_proto::{Address, MissionSeq};
 
     use super::*;

@@ -29,6 +29,10 @@ const OVERTAKEN: u32 = 3;
 /// A vehicle that goes back to an earlier item more often gets nowhere.
 const INSISTENCE: u32 = 20;
 
+/// ArduPlane 3.x answers every item that it is not waiting for with [`MissionResult::ERROR`], so late copies of the last item
+/// bring some of them after an upload. More than this are an answer.
+const LATE_ERRORS: u32 = 3;
+
 /// What a machine puts out. Bounded by its owner, who drains it after every call: a call adds at most a window of items.
 pub(crate) type Outbox = VecDeque<TransferOutput>;
 
@@ -75,6 +79,8 @@ pub(crate) struct ItemUpload {
     insisted: u32,
     /// How often it asked for the first item by MISSION_REQUEST, which may mean that it did not understand the answer.
     asked_first: u32,
+    /// [`MissionResult::ERROR`]s that may have been about items before.
+    errors: u32,
     restarts: u32,
     round_trip: RoundTrip,
     out: Outbox,
@@ -125,6 +131,7 @@ impl ItemUpload {
             furthest: 0,
             insisted: 0,
             asked_first: 0,
+            errors: 0,
             restarts: 0,
             round_trip: RoundTrip::new(config.round_trip, MESSAGE_TIMEOUT),
             out: Outbox::new(),
@@ -288,6 +295,7 @@ impl ItemUpload {
             MissionResult::ERROR if self.form == ItemForm::Float && all_sent => {
                 self.end(Ok(ItemsSent { acknowledged: false }));
             }
+            MissionResult::ERROR if self.form == ItemForm::Float && self.errors < LATE_ERRORS => self.errors += 1,
             // The vehicle gave up waiting; while counting, it is the end of the upload before.
             MissionResult::OPERATION_CANCELLED => {
                 if !counting {
@@ -397,6 +405,8 @@ pub(crate) struct ItemDownload {
     began: MonoTime,
     /// When it last got further.
     progressed: MonoTime,
+    /// [`MissionResult::ERROR`]s that may have been about an upload before.
+    errors: u32,
     restarts: u32,
     round_trip: RoundTrip,
     out: Outbox,
@@ -442,6 +452,7 @@ impl ItemDownload {
             heard: now,
             began: now,
             progressed: now,
+            errors: 0,
             restarts: 0,
             round_trip: RoundTrip::new(config.round_trip, MESSAGE_TIMEOUT),
             out: Outbox::new(),
@@ -593,6 +604,7 @@ impl ItemDownload {
         let refused = TransferError::Refused { kind, result, seq: None };
         match (&mut self.state, result) {
             (Download::Over(_), _) | (_, MissionResult::ACCEPTED) => {}
+            (_, MissionResult::ERROR) if self.form == ItemForm::Float && self.errors < LATE_ERRORS => self.errors += 1,
             // Another station is uploading.
             (Download::Listing { retry_at, .. }, MissionResult::DENIED | MissionResult::OPERATION_CANCELLED) => {
                 self.heard = now;
@@ -675,7 +687,8 @@ impl Transfer for ItemDownload {
             Download::Reading(ref reading)
                 if self.form == ItemForm::Unknown
                     && reading.have == 0
-                    && reading.late + 1 >= INTEGERS_IGNORED
+                    // They are late for the second time.
+                    && reading.late >= 1
                     && now >= reading.began + INTEGERS_IGNORED_AFTER =>
             {
                 self.end(Err(TransferError::IntegerItemsIgnored));

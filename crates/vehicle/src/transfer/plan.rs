@@ -29,11 +29,13 @@ use super::{ItemForm, MissionResult, Transfer, TransferConfig, TransferError, Tr
 ///    `MAV_PROTOCOL_CAPABILITY_MISSION_INT`, or it is an ArduPilot on MAVLink 1 that has none). When it is not known
 ///    ([`ItemForm::Unknown`]), MISSION_ITEM_INT is tried, and given up for MISSION_ITEM when the vehicle answers everything
 ///    but that: an upload, when it asks for the first item by MISSION_REQUEST a third time; a download, when
-///    MISSION_REQUEST_LIST is answered but for 2 s no MISSION_REQUEST_INT is. That a vehicle asks by MISSION_REQUEST is no
+///    MISSION_REQUEST_LIST is answered but for 2 s and two tries no MISSION_REQUEST_INT is. That a vehicle asks by MISSION_REQUEST is no
 ///    sign by itself: ArduPlane of today does, also for an upload of MISSION_ITEM_INT. Both ways back begin anew with
 ///    MISSION_COUNT or MISSION_REQUEST_LIST, before the first item has gone over.
 /// 3. What went as floats is not what was meant to the last digit: it counts as the plan that was sent when every position
-///    is within what the roundings can do ([`VerifiedPlan::position_error_m`] says how far off the worst is).
+///    is within what the roundings can do ([`VerifiedPlan::position_error_m`] says how far off the worst is). Parameter 4 of
+///    a position (whence the track after a loiter is counted) may be lost, because ArduPlane 3.x has no room for it; any
+///    other parameter that it does not keep, such as the radius of a loiter without end, is [`TransferError::NotAsSent`].
 /// 4. Fences and rally points go by the item protocol only where a message says which plan it is about
 ///    ([`TransferConfig::no_plan_kinds`]); else [`TransferError::OnlyMission`], and nothing is sent. By file they go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -3,6 +3,8 @@
 //!
 //! Any state machine can stand at either end: implement [`Endpoint`] for it, put both ends into a [`World`], and run.
 
+mod old_plane;
+
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 use std::time::Duration;
@@ -21,6 +23,8 @@ use vencejo_proto::{
 };
 
 use super::{Transfer, TransferError, TransferOutput};
+
+pub(crate) use old_plane::OldPlane;
 
 pub(crate) const PLANE: Address = Address::new(1, 1);
 pub(crate) const STATION: Address = Address::new(255, 190);
@@ -101,6 +105,8 @@ pub(crate) struct World<S, P> {
     pub station: S,
     pub plane: P,
     pub faults: Faults,
+    /// In which version of the protocol both ends speak.
+    pub version: MavVersion,
     rng: SmallRng,
     in_flight: BinaryHeap<InFlight>,
     order: u64,
@@ -119,6 +125,7 @@ impl<S: Endpoint, P: Endpoint> World<S, P> {
             station,
             plane,
             faults,
+            version: MavVersion::V2,
             rng: SmallRng::seed_from_u64(seed),
             in_flight: BinaryHeap::new(),
             order: 0,
@@ -131,7 +138,7 @@ impl<S: Endpoint, P: Endpoint> World<S, P> {
 
     /// Puts a frame of anybody on its way, to come at a time.
     pub(crate) fn inject(&mut self, at: MonoTime, to_station: bool, from: Address, message: &Message) {
-        let frame = message.encode(Header { sequence: 0, source: from, version: MavVersion::V2 });
+        let frame = message.encode(Header { sequence: 0, source: from, version: self.version });
         let to = if to_station { Side::Station } else { Side::Plane };
         self.order += 1;
         self.in_flight.push(Reverse((at, self.order, to, frame.bytes().to_vec())));
@@ -139,7 +146,7 @@ impl<S: Endpoint, P: Endpoint> World<S, P> {
 
     fn transmit(&mut self, to: Side, message: &Message) {
         let source = if to == Side::Plane { STATION } else { PLANE };
-        let frame = message.encode(Header { sequence: self.order as u8, source, version: MavVersion::V2 });
+        let frame = message.encode(Header { sequence: self.order as u8, source, version: self.version });
         let (now, way) = (self.now, to as usize);
         let mut leaves = now;
         if let Some(rate) = self.faults.bytes_per_s {

@@ -36,12 +36,11 @@ pub(crate) const STALL_LIMIT: Duration = Duration::from_millis(4500);
 /// (PX4 after 250 ms, ArduPilot after 1 s).
 pub(crate) const DUPLICATE_WINDOW: Duration = Duration::from_millis(100);
 
-/// A vehicle that answered MISSION_REQUEST_LIST but for this long no MISSION_REQUEST_INT, asked several times, does not know
+/// A vehicle that answered MISSION_REQUEST_LIST but for this long no MISSION_REQUEST_INT, asked at least twice, does not know
 /// it. Less than [`SILENCE_LIMIT`] leaves time for the older request.
 pub(crate) const INTEGERS_IGNORED_AFTER: Duration = Duration::from_secs(2);
 
-/// How often the first item must have been asked for, or asked for again, before MISSION_ITEM_INT counts as not understood.
-/// ArduPlane 3.x asks each second and gives up after 6 s.
+/// How often the first item must have been asked for before MISSION_ITEM_INT counts as not understood. ArduPlane 3.x asks each second and gives up after 6 s.
 pub(crate) const INTEGERS_IGNORED: u32 = 3;
 
 /// Wait before asking again when another station is uploading.

@@ -1,5 +1,7 @@
 //! The aggregate against an imitated ArduPlane over a bad link, and against what a real one was recorded to answer.
 
+mod old_firmware;
+
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 

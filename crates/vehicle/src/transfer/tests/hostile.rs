@@ -9,12 +9,13 @@ use vencejo_proto::dialect::{
 };
 use vencejo_proto::ftp::{FtpOpcode, FtpPayload};
 use vencejo_proto::param::ParamName;
-use vencejo_proto::{Message, MissionAck, MissionItemInt, MonoTime};
+use vencejo_proto::{Message, MissionAck, MissionItemFloat, MissionItemInt, MonoTime};
 
 use super::{by_ftp, by_items, mission};
 use crate::transfer::testing::{PLANE, STATION};
 use crate::transfer::{
-    FtpGet, ParamList, ParamSet, PlanClear, PlanDownload, PlanUpload, Transfer, TransferConfig, TransferOutput,
+    FtpGet, ItemForm, ParamList, ParamSet, PlanClear, PlanDownload, PlanUpload, Transfer, TransferConfig,
+    TransferOutput,
 };
 
 /// Most messages that one call may put out: a window of items, or of requests, and a good-bye.
@@ -47,6 +48,22 @@ fn message() -> impl Strategy<Value = Message> {
     let item = (number.clone(), any::<[u8; 32]>()).prop_map(|(seq, bytes)| {
         let item = MissionItemInt::from_payload(&bytes);
         Message::MissionItemInt(MissionItemInt { target: STATION, seq, mission_type: 0, ..item })
+    });
+    let float = (number.clone(), any::<[u8; 32]>()).prop_map(|(seq, bytes)| {
+        let f = |at: usize| f32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
+        Message::MissionItemFloat(MissionItemFloat {
+            target: STATION,
+            seq,
+            frame: bytes[0],
+            command: u16::from(bytes[1]),
+            current: bytes[2],
+            autocontinue: bytes[3],
+            params: [f(4), f(8), f(12), f(16)],
+            x: f(20),
+            y: f(24),
+            z: f(28),
+            mission_type: 0,
+        })
     });
     let ack = (0u8..17)
         .prop_map(|result| Message::MissionAck(MissionAck { target: STATION, result, mission_type: 0, opaque_id: 0 }));
@@ -84,7 +101,7 @@ fn message() -> impl Strategy<Value = Message> {
             answer.burst_complete = burst_complete;
             answer.to_message(STATION)
         });
-    prop_oneof![count, request.clone(), request, item, ack, param, answer.clone(), answer]
+    prop_oneof![count, request.clone(), request, item, float, ack, param, answer.clone(), answer]
 }
 
 /// Feeds messages a few milliseconds apart, then silence; checks that little comes out at once and that it ends.
@@ -139,6 +156,11 @@ proptest! {
         feed(PlanUpload::new(&config, kind, mission(9), MonoTime::ZERO), &messages);
         feed(PlanDownload::new(&config, kind, MonoTime::ZERO), &messages);
         feed(PlanClear::new(&config, kind, MonoTime::ZERO), &messages);
+        let old = TransferConfig::old_ardupilot(config.vehicle, config.station);
+        for config in [&old, &TransferConfig { item_form: ItemForm::Unknown, ..old.clone() }] {
+            feed(PlanUpload::new(config, kind, mission(9), MonoTime::ZERO), &messages);
+            feed(PlanDownload::new(config, kind, MonoTime::ZERO), &messages);
+        }
         feed(ParamList::new(&config, MonoTime::ZERO), &messages);
         let name = ParamName::new("P").expect("a name");
         feed(ParamSet::new(&config, name, 3.0, MonoTime::ZERO), &messages);

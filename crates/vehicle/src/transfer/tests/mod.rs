@@ -1,5 +1,6 @@
 //! Tests of whole transfers: against recordings of a real ArduPlane, and against its imitation over a bad link.
 
+mod floats;
 mod hostile;
 mod lossy;
 mod speed;
