@@ -76,6 +76,7 @@ FENCED_MODULES: dict[str, frozenset[str]] = {
     "jsbsim": frozenset({"sim"}),
     "typer": frozenset({"cli"}),
     "rich": frozenset({"cli"}),
+    "segno": frozenset({"cli"}),
 }
 
 #: What a room may import of those all the same: inside a function, by the one file named, so that whoever

@@ -11,6 +11,7 @@ mod pending;
 mod plan;
 mod recording;
 mod runtime;
+mod server;
 mod station;
 mod subscription;
 mod telemetry;
@@ -24,6 +25,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     guidance::register(module)?;
     plan::register(module)?;
     recording::register(module)?;
+    server::register(module)?;
     station::register(module)?;
     vehicle::register(module)?;
     module.add_function(wrap_pyfunction!(runtime::end_waits, module)?)?;

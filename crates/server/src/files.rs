@@ -23,7 +23,7 @@ struct File {
 fn find(path: &str) -> Option<File> {
     /// Empty when the app was not built before the binary.
     #[derive(rust_embed::RustEmbed)]
-    #[folder = "$CARGO_MANIFEST_DIR/../../gcs/dist"]
+    #[folder = "../../gcs/dist"]
     #[allow_missing = true]
     struct Dist;
 

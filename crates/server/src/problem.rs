@@ -20,7 +20,7 @@ const MAX_REASONS: usize = 50;
 
 /// What a handler ends with when it cannot do what it was asked for.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Problem(pub dto::Problem);
+pub struct Problem(pub Box<dto::Problem>);
 
 impl IntoResponses for Problem {
     fn responses() -> BTreeMap<String, RefOr<Described>> {
@@ -34,14 +34,14 @@ impl IntoResponses for Problem {
 impl Problem {
     /// A problem of a kind: `kind` is the stable end of its `type`.
     pub fn new(status: StatusCode, kind: &str, title: &str, detail: impl Into<String>) -> Self {
-        Self(dto::Problem {
+        Self(Box::new(dto::Problem {
             r#type: format!("urn:vencejo:{kind}"),
             title: title.to_owned(),
             status: status.as_u16(),
             detail: detail.into(),
             reasons: Vec::new(),
             remedy: None,
-        })
+        }))
     }
 
     /// With what to do about it.
@@ -112,7 +112,7 @@ impl Problem {
 /// What helps against a vehicle's reason, where it is known. The texts are ArduPlane's.
 fn remedy_for(reason: &str) -> Option<&'static str> {
     const REMEDIES: [(&str, &str); 6] = [
-        ("RTL_AUTOLAND disabled", "set parameter RTL_AUTOLAND to 2 (or 1), or take DO_LAND_START out of the mission"),
+        ("RTL_AUTOLAND", "set parameter RTL_AUTOLAND to 2 (or 1), or take DO_LAND_START out of the mission"),
         ("mode not armable", "choose another mode, such as MANUAL or FBWA; AUTO arms only with a mission on board"),
         ("GPS", "wait until the GPS has a 3D fix, under open sky"),
         ("Compass", "move away from metal and magnets, or calibrate the compass"),
@@ -125,7 +125,7 @@ fn remedy_for(reason: &str) -> Option<&'static str> {
 impl IntoResponse for Problem {
     fn into_response(self) -> Response {
         let status = StatusCode::from_u16(self.0.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
-        let mut response = (status, axum::Json(self.0)).into_response();
+        let mut response = (status, axum::Json(*self.0)).into_response();
         let kind = HeaderValue::from_static("application/problem+json");
         response.headers_mut().insert(header::CONTENT_TYPE, kind);
         response
@@ -181,6 +181,7 @@ pub fn from_vehicle(error: &VehicleError) -> Problem {
         VehicleError::PlanUnknown { .. } => {
             problem(StatusCode::CONFLICT, "plan-unknown", "The plan on board is not known")
         }
+        VehicleError::TooOld { .. } => problem(StatusCode::CONFLICT, "too-old", "The vehicle's firmware is too old"),
         VehicleError::Armed { .. } => problem(StatusCode::CONFLICT, "armed", "The vehicle is armed"),
         VehicleError::HomeUnknown => problem(StatusCode::CONFLICT, "home-unknown", "Home is not known"),
         VehicleError::Rebooted => problem(StatusCode::CONFLICT, "rebooted", "The vehicle restarted"),
@@ -204,6 +205,10 @@ pub fn from_transfer(error: &TransferError) -> Problem {
         TransferError::Unverified { .. } => {
             problem(StatusCode::GATEWAY_TIMEOUT, "unverified", "What the vehicle holds is unknown")
         }
+        TransferError::OnlyMission { .. } => {
+            problem(StatusCode::CONFLICT, "only-mission", "The vehicle takes only its mission")
+        }
+        TransferError::IntegerItemsIgnored => problem(StatusCode::BAD_GATEWAY, "too-old", "The vehicle is too old"),
         TransferError::NotCleared { .. } => problem(StatusCode::CONFLICT, "not-cleared", "The plan is still on board"),
         TransferError::TooMany { .. } => problem(StatusCode::UNPROCESSABLE_ENTITY, "too-large", "Too large"),
         TransferError::BadList { .. } => {

@@ -96,6 +96,9 @@ pub enum ServerError {
 
 type Serving = Pin<Box<dyn Future<Output = io::Result<()>> + Send>>;
 
+/// The task that serves, and what ends when all others have.
+type Tasks = (JoinHandle<io::Result<()>>, mpsc::Receiver<()>);
+
 /// A running server.
 #[derive(Debug)]
 pub struct Server {
@@ -103,16 +106,15 @@ pub struct Server {
     address: SocketAddr,
     handle: Handle<SocketAddr>,
     /// Its tasks, until it is closed.
-    tasks: Mutex<Option<(JoinHandle<io::Result<()>>, mpsc::Receiver<()>)>>,
+    tasks: Mutex<Option<Tasks>>,
 }
 
 impl Server {
-    /// Starts a server for a station on a runtime, and gives it back once it listens.
+    /// Starts a server for a station on a runtime, and gives it back once it listens. To be awaited on that runtime.
     ///
     /// # Errors
     /// [`ServerError`] in all its kinds. Nothing is left behind.
     pub async fn start(station: Station, config: ServerConfig, runtime: &Runtime) -> Result<Self, ServerError> {
-        let _guard = runtime.enter();
         if config.token_file.is_none() && !config.bind.ip().is_loopback() {
             return Err(ServerError::NoTokens(config.bind));
         }
@@ -169,6 +171,12 @@ impl Server {
         let serving = runtime.spawn(serving);
         runtime.spawn(app.clone().tell(alive));
         Ok(Self { app, address, handle, tasks: Mutex::new(Some((serving, ended))) })
+    }
+
+    /// Its state, for tests.
+    #[cfg(test)]
+    pub(crate) fn app(&self) -> &App {
+        &self.app
     }
 
     /// Where it listens.

@@ -172,9 +172,9 @@ impl App {
                 }
             }
             let end = match pending.wait().await {
-                Some(Ok(reply)) => convert::operation_result(reply).map_err(|error| problem::from_flight(&error).0),
-                Some(Err(error)) => Err(problem::from_station(&error).0),
-                None => Err(Problem::closed().0),
+                Some(Ok(reply)) => convert::operation_result(reply).map_err(|error| *problem::from_flight(&error).0),
+                Some(Err(error)) => Err(*problem::from_station(&error).0),
+                None => Err(*Problem::closed().0),
             };
             if let Some(operation) = app.shared.operations.end(id, end) {
                 app.tell_operation(&operation);

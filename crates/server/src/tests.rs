@@ -1,1 +1,572 @@
-//! The API as a whole.
+//! The API as a whole: by plain calls, and over real sockets, with a vehicle that answers over UDP.
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::Body;
+use axum::http::{Method, Request, header};
+use http_body_util::BodyExt;
+use serde_json::{Value, json};
+use tokio::net::{TcpStream, UdpSocket};
+use tokio::runtime::Handle;
+use tokio::sync::mpsc;
+use tokio::task::JoinHandle;
+use tokio::time::timeout;
+use tokio_tungstenite::tungstenite::Message as WsMessage;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest;
+use tokio_tungstenite::{WebSocketStream, client_async};
+use tower::ServiceExt;
+use vencejo_link::{LinkOptions, LinkState};
+use vencejo_proto::{Address, CommandAck, FrameDecoder, Header, Heartbeat, MavVersion, Message, StatusText};
+use vencejo_station::{Station, StationConfig};
+
+use crate::access::{Access, Tokens};
+use crate::dto::ServerMessage;
+use crate::outbox::MAX_EVENTS;
+use crate::state::App;
+use crate::{Server, ServerConfig, ServerError, routes};
+
+/// A hang is a failure.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+fn station(heartbeat: bool) -> Station {
+    let config = StationConfig { request_streams: false, heartbeat, ..StationConfig::default() };
+    Station::start(config, Handle::current()).expect("a station")
+}
+
+/// The handlers without a socket.
+struct Plain {
+    router: Router,
+    _ended: mpsc::Receiver<()>,
+}
+
+struct Answer {
+    status: u16,
+    cookie: Option<String>,
+    kind: String,
+    body: Vec<u8>,
+}
+
+impl Answer {
+    fn json(&self) -> Value {
+        serde_json::from_slice(&self.body)
+            .unwrap_or_else(|error| panic!("{error}: {:?}", String::from_utf8_lossy(&self.body)))
+    }
+}
+
+impl Plain {
+    fn new(station: Station, tokens: Option<Tokens>) -> Self {
+        let (alive, _ended) = mpsc::channel(1);
+        let bound = SocketAddr::from(([127, 0, 0, 1], 8765));
+        let access = Access { tokens, bound, is_tls: false, hosts: Vec::new(), origins: Vec::new() };
+        Self { router: routes::router(App::new(station, access, false, alive)), _ended }
+    }
+
+    async fn send(&self, request: Request<Body>) -> Answer {
+        let response = self.router.clone().oneshot(request).await.expect("infallible");
+        let (status, headers) = (response.status().as_u16(), response.headers().clone());
+        let text = |name| headers.get(name).and_then(|value| value.to_str().ok()).map(str::to_owned);
+        let body = response.into_body().collect().await.expect("a body").to_bytes().to_vec();
+        let cookie = text(header::SET_COOKIE).and_then(|cookie| Some(cookie.split(';').next()?.to_owned()));
+        Answer { status, cookie, kind: text(header::CONTENT_TYPE).unwrap_or_default(), body }
+    }
+
+    /// A request as a browser's own page makes it; `body` as JSON when there is one.
+    async fn ask(&self, method: &str, path: &str, cookie: Option<&str>, body: Option<Value>) -> Answer {
+        let mut request =
+            Request::builder().method(method).uri(format!("/api/v1{path}")).header(header::HOST, "localhost");
+        if let Some(cookie) = cookie {
+            request = request.header(header::COOKIE, cookie);
+        }
+        let request = match body {
+            Some(body) => request.header(header::CONTENT_TYPE, "application/json").body(Body::from(body.to_string())),
+            None => request.body(Body::empty()),
+        };
+        self.send(request.expect("a request")).await
+    }
+
+    async fn session(&self, body: Value) -> String {
+        let answer = self.ask("POST", "/session", None, Some(body)).await;
+        assert_eq!(answer.status, 200, "{}", answer.json());
+        answer.cookie.expect("a cookie")
+    }
+}
+
+/// A vehicle that says heartbeats and refuses to arm with a reason.
+struct Double {
+    /// Heartbeats of ours that it heard.
+    heartbeats: Arc<AtomicU32>,
+    task: JoinHandle<()>,
+}
+
+impl Drop for Double {
+    fn drop(&mut self) {
+        self.task.abort();
+    }
+}
+
+async fn double(station: &Station) -> Double {
+    let link = station.open_link("udpin:127.0.0.1:0", LinkOptions::default()).expect("a link");
+    let local = loop {
+        let is_up = station.links().iter().any(|(info, _)| matches!(info.state, LinkState::Up { .. }));
+        match station.local_address(link) {
+            Some(local) if is_up => break local,
+            _ => tokio::time::sleep(Duration::from_millis(1)).await,
+        }
+    };
+    let socket = UdpSocket::bind("127.0.0.1:0").await.expect("a socket");
+    socket.connect(local).await.expect("connected");
+    let heartbeats = Arc::new(AtomicU32::new(0));
+    let task = tokio::spawn(fly(socket, heartbeats.clone()));
+    station.wait_vehicle(None).wait().await.expect("open").expect("heard");
+    Double { heartbeats, task }
+}
+
+async fn fly(socket: UdpSocket, heartbeats: Arc<AtomicU32>) {
+    let mut sequence = 0_u8;
+    let mut frame = |message: &Message| {
+        sequence = sequence.wrapping_add(1);
+        let header = Header { sequence, source: Address::new(1, 1), version: MavVersion::V2 };
+        message.encode(header).bytes().to_vec()
+    };
+    let mut beats = tokio::time::interval(Duration::from_millis(50));
+    let mut decoder = FrameDecoder::new();
+    let mut buffer = [0_u8; 2048];
+    loop {
+        tokio::select! {
+            _ = beats.tick() => {
+                let heartbeat = Heartbeat { mav_type: 1, autopilot: 3, mavlink_version: 3, system_status: 3, ..Heartbeat::default() };
+                // The station may be gone by the end of a test.
+                let _ = socket.send(&frame(&Message::Heartbeat(heartbeat))).await;
+            }
+            Ok(length) = socket.recv(&mut buffer) => {
+                decoder.push(&buffer[..length]);
+                while let Some(received) = decoder.next_frame() {
+                    match received.decode() {
+                        Ok(Message::Heartbeat(_)) => { heartbeats.fetch_add(1, Ordering::SeqCst); }
+                        Ok(Message::CommandLong(command)) if command.command == 400 => {
+                            let text = "DO_LAND_START set and RTL_AUTOLAND disabled".to_owned();
+                            let text = StatusText { severity: 2, text, id: 0, chunk_seq: 0 };
+                            let _ = socket.send(&frame(&Message::StatusText(text))).await;
+                            let ack = CommandAck {
+                                command: 400, result: 4, progress: 0, result_param2: 0, target: received.source(),
+                            };
+                            let _ = socket.send(&frame(&Message::CommandAck(ack))).await;
+                        }
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_committed_description_is_the_one_that_is_served() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../schemas/openapi.json");
+    let committed = std::fs::read_to_string(path).expect("schemas/openapi.json");
+    assert!(
+        committed == crate::openapi(),
+        "schemas/openapi.json is old: cargo run -p vencejo-server --example openapi > schemas/openapi.json"
+    );
+}
+
+#[tokio::test]
+async fn who_may_do_what() {
+    let station = station(true);
+    let _double = double(&station).await;
+    let tokens = Tokens::random().expect("random");
+    let server = Plain::new(station.clone(), Some(tokens.clone()));
+    let viewer = server.session(json!({"token": tokens.viewer})).await;
+    let pilot = server.session(json!({"token": tokens.operator, "name": "Ana"})).await;
+    let other = server.session(json!({"token": tokens.operator, "name": "Luis"})).await;
+    let mut checked = 0;
+    let looks =
+        [("GET", "/vehicles"), ("GET", "/vehicles/1"), ("GET", "/links"), ("GET", "/operations"), ("GET", "/commands")];
+    let reads = [("GET", "/vehicles/1/params/NOT A NAME AT ALL")];
+    let commands = [
+        ("POST", "/vehicles/1/arm"),
+        ("POST", "/vehicles/1/mode"),
+        ("PUT", "/vehicles/1/plan/mission"),
+        ("DELETE", "/vehicles/1/plan/fence"),
+        ("PUT", "/vehicles/1/params/X"),
+        ("POST", "/links"),
+        ("DELETE", "/links/99"),
+        ("DELETE", "/operations/99"),
+        ("POST", "/vehicles/1/reboot"),
+    ];
+    let sessions = [
+        (None, [401, 401, 401]),
+        (Some(&viewer), [200, 403, 403]),
+        (Some(&other), [200, 0, 423]),
+        (Some(&pilot), [200, 0, 0]),
+    ];
+    for (cookie, [look, read, command]) in sessions {
+        let rows = [(looks.as_slice(), look), (reads.as_slice(), read), (commands.as_slice(), command)];
+        for (paths, expected) in rows {
+            for (method, path) in paths {
+                if expected == 0 && *path == "/vehicles/1/reboot"
+                    || expected == 0 && *method == "DELETE" && path.contains("plan")
+                {
+                    continue; // would wait for a vehicle that does not answer
+                }
+                let path = path.replace(' ', "%20");
+                let answer = server.ask(method, &path, cookie.map(String::as_str), None).await;
+                let status = answer.status;
+                if expected == 0 {
+                    assert!(![401, 403, 423].contains(&status), "{method} {path}: {status}");
+                } else {
+                    assert_eq!(status, expected, "{method} {path} with {cookie:?}");
+                }
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 50, "{checked}");
+    assert_eq!(server.ask("POST", "/session", None, Some(json!({"token": "guess"}))).await.status, 401);
+    assert_eq!(server.ask("POST", "/session", None, Some(json!({}))).await.status, 401);
+    assert_eq!(server.ask("GET", "/vehicles", Some("vencejo_session_8765=guess"), None).await.status, 401);
+    assert_eq!(server.ask("GET", "/info", None, None).await.json()["needs_token"], true);
+    station.close().await;
+}
+
+#[tokio::test]
+async fn control_is_handed_from_one_to_the_other() {
+    let server = Plain::new(station(true), None);
+    let ana = server.session(json!({"name": "Ana"})).await;
+    let luis = server.session(json!({"name": "Luis"})).await;
+    let ask = async |cookie: &str, path| server.ask("POST", path, Some(cookie), None).await;
+    let refused = ask(&luis, "/control/take").await;
+    assert_eq!((refused.status, refused.kind.as_str()), (423, "application/problem+json"));
+    assert!(refused.json()["detail"].as_str().expect("text").contains("Ana"));
+    assert_eq!(ask(&luis, "/control/request").await.json()["has_control"], false);
+    let asked = server.ask("GET", "/session", Some(&ana), None).await.json();
+    assert_eq!((asked["has_control"].as_bool(), asked["requested_by"].as_str()), (Some(true), Some("Luis")));
+    ask(&ana, "/control/release").await;
+    assert_eq!(server.ask("GET", "/session", Some(&luis), None).await.json()["has_control"], true);
+    let again = server.ask("POST", "/session", Some(&luis), Some(json!({}))).await;
+    assert_eq!(again.json()["name"], "Luis", "a page that is loaded again keeps its session");
+    assert_eq!(server.ask("DELETE", "/session", Some(&luis), None).await.status, 204);
+    assert_eq!(ask(&luis, "/control/take").await.status, 401);
+    assert_eq!(ask(&ana, "/control/take").await.json()["has_control"], true);
+}
+
+#[tokio::test]
+async fn requests_from_elsewhere_are_refused_whatever_they_want() {
+    let server = Plain::new(station(true), None);
+    for path in ["/", "/api/v1/info", "/api/v1/ws", "/assets/x.js", "/api/v1/session"] {
+        for (host, origin) in
+            [("evil.example", None), ("localhost", Some("http://evil.example")), ("localhost", Some("null"))]
+        {
+            let mut request = Request::builder().uri(path).header(header::HOST, host);
+            if let Some(origin) = origin {
+                request = request.header(header::ORIGIN, origin);
+            }
+            let answer = server.send(request.body(Body::empty()).expect("a request")).await;
+            assert_eq!(answer.status, 403, "{path} from {host} {origin:?}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn every_answer_keeps_the_page_to_itself() {
+    let server = Plain::new(station(true), None);
+    for path in ["/", "/api/v1/info", "/api/v1/nothing"] {
+        let request = Request::builder().uri(path).header(header::HOST, "localhost").body(Body::empty());
+        let response = server.router.clone().oneshot(request.expect("a request")).await.expect("infallible");
+        let headers = response.headers();
+        let policy = headers[header::CONTENT_SECURITY_POLICY].to_str().expect("text");
+        assert!(policy.starts_with("default-src 'self'") && policy.contains("frame-ancestors 'none'"), "{policy}");
+        assert!(!policy.contains("unsafe-eval") && !policy.contains("script-src"), "scripts are our own: {policy}");
+        assert_eq!(headers[header::X_CONTENT_TYPE_OPTIONS], "nosniff");
+        assert!(!headers.contains_key(header::ACCESS_CONTROL_ALLOW_ORIGIN));
+    }
+}
+
+#[tokio::test]
+async fn what_cannot_be_read_says_why() {
+    let station = station(true);
+    let _double = double(&station).await;
+    let server = Plain::new(station.clone(), None);
+    let cookie = server.session(json!({})).await;
+    let cookie = Some(cookie.as_str());
+    for (method, path, body, status) in [
+        ("POST", "/vehicles/1/takeoff", Some(json!({"alt": 50})), 422),
+        ("POST", "/vehicles/1/takeoff", Some(json!({"alt_rel_home_m": -5})), 422),
+        ("POST", "/vehicles/1/takeoff", None, 415),
+        ("POST", "/vehicles/1/mode", Some(json!({"mode": "NO_SUCH_MODE"})), 422),
+        ("POST", "/vehicles/1/mission/current", Some(json!({"item": 0})), 422),
+        ("POST", "/vehicles/1/home", Some(json!({"lat_deg": 40.0})), 422),
+        ("POST", "/vehicles/1/goto", Some(json!({"lat_deg": 91, "lon_deg": 0, "alt_m": 50, "alt_frame": "home"})), 422),
+        ("POST", "/vehicles/7/arm", None, 404),
+        ("POST", "/vehicles/x/arm", None, 404),
+        ("GET", "/vehicles/7", None, 404),
+        ("GET", "/nothing", None, 404),
+        ("GET", "/operations/7", None, 404),
+        ("DELETE", "/links/7", None, 404),
+        ("POST", "/links", Some(json!({"address": "nonsense"})), 422),
+        ("POST", "/links", Some(json!({"address": "tlog:/etc/passwd"})), 422),
+        ("PATCH", "/links", None, 405),
+        ("PUT", "/vehicles/1/plan/mission", Some(json!({"items": [{"command": 16, "frame": 3, "params": [1]}]})), 422),
+        ("POST", "/plan/format", Some(json!({})), 422),
+        ("POST", "/session", Some(json!({"name": "x".repeat(100_000)})), 413),
+    ] {
+        let answer = server.ask(method, path, cookie, body).await;
+        assert_eq!(answer.status, status, "{method} {path}: {}", String::from_utf8_lossy(&answer.body));
+        assert_eq!(answer.kind, "application/problem+json", "{method} {path}");
+        assert_eq!(answer.json()["status"], status);
+    }
+    let broken = Request::builder()
+        .method(Method::POST)
+        .uri("/api/v1/session")
+        .header(header::HOST, "localhost")
+        .header(header::CONTENT_TYPE, "application/json")
+        .body(Body::from("{"));
+    assert_eq!(server.send(broken.expect("a request")).await.status, 400);
+    station.close().await;
+}
+
+#[tokio::test]
+async fn a_refusal_comes_with_the_vehicles_reasons() {
+    let station = station(true);
+    let _double = double(&station).await;
+    let server = Plain::new(station.clone(), None);
+    let cookie = server.session(json!({})).await;
+    let answer = server.ask("POST", "/vehicles/1/arm", Some(&cookie), None).await;
+    let problem = answer.json();
+    assert_eq!((answer.status, &problem["type"]), (409, &json!("urn:vencejo:command-refused")), "{problem}");
+    assert_eq!(problem["reasons"], json!(["DO_LAND_START set and RTL_AUTOLAND disabled"]));
+    assert!(problem["remedy"].as_str().expect("known").contains("RTL_AUTOLAND"));
+    let state = server.ask("GET", "/vehicles/1", None, None).await.json();
+    assert_eq!(state["telemetry"]["heartbeat"]["is_armed"], false);
+    assert_eq!(state["plan_states"]["mission"]["state"], "unknown");
+    assert!(state["mode_names"].as_array().expect("a list").contains(&json!("AUTO")));
+    let texts = server.ask("GET", "/vehicles/1/texts", None, None).await.json();
+    assert_eq!(texts[0]["severity"], 2);
+    station.close().await;
+}
+
+#[tokio::test]
+async fn plans_in_files_and_on_the_wire_are_the_same() {
+    let server = Plain::new(station(true), None);
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../python/vencejo/data/demo.waypoints");
+    let file = std::fs::read(path).expect("the demo mission");
+    let parse = |file: Vec<u8>| {
+        let request = Request::builder().method("POST").uri("/api/v1/plan/parse?name=demo.waypoints");
+        request.header(header::HOST, "localhost").body(Body::from(file)).expect("a request")
+    };
+    let plan = server.send(parse(file)).await.json();
+    assert!(plan["items"].as_array().expect("items").len() > 5);
+    for kind in ["plan", "waypoints"] {
+        let written = server.ask("POST", &format!("/plan/format?as={kind}"), None, Some(plan.clone())).await;
+        assert_eq!(written.status, 200);
+        assert_eq!(server.send(parse(written.body)).await.json()["items"], plan["items"], "{kind}");
+    }
+    let checked = server.ask("POST", "/plan/check", None, Some(json!({"plan": plan}))).await.json();
+    assert_eq!(checked, json!([]), "the demo mission is a good one");
+    let mut bad = plan.clone();
+    bad["items"][1]["params"][4] = json!(0.0);
+    bad["items"][1]["params"][5] = json!(0.0);
+    let found = server.ask("POST", "/plan/check", None, Some(json!({"plan": bad}))).await.json();
+    assert!(found.as_array().expect("a list").iter().any(|finding| finding["item"] == 2), "{found}");
+    assert_eq!(server.send(parse(b"<kml/>".to_vec())).await.status, 422);
+}
+
+type Ws = WebSocketStream<TcpStream>;
+
+async fn connect(server: &Server, cookie: &str, origin: Option<&str>) -> Result<Ws, u16> {
+    let address = server.address();
+    let mut request = format!("ws://{address}/api/v1/ws").into_client_request().expect("a request");
+    request.headers_mut().insert("cookie", cookie.parse().expect("a cookie"));
+    if let Some(origin) = origin {
+        request.headers_mut().insert("origin", origin.parse().expect("an origin"));
+    }
+    let socket = tokio::net::TcpSocket::new_v4().expect("a socket");
+    socket.set_recv_buffer_size(4096).expect("a small buffer");
+    let stream = socket.connect(address).await.expect("connected");
+    match client_async(request, stream).await {
+        Ok((socket, _)) => Ok(socket),
+        Err(tokio_tungstenite::tungstenite::Error::Http(response)) => Err(response.status().as_u16()),
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// The next message of a type; `None` when the connection ended.
+async fn next(socket: &mut Ws, kind: &str) -> Option<Value> {
+    let find = async {
+        loop {
+            match futures_next(socket).await {
+                Some(Ok(WsMessage::Text(text))) => {
+                    let value: Value = serde_json::from_str(&text).expect("JSON");
+                    if value["type"] == kind {
+                        return Some(value);
+                    }
+                }
+                Some(Ok(WsMessage::Close(frame))) => {
+                    return (kind == "close").then(|| {
+                        let frame = frame.expect("a reason");
+                        json!({"code": u16::from(frame.code), "reason": frame.reason.as_str()})
+                    });
+                }
+                Some(Ok(_)) => {}
+                Some(Err(_)) | None => return None,
+            }
+        }
+    };
+    timeout(PATIENCE, find).await.unwrap_or_else(|_| panic!("no {kind}"))
+}
+
+async fn futures_next(socket: &mut Ws) -> Option<Result<WsMessage, tokio_tungstenite::tungstenite::Error>> {
+    use std::pin::Pin;
+    std::future::poll_fn(|context| futures_core::Stream::poll_next(Pin::new(&mut *socket), context)).await
+}
+
+async fn say(socket: &mut Ws, message: Value) {
+    use std::pin::Pin;
+
+    use futures_sink::Sink;
+    std::future::poll_fn(|context| Sink::poll_ready(Pin::new(&mut *socket), context)).await.expect("ready");
+    Sink::start_send(Pin::new(&mut *socket), WsMessage::text(message.to_string())).expect("sent");
+    std::future::poll_fn(|context| Sink::poll_flush(Pin::new(&mut *socket), context)).await.expect("flushed");
+}
+
+async fn serve(station: &Station, config: ServerConfig) -> Server {
+    let config = ServerConfig { bind: SocketAddr::from(([127, 0, 0, 1], 0)), ..config };
+    Server::start(station.clone(), config, &Handle::current()).await.expect("a server")
+}
+
+/// A session as the server's own state makes it, without HTTP.
+fn cookie(server: &Server, name: &str) -> String {
+    let app = server.app();
+    let now = app.now();
+    let role = crate::dto::Role::Operator;
+    app.change_sessions(|sessions| sessions.open(name.to_owned(), role, Some(name), now)).expect("a place");
+    format!("{}={name}", app.access().cookie_name())
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_websocket_tells_what_a_client_subscribed_to() {
+    let station = station(true);
+    let _double = double(&station).await;
+    let server = serve(&station, ServerConfig::default()).await;
+    let ana = cookie(&server, "ana");
+    assert_eq!(connect(&server, "", None).await.err(), Some(401));
+    assert_eq!(connect(&server, &ana, Some("http://evil.example")).await.err(), Some(403));
+    let own = format!("http://{}", server.address());
+    let mut socket = connect(&server, &ana, Some(&own)).await.expect("a WebSocket");
+    let hello = next(&mut socket, "hello").await.expect("hello");
+    assert_eq!((&hello["has_control"], &hello["role"]), (&json!(true), &json!("operator")));
+    let vehicles = next(&mut socket, "vehicles").await.expect("vehicles");
+    assert_eq!(vehicles["vehicles"][0]["system_id"], 1);
+    say(&mut socket, json!({"type": "subscribe", "vehicle": 1, "rate_hz": 50})).await;
+    for _ in 0..3 {
+        let telemetry = next(&mut socket, "telemetry").await.expect("telemetry");
+        assert_eq!(telemetry["groups"]["heartbeat"]["is_armed"], false, "{telemetry}");
+    }
+    say(&mut socket, json!({"type": "subscribe", "vehicle": 1, "rate_hz": 500})).await;
+    assert!(next(&mut socket, "error").await.expect("an error")["detail"].as_str().expect("text").contains("1 to 50"));
+    say(&mut socket, json!({"nonsense": 1})).await;
+    next(&mut socket, "error").await.expect("an error");
+    server.close().await;
+    assert_eq!(next(&mut socket, "close").await.expect("a reason")["code"], 1001);
+    station.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_slow_reader_is_let_go_and_the_others_hear_everything() {
+    let station = station(true);
+    let server = serve(&station, ServerConfig::default()).await;
+    let (slow, quick) = (cookie(&server, "slow"), cookie(&server, "quick"));
+    let mut slow = connect(&server, &slow, None).await.expect("a WebSocket");
+    let mut quick = connect(&server, &quick, None).await.expect("a WebSocket");
+    next(&mut slow, "hello").await.expect("hello");
+    next(&mut quick, "hello").await.expect("hello");
+    assert_eq!(server.clients(), 2);
+    let texts = 20 * MAX_EVENTS;
+    for number in 0..texts {
+        let text = format!("{number} {}", "x".repeat(200));
+        server.app().outboxes().put_event(&ServerMessage::Text { vehicle: 1, severity: 6, text, time_s: 0.0 });
+        let heard = next(&mut quick, "text").await.expect("the quick one stays");
+        assert!(heard["text"].as_str().expect("text").starts_with(&format!("{number} ")));
+    }
+    let gone = async {
+        while server.clients() > 1 {
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+    };
+    timeout(PATIENCE, gone).await.expect("the slow one is let go");
+    server.close().await;
+    station.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_lease_ends_with_the_websocket() {
+    let station = station(true);
+    let server = serve(&station, ServerConfig::default()).await;
+    let (ana, luis) = (cookie(&server, "ana"), cookie(&server, "luis"));
+    let first = connect(&server, &ana, None).await.expect("a WebSocket");
+    let mut second = connect(&server, &luis, None).await.expect("a WebSocket");
+    assert_eq!(next(&mut second, "hello").await.expect("hello")["holder"], "ana");
+    let app = server.app();
+    let now = app.now();
+    let luis_id = app.sessions().find("luis", now).expect("open").0;
+    app.change_sessions(|sessions| sessions.request(luis_id, now)).expect("asked");
+    assert_eq!(next(&mut second, "control").await.expect("control")["requested_by"], "luis");
+    drop(first);
+    let handed = next(&mut second, "control").await.expect("control");
+    assert_eq!((&handed["has_control"], &handed["holder"]), (&json!(true), &json!("luis")));
+    server.close().await;
+    station.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn on_board_heartbeats_need_an_operator() {
+    let station = station(true);
+    station.set_heartbeat(false);
+    let server = serve(&station, ServerConfig { on_board: true, ..ServerConfig::default() }).await;
+    let double = double(&station).await;
+    assert_eq!(double.heartbeats.load(Ordering::SeqCst), 0);
+    let ana = cookie(&server, "ana");
+    let _socket = connect(&server, &ana, None).await.expect("a WebSocket");
+    let heard = async {
+        while double.heartbeats.load(Ordering::SeqCst) == 0 {
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+    };
+    timeout(PATIENCE, heard).await.expect("heartbeats while an operator is there");
+    server.close().await;
+    station.close().await;
+}
+
+#[tokio::test]
+async fn others_are_let_in_with_tokens_only() {
+    let station = station(true);
+    let config = ServerConfig { bind: SocketAddr::from(([0, 0, 0, 0], 0)), ..ServerConfig::default() };
+    let error = Server::start(station.clone(), config, &Handle::current()).await.expect_err("refused");
+    assert!(matches!(error, ServerError::NoTokens(_)), "{error}");
+    let server = serve(&station, ServerConfig::default()).await;
+    let config = ServerConfig { bind: server.address(), ..ServerConfig::default() };
+    let error = Server::start(station.clone(), config, &Handle::current()).await.expect_err("taken");
+    assert!(error.to_string().contains("another port"), "{error}");
+    server.close().await;
+    server.close().await;
+    station.close().await;
+}
+
+#[tokio::test]
+async fn a_request_over_a_real_socket() {
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    let station = station(true);
+    let server = serve(&station, ServerConfig::default()).await;
+    let mut stream = TcpStream::connect(server.address()).await.expect("connected");
+    stream.write_all(b"GET /api/v1/info HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").await.expect("sent");
+    let mut answer = String::new();
+    timeout(PATIENCE, stream.read_to_string(&mut answer)).await.expect("in time").expect("read");
+    assert!(answer.starts_with("HTTP/1.1 200") && answer.contains("\"name\":\"vencejo\""), "{answer}");
+    server.close().await;
+    assert!(TcpStream::connect(server.address()).await.is_err(), "nobody listens any more");
+    station.close().await;
+}

@@ -18,6 +18,7 @@ from vencejo.cli.links import links
 from vencejo.cli.mission import mission_app
 from vencejo.cli.params import params_app
 from vencejo.cli.record import record, replay
+from vencejo.cli.serve import serve
 from vencejo.cli.sim import SIM_CONTEXT, sim
 from vencejo.cli.telemetry import telemetry
 
@@ -64,6 +65,7 @@ def root(
 
 
 app.command()(demo)
+app.command()(serve)
 app.command()(fly)
 app.command()(telemetry)
 app.add_typer(mission_app, name="mission")

@@ -1,1 +1,116 @@
-//! x
+//! The table of errors: every kind has a row of its own, and says what a client needs.
+
+use std::collections::BTreeMap;
+
+use vencejo_flight::plan::PlanKind;
+use vencejo_link::{AddressError, LinkId};
+use vencejo_proto::{Address, SystemId};
+use vencejo_vehicle::command::{CommandName, CommandResult};
+
+use super::*;
+
+/// Name of the kind and its problem, for all that the core can end with.
+fn all() -> BTreeMap<String, dto::Problem> {
+    let kind = |debug: String| debug.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default().to_owned();
+    let station = [
+        StationError::Address(AddressError::Empty),
+        StationError::Link(LinkError::TooManyLinks),
+        StationError::CannotRecord { reason: "no space left on device".into() },
+        StationError::NoVehicle {
+            wanted: Some(SystemId(1)),
+            waited: std::time::Duration::from_secs(30),
+            links: "no link".into(),
+        },
+        StationError::Closed,
+    ];
+    let station =
+        station.into_iter().map(|error| (format!("Station.{}", kind(format!("{error:?}"))), from_station(&error)));
+    let vehicle = VehicleError::examples().into_iter();
+    let vehicle = vehicle.map(|error| (format!("Vehicle.{}", kind(format!("{error:?}"))), from_vehicle(&error)));
+    let transfer = TransferError::examples().into_iter();
+    let transfer = transfer.map(|error| (format!("Transfer.{}", kind(format!("{error:?}"))), from_transfer(&error)));
+    station.chain(vehicle).chain(transfer).map(|(name, problem)| (name, *problem.0)).collect()
+}
+
+#[test]
+fn every_kind_of_error_has_a_row() {
+    let problems = all();
+    assert!(problems.len() >= 40, "{}", problems.len());
+    for (name, problem) in &problems {
+        assert_ne!(problem.r#type, "urn:vencejo:internal", "{name} is not in the table");
+        assert!(problem.r#type.starts_with("urn:vencejo:") && !problem.title.is_empty(), "{name}");
+        assert!(!problem.detail.is_empty(), "{name}");
+        assert!((400..600).contains(&problem.status), "{name}");
+    }
+}
+
+#[test]
+fn statuses_are_those_of_the_contract() {
+    let problems = all();
+    for (name, status) in [
+        ("Station.Address", 422),
+        ("Station.Closed", 503),
+        ("Station.NoVehicle", 404),
+        ("Vehicle.CommandRefused", 409),
+        ("Vehicle.CommandTimeout", 504),
+        ("Vehicle.NotConfirmed", 504),
+        ("Vehicle.CommandBusy", 409),
+        ("Vehicle.TransferBusy", 409),
+        ("Vehicle.TooManyRequests", 429),
+        ("Vehicle.UnknownMode", 422),
+        ("Vehicle.InvalidValue", 422),
+        ("Vehicle.Plan", 422),
+        ("Vehicle.PlanUnknown", 409),
+        ("Vehicle.Armed", 409),
+        ("Vehicle.NotHeard", 504),
+        ("Transfer.Timeout", 504),
+        ("Transfer.Refused", 409),
+        ("Transfer.NotAsSent", 409),
+        ("Transfer.UnknownParam", 404),
+        ("Transfer.ParamNotKept", 409),
+        ("Transfer.BadFile", 502),
+    ] {
+        assert_eq!(problems[name].status, status, "{name}");
+    }
+    let unknown = from_station(&StationError::Link(LinkError::UnknownLink(LinkId(7))));
+    assert_eq!(unknown.0.status, 404);
+}
+
+fn refused(reasons: &[&str]) -> dto::Problem {
+    let error = VehicleError::CommandRefused {
+        target: Address::new(1, 1),
+        command: CommandName(400),
+        result: CommandResult(4),
+        reasons: reasons.iter().map(|reason| (*reason).to_owned()).collect(),
+    };
+    *from_vehicle(&error).0
+}
+
+#[test]
+fn a_refusal_lists_the_reasons_and_the_remedy_where_one_is_known() {
+    let problem = refused(&["PreArm: DO_LAND_START set and RTL_AUTOLAND disabled"]);
+    assert_eq!(problem.reasons, ["PreArm: DO_LAND_START set and RTL_AUTOLAND disabled"]);
+    assert!(problem.remedy.expect("known").contains("RTL_AUTOLAND"));
+    assert!(refused(&["Arm: RTL mode not armable"]).remedy.expect("known").contains("mode"));
+    assert_eq!(refused(&["PreArm: something new"]).remedy, None);
+    assert_eq!(refused(&[]).reasons, Vec::<String>::new());
+}
+
+#[test]
+fn a_plan_that_differs_everywhere_makes_no_endless_answer() {
+    let differences =
+        match TransferError::examples().into_iter().find(|error| matches!(error, TransferError::NotAsSent { .. })) {
+            Some(TransferError::NotAsSent { differences, .. }) => differences,
+            other => panic!("{other:?}"),
+        };
+    let differences = differences.into_iter().cycle().take(1000).collect();
+    let problem = from_transfer(&TransferError::NotAsSent { kind: PlanKind::Mission, differences });
+    assert_eq!(problem.0.reasons.len(), MAX_REASONS);
+}
+
+#[test]
+fn it_is_served_as_problem_json() {
+    let response = Problem::no_control(Some("Ana")).into_response();
+    assert_eq!(response.status(), StatusCode::LOCKED);
+    assert_eq!(response.headers()[header::CONTENT_TYPE], "application/problem+json");
+}

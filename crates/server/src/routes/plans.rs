@@ -66,7 +66,7 @@ macro_rules! plan_routes {
         /// Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
         /// has it. The operation's result is the plan on board.
         #[utoipa::path(put, path = $path, tag = "plans", params(("id" = u8, Path, description = "System id")),
-                                    request_body = Plan, responses((status = 202, body = Operation), Problem))]
+                                            request_body = Plan, responses((status = 202, body = Operation), Problem))]
         async fn $upload(
             State(app): State<App>,
             _: Pilot,
@@ -78,7 +78,7 @@ macro_rules! plan_routes {
 
         /// Reads this part of the plan on board; it is the operation's result.
         #[utoipa::path(get, path = $path, tag = "plans", params(("id" = u8, Path, description = "System id")),
-                                    responses((status = 202, body = Operation), Problem))]
+                                            responses((status = 202, body = Operation), Problem))]
         async fn $download(
             State(app): State<App>,
             _: Operator,
@@ -90,7 +90,7 @@ macro_rules! plan_routes {
 
         /// Removes this part of the plan on board and checks that it is gone.
         #[utoipa::path(delete, path = $path, tag = "plans", params(("id" = u8, Path, description = "System id")),
-                                    responses((status = 202, body = Operation), Problem))]
+                                            responses((status = 202, body = Operation), Problem))]
         async fn $clear(State(app): State<App>, _: Pilot, Vehicle(vehicle): Vehicle) -> Result<Accepted, Problem> {
             let request = Request::ClearPlan { kind: core::PlanKind::$kind };
             start(&app, &vehicle, OperationKind::$clear_kind, request)

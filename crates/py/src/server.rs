@@ -1,0 +1,86 @@
+//! The HTTP and WebSocket server for Python: starts and ends it, on the station's runtime.
+
+use std::net::SocketAddr;
+
+use pyo3::prelude::*;
+use vencejo_server::{Server, ServerConfig};
+
+use crate::station::PyStation;
+use crate::{errors, runtime};
+
+/// Adds this module's class and functions.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PyServer>()?;
+    module.add_function(wrap_pyfunction!(has_app, module)?)
+}
+
+/// Whether the web app is in this build.
+#[pyfunction]
+fn has_app() -> bool {
+    vencejo_server::has_app()
+}
+
+/// A running server.
+#[pyclass(frozen, name = "Server", module = "vencejo._native")]
+pub struct PyServer {
+    server: Server,
+}
+
+#[pymethods]
+impl PyServer {
+    #[new]
+    #[pyo3(signature = (station, *, address, port, token_file, hosts, origins, tls, on_board))]
+    #[allow(clippy::too_many_arguments, reason = "keyword arguments of one constructor")]
+    fn new(
+        py: Python<'_>,
+        station: &PyStation,
+        address: &str,
+        port: u16,
+        token_file: Option<String>,
+        hosts: Vec<String>,
+        origins: Vec<String>,
+        tls: Option<(String, String)>,
+        on_board: bool,
+    ) -> PyResult<Self> {
+        let ip = address.parse().map_err(|_| {
+            errors::raise("InvalidRequest", format!("'{address}' is no address; one is like 127.0.0.1, 0.0.0.0 or ::"))
+        })?;
+        let config = ServerConfig {
+            bind: SocketAddr::new(ip, port),
+            token_file: token_file.map(Into::into),
+            hosts,
+            origins,
+            tls: tls.map(|(certificate, key)| (certificate.into(), key.into())),
+            on_board,
+        };
+        let started = runtime::wait(py, None, Server::start(station.station(), config, runtime::handle()))?;
+        let server = started.ok_or_else(|| errors::raise("ClosedError", "the server was not started"))?;
+        Ok(Self { server: server.map_err(|error| errors::raise("VencejoError", error))? })
+    }
+
+    /// Address and port that it listens on.
+    fn address(&self) -> (String, u16) {
+        let address = self.server.address();
+        (address.ip().to_string(), address.port())
+    }
+
+    /// The viewer's and the operator's token.
+    fn tokens(&self) -> Option<(String, String)> {
+        self.server.tokens().map(|tokens| (tokens.viewer.clone(), tokens.operator.clone()))
+    }
+
+    #[getter]
+    fn is_tls(&self) -> bool {
+        self.server.is_tls()
+    }
+
+    /// WebSocket clients now.
+    #[getter]
+    fn clients(&self) -> usize {
+        self.server.clients()
+    }
+
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        runtime::wait(py, None, self.server.close()).map(drop)
+    }
+}

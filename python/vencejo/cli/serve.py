@@ -1,0 +1,172 @@
+"""The command `vencejo serve`: the ground station in the browser."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from vencejo.cli.common import DEFAULT_LINK, ForwardOption, JsonOption, RecordOption, put_json, say
+
+if TYPE_CHECKING:
+    from vencejo.serve import Server
+
+ON_BOARD_COMPONENT: Final = 191
+"""`MAV_COMP_ID_ONBOARD_COMPUTER`: who we are on board a vehicle."""
+
+
+def serve(
+    link: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--link",
+            "-l",
+            metavar="LINK",
+            envvar="VENCEJO_LINK",
+            help="Where vehicles are, such as udpin:0.0.0.0:14550 (the default) or /dev/ttyACM0,115200; repeatable.",
+        ),
+    ] = None,
+    host: Annotated[
+        str, typer.Option("--host", metavar="ADDRESS", help="Where to listen; 0.0.0.0 lets other machines in.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="0 takes a free one.")] = 8765,
+    token: Annotated[bool, typer.Option("--token", help="Demand a token on a loopback address too.")] = False,
+    allow_host: Annotated[
+        list[str] | None,
+        typer.Option("--allow-host", metavar="NAME", help="A name of this machine that browsers use; repeatable."),
+    ] = None,
+    allow_origin: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--allow-origin", metavar="ORIGIN", help="Another page's origin that may use the API; repeatable."
+        ),
+    ] = None,
+    cert: Annotated[
+        Path | None, typer.Option("--cert", metavar="FILE", help="Certificate chain (PEM), for TLS.")
+    ] = None,
+    key: Annotated[Path | None, typer.Option("--key", metavar="FILE", help="Its key (PEM).")] = None,
+    rate: Annotated[
+        float, typer.Option("--rate", metavar="HZ", min=4.0, max=50.0, help="How often vehicles tell their state.")
+    ] = 10.0,
+    on_board: Annotated[
+        int | None,
+        typer.Option(
+            "--on-board",
+            metavar="SYSTEM",
+            min=1,
+            max=255,
+            help="Run as companion computer of this vehicle: heartbeats only while an operator is connected.",
+        ),
+    ] = None,
+    open_browser: Annotated[bool, typer.Option("--open", help="Open a browser here.")] = False,
+    record: RecordOption = True,
+    forward: ForwardOption = None,
+    json: JsonOption = False,
+) -> None:
+    """Serve the ground station to browsers until Ctrl-C.
+
+    On this machine everybody may use it. With another address, such as --host 0.0.0.0, browsers need a token: it is
+    made at the first start, kept in the data folder, and shown with its whole address and a QR code.
+
+    Example: vencejo serve --link udpin:0.0.0.0:14550
+
+    Example: vencejo serve --link /dev/ttyACM0,115200 --host 0.0.0.0
+    """
+    from vencejo import Station
+    from vencejo.serve import Server
+
+    system_id, component_id = (255, 190) if on_board is None else (on_board, ON_BOARD_COMPONENT)
+    with (
+        Station(
+            *(link or [DEFAULT_LINK]),
+            system_id=system_id,
+            component_id=component_id,
+            rate_hz=rate,
+            heartbeat=on_board is None,
+            record=record,
+            forward_to=forward or (),
+        ) as station,
+        Server(
+            station,
+            host=host,
+            port=port,
+            tokens=token,
+            allow_hosts=allow_host or (),
+            allow_origins=allow_origin or (),
+            certificate=cert,
+            key=key,
+            on_board=on_board is not None,
+        ) as server,
+    ):
+        tell(server, json=json)
+        if open_browser:
+            open_page(server)
+        wait()
+
+
+def tell(server: Server, *, json: bool = False) -> None:
+    """Say where the server is: a line of JSON, or addresses with their tokens and a QR code."""
+    from vencejo.serve import has_app
+
+    tokens = server.tokens
+    operator = with_token(server.urls[0], tokens.operator if tokens else None)
+    if json:
+        viewer = with_token(server.urls[0], tokens.viewer if tokens else None)
+        put_json({"url": server.url, "operator_url": operator, "viewer_url": viewer, "has_app": has_app()})
+        return
+    if not has_app():
+        say("The pages are not in this build; the API is: see /api/v1/openapi.json")
+    if tokens is None:
+        print(f"The ground station is at {server.url}", flush=True)
+    else:
+        print(f"To command:  {operator}")
+        print(f"To look:     {with_token(server.urls[0], tokens.viewer)}")
+        for url in server.urls[1:]:
+            print(f"Also at:     {url}")
+        print(qr_code(operator), end="", flush=True)
+        if operator.startswith("http:"):
+            say("Without TLS others in the network can read along; give --cert and --key where that matters.")
+    say("Ctrl-C ends it.")
+
+
+def with_token(url: str, token: str | None) -> str:
+    """The whole address. The token stands behind ``#``, which browsers keep to themselves."""
+    return url + "/" if token is None else f"{url}/#token={token}"
+
+
+def qr_code(text: str) -> str:
+    """A QR code for the terminal: two modules a character, dark on light whatever the terminal's colours are."""
+    import io
+
+    import segno
+
+    out = io.StringIO()
+    segno.make(text, error="l", micro=False).terminal(out=out, compact=True, border=2)
+    shown = out.getvalue()
+    encoding = sys.stdout.encoding or "ascii"
+    try:
+        shown.encode(encoding)
+    except UnicodeEncodeError:
+        return ""  # a terminal without block characters
+    return shown
+
+
+def open_page(server: Server) -> None:
+    """Open the page in a browser here, if there is one."""
+    import webbrowser
+
+    tokens = server.tokens
+    with contextlib.suppress(webbrowser.Error):
+        webbrowser.open(with_token(server.url, tokens.operator if tokens else None))
+
+
+def wait() -> None:
+    """Until Ctrl-C or SIGTERM, with everything closed on the way out."""
+    forever = threading.Event()
+    with contextlib.suppress(KeyboardInterrupt):
+        while not forever.wait(0.5):
+            pass

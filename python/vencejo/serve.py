@@ -1,0 +1,198 @@
+"""The ground station in the browser: serves a station's vehicles over HTTP and WebSocket.
+
+Examples
+--------
+>>> import vencejo
+>>> from vencejo.serve import Server
+>>> with vencejo.Station(record=False) as station, Server(station, port=0) as server:
+...     server.url.startswith("http://127.0.0.1:")
+True
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import os
+import socket
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+
+from vencejo import _native
+from vencejo.errors import InvalidRequest
+from vencejo.station import Station, default_record_dir
+
+__all__ = ["Server", "Tokens", "default_token_file", "has_app"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tokens:
+    """What proves that somebody may use a server that others can reach.
+
+    Attributes
+    ----------
+    viewer, operator : str
+        For those who look, and for those who command as well.
+    """
+
+    viewer: str = field(repr=False)
+    operator: str = field(repr=False)
+
+
+def default_token_file() -> Path:
+    """Where the tokens are kept: `server-tokens.json` in the data folder, readable by its owner alone."""
+    return default_record_dir().parent / "server-tokens.json"
+
+
+def has_app() -> bool:
+    """Whether the web app is in this build; without it the server serves its API alone."""
+    return _native.has_app()
+
+
+class Server:
+    """A station's server, from its making until it is closed. The station goes on afterwards.
+
+    One operator's session at a time holds control; others watch and may ask for it.
+
+    Parameters
+    ----------
+    station : Station
+        What to serve.
+    host : str, optional
+        Address or name to listen on, default ``"127.0.0.1"``. Any that others can reach demands tokens.
+    port : int, optional
+        Default 8765; 0 takes a free one.
+    tokens : bool, optional
+        Whether to demand tokens even on a loopback address, where everybody on this machine is an operator without.
+    token_file : path, optional
+        Where they are kept; made at the first start. Default `default_token_file`.
+    allow_hosts : iterable of str, optional
+        Names of this machine by which browsers reach it, beside addresses and ``localhost``.
+    allow_origins : iterable of str, optional
+        Other web pages' origins that may use the API, such as ``"http://localhost:5173"``.
+    certificate, key : path, optional
+        PEM files of a certificate chain and its key, for TLS.
+    on_board : bool, optional
+        On board a vehicle: our heartbeat is sent only while an operator's session is alive, because the autopilot's
+        ground-station failsafe counts it.
+
+    Raises
+    ------
+    InvalidRequest
+        For an address that is none, or a certificate without key.
+    VencejoError
+        When the address is taken, or the tokens or certificate cannot be used.
+    """
+
+    def __init__(
+        self,
+        station: Station,
+        *,
+        host: str = "127.0.0.1",
+        port: int = 8765,
+        tokens: bool = False,
+        token_file: str | os.PathLike[str] | None = None,
+        allow_hosts: Iterable[str] = (),
+        allow_origins: Iterable[str] = (),
+        certificate: str | os.PathLike[str] | None = None,
+        key: str | os.PathLike[str] | None = None,
+        on_board: bool = False,
+    ) -> None:
+        address = _address(host)
+        if not 0 <= port <= 65535:
+            raise InvalidRequest(f"port is {port}: it goes from 0, which takes a free one, to 65535")
+        tls = (os.fspath(certificate), os.fspath(key)) if certificate is not None and key is not None else None
+        if tls is None and not (certificate is None and key is None):
+            raise InvalidRequest("TLS needs both a certificate and its key")
+        needs_tokens = tokens or token_file is not None or not ipaddress.ip_address(address).is_loopback
+        kept = os.fspath(token_file) if token_file is not None else str(default_token_file())
+        self._native = _native.Server(
+            station._native,
+            address=address,
+            port=port,
+            token_file=kept if needs_tokens else None,
+            hosts=list(allow_hosts),
+            origins=list(allow_origins),
+            tls=tls,
+            on_board=on_board,
+        )
+        self._station = station
+
+    @property
+    def port(self) -> int:
+        """The port that it listens on."""
+        return self._native.address()[1]
+
+    @property
+    def url(self) -> str:
+        """Its address for a browser on this machine, without a token."""
+        return self._url(self._native.address()[0])
+
+    @property
+    def urls(self) -> list[str]:
+        """Its addresses for browsers on this and other machines, without a token; the likeliest first."""
+        host = self._native.address()[0]
+        if not ipaddress.ip_address(host).is_unspecified:
+            return [self._url(host)]
+        return [self._url(address) for address in (*_own_addresses(), host)]
+
+    @property
+    def tokens(self) -> Tokens | None:
+        """Its tokens; ``None`` when everybody on this machine is an operator."""
+        tokens = self._native.tokens()
+        return None if tokens is None else Tokens(viewer=tokens[0], operator=tokens[1])
+
+    @property
+    def clients(self) -> int:
+        """How many browsers and programs have the WebSocket open."""
+        return self._native.clients
+
+    def close(self) -> None:
+        """End all connections. Can be called again."""
+        self._native.close()
+
+    def __enter__(self) -> Server:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _url(self, host: str) -> str:
+        address = ipaddress.ip_address(host)
+        if address.is_unspecified:
+            address = ipaddress.ip_address("127.0.0.1" if address.version == 4 else "::1")
+        shown = f"[{address}]" if address.version == 6 else str(address)
+        return f"{'https' if self._native.is_tls else 'http'}://{shown}:{self.port}"
+
+
+def _address(host: str) -> str:
+    """The address of a host: itself, or the first that its name has, IPv4 before IPv6."""
+    try:
+        return str(ipaddress.ip_address(host))
+    except ValueError:
+        pass
+    try:
+        found = socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)
+    except OSError as error:
+        raise InvalidRequest(f"host {host!r} has no address ({error.strerror}); give one such as 127.0.0.1") from error
+    return str(min(found, key=lambda entry: entry[0] != socket.AF_INET)[4][0])
+
+
+def _own_addresses() -> list[str]:
+    """Addresses of this machine in its networks, the one of the default route first. Nothing is sent."""
+    addresses = []
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.connect(("192.0.2.1", 9))
+            addresses.append(str(probe.getsockname()[0]))
+    except OSError:
+        pass  # no network, no address in it
+    try:
+        entries = socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET, socket.SOCK_STREAM)
+    except OSError:
+        entries = []  # a host that does not know its own name
+    addresses += [str(entry[4][0]) for entry in entries]
+    return [address for address in dict.fromkeys(addresses) if not ipaddress.ip_address(address).is_loopback]
