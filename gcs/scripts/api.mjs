@@ -6,7 +6,7 @@ const description = new URL('../../schemas/openapi.json', import.meta.url);
 const target = new URL('../src/lib/api/schema.d.ts', import.meta.url);
 const banner = '// Generated from schemas/openapi.json by `npm run api`. Do not edit.\n\n';
 
-const generated = banner + astToString(await openapiTS(description));
+const generated = banner + astToString(await openapiTS(description, { arrayLength: true }));
 if (process.argv.includes('--check')) {
   const committed = existsSync(target) ? readFileSync(target, 'utf8') : '';
   if (committed !== generated) {

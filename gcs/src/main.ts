@@ -7,6 +7,9 @@ import App from './App.svelte';
 import { settings } from '$lib/state/settings.svelte';
 import { station } from '$lib/state/station.svelte';
 
+// Only in `npm run dev:mock`; no build contains it.
+if (import.meta.env.MODE === 'mock') (await import('../dev/mock/server')).install();
+
 const target = document.getElementById('app');
 if (target === null) throw new Error('index.html has no element #app');
 // Before the first paint, so that nothing flashes.

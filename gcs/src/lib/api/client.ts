@@ -1,9 +1,12 @@
 // The HTTP API, one method per call. Every failure is a ProblemError.
-import { NO_ANSWER, ProblemError, problemOf } from './problem';
+import { NO_ANSWER, ownProblem, ProblemError, problemOf } from './problem';
 import type {
   CommandInfo,
+  CommandName,
   Info,
   LinkInfo,
+  NewLink,
+  NewSession,
   Operation,
   Parameter,
   Plan,
@@ -11,40 +14,12 @@ import type {
   PlanKind,
   Session,
   StatusText,
+  VehicleCommands,
   VehicleState,
   VehicleSummary,
 } from './types';
 
-export interface GotoRequest {
-  lat_deg: number;
-  lon_deg: number;
-  alt_m: number;
-  alt_frame: 'home' | 'amsl' | 'terrain';
-  radius_m?: number;
-  clockwise?: boolean;
-}
-
-/** What a vehicle can be told to do, with what it needs to know. */
-export interface VehicleCommands {
-  arm: { force?: boolean };
-  disarm: { force?: boolean };
-  mode: { mode: string };
-  takeoff: { alt_rel_home_m: number };
-  goto: GotoRequest;
-  speed: { kind: 'airspeed' | 'groundspeed'; speed_m_s: number };
-  altitude: { alt_m: number; alt_frame: 'home' | 'amsl' | 'terrain' };
-  loiter: Record<string, never>;
-  'return-to-launch': Record<string, never>;
-  land: Record<string, never>;
-  'abort-landing': { alt_rel_home_m?: number };
-  'mission/start': { from_item?: number };
-  'mission/pause': Record<string, never>;
-  'mission/resume': Record<string, never>;
-  'mission/current': { item: number };
-  home: { lat_deg: number; lon_deg: number; alt_amsl_m: number } | Record<string, never>;
-  reboot: Record<string, never>;
-}
-export type CommandName = keyof VehicleCommands;
+export type { CommandName, VehicleCommands } from './types';
 
 type Method = 'GET' | 'POST' | 'PUT' | 'DELETE';
 
@@ -58,14 +33,13 @@ export class Api {
   }
 
   info = () => this.#json<Info>('GET', '/info');
-  openSession = (body: { token?: string; name?: string }) => this.#json<Session>('POST', '/session', body);
+  openSession = (body: NewSession) => this.#json<Session>('POST', '/session', body);
   takeControl = () => this.#json<Partial<Session>>('POST', '/control/take', {});
   releaseControl = () => this.#json<Partial<Session>>('POST', '/control/release', {});
   requestControl = () => this.#json<Partial<Session>>('POST', '/control/request', {});
 
   links = () => this.#json<LinkInfo[]>('GET', '/links');
-  addLink = (body: { address: string; forward?: boolean; name?: string }) =>
-    this.#json<LinkInfo>('POST', '/links', body);
+  addLink = (body: NewLink) => this.#json<LinkInfo>('POST', '/links', body);
   removeLink = (id: number) => this.#json<unknown>('DELETE', `/links/${id}`);
 
   vehicles = () => this.#json<VehicleSummary[]>('GET', '/vehicles');
@@ -119,7 +93,7 @@ export class Api {
     try {
       response = await this.#fetch(this.#base + path, init);
     } catch (error) {
-      throw new ProblemError({ title: 'No answer', status: NO_ANSWER, detail: String(error) });
+      throw new ProblemError(ownProblem('No answer', NO_ANSWER, String(error)));
     }
     if (!response.ok) throw new ProblemError(await problemOf(response));
     return response;

@@ -1,6 +1,8 @@
 // What went wrong with a request, in the server's words or, when there was no answer, in ours.
 import type { Problem } from './types';
 
+/** What RFC 9457 says of a problem without a kind. */
+const NO_KIND = 'about:blank';
 /** No answer came: the server is away. */
 export const NO_ANSWER = 0;
 
@@ -16,19 +18,30 @@ export class ProblemError extends Error {
 
 /** The problem in the body of an answer that says no; built from the status when the body is something else. */
 export async function problemOf(response: Response): Promise<Problem> {
-  const fallback: Problem = { title: response.statusText, status: response.status, detail: '' };
+  const fallback: Problem = { type: NO_KIND, title: response.statusText, status: response.status, detail: '' };
   if (!/[/+]json\b/.test(response.headers.get('content-type') ?? '')) return fallback;
   const body: unknown = await response.json().catch(() => null);
   if (typeof body !== 'object' || body === null) return fallback;
   const { title, detail, type, reasons, remedy } = body as Record<string, unknown>;
   return {
+    type: typeof type === 'string' ? type : NO_KIND,
     title: typeof title === 'string' ? title : fallback.title,
     status: response.status,
     detail: typeof detail === 'string' ? detail : '',
-    ...(typeof type === 'string' ? { type } : {}),
     ...(Array.isArray(reasons)
       ? { reasons: reasons.filter((reason): reason is string => typeof reason === 'string') }
       : {}),
     ...(typeof remedy === 'string' ? { remedy } : {}),
   };
+}
+
+/** A problem of our own making. */
+export function ownProblem(title: string, status: number, detail = ''): Problem {
+  return { type: NO_KIND, title, status, detail };
+}
+
+/** What to tell of anything that was thrown. */
+export function problemFrom(error: unknown): Problem {
+  if (error instanceof ProblemError) return error.problem;
+  return ownProblem('Error', NO_ANSWER, error instanceof Error ? error.message : String(error));
 }

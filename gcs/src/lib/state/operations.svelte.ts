@@ -1,7 +1,7 @@
 // What takes time on the server: plan and parameter transfers, with their progress and outcome.
 import { SvelteMap } from 'svelte/reactivity';
 import type { Api } from '$lib/api/client';
-import { ProblemError } from '$lib/api/problem';
+import { ownProblem, ProblemError } from '$lib/api/problem';
 import type { Operation } from '$lib/api/types';
 
 /** Finished ones kept to be looked at. */
@@ -59,7 +59,7 @@ export class Operations {
         operation = await this.#api.operation(operation.id);
       }
       if (operation.state === 'done') return operation.result as Result;
-      throw new ProblemError(operation.error ?? { title: operation.state, status: 499, detail: '' });
+      throw new ProblemError(operation.error ?? ownProblem(operation.state, 499));
     } finally {
       clearInterval(timer);
     }

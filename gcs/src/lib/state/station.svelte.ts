@@ -1,6 +1,7 @@
 // The station: session and control, links, vehicles and operations, kept up to date over the WebSocket.
 import { Api, type CommandName, type VehicleCommands } from '$lib/api/client';
-import { ProblemError } from '$lib/api/problem';
+import { problemFrom } from '$lib/api/problem';
+
 import { Socket, type SocketState } from '$lib/api/socket';
 import type { LinkInfo, Problem, ServerMessage, Session } from '$lib/api/types';
 import { SvelteMap } from 'svelte/reactivity';
@@ -8,6 +9,8 @@ import { clock } from './clock.svelte';
 import { Operations } from './operations.svelte';
 import { settings } from './settings.svelte';
 import { vehicles, type Vehicle } from './vehicles.svelte';
+
+export { problemFrom };
 
 export const api = new Api();
 export const operations = new Operations(api);
@@ -214,11 +217,6 @@ class Station {
     this.#subscribed.set(id, settings.rate_hz);
     this.#socket.send({ type: 'subscribe', vehicle: id, rate_hz: settings.rate_hz });
   }
-}
-
-export function problemFrom(error: unknown): Problem {
-  if (error instanceof ProblemError) return error.problem;
-  return { title: 'Error', status: 0, detail: error instanceof Error ? error.message : String(error) };
 }
 
 /** The token of a ready-made address (`#token=…`), taken out of the address bar so that nobody copies it on. */

@@ -29,7 +29,7 @@ describe('Hold', () => {
   });
 
   it('does not count when let go early, and begins anew', () => {
-    const { hold, done } = make();
+    const { hold, done, states } = make();
     for (let round = 0; round < 5; round += 1) {
       hold.begin();
       vi.advanceTimersByTime(HOLD_MS - 1);
@@ -37,6 +37,7 @@ describe('Hold', () => {
     }
     vi.advanceTimersByTime(10 * HOLD_MS);
     expect(done()).toBe(0);
+    expect(states.slice(-3)).toEqual(['holding', 'hint', 'idle']);
   });
 
   it('a key that repeats does not begin anew', () => {

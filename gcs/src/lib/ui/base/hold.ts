@@ -4,7 +4,11 @@ export const HOLD_MS = 1000;
 /** A screen reader presses, it cannot hold: the second press within this time counts. */
 export const CONFIRM_MS = 6000;
 
-export type HoldState = 'idle' | 'holding' | 'confirm';
+/** Let go early, the button says for so long what it wants. */
+export const HINT_MS = 1500;
+
+/** `hint`: it was let go too early. */
+export type HoldState = 'idle' | 'holding' | 'hint' | 'confirm';
 
 interface Timers {
   setTimeout(run: () => void, ms: number): unknown;
@@ -41,7 +45,7 @@ export class Hold {
 
   /** Pointer or key went up, left, or lost its target: too early. */
   end(): void {
-    if (this.#state === 'holding') this.#enter('idle');
+    if (this.#state === 'holding') this.#enter('hint', HINT_MS, () => this.#enter('idle'));
   }
 
   /** Pressed by something that cannot hold. */

@@ -179,7 +179,6 @@ function drawHorizon(
 
   // The plane itself, with a dark edge so that it stands out on sky and ground alike.
   for (const [stroke, line_w] of [
-    ['#ffffff', 8],
     ['#000000', 6],
     [colours.symbol, 3.5],
   ] as const) {
@@ -238,7 +237,8 @@ function drawTape(
       const at = cy - ((mark - value) / step) * perStep;
       context.lineWidth = 1.5;
       line(context, edge, at, edge + inward * 7, at);
-      if (at > y + 24 && at < y + height - 8) context.fillText(String(Math.round(mark)), edge + inward * 11, at);
+      const isClear = Math.abs(at - cy) > 20 && at > y + 24 && at < y + height - 8;
+      if (isClear) context.fillText(String(Math.round(mark)), edge + inward * 11, at);
       const between = at - perStep / 2;
       context.lineWidth = 1;
       if (mark + step / 2 >= least) line(context, edge, between, edge + inward * 4, between);
@@ -346,7 +346,7 @@ function drawHeading(
       const at = cx + (mark - heading) * perDegree;
       const degrees = ((mark % 360) + 360) % 360;
       line(context, at, y, at, y + (mark % 10 === 0 ? 8 : 5));
-      if (mark % 30 !== 0 || Math.abs(at - cx) < 32) continue;
+      if (mark % 30 !== 0 || Math.abs(at - cx) < 46) continue;
       const letter = { 0: words.north, 90: words.east, 180: words.south, 270: words.west }[degrees];
       context.font = `${letter === undefined ? '' : '600 '}13px ${colours.font}`;
       context.fillText(letter ?? String(degrees).padStart(3, '0'), at, y + 22);

@@ -1,0 +1,241 @@
+// Stands in for the server in the browser, for `npm run dev:mock` and for screenshots: answers requests, speaks on a
+// WebSocket. `?scene=` chooses what is to be seen: lost, away, refused, watching, two, none, token.
+import type {
+  ClientMessage,
+  LinkInfo,
+  Operation,
+  Plan,
+  ServerMessage,
+  Session,
+  VehicleSummary,
+} from '../../src/lib/api/types';
+import { home, mission, telemetryAt } from './flight';
+
+const scene = new URLSearchParams(window.location.search).get('scene') ?? 'fly';
+const start_ms = performance.now();
+/** The flight has been going on for a while when the page opens. */
+const HEAD_START_S = 212;
+const time_s = () => (performance.now() - start_ms) / 1000 + HEAD_START_S;
+
+let isArmed = scene !== 'refused';
+const session: Session = {
+  session: 'mock',
+  name: 'Mock',
+  role: 'operator',
+  has_control: scene !== 'watching',
+  holder: scene === 'watching' ? 'Ana' : 'Mock',
+  requested_by: null,
+};
+/** When the vehicle falls silent: after a few seconds in the scene "lost". */
+const lastHeard_s = scene === 'lost' ? HEAD_START_S + 4 : Number.POSITIVE_INFINITY;
+const ids = scene === 'none' ? [] : scene === 'two' ? [1, 2] : [1];
+const age_s = () => Math.max(0.04, time_s() - lastHeard_s);
+
+const summary = (system_id: number): VehicleSummary => ({
+  system_id,
+  mav_type: 1,
+  autopilot: 3,
+  mode: 'AUTO',
+  is_armed: isArmed,
+  age_s: age_s(),
+  link: 1,
+  loss_pct: scene === 'lost' ? 31 : 0.4,
+  round_trip_ms: 38 + 9 * Math.sin(time_s()),
+});
+
+const link = (): LinkInfo => ({
+  id: 1,
+  name: 'telemetry radio',
+  address: '/dev/ttyUSB0,57600',
+  local_address: null,
+  state: 'up',
+  detail: null,
+  forward: false,
+  frames_received: 41_233,
+  frames_sent: 812,
+  bytes_received: 1_912_000,
+  bytes_sent: 22_000,
+  bad_crc: 2,
+  garbage_bytes: 0,
+  frames_lost: 166,
+  loss_pct: 0.4,
+  round_trip_ms: 38,
+  age_s: age_s(),
+  frames_per_s: 92,
+  recent_loss_pct: 0.4,
+});
+
+const texts = [
+  { time_s: HEAD_START_S - 205, severity: 6, text: 'ArduPlane V4.6.3 (3fc7011a)' },
+  { time_s: HEAD_START_S - 190, severity: 4, text: 'PreArm: GPS 1: Bad fix' },
+  { time_s: HEAD_START_S - 160, severity: 6, text: 'EKF3 IMU0 origin set' },
+  { time_s: HEAD_START_S - 95, severity: 6, text: 'Throttle armed' },
+  { time_s: HEAD_START_S - 90, severity: 6, text: 'Mission: 1 Takeoff' },
+  { time_s: HEAD_START_S - 61, severity: 5, text: 'Takeoff complete at 60.12m' },
+  { time_s: HEAD_START_S - 20, severity: 2, text: 'Battery 1 is low 10.50V used 1840 mAh' },
+  { time_s: HEAD_START_S - 8, severity: 6, text: 'Mission: 2 WP' },
+];
+
+const plan: Plan = { items: mission, home, fence: { zones: [], return_point: null }, rally: [] };
+const verified = {
+  state: 'verified' as const,
+  count: mission.length,
+  hash: 'c0ffee',
+  detail: 'read back and compared',
+};
+const empty = { state: 'empty' as const, count: 0, hash: null, detail: 'none' };
+
+const KINDS: Record<string, Operation['kind']> = { PUT: 'upload_mission', GET: 'download_mission' };
+
+let nextOperation = 1;
+const operations = new Map<number, Operation>();
+
+function begin(kind: Operation['kind'], result?: Plan): Operation {
+  const operation: Operation = {
+    id: nextOperation++,
+    vehicle: 1,
+    kind,
+    state: 'running',
+    done: 0,
+    total: mission.length,
+  };
+  operations.set(operation.id, operation);
+  const timer = setInterval(() => {
+    const now = operations.get(operation.id)!;
+    const done = Math.min(now.done + 1, now.total);
+    const isDone = done === now.total;
+    const next: Operation = { ...now, done, state: isDone ? 'done' : 'running' };
+    operations.set(operation.id, isDone && result ? { ...next, result } : next);
+    say({ type: 'operation', ...next });
+    if (isDone) clearInterval(timer);
+  }, 150);
+  return operation;
+}
+
+const json = (body: unknown, status = 200) =>
+  new Response(JSON.stringify(body), {
+    status,
+    headers: { 'content-type': status < 400 ? 'application/json' : 'application/problem+json' },
+  });
+
+const refusal = () =>
+  json(
+    {
+      type: 'urn:vencejo:command-refused',
+      title: 'The vehicle refused',
+      status: 409,
+      detail: 'The vehicle refused COMPONENT_ARM_DISARM.',
+      reasons: [
+        'PreArm: DO_LAND_START set and RTL_AUTOLAND disabled',
+        'PreArm: GPS 1: Bad fix',
+        'PreArm: Servo 3 does something nobody explained',
+      ],
+    },
+    409,
+  );
+
+async function answer(method: string, path: string): Promise<Response> {
+  await new Promise((resolve) => setTimeout(resolve, 120));
+  const plans = /^\/vehicles\/\d+\/plan\/(\w+)$/.exec(path);
+  if (plans) return json(begin(KINDS[method] ?? 'clear_mission', method === 'GET' ? plan : undefined), 202);
+  const operation = /^\/operations\/(\d+)$/.exec(path);
+  if (operation) return json(operations.get(Number(operation[1])) ?? {});
+  if (path === '/session' && scene === 'token') return json({ title: 'Token needed', status: 401, detail: '' }, 401);
+  if (path === '/session') return json(session);
+  if (path === '/links') return json([link()]);
+  if (path === '/plan/check' || path === '/commands') return json([]);
+  if (/^\/vehicles\/\d+\/texts$/.test(path)) return json(texts);
+  if (/^\/vehicles\/\d+$/.test(path)) {
+    const { groups, progress } = telemetryAt(time_s(), { isArmed });
+    return json({
+      system_id: Number(path.split('/')[2]),
+      time_s: time_s(),
+      telemetry: groups,
+      progress,
+      plan_states: { mission: verified, fence: empty, rally: empty },
+      mode_names: ['MANUAL', 'FBWA', 'FBWB', 'CRUISE', 'AUTO', 'RTL', 'LOITER', 'GUIDED', 'TAKEOFF', 'CIRCLE'],
+      link: link(),
+    });
+  }
+  if (path.endsWith('/arm')) {
+    if (scene === 'refused') return refusal();
+    isArmed = true;
+  }
+  if (path.endsWith('/disarm')) isArmed = false;
+  await new Promise((resolve) => setTimeout(resolve, 400));
+  return json({});
+}
+
+const sockets = new Set<MockSocket>();
+const say = (message: ServerMessage) => sockets.forEach((socket) => socket.say(message));
+
+class MockSocket {
+  readyState = 0;
+  onopen: (() => void) | null = null;
+  onmessage: ((event: { data: string }) => void) | null = null;
+  onclose: (() => void) | null = null;
+  #timers: ReturnType<typeof setInterval>[] = [];
+  #rates = new Map<number, ReturnType<typeof setInterval>>();
+
+  constructor() {
+    if (scene === 'away') {
+      setTimeout(() => this.#greet(), 50);
+      setTimeout(() => (this.close(), this.onclose?.()), 4000);
+      if (performance.now() - start_ms > 3000) this.#timers.push(setTimeout(() => this.onclose?.(), 100));
+      return;
+    }
+    setTimeout(() => this.#greet(), 50);
+  }
+
+  #greet() {
+    if (scene === 'away' && performance.now() - start_ms > 3000) return;
+    this.readyState = 1;
+    sockets.add(this);
+    this.onopen?.();
+    this.say({ type: 'hello', version: '0.1.0', time_s: time_s(), ...session });
+    const lists = () => {
+      this.say({ type: 'vehicles', vehicles: ids.map(summary) });
+      this.say({ type: 'links', links: [link()] });
+    };
+    lists();
+    this.#timers.push(setInterval(lists, 1000));
+  }
+
+  say(message: ServerMessage) {
+    this.onmessage?.({ data: JSON.stringify(message) });
+  }
+
+  send(text: string) {
+    const message = JSON.parse(text) as ClientMessage;
+    clearInterval(this.#rates.get(message.vehicle));
+    if (message.type !== 'subscribe') return;
+    const { vehicle, rate_hz } = message;
+    const tell = () => {
+      if (time_s() > lastHeard_s) return;
+      this.say({
+        type: 'telemetry',
+        vehicle,
+        time_s: time_s(),
+        ...telemetryAt(time_s() + 40 * (vehicle - 1), { isArmed, offset_m: 300 * (vehicle - 1) }),
+      });
+    };
+    this.#rates.set(vehicle, setInterval(tell, 1000 / rate_hz));
+  }
+
+  close() {
+    this.readyState = 3;
+    sockets.delete(this);
+    for (const timer of [...this.#timers, ...this.#rates.values()]) clearInterval(timer);
+  }
+}
+
+/** Replaces the network by this file. */
+export function install(): void {
+  const real = window.fetch.bind(window);
+  window.fetch = (input, init) => {
+    const { pathname } = new URL(input instanceof Request ? input.url : input, window.location.href);
+    if (!pathname.startsWith('/api/v1')) return real(input, init);
+    return answer(init?.method ?? 'GET', pathname.slice('/api/v1'.length));
+  };
+  window.WebSocket = MockSocket as unknown as typeof WebSocket;
+}

@@ -1,0 +1,3845 @@
+// Generated from schemas/openapi.json by `npm run api`. Do not edit.
+
+export interface paths {
+    "/api/v1/commands": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The commands that a plan may hold. */
+        get: operations["list_commands"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/control/release": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Gives control up: to the session that asks for it, else to nobody. Also takes a request back. */
+        post: operations["release_control"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/control/request": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Asks the session that holds control for it; takes it when nobody holds it. */
+        post: operations["request_control"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/control/take": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Takes control, if nobody else has it. */
+        post: operations["take_control"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/info": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** What answers, and whether it needs a token. Needs no session. */
+        get: operations["info"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/links": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The links and what went over them. */
+        get: operations["list_links"];
+        put?: never;
+        /** Opens one more link. It connects, and connects again, by itself. */
+        post: operations["open_link"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/links/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /** Closes a link. */
+        delete: operations["close_link"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/operations": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The operations under way and those that ended lately, without their results. */
+        get: operations["list_operations"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/operations/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** An operation, with its result once it is done. */
+        get: operations["get_operation"];
+        put?: never;
+        post?: never;
+        /** Gives an operation up. What the vehicle then holds of a plan is unknown until it is read. */
+        delete: operations["cancel_operation"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plan/check": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Looks for what would make a plan fail. */
+        post: operations["check"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plan/format": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Writes a plan to a file. */
+        post: operations["format_plan"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plan/parse": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Reads a plan file of any known kind; the body is the file. */
+        post: operations["parse"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/session": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The session that the cookie proves. */
+        get: operations["get_session"];
+        put?: never;
+        /** Opens a session, or finds the one that the cookie proves. An operator gets control when nobody has it. */
+        post: operations["open_session"];
+        /** Ends the session, and gives control up if it holds it. */
+        delete: operations["close_session"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The vehicles heard so far. */
+        get: operations["list_vehicles"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Everything that is known of a vehicle. */
+        get: operations["get_vehicle"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/abort-landing": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Aborts a landing and climbs. */
+        post: operations["abort_landing"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/altitude": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Changes the height of the present target; a plane must be in GUIDED or LOITER. */
+        post: operations["set_altitude"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/arm": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Arms. Refused with the vehicle's reasons when its checks fail; `force` skips them. */
+        post: operations["arm"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/disarm": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Disarms; `force` does so in the air. */
+        post: operations["disarm"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/goto": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Flies to a position and circles there, in mode GUIDED. */
+        post: operations["goto"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/home": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Moves home to a position, or to where the vehicle is when none is given. */
+        post: operations["set_home"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/land": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Lands: a plane flies the landing of its mission. */
+        post: operations["land"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/loiter": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Circles here: mode LOITER. */
+        post: operations["loiter"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/mission/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Makes an item of the mission the current one. */
+        post: operations["set_current_item"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/mission/pause": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Interrupts the mission: mode LOITER. */
+        post: operations["pause_mission"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/mission/resume": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Goes on with the mission where it stands: mode AUTO. */
+        post: operations["resume_mission"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/mission/start": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Starts the mission: mode AUTO. Does not arm. */
+        post: operations["start_mission"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/mode": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Changes the flight mode. */
+        post: operations["set_mode"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/params": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Reads all parameters; the operation's result is the list. */
+        get: operations["read_params"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/params/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Reads one parameter from the vehicle. */
+        get: operations["get_param"];
+        /** Writes one parameter; answers with the value that the vehicle keeps. */
+        put: operations["set_param"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/plan/fence": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Reads this part of the plan on board; it is the operation's result. */
+        get: operations["download_fence"];
+        /**
+         * Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
+         *     has it. The operation's result is the plan on board.
+         */
+        put: operations["upload_fence"];
+        post?: never;
+        /** Removes this part of the plan on board and checks that it is gone. */
+        delete: operations["clear_fence"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/plan/mission": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Reads this part of the plan on board; it is the operation's result. */
+        get: operations["download_mission"];
+        /**
+         * Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
+         *     has it. The operation's result is the plan on board.
+         */
+        put: operations["upload_mission"];
+        post?: never;
+        /** Removes this part of the plan on board and checks that it is gone. */
+        delete: operations["clear_mission"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/plan/rally": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Reads this part of the plan on board; it is the operation's result. */
+        get: operations["download_rally"];
+        /**
+         * Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
+         *     has it. The operation's result is the plan on board.
+         */
+        put: operations["upload_rally"];
+        post?: never;
+        /** Removes this part of the plan on board and checks that it is gone. */
+        delete: operations["clear_rally"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/reboot": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Reboots the autopilot; only while it is disarmed. */
+        post: operations["reboot"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/return-to-launch": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Returns to launch: mode RTL. */
+        post: operations["return_to_launch"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/speed": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Changes the speed. */
+        post: operations["set_speed"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/takeoff": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Takes off. A plane rolls when it is armed, or at once when it already is. */
+        post: operations["takeoff"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/texts": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The newest texts that a vehicle wrote, oldest first. */
+        get: operations["list_texts"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+}
+export type webhooks = Record<string, never>;
+export interface components {
+    schemas: {
+        /** @description How to abort a landing. */
+        AbortLanding: {
+            /**
+             * Format: double
+             * @description Height to climb to; the vehicle's own when absent.
+             */
+            alt_rel_home_m?: number | null;
+        };
+        /** @description AIRSPEED of one sensor. */
+        AirspeedSensor: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: double
+             * @description Calibrated airspeed.
+             */
+            airspeed_m_s: number | null;
+            /**
+             * Format: double
+             * @description Differential pressure.
+             */
+            differential_pa: number | null;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: int32
+             * @description Sensor id.
+             */
+            id: number;
+            /** @description Whether the sensor says that it is unhealthy. */
+            is_unhealthy: boolean;
+            /** @description Whether the autopilot uses it. */
+            is_used: boolean;
+            /**
+             * Format: double
+             * @description Temperature.
+             */
+            temperature_c: number | null;
+        };
+        /**
+         * @description What a height is counted from.
+         * @enum {string}
+         */
+        AltFrame: "home" | "amsl" | "terrain";
+        /** @description ATTITUDE: body (forward, right, down) in the local north, east, down frame. */
+        Attitude: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: double
+             * @description Nose up positive.
+             */
+            pitch_rad: number | null;
+            /**
+             * Format: double
+             * @description Body rate about the right axis.
+             */
+            pitch_rate_rad_s: number | null;
+            /**
+             * Format: double
+             * @description Right wing down positive.
+             */
+            roll_rad: number | null;
+            /**
+             * Format: double
+             * @description Body rate about the forward axis.
+             */
+            roll_rate_rad_s: number | null;
+            /**
+             * Format: double
+             * @description Clockwise from true north.
+             */
+            yaw_rad: number | null;
+            /**
+             * Format: double
+             * @description Body rate about the down axis.
+             */
+            yaw_rate_rad_s: number | null;
+        };
+        /** @description AUTOPILOT_VERSION. */
+        AutopilotVersion: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: int64
+             * @description `MAV_PROTOCOL_CAPABILITY` bits.
+             */
+            capabilities: number;
+            /** @description Version of the flight software. */
+            flight_sw: string;
+            /** @description First characters of its git hash. */
+            git_hash: string;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /** @description Unique id of the hardware, in decimal: it has more digits than a JSON number keeps. */
+            uid: string | null;
+        };
+        /** @description BATTERY_STATUS of one battery. */
+        Battery: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: double
+             * @description Energy used.
+             */
+            consumed_j: number | null;
+            /**
+             * Format: double
+             * @description Charge used.
+             */
+            consumed_mah: number | null;
+            /**
+             * Format: double
+             * @description Current, discharge positive.
+             */
+            current_a: number | null;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: int32
+             * @description Battery id, from 0.
+             */
+            id: number;
+            /**
+             * Format: double
+             * @description Charge left.
+             */
+            remaining_pct: number | null;
+            /**
+             * Format: double
+             * @description Temperature.
+             */
+            temperature_c: number | null;
+            /**
+             * Format: double
+             * @description Time left at this rate.
+             */
+            time_remaining_s: number | null;
+            /**
+             * Format: double
+             * @description Voltage of the pack.
+             */
+            voltage_v: number | null;
+        };
+        /** @description What a client says on the WebSocket. */
+        ClientMessage: {
+            /**
+             * Format: double
+             * @description Messages per second, 1 to 50.
+             */
+            rate_hz: number;
+            /** @enum {string} */
+            type: "subscribe";
+            /**
+             * Format: int32
+             * @description The vehicle's system id; it need not have been heard yet.
+             */
+            vehicle: number;
+        } | {
+            /** @enum {string} */
+            type: "unsubscribe";
+            /**
+             * Format: int32
+             * @description The vehicle's system id.
+             */
+            vehicle: number;
+        };
+        /**
+         * @description What a command is for.
+         * @enum {string}
+         */
+        CommandCategory: "nav" | "condition" | "do" | "fence" | "rally";
+        /** @description A command of the table. */
+        CommandInfo: {
+            /** @description What it is for. */
+            category: components["schemas"]["CommandCategory"];
+            /** @description Whether parameters 5 to 7 are latitude, longitude and height. */
+            has_position: boolean;
+            /** @description Whether a plane flies to that position. */
+            is_destination: boolean;
+            /** @description Name without `MAV_CMD_`. */
+            name: string;
+            /**
+             * Format: int32
+             * @description `MAV_CMD` number.
+             */
+            number: number;
+            /** @description Parameters 1 to 7. */
+            params: [
+                components["schemas"]["CommandParam"],
+                components["schemas"]["CommandParam"],
+                components["schemas"]["CommandParam"],
+                components["schemas"]["CommandParam"],
+                components["schemas"]["CommandParam"],
+                components["schemas"]["CommandParam"],
+                components["schemas"]["CommandParam"]
+            ];
+            /** @description What an ArduPlane does with it. */
+            support: components["schemas"]["CommandSupport"];
+            /** @description Name to show, English. */
+            title: string;
+        };
+        /** @description What one parameter of a command means. */
+        CommandParam: {
+            /**
+             * Format: double
+             * @description Value to offer for a new item.
+             */
+            default: number | null;
+            /** @description Name to show, English; empty when the command does not use the parameter. */
+            label: string;
+            /**
+             * Format: double
+             * @description Largest value that makes sense.
+             */
+            max: number | null;
+            /**
+             * Format: double
+             * @description Smallest value that makes sense.
+             */
+            min: number | null;
+            /** @description Symbol to show after a value; empty when there is none. */
+            unit: string;
+        };
+        /**
+         * @description What an ArduPlane does with a command.
+         * @enum {string}
+         */
+        CommandSupport: "flown" | "needs_vtol" | "ignored" | "list";
+        /** @description Nothing more to say: the vehicle did it, and shows it where that can be seen. */
+        Done: Record<string, never>;
+        /** @description EKF_STATUS_REPORT; a variance of 1 is the limit. */
+        Ekf: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: double
+             * @description Of the compass.
+             */
+            compass_variance: number | null;
+            /**
+             * Format: int32
+             * @description `EKF_STATUS_FLAGS` bits.
+             */
+            flags: number;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: double
+             * @description Of horizontal position.
+             */
+            pos_horiz_variance: number | null;
+            /**
+             * Format: double
+             * @description Of height.
+             */
+            pos_vert_variance: number | null;
+            /**
+             * Format: double
+             * @description Of terrain height.
+             */
+            terrain_alt_variance: number | null;
+            /**
+             * Format: double
+             * @description Of velocity.
+             */
+            velocity_variance: number | null;
+        };
+        /** @description A detail of an event. */
+        EventDetail: string | number;
+        /** @description EXTENDED_SYS_STATE. */
+        ExtendedState: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /** @description `undefined`, `on ground`, `in air`, `taking off` or `landing`. */
+            landed: string;
+            /**
+             * Format: int32
+             * @description `MAV_VTOL_STATE`; null for a plane without VTOL.
+             */
+            vtol: number | null;
+        };
+        /** @description A geofence. */
+        Fence: {
+            return_point: components["schemas"]["ReturnPoint"] | null;
+            /** @description Zones, all of which apply. */
+            zones: components["schemas"]["FenceZone"][];
+        };
+        /** @description FENCE_STATUS. */
+        FenceStatus: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: int32
+             * @description Breaches so far.
+             */
+            breach_count: number;
+            /**
+             * Format: int32
+             * @description Kind of the last one (`FENCE_BREACH`).
+             */
+            breach_type: number;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /** @description Whether the vehicle is outside now. */
+            is_breached: boolean;
+        };
+        /** @description One zone of a fence. */
+        FenceZone: {
+            /** @description `true`: stay inside; `false`: stay outside. */
+            inclusion: boolean;
+            /** @description Corners of a polygon, or the centre of a circle. */
+            points: components["schemas"]["LatLon"][];
+            /**
+             * Format: double
+             * @description Radius of a circle; null for a polygon.
+             */
+            radius_m: number | null;
+            /** @description Its shape. */
+            shape: components["schemas"]["ZoneShape"];
+        };
+        /** @description Something wrong or doubtful in a plan. */
+        Finding: {
+            /** @description Stable kind, such as `zero-coordinates`. */
+            code: string;
+            /** @description The item, counted from 1; null when it is about the whole plan. */
+            item: number | null;
+            /** @description What is wrong. */
+            message: string;
+            /** @description How to mend it. */
+            remedy: string;
+            /** @description How bad it is. */
+            severity: components["schemas"]["FindingSeverity"];
+        };
+        /**
+         * @description How bad a finding is.
+         * @enum {string}
+         */
+        FindingSeverity: "error" | "warning";
+        /** @description How to arm or disarm. */
+        Force: {
+            /** @description In spite of the vehicle's own checks, or in the air. */
+            force?: boolean;
+        };
+        /** @description A position to fly to and circle at. */
+        Goto: {
+            /** @description What `alt_m` is counted from. */
+            alt_frame: components["schemas"]["AltFrame"];
+            /**
+             * Format: double
+             * @description Height, counted as `alt_frame` says.
+             */
+            alt_m: number;
+            /** @description Sense of the circle; clockwise when absent. */
+            clockwise?: boolean | null;
+            /**
+             * Format: double
+             * @description WGS-84 latitude.
+             */
+            lat_deg: number;
+            /**
+             * Format: double
+             * @description WGS-84 longitude.
+             */
+            lon_deg: number;
+            /**
+             * Format: double
+             * @description Radius of the circle; the vehicle's own when absent.
+             */
+            radius_m?: number | null;
+        };
+        /** @description GPS_RAW_INT: what the receiver says, unfiltered. */
+        Gps: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: double
+             * @description Height above mean sea level.
+             */
+            alt_amsl_m: number | null;
+            /**
+             * Format: double
+             * @description Course over ground, 0 to 360.
+             */
+            course_deg: number | null;
+            /**
+             * Format: int32
+             * @description `GPS_FIX_TYPE`; 3 and more is a position in three dimensions.
+             */
+            fix: number;
+            /** @description The fix in words. */
+            fix_name: string;
+            /**
+             * Format: double
+             * @description Speed over ground.
+             */
+            groundspeed_m_s: number | null;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: double
+             * @description Horizontal dilution of precision.
+             */
+            hdop: number | null;
+            /**
+             * Format: double
+             * @description Horizontal uncertainty.
+             */
+            horizontal_accuracy_m: number | null;
+            /**
+             * Format: double
+             * @description WGS-84 latitude.
+             */
+            lat_deg: number | null;
+            /**
+             * Format: double
+             * @description WGS-84 longitude.
+             */
+            lon_deg: number | null;
+            /**
+             * Format: int32
+             * @description Satellites in view.
+             */
+            satellites: number | null;
+            /**
+             * Format: double
+             * @description Vertical dilution of precision.
+             */
+            vdop: number | null;
+            /**
+             * Format: double
+             * @description Vertical uncertainty.
+             */
+            vertical_accuracy_m: number | null;
+        };
+        /** @description HEARTBEAT of the autopilot. */
+        Heartbeat: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: int32
+             * @description `MAV_AUTOPILOT`: 3 ArduPilot.
+             */
+            autopilot: number;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /** @description Whether the motors can run. */
+            is_armed: boolean;
+            /**
+             * Format: int32
+             * @description `MAV_TYPE`: 1 fixed wing.
+             */
+            mav_type: number;
+            /** @description The flight mode by name. */
+            mode: string;
+            /**
+             * Format: int32
+             * @description Its number on the wire.
+             */
+            mode_number: number;
+            /** @description `MAV_STATE` in words. */
+            system_status: string;
+        };
+        /** @description A place with its height above mean sea level. */
+        Home: {
+            /**
+             * Format: double
+             * @description Height above mean sea level.
+             */
+            alt_amsl_m: number;
+            /**
+             * Format: double
+             * @description WGS-84 latitude.
+             */
+            lat_deg: number;
+            /**
+             * Format: double
+             * @description WGS-84 longitude.
+             */
+            lon_deg: number;
+        };
+        /** @description HOME_POSITION. */
+        HomePosition: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: double
+             * @description Height above mean sea level.
+             */
+            alt_amsl_m: number;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: double
+             * @description WGS-84 latitude.
+             */
+            lat_deg: number;
+            /**
+             * Format: double
+             * @description WGS-84 longitude.
+             */
+            lon_deg: number;
+        };
+        /** @description VFR_HUD: what a pilot looks at. */
+        Hud: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: double
+             * @description Speed through the air.
+             */
+            airspeed_m_s: number | null;
+            /**
+             * Format: double
+             * @description Height above mean sea level.
+             */
+            alt_amsl_m: number | null;
+            /**
+             * Format: double
+             * @description Up positive.
+             */
+            climb_m_s: number | null;
+            /**
+             * Format: double
+             * @description Speed over ground.
+             */
+            groundspeed_m_s: number | null;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: double
+             * @description Where the nose points, 0 to 360.
+             */
+            heading_deg: number | null;
+            /**
+             * Format: double
+             * @description 0 to 100.
+             */
+            throttle_pct: number | null;
+        };
+        /** @description SCALED_IMU: one inertial sensor, body forward, right, down. */
+        Imu: {
+            /** @description Specific force, in g. */
+            acc_g: number[] | null;
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /** @description Angular rate. */
+            gyro_rad_s: number[] | null;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /** @description Magnetic field. */
+            mag_gauss: number[] | null;
+            /**
+             * Format: double
+             * @description Temperature of the sensor.
+             */
+            temperature_c: number | null;
+        };
+        /** @description What answers. */
+        Info: {
+            /** @description Always `vencejo`. */
+            name: string;
+            /** @description Whether `POST /session` needs a token. */
+            needs_token: boolean;
+            /** @description Its version. */
+            version: string;
+        };
+        /** @description A position on the ground. */
+        LatLon: {
+            /**
+             * Format: double
+             * @description WGS-84 latitude.
+             */
+            lat_deg: number;
+            /**
+             * Format: double
+             * @description WGS-84 longitude.
+             */
+            lon_deg: number;
+        };
+        /** @description A link and what went over it. */
+        LinkInfo: {
+            /** @description Its link string. */
+            address: string;
+            /**
+             * Format: double
+             * @description Time since the newest frame.
+             */
+            age_s: number | null;
+            /**
+             * Format: int64
+             * @description Frames with a wrong checksum.
+             */
+            bad_crc: number;
+            /**
+             * Format: int64
+             * @description Bytes that came in.
+             */
+            bytes_received: number;
+            /**
+             * Format: int64
+             * @description Bytes that went out.
+             */
+            bytes_sent: number;
+            /** @description Why it is not up. */
+            detail: string | null;
+            /** @description Whether frames between it and the other links are passed on. */
+            forward: boolean;
+            /**
+             * Format: int64
+             * @description Frames missing by the senders' counters.
+             */
+            frames_lost: number;
+            /**
+             * Format: double
+             * @description Frames per second lately.
+             */
+            frames_per_s: number;
+            /**
+             * Format: int64
+             * @description Frames that came in.
+             */
+            frames_received: number;
+            /**
+             * Format: int64
+             * @description Frames that went out.
+             */
+            frames_sent: number;
+            /**
+             * Format: int64
+             * @description Bytes that belonged to no frame.
+             */
+            garbage_bytes: number;
+            /**
+             * Format: int32
+             * @description Its id.
+             */
+            id: number;
+            /** @description Address and port of its own socket while it is up. */
+            local_address: string | null;
+            /**
+             * Format: double
+             * @description Share of all frames that were lost.
+             */
+            loss_pct: number | null;
+            /** @description Its name. */
+            name: string;
+            /**
+             * Format: double
+             * @description Share of the frames that were lost lately.
+             */
+            recent_loss_pct: number | null;
+            /**
+             * Format: double
+             * @description Round trip of the newest TIMESYNC exchange.
+             */
+            round_trip_ms: number | null;
+            /** @description Its state. */
+            state: components["schemas"]["LinkState"];
+        };
+        /**
+         * @description State of a link.
+         * @enum {string}
+         */
+        LinkState: "connecting" | "up" | "down" | "ended";
+        /** @description MISSION_CURRENT, with the numbers of the wire; `progress` counts items from 1. */
+        MissionCurrent: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: int32
+             * @description Number of the item in execution on the wire.
+             */
+            seq: number;
+            /** @description What the mission does. */
+            state: string | null;
+            /**
+             * Format: int32
+             * @description Items on board.
+             */
+            total: number | null;
+        };
+        /** @description Where the vehicle stands in its mission. */
+        MissionProgress: {
+            /**
+             * Format: double
+             * @description Distance over ground to the mission's end.
+             */
+            distance_m: number | null;
+            /** @description Whether it was flown to its end. */
+            is_complete: boolean;
+            /**
+             * Format: int32
+             * @description Item in execution, counted from 1.
+             */
+            item: number | null;
+            /**
+             * Format: double
+             * @description Distance to the item in execution.
+             */
+            leg_distance_m: number | null;
+            /** @description Items reached, ascending. */
+            reached: number[];
+            /**
+             * Format: double
+             * @description Time for that at the present speed.
+             */
+            time_s: number | null;
+            /**
+             * Format: int32
+             * @description Items in the mission.
+             */
+            total: number | null;
+        };
+        /** @description Where to begin a mission. */
+        MissionStart: {
+            /**
+             * Format: int32
+             * @description Item to begin with, counted from 1; where the vehicle stands when absent.
+             */
+            from_item?: number | null;
+        };
+        /** @description NAV_CONTROLLER_OUTPUT. */
+        NavController: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: double
+             * @description Airspeed error.
+             */
+            airspeed_error_m_s: number | null;
+            /**
+             * Format: double
+             * @description Height error, target above positive.
+             */
+            alt_error_m: number | null;
+            /**
+             * Format: double
+             * @description Distance off the track, right of it positive.
+             */
+            cross_track_error_m: number | null;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: double
+             * @description Bearing that is steered.
+             */
+            nav_bearing_deg: number | null;
+            /**
+             * Format: double
+             * @description Wanted pitch.
+             */
+            nav_pitch_deg: number | null;
+            /**
+             * Format: double
+             * @description Wanted roll.
+             */
+            nav_roll_deg: number | null;
+            /**
+             * Format: double
+             * @description Bearing to the target.
+             */
+            target_bearing_deg: number | null;
+            /**
+             * Format: double
+             * @description Distance to the target.
+             */
+            wp_distance_m: number | null;
+        };
+        /** @description A link to open. */
+        NewLink: {
+            /** @description Link string, such as `udpin:0.0.0.0:14550`. */
+            address: string;
+            /** @description Whether to pass frames on between it and the other links, for another ground station. */
+            forward?: boolean;
+            /** @description Name to show; the link string when absent. */
+            name?: string | null;
+        };
+        /** @description A parameter's new value. */
+        NewParam: {
+            /**
+             * Format: double
+             * @description The value.
+             */
+            value: number;
+        };
+        /** @description Who wants a session. */
+        NewSession: {
+            /** @description Name to show to others, up to 40 characters. */
+            name?: string | null;
+            /** @description The token from the server's terminal; needed when `GET /info` says so. */
+            token?: string | null;
+        };
+        /** @description Something that takes a while. */
+        Operation: {
+            /**
+             * Format: int32
+             * @description How much is done, in units of `total`.
+             */
+            done: number;
+            /** @description Why it failed. */
+            error?: components["schemas"]["Problem"];
+            /**
+             * Format: int64
+             * @description Its id.
+             */
+            id: number;
+            /** @description What it does. */
+            kind: components["schemas"]["OperationKind"];
+            /** @description What it brought; only at `GET /operations/{id}`, once done. */
+            result?: components["schemas"]["OperationResult"];
+            /** @description How it stands. */
+            state: components["schemas"]["OperationState"];
+            /**
+             * Format: int32
+             * @description How much there is; 0 when not known yet.
+             */
+            total: number;
+            /**
+             * Format: int32
+             * @description The vehicle.
+             */
+            vehicle: number;
+        };
+        /**
+         * @description What an operation does.
+         * @enum {string}
+         */
+        OperationKind: "upload_mission" | "upload_fence" | "upload_rally" | "download_mission" | "download_fence" | "download_rally" | "clear_mission" | "clear_fence" | "clear_rally" | "read_params";
+        /** @description What an operation brought. */
+        OperationResult: components["schemas"]["Plan"] | components["schemas"]["Param"][];
+        /**
+         * @description How an operation stands.
+         * @enum {string}
+         */
+        OperationState: "running" | "done" | "failed" | "cancelled";
+        /** @description A parameter of the vehicle. */
+        Param: {
+            /** @description Its type on the wire: `int8` … `real32`. */
+            kind: string;
+            /** @description Its name. */
+            name: string;
+            /**
+             * Format: double
+             * @description Its value.
+             */
+            value: number;
+        };
+        /** @description A plan: mission, fence and rally points. */
+        Plan: {
+            /** @description Where to stay. */
+            fence: components["schemas"]["Fence"];
+            home: components["schemas"]["Home"] | null;
+            /** @description What to do, in order, without home. */
+            items: components["schemas"]["PlanItem"][];
+            /** @description Where to return to when home is farther. */
+            rally: components["schemas"]["RallyPoint"][];
+        };
+        /**
+         * @description How sure we are of a plan on board.
+         * @enum {string}
+         */
+        PlanCertainty: "unknown" | "empty" | "verified";
+        /** @description A plan to look over. */
+        PlanCheck: {
+            /** @description The plan. */
+            plan: components["schemas"]["Plan"];
+            /**
+             * Format: int32
+             * @description The vehicle that is to fly it: its place and whether it is on the ground are taken into account.
+             */
+            vehicle?: number | null;
+        };
+        /** @description One item of a mission. */
+        PlanItem: {
+            /** @description Whether the mission goes on by itself after it. */
+            autocontinue: boolean;
+            /**
+             * Format: int32
+             * @description `MAV_CMD` number.
+             */
+            command: number;
+            /**
+             * Format: int32
+             * @description `MAV_FRAME`: 0 above mean sea level, 3 above home, 10 above terrain, 2 no position.
+             */
+            frame: number;
+            /** @description Its name without `MAV_CMD_`. Ignored in a request. */
+            name: string;
+            /** @description Parameters 1 to 4, then latitude, longitude and height of a command that has a position; null where unset. */
+            params: [
+                number | null,
+                number | null,
+                number | null,
+                number | null,
+                number | null,
+                number | null,
+                number | null
+            ];
+        };
+        /**
+         * @description Which plan.
+         * @enum {string}
+         */
+        PlanKind: "mission" | "fence" | "rally";
+        /** @description What is known of a plan on board. */
+        PlanState: {
+            /**
+             * Format: int32
+             * @description Items, home not counted.
+             */
+            count: number | null;
+            /** @description In words. */
+            detail: string;
+            /** @description Fingerprint of the items as the vehicle holds them. */
+            hash: string | null;
+            /** @description How sure we are. */
+            state: components["schemas"]["PlanCertainty"];
+        };
+        /** @description What is known of the plans on board. */
+        PlanStates: {
+            /** @description The fence. */
+            fence: components["schemas"]["PlanState"];
+            /** @description The mission. */
+            mission: components["schemas"]["PlanState"];
+            /** @description The rally points. */
+            rally: components["schemas"]["PlanState"];
+        };
+        /** @description GLOBAL_POSITION_INT: where the autopilot believes to be. */
+        Position: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: double
+             * @description Height above mean sea level.
+             */
+            alt_amsl_m: number | null;
+            /**
+             * Format: double
+             * @description Height above home.
+             */
+            alt_rel_home_m: number | null;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: double
+             * @description Where the nose points, 0 to 360.
+             */
+            heading_deg: number | null;
+            /**
+             * Format: double
+             * @description WGS-84 latitude.
+             */
+            lat_deg: number | null;
+            /**
+             * Format: double
+             * @description WGS-84 longitude.
+             */
+            lon_deg: number | null;
+            /**
+             * Format: double
+             * @description Speed downward.
+             */
+            velocity_down_m_s: number | null;
+            /**
+             * Format: double
+             * @description Ground speed eastward.
+             */
+            velocity_east_m_s: number | null;
+            /**
+             * Format: double
+             * @description Ground speed northward.
+             */
+            velocity_north_m_s: number | null;
+        };
+        /** @description SCALED_PRESSURE. */
+        Pressure: {
+            /**
+             * Format: double
+             * @description Static pressure.
+             */
+            absolute_pa: number | null;
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: double
+             * @description Differential pressure of the airspeed sensor.
+             */
+            differential_pa: number | null;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: double
+             * @description Temperature at the barometer.
+             */
+            temperature_c: number | null;
+        };
+        /** @description An error (RFC 9457), served as `application/problem+json`. */
+        Problem: {
+            /** @description What was wrong, where, and what to do. */
+            detail: string;
+            /** @description What the vehicle wrote about it, or the differences that were found. */
+            reasons?: string[];
+            /** @description What to do about it, where that is known. */
+            remedy?: string;
+            /**
+             * Format: int32
+             * @description The HTTP status.
+             */
+            status: number;
+            /** @description The kind in words. */
+            title: string;
+            /** @description Stable kind, such as `urn:vencejo:command-refused`. */
+            type: string;
+        };
+        /** @description RADIO_STATUS of the telemetry radio. */
+        Radio: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: int32
+             * @description Packets that error correction saved.
+             */
+            fixed: number;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: int32
+             * @description Noise on our side, raw.
+             */
+            noise: number | null;
+            /**
+             * Format: int32
+             * @description Noise on the vehicle's side, raw.
+             */
+            remote_noise: number | null;
+            /**
+             * Format: int32
+             * @description Received signal on the vehicle's side, raw.
+             */
+            remote_rssi: number | null;
+            /**
+             * Format: int32
+             * @description Received signal on our side, raw.
+             */
+            rssi: number | null;
+            /**
+             * Format: int32
+             * @description Packets lost to radio errors.
+             */
+            rx_errors: number;
+            /**
+             * Format: int32
+             * @description Free transmit buffer.
+             */
+            tx_buffer_pct: number | null;
+        };
+        /** @description A place to return to instead of home. */
+        RallyPoint: {
+            /**
+             * Format: double
+             * @description Height, counted as `frame` says.
+             */
+            alt_m: number;
+            /**
+             * Format: int32
+             * @description `MAV_FRAME`: 0 above mean sea level, 3 above home, 10 above terrain.
+             */
+            frame: number;
+            /**
+             * Format: double
+             * @description WGS-84 latitude.
+             */
+            lat_deg: number;
+            /**
+             * Format: double
+             * @description WGS-84 longitude.
+             */
+            lon_deg: number;
+        };
+        /** @description RC_CHANNELS. */
+        RcChannels: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: int32
+             * @description Channels that exist.
+             */
+            count: number;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /** @description Pulse lengths of channels 1 to 18; null for one that is not there. */
+            pulse_us: (number | null)[];
+            /**
+             * Format: int32
+             * @description Received signal, raw.
+             */
+            rssi: number | null;
+        };
+        /** @description Where to return to after a breach of the fence. */
+        ReturnPoint: {
+            /**
+             * Format: double
+             * @description Height above home.
+             */
+            alt_rel_home_m: number;
+            /**
+             * Format: double
+             * @description WGS-84 latitude.
+             */
+            lat_deg: number;
+            /**
+             * Format: double
+             * @description WGS-84 longitude.
+             */
+            lon_deg: number;
+        };
+        /**
+         * @description What a session may do.
+         * @enum {string}
+         */
+        Role: "viewer" | "operator";
+        /**
+         * @description What the server says on the WebSocket. Telemetry, lists and states are the newest when they are sent: a client that
+         *     reads slowly misses older ones. Texts and events are queued; too many of them end the connection with code 1013.
+         */
+        ServerMessage: (components["schemas"]["SessionInfo"] & {
+            /**
+             * Format: double
+             * @description When this was sent, seconds on the station's clock.
+             */
+            time_s: number;
+            /** @description The server's version. */
+            version: string;
+        } & {
+            /** @enum {string} */
+            type: "hello";
+        }) | {
+            /** @enum {string} */
+            type: "vehicles";
+            /** @description By system id. */
+            vehicles: components["schemas"]["VehicleSummary"][];
+        } | {
+            /** @description Only the groups that changed. */
+            groups: components["schemas"]["TelemetryGroups"];
+            /** @description Where it stands in its mission; absent when that did not change. */
+            progress?: components["schemas"]["MissionProgress"];
+            /**
+             * Format: double
+             * @description When they were taken, seconds on the station's clock.
+             */
+            time_s: number;
+            /** @enum {string} */
+            type: "telemetry";
+            /**
+             * Format: int32
+             * @description The vehicle.
+             */
+            vehicle: number;
+        } | {
+            /**
+             * Format: int32
+             * @description `MAV_SEVERITY`: 0 emergency to 7 debug.
+             */
+            severity: number;
+            /** @description What it wrote. */
+            text: string;
+            /**
+             * Format: double
+             * @description When, seconds on the station's clock.
+             */
+            time_s: number;
+            /** @enum {string} */
+            type: "text";
+            /**
+             * Format: int32
+             * @description The vehicle.
+             */
+            vehicle: number;
+        } | {
+            /** @description What belongs to it: `mode` and `from`, `landed`, or `item`. */
+            detail: {
+                [key: string]: components["schemas"]["EventDetail"];
+            };
+            /**
+             * @description `lost`, `regained`, `rebooted`, `mode`, `armed`, `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`,
+             *     `home`, `streams_fell_back`.
+             */
+            kind: string;
+            /**
+             * Format: double
+             * @description When, seconds on the station's clock.
+             */
+            time_s: number;
+            /** @enum {string} */
+            type: "event";
+            /**
+             * Format: int32
+             * @description The vehicle.
+             */
+            vehicle: number;
+        } | {
+            /** @description Which plan. */
+            kind: components["schemas"]["PlanKind"];
+            /** @description What is known now. */
+            state: components["schemas"]["PlanState"];
+            /** @enum {string} */
+            type: "plan_state";
+            /**
+             * Format: int32
+             * @description The vehicle.
+             */
+            vehicle: number;
+        } | (components["schemas"]["Operation"] & {
+            /** @enum {string} */
+            type: "operation";
+        }) | {
+            /** @description By id. */
+            links: components["schemas"]["LinkInfo"][];
+            /** @enum {string} */
+            type: "links";
+        } | {
+            /** @description Whether this session holds it. */
+            has_control: boolean;
+            /** @description Name of the session that holds it; null when nobody does. */
+            holder: string | null;
+            /** @description Name of the session that asks for it; null when nobody does. */
+            requested_by: string | null;
+            /** @enum {string} */
+            type: "control";
+        } | {
+            /** @description Why. */
+            detail: string;
+            /** @enum {string} */
+            type: "error";
+        };
+        /** @description SERVO_OUTPUT_RAW. */
+        ServoOutputs: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /** @description Pulse lengths of outputs 1 to 16; null for one that is off. */
+            pulse_us: (number | null)[];
+        };
+        /** @description A session as its owner sees it. The secret that proves it is in the cookie. */
+        SessionInfo: {
+            /** @description Whether it holds control. */
+            has_control: boolean;
+            /** @description Name of the session that holds control; null when nobody does. */
+            holder: string | null;
+            /** @description Its name. */
+            name: string;
+            /** @description Name of the session that asks for control; null when nobody does. */
+            requested_by: string | null;
+            /** @description What it may do. */
+            role: components["schemas"]["Role"];
+            /** @description Public id. */
+            session: string;
+        };
+        /** @description A new height. */
+        SetAltitude: {
+            /** @description What `alt_m` is counted from. */
+            alt_frame: components["schemas"]["AltFrame"];
+            /**
+             * Format: double
+             * @description Height, counted as `alt_frame` says.
+             */
+            alt_m: number;
+        };
+        /** @description A new home; all absent: where the vehicle is. */
+        SetHome: {
+            /**
+             * Format: double
+             * @description Height above mean sea level.
+             */
+            alt_amsl_m?: number | null;
+            /**
+             * Format: double
+             * @description WGS-84 latitude.
+             */
+            lat_deg?: number | null;
+            /**
+             * Format: double
+             * @description WGS-84 longitude.
+             */
+            lon_deg?: number | null;
+        };
+        /** @description The item to fly next. */
+        SetItem: {
+            /**
+             * Format: int32
+             * @description The item, counted from 1.
+             */
+            item: number;
+        };
+        /** @description A flight mode. */
+        SetMode: {
+            /** @description By name, one of the vehicle's `mode_names`. */
+            mode: string;
+        };
+        /** @description A new speed. */
+        SetSpeed: {
+            /** @description Which speed. */
+            kind: components["schemas"]["SpeedKind"];
+            /**
+             * Format: double
+             * @description How fast, above 0 to 200.
+             */
+            speed_m_s: number;
+        };
+        /**
+         * @description Which speed.
+         * @enum {string}
+         */
+        SpeedKind: "airspeed" | "groundspeed";
+        /** @description SYS_STATUS: sensors and power at a glance. */
+        SysStatus: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: double
+             * @description Charge left.
+             */
+            battery_remaining_pct: number | null;
+            /**
+             * Format: double
+             * @description Battery current, discharge positive.
+             */
+            current_a: number | null;
+            /**
+             * Format: double
+             * @description Messages lost on their way to the vehicle.
+             */
+            drop_rate_pct: number | null;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /** @description Whether the pre-arm checks pass. */
+            is_ready_to_arm: boolean | null;
+            /**
+             * Format: double
+             * @description Processor load.
+             */
+            load_pct: number | null;
+            /** @description Sensors that are in use and do not work. */
+            unhealthy_sensors: string[];
+            /**
+             * Format: double
+             * @description Battery voltage.
+             */
+            voltage_v: number | null;
+        };
+        /** @description SYSTEM_TIME. */
+        SystemTime: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: int32
+             * @description Time since the vehicle booted.
+             */
+            boot_ms: number;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: int64
+             * @description UTC of the vehicle, microseconds since 1970.
+             */
+            utc_us: number | null;
+        };
+        /** @description A take-off. */
+        Takeoff: {
+            /**
+             * Format: double
+             * @description Height to climb to, 1 to 10,000.
+             */
+            alt_rel_home_m: number;
+        };
+        /**
+         * @description The newest values by group. A group that was never heard is absent. In a WebSocket message a group that did not
+         *     change is absent, and one that the vehicle's restart made void is null.
+         */
+        TelemetryGroups: {
+            airspeed?: components["schemas"]["AirspeedSensor"] | null;
+            attitude?: components["schemas"]["Attitude"] | null;
+            /** @description The batteries heard so far. */
+            batteries?: components["schemas"]["Battery"][];
+            ekf?: components["schemas"]["Ekf"] | null;
+            extended?: components["schemas"]["ExtendedState"] | null;
+            fence?: components["schemas"]["FenceStatus"] | null;
+            gps?: components["schemas"]["Gps"] | null;
+            heartbeat?: components["schemas"]["Heartbeat"] | null;
+            home?: components["schemas"]["HomePosition"] | null;
+            hud?: components["schemas"]["Hud"] | null;
+            imu?: components["schemas"]["Imu"] | null;
+            /** @description Inertial sensors 1 to 3. */
+            imus?: (components["schemas"]["Imu"] | null)[];
+            mission?: components["schemas"]["MissionCurrent"] | null;
+            nav?: components["schemas"]["NavController"] | null;
+            position?: components["schemas"]["Position"] | null;
+            pressure?: components["schemas"]["Pressure"] | null;
+            radio?: components["schemas"]["Radio"] | null;
+            rc?: components["schemas"]["RcChannels"] | null;
+            servos?: components["schemas"]["ServoOutputs"] | null;
+            sys_status?: components["schemas"]["SysStatus"] | null;
+            system_time?: components["schemas"]["SystemTime"] | null;
+            version?: components["schemas"]["AutopilotVersion"] | null;
+            vibration?: components["schemas"]["Vibration"] | null;
+            wind?: components["schemas"]["Wind"] | null;
+        };
+        /** @description A text that the vehicle wrote (STATUSTEXT). */
+        Text: {
+            /**
+             * Format: int32
+             * @description `MAV_SEVERITY`: 0 emergency to 7 debug.
+             */
+            severity: number;
+            /** @description What it wrote. */
+            text: string;
+            /**
+             * Format: double
+             * @description When, seconds on the station's clock.
+             */
+            time_s: number;
+        };
+        /** @description Everything that is known of a vehicle. */
+        VehicleState: {
+            link: components["schemas"]["LinkInfo"] | null;
+            /** @description Flight modes that it has, by name. */
+            mode_names: string[];
+            /** @description What is known of the plans on board. */
+            plan_states: components["schemas"]["PlanStates"];
+            /** @description Where it stands in its mission. */
+            progress: components["schemas"]["MissionProgress"];
+            /**
+             * Format: int32
+             * @description MAVLink system id.
+             */
+            system_id: number;
+            /** @description The newest values by group. */
+            telemetry: components["schemas"]["TelemetryGroups"];
+            /**
+             * Format: double
+             * @description When this was taken, seconds on the station's clock.
+             */
+            time_s: number;
+        };
+        /** @description A vehicle in the list of vehicles. */
+        VehicleSummary: {
+            /**
+             * Format: double
+             * @description Time since the vehicle was heard; stale after 3.5 s, lost after 5 s.
+             */
+            age_s: number | null;
+            /**
+             * Format: int32
+             * @description `MAV_AUTOPILOT`; 3 is ArduPilot.
+             */
+            autopilot: number | null;
+            /** @description Whether the motors can run. */
+            is_armed: boolean | null;
+            /**
+             * Format: int32
+             * @description The link that it is reached over.
+             */
+            link: number | null;
+            /**
+             * Format: double
+             * @description Share of its frames that were lost.
+             */
+            loss_pct: number | null;
+            /**
+             * Format: int32
+             * @description `MAV_TYPE`; 1 is a fixed-wing plane.
+             */
+            mav_type: number | null;
+            /** @description Flight mode by name. */
+            mode: string | null;
+            /**
+             * Format: double
+             * @description Round trip of the newest TIMESYNC exchange.
+             */
+            round_trip_ms: number | null;
+            /**
+             * Format: int32
+             * @description MAVLink system id.
+             */
+            system_id: number;
+        };
+        /** @description VIBRATION. */
+        Vibration: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /** @description How often each accelerometer was clipped since boot. */
+            clipping: number[];
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /** @description Levels along body x, y, z. */
+            vibration_m_s2: (number | null)[];
+        };
+        /** @description WIND. */
+        Wind: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: double
+             * @description Where the wind comes from.
+             */
+            from_deg: number | null;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: double
+             * @description Vertical speed, down positive.
+             */
+            speed_down_m_s: number | null;
+            /**
+             * Format: double
+             * @description Horizontal speed.
+             */
+            speed_m_s: number | null;
+        };
+        /**
+         * @description Shape of a fence zone.
+         * @enum {string}
+         */
+        ZoneShape: "polygon" | "circle";
+    };
+    responses: never;
+    parameters: never;
+    requestBodies: never;
+    headers: never;
+    pathItems: never;
+}
+export type $defs = Record<string, never>;
+export interface operations {
+    list_commands: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommandInfo"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    release_control: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionInfo"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    request_control: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionInfo"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    take_control: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionInfo"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    info: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Info"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_links: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LinkInfo"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    open_link: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewLink"];
+            };
+        };
+        responses: {
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LinkInfo"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    close_link: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The link's id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_operations: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_operation: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancel_operation: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    check: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PlanCheck"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Finding"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    format_plan: {
+        parameters: {
+            query: {
+                /** @description `plan` or `waypoints`. */
+                as: "plan" | "waypoints";
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Plan"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    parse: {
+        parameters: {
+            query?: {
+                /** @description The file's name, for messages alone: the content decides what it is. */
+                name?: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/octet-stream": number[];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Plan"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionInfo"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    open_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["NewSession"] | null;
+            };
+        };
+        responses: {
+            /** @description Sets the session's cookie */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionInfo"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    close_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_vehicles: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["VehicleSummary"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_vehicle: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["VehicleState"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    abort_landing: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["AbortLanding"] | null;
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_altitude: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SetAltitude"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    arm: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["Force"] | null;
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    disarm: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["Force"] | null;
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    goto: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Goto"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_home: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["SetHome"] | null;
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    land: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    loiter: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_current_item: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SetItem"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    pause_mission: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    resume_mission: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    start_mission: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["MissionStart"] | null;
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_mode: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SetMode"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    read_params: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_param: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+                /** @description Up to 16 characters */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Param"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_param: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+                /** @description Up to 16 characters */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewParam"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Param"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    download_fence: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    upload_fence: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Plan"];
+            };
+        };
+        responses: {
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    clear_fence: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    download_mission: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    upload_mission: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Plan"];
+            };
+        };
+        responses: {
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    clear_mission: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    download_rally: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    upload_rally: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Plan"];
+            };
+        };
+        responses: {
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    clear_rally: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    reboot: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    return_to_launch: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_speed: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SetSpeed"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    takeoff: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Takeoff"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_texts: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Text"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+}
