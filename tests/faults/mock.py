@@ -75,7 +75,7 @@ class MockPlane:
         self.custom_mode, self.is_armed = 0, False
         self.items: dict[int, list[Any]] = {0: [], 1: [], 2: []}
         self.params: dict[str, float] = {"WP_RADIUS": 50.0, "AIRSPEED_CRUISE": 22.0, "SYSID_THISMAV": 1.0}
-        self.boot_ms = 60_000
+        self.boot_ms = 600_000
         self.connections = 0
         self._incoming: tuple[int, int, list[Any], Any] | None = None
         self._out = _Out()

@@ -1,0 +1,144 @@
+"""Links that break and stations that come and go: everything comes back, and nothing is left behind."""
+
+from __future__ import annotations
+
+import gc
+import os
+import resource
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+import vencejo
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from tests.faults.mock import MockPlane
+from tests.support import wait_for
+
+
+def native_threads() -> int:
+    """Threads of this process that are ours: workers, callbacks, recorders."""
+    names = []
+    for task in Path("/proc/self/task").iterdir():
+        try:
+            names.append((task / "comm").read_text())
+        except OSError:
+            continue
+    return sum(name.startswith("vencejo") for name in names)
+
+
+def descriptors() -> int:
+    """Open descriptors of this process."""
+    return sum(1 for _ in Path("/proc/self/fd").iterdir())
+
+
+def resident_bytes() -> int:
+    """Memory in use by this process."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+
+
+def test_a_thousand_stations_leave_nothing_behind(tmp_path: Path) -> None:
+    with MockPlane() as mock:
+
+        def cycle(number: int) -> None:
+            record: bool | Path = tmp_path if number % 10 == 0 else False
+            with vencejo.connect(mock.link, record=record) as plane:
+                plane.on_event(lambda event: None)
+                plane.on_message(lambda message: None, names=["HEARTBEAT"])
+                assert plane.telemetry.heartbeat is not None
+                if number % 3 == 0:
+                    plane._native.param_read("WP_RADIUS")  # given up unseen
+            if number % 100 == 0:
+                wait_for(lambda: not mock._peers, "the plane's side")
+
+        for number in range(200):
+            cycle(number)
+        wait_for(lambda: not mock._peers, "the plane's side")
+        gc.collect()
+        threads, files, memory = native_threads(), descriptors(), resident_bytes()
+        mock.received.clear()
+        for number in range(1_000):
+            cycle(number)
+            mock.received.clear()
+        wait_for(lambda: not mock._peers, "the plane's side")
+        gc.collect()
+        wait_for(lambda: native_threads() <= threads and threading.active_count() <= 3, "no more threads")
+        assert descriptors() <= files
+        assert resident_bytes() - memory < 8 << 20, "memory does not grow with the stations"
+
+
+def test_a_link_that_breaks_is_back_within_two_seconds() -> None:
+    with MockPlane() as mock, vencejo.connect(mock.link, record=False) as plane:
+        before = descriptors()
+        longest = 0.0
+        for number in range(8):
+            connections = mock.connections
+            began = time.monotonic()
+            mock.do(lambda reset=number % 2 == 0: mock.cut(reset=reset))  # type: ignore[misc]
+            wait_for(lambda connections=connections: mock.connections > connections, "connecting again")  # type: ignore[misc]
+            longest = max(longest, time.monotonic() - began)
+            assert plane.params["WP_RADIUS"] == 50.0
+        assert longest < 2.0 + 1.0, "2 s, and what a busy machine adds"
+        assert descriptors() <= before
+        assert plane.telemetry.invalid_values == 0
+
+
+def test_a_hundred_changes_of_port_are_followed() -> None:
+    """A vehicle behind UDP that speaks from another port each time: who it is counts, not where it was."""
+
+    class Out:
+        data = b""
+
+        def write(self, data: bytes) -> None:
+            self.data = bytes(data)
+
+    out = Out()
+    writer = mavlink.MAVLink(out, srcSystem=1, srcComponent=1)
+    with vencejo.Station("udpin:127.0.0.1:0", record=False) as station:
+        wait_for(lambda: station.links[0].state == "up", "listening")
+        host, _, port = str(station.links[0].local_address).rpartition(":")
+        before = descriptors()
+        plane = None
+        for number in range(100):
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
+                sock.settimeout(30)
+                sock.connect((host, int(port)))
+                writer.heartbeat_send(1, 3, 1, 0, 4)
+                sock.send(out.data)
+                plane = plane or station.wait_vehicle()
+                heard = number + 1
+                wait_for(lambda heard=heard: station.links[0].frames_received >= heard, "hearing it there")  # type: ignore[misc]
+                plane.send_message("PARAM_REQUEST_READ", param_id=f"P{number}", param_index=-1)
+                expected = f"P{number}".encode()
+                while expected not in sock.recv(300):
+                    pass
+        assert len(station.vehicles) == 1
+        assert descriptors() <= before
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="no SIGSTOP on this system")
+def test_a_program_that_is_stopped_sends_no_heartbeat() -> None:
+    """The vehicle's ground-station failsafe must see that nobody is at work any more."""
+    program = "import sys, time, vencejo\nplane = vencejo.connect(sys.argv[1], record=False)\ntime.sleep(300)"
+    with MockPlane() as mock, subprocess.Popen([sys.executable, "-c", program, mock.link]) as process:
+
+        def beats() -> int:
+            return sum(name == "HEARTBEAT" for name, _ in list(mock.received))
+
+        try:
+            wait_for(lambda: beats() >= 2, "heartbeats")
+            os.kill(process.pid, signal.SIGSTOP)
+            # The plane's own clock tells that two seconds pass.
+            stopped, boot_ms = beats(), mock.boot_ms
+            wait_for(lambda: mock.boot_ms >= boot_ms + 2_000, "two seconds")
+            assert beats() <= stopped + 1, "one may have been on its way"
+            os.kill(process.pid, signal.SIGCONT)
+            seen = beats()
+            wait_for(lambda: beats() > seen, "heartbeats again")
+        finally:
+            process.kill()
