@@ -20,13 +20,14 @@ import { type LonLat, wrap180_deg } from '$lib/domain/lonlat';
 import type { Home, PlanItem } from '$lib/domain/plan';
 import { freeCentre, type Insets, widenFactor } from '$lib/domain/sight';
 import type { Trail } from '$lib/domain/track';
-import { coastLayer, coastStyle, tileLayer, type TileSource, xyzSource } from './base-map';
+import { coastLayer, coastStyle, tileLayer, xyzSource } from './base-map';
 import { CanvasLayer } from './canvas-layer';
 import { projection, type Projection, readTheme, type Theme, type XY } from './frame';
 import { GridPainter } from './grid-painter';
 import { RoutePainter, type RouteStatus, type RouteTexts } from './route-painter';
 import { EMPTY_ROUTE, routeView, toXY } from './route-view';
 import { RulerPainter } from './ruler-painter';
+import { type TileSource, tileUrlFault } from './tile-source';
 import { TrailPainter } from './trail-painter';
 import { HomePainter, type VehicleMark, VehiclePainter } from './vehicle-painter';
 
@@ -131,7 +132,7 @@ export class MapAdapter {
         this.#coast,
         this.#tiles,
         new CanvasLayer([this.#grid, this.#trails], look, 2),
-        new CanvasLayer([this.#home, this.#route, this.#vehicles, this.#ruler], look, 3),
+        new CanvasLayer([this.#route.lines, this.#home, this.#route.marks, this.#vehicles, this.#ruler], look, 3),
       ],
       controls: [this.#scale, attribution],
       interactions: [
@@ -226,7 +227,8 @@ export class MapAdapter {
   }
 
   setTiles(source: TileSource | null): void {
-    this.#tiles.setSource(source === null ? null : xyzSource(source));
+    const isUsable = source !== null && tileUrlFault(source.url) === null;
+    this.#tiles.setSource(isUsable ? xyzSource(source) : null);
     this.#map.render();
   }
 

@@ -10,27 +10,7 @@ import Stroke from 'ol/style/Stroke';
 import Style from 'ol/style/Style';
 import type { Topology } from 'topojson-specification';
 import type { Theme } from './frame';
-
-/** A source of tiles in Web Mercator. */
-export interface TileSource {
-  /** With {x}, {y} and {z}. */
-  readonly url: string;
-  /** Shown on the map, always; plain text. */
-  readonly attribution: string;
-  readonly maxZoom: number;
-}
-
-export const OPEN_STREET_MAP: TileSource = {
-  url: 'https://tile.openstreetmap.org/{z}/{x}/{y}.png',
-  attribution: '© OpenStreetMap contributors',
-  maxZoom: 19,
-};
-
-/** Why an address cannot be a source of tiles; `null` when it can. */
-export function tileUrlFault(url: string): 'placeholders' | 'scheme' | null {
-  if (!['{x}', '{z}'].every((part) => url.includes(part)) || !/\{-?y\}/.test(url)) return 'placeholders';
-  return /^https?:\/\//.test(url) || /^\/(?!\/)/.test(url) ? null : 'scheme';
-}
+import { escapeMarkup, type TileSource } from './tile-source';
 
 /**
  * Nearer than this (metres per pixel) the coast is not drawn: its data are made for maps of the world, and a line that
@@ -87,9 +67,4 @@ export function xyzSource(source: TileSource): XYZ {
     crossOrigin: 'anonymous',
     transition: 150,
   });
-}
-
-export function escapeMarkup(text: string): string {
-  const named: Record<string, string> = { '&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;', "'": '&#39;' };
-  return text.replace(/[&<>"']/g, (char) => named[char] ?? char);
 }

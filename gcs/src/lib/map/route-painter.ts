@@ -22,14 +22,18 @@ const BADGE_PX = 12;
 const HANDLE_FROM_PX = 64;
 const ARROW_FROM_PX = 40;
 
-export class RoutePainter implements Painter {
+export class RoutePainter {
   route: RouteView = EMPTY_ROUTE;
   /** What the vehicle has, where that is another route than the one being edited. */
   vehicleRoute: RouteView = EMPTY_ROUTE;
   status: RouteStatus = { selection: new Set(), reached: new Set(), current: null, isEditing: false };
   texts: RouteTexts = { approach: () => '' };
 
-  paint(frame: Frame): void {
+  /** What lies below home and items. */
+  readonly lines: Painter = { paint: (frame) => this.#paintLines(frame) };
+  readonly marks: Painter = { paint: (frame) => this.#paintItems(frame) };
+
+  #paintLines(frame: Frame): void {
     this.#paintVehicleRoute(frame);
     for (const circle of this.route.circles) this.#paintCircle(frame, circle);
     for (const jump of this.route.jumps) this.#paintJump(frame, jump.from, jump.to);
@@ -45,7 +49,6 @@ export class RoutePainter implements Painter {
       const text = this.texts.approach(approach.drop_m, approach.length_m);
       haloText(frame, isBad ? `⚠ ${text}` : text, x, y - 12, isBad ? frame.theme.warn : frame.theme.text);
     }
-    this.#paintItems(frame);
   }
 
   /** The item at a pixel, the topmost first. */

@@ -1,0 +1,94 @@
+import { describe, expect, it } from 'vitest';
+import { destination } from '$lib/domain/geo';
+import { makeItem, withParam } from '$lib/domain/plan';
+import { projection, WORLD_M } from './frame';
+import { RoutePainter } from './route-painter';
+import { routeView, toLine, toXY } from './route-view';
+import { escapeMarkup, tileUrlFault } from './tile-source';
+
+const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
+const SIZE = { width: 800, height: 600 };
+
+describe('projection', () => {
+  const view = projection(toXY(HOME), 2, SIZE);
+
+  it('puts the centre in the middle, north up', () => {
+    expect(view.pixel(toXY(HOME))).toEqual([400, 300]);
+    const [x, y] = view.pixel(toXY(destination(HOME, 0, 100)));
+    expect(x).toBeCloseTo(400, 6);
+    expect(y).toBeLessThan(300);
+  });
+
+  it('shows the copy of the world that is nearest', () => {
+    const edge = projection([WORLD_M / 2 - 100, 0], 1, SIZE);
+    const [x] = edge.pixel([-WORLD_M / 2 + 100, 0]);
+    expect(x).toBeCloseTo(600, 6);
+  });
+});
+
+describe('route', () => {
+  const items = [
+    makeItem('takeoff', { at: destination(HOME, 270, 250), alt_m: 50 }),
+    makeItem('change_speed'),
+    withParam(makeItem('loiter_turns', { at: destination(HOME, 0, 800), alt_m: 80 }), 2, -90),
+    withParam(makeItem('jump'), 0, 3),
+    makeItem('return_to_launch'),
+  ];
+  const route = routeView(items, HOME);
+
+  it('numbers items as the vehicle counts, actions included', () => {
+    expect(route.items.map((item) => item.number)).toEqual([1, 3]);
+    expect(route.legs.map((leg) => leg.toIndex)).toEqual([0, 2, 4]);
+    expect(route.circles).toMatchObject([{ number: 3, isClockwise: false, isOwnRadius: true }]);
+    expect(route.jumps).toHaveLength(1);
+  });
+
+  it('does not tear lines at the date line', () => {
+    const line = toLine([
+      { lat_deg: 0, lon_deg: 179.9 },
+      { lat_deg: 0, lon_deg: -179.9 },
+      { lat_deg: 0, lon_deg: 179.9 },
+    ]);
+    expect(Math.abs(line[1]![0] - line[0]![0])).toBeLessThan(30_000);
+    expect(line[2]![0]).toBeCloseTo(line[0]![0], 3);
+  });
+
+  it('finds what lies at a pixel, a finger wider than a mouse', () => {
+    const painter = new RoutePainter();
+    painter.route = route;
+    const view = projection(toXY(HOME), 4, SIZE);
+    const [x, y] = view.pixel(toXY(destination(HOME, 0, 800)));
+    expect(painter.itemAt(view, x + 3, y - 3, 10)?.number).toBe(3);
+    expect(painter.itemAt(view, x + 18, y, 10)).toBeNull();
+    expect(painter.itemAt(view, x + 18, y, 22)?.number).toBe(3);
+    expect(painter.itemsWithin(view, 0, 0, 800, 600)).toEqual([1, 3]);
+  });
+
+  it('offers handles only while the plan is edited, and not on the way home', () => {
+    const painter = new RoutePainter();
+    painter.route = route;
+    const view = projection(toXY(HOME), 4, SIZE);
+    const [x, y] = view.pixel(route.legs[1]!.middle);
+    expect(painter.handleAt(view, x, y, 10)).toBeNull();
+    painter.status = { ...painter.status, isEditing: true };
+    expect(painter.handleAt(view, x, y, 10)?.toIndex).toBe(2);
+    const [hx, hy] = view.pixel(route.legs[2]!.middle);
+    expect(painter.handleAt(view, hx, hy, 5)).toBeNull();
+  });
+});
+
+describe('tiles', () => {
+  it('takes addresses with places for x, y and z', () => {
+    expect(tileUrlFault('https://tile.openstreetmap.org/{z}/{x}/{y}.png')).toBeNull();
+    expect(tileUrlFault('/tiles/{z}/{x}/{-y}.png')).toBeNull();
+    expect(tileUrlFault('https://example.org/{z}/{x}.png')).toBe('placeholders');
+    expect(tileUrlFault('javascript:alert({x}{y}{z})')).toBe('scheme');
+    expect(tileUrlFault('//example.org/{z}/{x}/{y}.png')).toBe('scheme');
+  });
+
+  it('shows an attribution as text', () => {
+    expect(escapeMarkup('© <img src=x onerror="a(\'&\')">')).toBe(
+      '© &lt;img src=x onerror=&quot;a(&#39;&amp;&#39;)&quot;&gt;',
+    );
+  });
+});

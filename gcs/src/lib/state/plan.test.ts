@@ -1,0 +1,153 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
+import type { Plan, PlanState } from '$lib/api/types';
+import { makeItem } from '$lib/domain/plan';
+import { api } from './station.svelte';
+import { plan } from './plan.svelte';
+import { vehicles } from './vehicles.svelte';
+
+const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
+const AT = { lat_deg: 40.336, lon_deg: -3.7978 };
+const NEVER_READ: PlanState = { state: 'unknown', count: null, hash: null, detail: 'unknown: never read' };
+
+/** A server whose vehicle keeps what it is sent. */
+function serve() {
+  let onBoard: Plan = { items: [], home: HOME, fence: { zones: [], return_point: null }, rally: [] };
+  let hash = 0;
+  const answer = <T>(value: T) => Promise.resolve(value);
+  const done = (result: Plan) => answer({ id: 1, kind: 'plan', state: 'done' as const, done: 1, total: 1, result });
+  const state = (): PlanState =>
+    onBoard.items.length === 0
+      ? { state: 'empty', count: 0, hash: null, detail: 'empty' }
+      : { state: 'verified', count: onBoard.items.length, hash: String(hash), detail: 'verified' };
+  const spies = {
+    send: vi.fn((_id: number, _kind: string, sent: Plan) => {
+      onBoard = structuredClone(sent);
+      hash += 1;
+      return done(onBoard);
+    }),
+    read: vi.fn(() => done(onBoard)),
+    clear: vi.fn(() => {
+      onBoard = { ...onBoard, items: [] };
+      return done(onBoard);
+    }),
+  };
+  Object.assign(api, {
+    sendPlan: spies.send,
+    readPlan: spies.read,
+    clearPlan: spies.clear,
+    checkPlan: () => answer([]),
+    vehicle: () => answer({ plan_states: { mission: state(), fence: state(), rally: state() } }),
+  });
+  const byOthers = (items: Plan['items']) => {
+    onBoard = { ...onBoard, items };
+    hash += 1;
+    vehicles.ensure(1).applyPlanState('mission', NEVER_READ);
+  };
+  return { ...spies, byOthers };
+}
+
+describe('the plan store', () => {
+  let server: ReturnType<typeof serve>;
+
+  beforeEach(() => {
+    vi.useFakeTimers();
+    server = serve();
+    vehicles.ensure(1).applyPlanState('mission', NEVER_READ);
+    vehicles.select(1);
+    plan.clear();
+    plan.problem = null;
+  });
+  afterEach(() => vi.useRealTimers());
+
+  it('says verified only after the vehicle has it, and differs after the next edit', async () => {
+    plan.add('waypoint', AT);
+    expect(plan.state).toBe('unknown');
+    await plan.send();
+    expect(plan.problem).toBeNull();
+    expect(server.send).toHaveBeenCalledOnce();
+    expect(plan.state).toBe('verified');
+    plan.setAlt(new Set(plan.items.map((item) => item.key)), 123);
+    expect(plan.state).toBe('differs');
+    expect(plan.difference).toMatchObject([{ kind: 'changed', draft: 1, fields: ['height'] }]);
+    plan.undo();
+    expect(plan.state).toBe('verified');
+  });
+
+  it('takes nothing for known that another station may have changed', async () => {
+    plan.add('waypoint', AT);
+    await plan.send();
+    vehicles
+      .ensure(1)
+      .applyPlanState('mission', { state: 'verified', count: 3, hash: 'another', detail: 'verified: another' });
+    expect(plan.state).toBe('unknown');
+    expect(plan.vehiclePlan).toBeNull();
+  });
+
+  it('finds out once what another station loaded, and leaves the draft alone', async () => {
+    plan.add('waypoint', AT);
+    server.byOthers([makeItem('takeoff', { at: AT, alt_m: 50 }), makeItem('return_to_launch')]);
+    vehicles.ensure(1).applyPlanState('mission', { ...NEVER_READ, detail: 'unknown: another station changed it' });
+    await plan.discover();
+    await plan.discover();
+    expect(server.read).toHaveBeenCalledOnce();
+    expect(plan.vehiclePlan?.items).toHaveLength(2);
+    expect(plan.items).toHaveLength(1);
+    expect(plan.state).toBe('differs');
+  });
+
+  it('reads into the draft, and undo brings the old one back', async () => {
+    plan.add('waypoint', AT);
+    server.byOthers([makeItem('takeoff', { at: AT, alt_m: 50 }), makeItem('return_to_launch')]);
+    await plan.read();
+    expect(plan.items).toHaveLength(2);
+    expect(plan.state).toBe('verified');
+    plan.undo();
+    expect(plan.items).toHaveLength(1);
+  });
+
+  it('clears the vehicle and keeps the draft', async () => {
+    plan.add('waypoint', AT);
+    await plan.send();
+    await plan.clearVehicle();
+    expect(plan.items).toHaveLength(1);
+    expect(plan.state).toBe('not-sent');
+  });
+
+  it('shows why a transfer failed, and knows no more than before', async () => {
+    plan.add('waypoint', AT);
+    server.send.mockRejectedValueOnce(new Error('no link'));
+    await plan.send();
+    expect(plan.problem?.detail).toBe('no link');
+    expect(plan.transfer).toBeNull();
+    expect(plan.state).toBe('unknown');
+  });
+
+  it('takes one drag as one step, with the selection that it is part of', () => {
+    for (const metres of [0, 1, 2]) plan.add('waypoint', { ...AT, lat_deg: AT.lat_deg + metres / 1000 });
+    plan.select([1, 2]);
+    const before = plan.items.map((item) => item.params[4]);
+    let from = AT;
+    for (let step = 1; step <= 5; step += 1) {
+      const to = { ...AT, lat_deg: AT.lat_deg + step * 1e-4 };
+      plan.drag(1, from, to, step === 5);
+      from = to;
+    }
+    const moved = plan.items.map((item, index) => (item.params[4] ?? 0) - (before[index] ?? 0));
+    expect(moved[0]).toBeCloseTo(5e-4, 7);
+    expect(moved[1]).toBeCloseTo(5e-4, 7);
+    expect(moved[2]).toBe(0);
+    plan.undo();
+    expect(plan.items.map((item) => item.params[4])).toEqual(before);
+    expect([...plan.selection]).toEqual([1, 2]);
+  });
+
+  it('gives the tool back after a landing, and keeps the selection on what is there', () => {
+    plan.tool = 'land';
+    plan.addWithTool(AT);
+    expect(plan.items).toHaveLength(3);
+    expect(plan.tool).toBe('waypoint');
+    plan.remove(new Set(plan.items.map((item) => item.key)));
+    expect(plan.items).toHaveLength(0);
+    expect(plan.selectedKeys.size).toBe(0);
+  });
+});
