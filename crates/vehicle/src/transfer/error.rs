@@ -200,7 +200,7 @@ pub struct MissionResult(pub u8);
 impl MissionResult {
     /// Taken.
     pub const ACCEPTED: Self = Self(0);
-    /// Not accepted, for no reason of this list. ArduPlane 3.x: for an item when it is not waiting for one.
+    /// Not accepted, for no reason of this list. ArduPilot: for an item when it expects none.
     pub const ERROR: Self = Self(1);
     /// An item out of order. ArduPilot goes on waiting for the right one.
     pub const INVALID_SEQUENCE: Self = Self(13);

@@ -29,8 +29,8 @@ const OVERTAKEN: u32 = 3;
 /// A vehicle that goes back to an earlier item more often gets nowhere.
 const INSISTENCE: u32 = 20;
 
-/// ArduPlane 3.x answers every item that it is not waiting for with [`MissionResult::ERROR`], so late copies of the last item
-/// bring some of them after an upload. More than this are an answer.
+/// ArduPilot answers an item that comes when it expects none with [`MissionResult::ERROR`] (`GCS_MAVLINK::handle_mission_item`),
+/// so late copies of the last item bring some of them after an upload. More than this are an answer.
 const LATE_ERRORS: u32 = 3;
 
 /// What a machine puts out. Bounded by its owner, who drains it after every call: a call adds at most a window of items.
@@ -291,11 +291,13 @@ impl ItemUpload {
                 }
             }
             MissionResult::DENIED => self.restart(now),
-            // ArduPlane 3.x has all it wants, and got the last item once more.
-            MissionResult::ERROR if self.form == ItemForm::Float && all_sent => {
+            // It has all it wants, and got the last item once more.
+            MissionResult::ERROR if self.config.is_ardupilot && all_sent => {
                 self.end(Ok(ItemsSent { acknowledged: false }));
             }
-            MissionResult::ERROR if self.form == ItemForm::Float && self.errors < LATE_ERRORS => self.errors += 1,
+            MissionResult::ERROR if self.config.is_ardupilot && counting && self.errors < LATE_ERRORS => {
+                self.errors += 1
+            }
             // The vehicle gave up waiting; while counting, it is the end of the upload before.
             MissionResult::OPERATION_CANCELLED => {
                 if !counting {
@@ -604,7 +606,7 @@ impl ItemDownload {
         let refused = TransferError::Refused { kind, result, seq: None };
         match (&mut self.state, result) {
             (Download::Over(_), _) | (_, MissionResult::ACCEPTED) => {}
-            (_, MissionResult::ERROR) if self.form == ItemForm::Float && self.errors < LATE_ERRORS => self.errors += 1,
+            (_, MissionResult::ERROR) if self.config.is_ardupilot && self.errors < LATE_ERRORS => self.errors += 1,
             // Another station is uploading.
             (Download::Listing { retry_at, .. }, MissionResult::DENIED | MissionResult::OPERATION_CANCELLED) => {
                 self.heard = now;

@@ -627,7 +627,12 @@ impl MockPlane {
     }
 
     fn on_item(&mut self, from: Address, item: &MissionItemInt, now: MonoTime) {
-        let Some(upload) = &mut self.upload else { return };
+        let Some(upload) = &mut self.upload else {
+            if !self.strict_order {
+                self.ack(from, usize::from(item.mission_type), 1);
+            }
+            return;
+        };
         let kind = upload.kind;
         if usize::from(item.mission_type) != kind {
             return;

@@ -26,6 +26,12 @@ pub(crate) const VEHICLE_TICK: Duration = Duration::from_millis(20);
 
 /// ArduPilot asks again for an item that does not come after 1 s (`MissionItemProtocol::update`;
 /// captures/mission-upload-abandoned.tlog).
+///
+/// It is this that makes an upload item by item slow on a bad link: each lost item or request costs the second, 36 % of the
+/// items with 20 % loss each way. Sending an item again before it is asked for again would save half of that and is not done:
+/// the copies that turn out to be needless are answered by MISSION_ACK with an error, in which a real refusal would be lost,
+/// and one that is late enough is taken for an item of the next upload, that of another station included. Plans go by file
+/// where they can, which is not slowed; `TransferConfig::item_window` is for who wants to take that risk.
 pub(crate) const REQUEST_REPEAT: Duration = Duration::from_millis(1000);
 
 /// An upload in which the vehicle asks for nothing more is begun anew after this: four of ArduPilot's repeated requests
