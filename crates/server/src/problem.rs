@@ -53,9 +53,13 @@ impl Problem {
 
     fn reasons(mut self, reasons: impl IntoIterator<Item = String>) -> Self {
         self.0.reasons = reasons.into_iter().take(MAX_REASONS).collect();
-        if let Some(remedy) = self.0.reasons.iter().find_map(|reason| remedy_for(reason)) {
-            self.0.remedy = Some(remedy.to_owned());
+        let mut remedies: Vec<&str> = Vec::new();
+        for remedy in self.0.reasons.iter().filter_map(|reason| remedy_for(reason)) {
+            if !remedies.contains(&remedy) {
+                remedies.push(remedy);
+            }
         }
+        self.0.remedy = (!remedies.is_empty()).then(|| remedies.join("; "));
         self
     }
 

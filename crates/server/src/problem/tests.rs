@@ -92,6 +92,9 @@ fn a_refusal_lists_the_reasons_and_the_remedy_where_one_is_known() {
     assert_eq!(problem.reasons, ["PreArm: DO_LAND_START set and RTL_AUTOLAND disabled"]);
     assert!(problem.remedy.expect("known").contains("RTL_AUTOLAND"));
     assert!(refused(&["Arm: RTL mode not armable"]).remedy.expect("known").contains("mode"));
+    let both = refused(&["PreArm: GPS 1: Bad fix", "Arm: RTL mode not armable", "PreArm: GPS 1: Bad fix"]).remedy;
+    let both = both.expect("known");
+    assert!(both.matches("GPS").count() == 1 && both.contains("mode"), "each once: {both}");
     assert_eq!(refused(&["PreArm: something new"]).remedy, None);
     assert_eq!(refused(&[]).reasons, Vec::<String>::new());
 }

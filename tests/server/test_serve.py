@@ -1,0 +1,292 @@
+"""`vencejo serve` with the simulated plane, through a client that shares nothing with it."""
+
+from __future__ import annotations
+
+import gzip
+import http.client
+import json
+import re
+import shutil
+import ssl
+import stat
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from vencejo.serve import has_app
+
+from tests.server.client import Client, Served, WebSocket, serving
+from tests.support import ROOT, simulated_plane, wait_for
+
+DEMO = ROOT / "python" / "vencejo" / "data" / "demo.waypoints"
+
+pytestmark = pytest.mark.e2e
+
+
+@pytest.fixture(name="plane", scope="module")
+def _plane() -> Iterator[str]:
+    with simulated_plane("--speedup=10") as link:
+        yield link
+
+
+@pytest.fixture(name="served", scope="module")
+def _served(plane: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    with serving("--link", plane, data=tmp_path_factory.mktemp("data")) as served:
+        wait_for(lambda: Client(served.url).done("GET", "vehicles") != [], "a vehicle")
+        yield served
+
+
+@pytest.fixture(name="pilot")
+def _pilot(served: Served) -> Iterator[Client]:
+    client = served.client(name="pilot")
+    if not client.done("GET", "session")["has_control"]:
+        wait_for(lambda: client.ask("POST", "control/take").status == 200, "control, once the test before has lost it")
+    yield client
+    client.ask("DELETE", "session")
+
+
+def test_a_refusal_says_the_vehicles_reasons(pilot: Client) -> None:
+    pilot.done("POST", "vehicles/1/mode", {"mode": "RTL"})
+    refused = pilot.ask("POST", "vehicles/1/arm")
+    assert refused.status == 409, refused.body
+    assert refused.headers["content-type"] == "application/problem+json"
+    problem = refused.json
+    assert problem["type"] == "urn:vencejo:command-refused"
+    assert any("not armable" in reason for reason in problem["reasons"]), problem
+    assert "MANUAL" in problem["remedy"]
+    pilot.done("POST", "vehicles/1/mode", {"mode": "MANUAL"})
+    unknown = pilot.ask("POST", "vehicles/1/mode", {"mode": "SIDEWAYS"})
+    assert unknown.status == 422
+    assert "SIDEWAYS" in unknown.json["detail"]
+
+
+def test_a_mission_is_sent_flown_and_followed(pilot: Client) -> None:
+    plan = pilot.ask("POST", "plan/parse?name=demo.waypoints", DEMO.read_bytes()).json
+    assert pilot.done("POST", "plan/check", {"plan": plan, "vehicle": 1}) == []
+    with WebSocket(pilot) as socket:
+        hello = socket.until("hello")
+        assert hello["has_control"] is True
+        socket.say(type="subscribe", vehicle=1, rate_hz=20)
+        operation = pilot.done("PUT", "vehicles/1/plan/mission", plan)
+        assert operation["kind"] == "upload_mission"
+        ended = socket.until("operation", id=operation["id"], state="done")
+        assert "result" not in ended
+        on_board = pilot.done("GET", f"operations/{operation['id']}")["result"]
+        assert [item["command"] for item in on_board["items"]] == [item["command"] for item in plan["items"]]
+        state = pilot.done("GET", "vehicles/1")["plan_states"]["mission"]
+        assert (state["state"], state["count"]) == ("verified", len(plan["items"]))
+
+        pilot.done("POST", "vehicles/1/mode", {"mode": "MANUAL"})
+
+        def is_ready() -> bool:
+            status = pilot.done("GET", "vehicles/1")["telemetry"].get("sys_status") or {}
+            return status.get("is_ready_to_arm") is True
+
+        wait_for(is_ready, "the pre-arm checks", 60.0)
+        pilot.done("POST", "vehicles/1/mode", {"mode": "AUTO"})
+        pilot.done("POST", "vehicles/1/arm")
+        socket.until("event", vehicle=1, kind="armed")
+        socket.until("event", vehicle=1, kind="item_reached", detail={"item": 1})
+        groups: dict[str, object] = {}
+        items: list[int] = []
+        while not items or max(items) < 3:
+            message = socket.take()
+            assert message is not None
+            if message["type"] == "telemetry":
+                groups.update(message["groups"])
+                progress = message.get("progress")
+                items += [progress["item"]] if progress and progress["item"] else []
+        assert items == sorted(items), "the mission only goes on"
+        assert {"heartbeat", "attitude", "position", "hud", "gps", "imu", "wind", "batteries"} <= groups.keys()
+        assert pilot.done("GET", "vehicles/1")["telemetry"]["position"]["alt_rel_home_m"] > 10
+        pilot.done("POST", "vehicles/1/loiter")
+        pilot.done("POST", "vehicles/1/altitude", {"alt_m": 120, "alt_frame": "home"})
+        pilot.done("POST", "vehicles/1/return-to-launch")
+        socket.until("event", vehicle=1, kind="mode", detail={"from": "LOITER", "mode": "RTL"})
+        refused = pilot.ask("POST", "vehicles/1/reboot")
+        assert (refused.status, refused.json["type"]) == (409, "urn:vencejo:armed")
+        read = pilot.operation("GET", "vehicles/1/plan/mission")
+        assert read["items"] == on_board["items"]
+
+
+def test_parameters_are_read_and_written(pilot: Client) -> None:
+    params = pilot.operation("GET", "vehicles/1/params")
+    assert len(params) > 100
+    before = next(param for param in params if param["name"] == "RTL_AUTOLAND")["value"]
+    assert pilot.done("GET", "vehicles/1/params/RTL_AUTOLAND")["value"] == before
+    assert pilot.done("PUT", "vehicles/1/params/RTL_AUTOLAND", {"value": 1})["value"] == 1
+    pilot.done("PUT", "vehicles/1/params/RTL_AUTOLAND", {"value": before})
+    assert pilot.ask("GET", "vehicles/1/params/NO_SUCH").status == 404
+
+
+def test_twenty_browsers_and_one_that_does_not_read(served: Served, pilot: Client) -> None:
+    counts = [0] * 20
+    stop = threading.Event()
+
+    def follow(place: int) -> None:
+        with WebSocket(served.client(name=f"browser {place}")) as socket:
+            socket.say(type="subscribe", vehicle=1, rate_hz=10)
+            while not stop.is_set():
+                message = socket.take()
+                if message is None:
+                    return
+                counts[place] += message["type"] == "telemetry"
+
+    threads = [threading.Thread(target=follow, args=(place,)) for place in range(len(counts))]
+    idle = WebSocket(pilot, receive_buffer=4096)
+    idle.say(type="subscribe", vehicle=1, rate_hz=50)
+    for thread in threads:
+        thread.start()
+    try:
+        wait_for(lambda: min(counts) >= 20, "telemetry for everybody")
+        began = time.monotonic()
+        pilot.done("POST", "vehicles/1/mission/current", {"item": 2})
+        assert time.monotonic() - began < 10.0, "a command waits for nobody's browser"
+        seen = min(counts)
+        wait_for(lambda: min(counts) >= seen + 10, "telemetry after the command")
+    finally:
+        stop.set()
+        for thread in threads:
+            thread.join(30)
+        idle.close()
+
+
+def test_only_its_own_pages_may_use_it(served: Served, pilot: Client) -> None:
+    for path in ("info", "vehicles", "/", "/api/v1/openapi.json"):
+        assert pilot.ask("GET", path).status in {200, 503}
+        assert pilot.ask("GET", path, Origin="http://evil.example").status == 403
+        assert pilot.ask("GET", path, Host="evil.example").status == 403
+    assert pilot.ask("POST", "vehicles/1/arm", Origin="http://127.0.0.1:1").status == 403
+    with WebSocket(pilot, origin="http://evil.example") as socket:
+        assert socket.status == 403
+    with WebSocket(pilot, origin=served.url) as socket:
+        assert socket.status == 101
+    with WebSocket(Client(served.url)) as socket:
+        assert socket.status == 401
+
+
+def test_the_description_is_served_as_committed(pilot: Client) -> None:
+    committed = json.loads((ROOT / "schemas" / "openapi.json").read_text(encoding="utf-8"))
+    assert pilot.done("GET", "openapi.json") == committed
+
+
+def test_beyond_loopback_a_token_decides(plane: str, tmp_path: Path) -> None:
+    with serving("--link", "udpin:127.0.0.1:0", "--host", "0.0.0.0", data=tmp_path) as served:
+        kept = tmp_path / "server-tokens.json"
+        assert stat.S_IMODE(kept.stat().st_mode) == 0o600
+        tokens = json.loads(kept.read_text())
+        assert (served.token("operator"), served.token("viewer")) == (tokens["operator"], tokens["viewer"])
+        nobody = Client(served.url)
+        assert nobody.done("GET", "info")["needs_token"] is True
+        assert nobody.ask("GET", "vehicles").status == 401
+        assert nobody.ask("POST", "session", {"token": "0" * 32}).status == 401
+        viewer = served.client(token=served.token("viewer"))
+        operator = served.client(token=served.token("operator"))
+        link = {"address": plane}
+        assert viewer.ask("GET", "links").status == 200
+        assert (viewer.ask("POST", "links", link).status, viewer.ask("POST", "control/take").status) == (403, 403)
+        second = served.client(token=served.token("operator"))
+        assert second.ask("POST", "links", link).status == 423
+        opened = operator.done("POST", "links", link)
+        wait_for(lambda: viewer.done("GET", "vehicles") != [], "the vehicle of the new link")
+        assert operator.ask("DELETE", f"links/{opened['id']}").status == 204
+    with serving("--link", "udpin:127.0.0.1:0", "--token", data=tmp_path) as served:
+        assert served.token("operator") == tokens["operator"], "the tokens stay"
+
+
+def test_it_says_where_it_is_and_ends_in_order(tmp_path: Path) -> None:
+    pytest.importorskip("segno")
+    with serving("--link", "udpin:127.0.0.1:0", data=tmp_path) as served:
+        client = served.client()
+        with WebSocket(client) as socket:
+            socket.until("hello")
+            served.process.terminate()
+            while socket.take() is not None:
+                pass
+            assert socket.closed is not None
+            assert socket.closed[0] == 1001
+        _, errors = served.process.communicate(timeout=20)
+        assert "Traceback" not in errors, errors
+    command = [sys.executable, "-m", "vencejo.cli", "serve", "--port=0", "--host=0.0.0.0", "--no-record"]
+    command += ["--link=udpin:127.0.0.1:0"]
+    env = {"VENCEJO_DATA": str(tmp_path), "PYTHONIOENCODING": "utf-8", "PATH": "/usr/bin:/bin", "HOME": str(tmp_path)}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, env=env) as process:
+        assert process.stdout is not None
+        lines = [process.stdout.readline().decode() for _ in range(12)]
+        process.terminate()
+    assert any("#token=" in line and line.startswith("To command") for line in lines), lines
+    assert any("\N{FULL BLOCK}" in line or "\N{UPPER HALF BLOCK}" in line for line in lines), lines
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        (["--host=no.such.host.invalid"], "no address"),
+        (["--cert=nothing.pem"], "key"),
+        (["--cert=nothing.pem", "--key=nothing.pem"], "PEM"),
+        (["--link=nonsense:"], "nonsense"),
+    ],
+)
+def test_what_cannot_be_served_says_why(options: list[str], word: str, tmp_path: Path) -> None:
+    command = [
+        sys.executable,
+        "-m",
+        "vencejo.cli",
+        "serve",
+        "--port=0",
+        "--no-record",
+        "--link=udpin:127.0.0.1:0",
+        *options,
+    ]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode in {1, 2}, ended
+    assert word in ended.stderr
+    assert "Traceback" not in ended.stderr
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="makes a certificate with openssl")
+def test_it_speaks_tls_with_a_given_certificate(tmp_path: Path) -> None:
+    certificate, key = tmp_path / "cert.pem", tmp_path / "key.pem"
+    make = "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 1 -subj /CN=localhost"
+    make += f" -addext subjectAltName=IP:127.0.0.1 -keyout {key} -out {certificate}"
+    subprocess.run(make.split(), check=True, capture_output=True)
+    options = ["--link=udpin:127.0.0.1:0", f"--cert={certificate}", f"--key={key}"]
+    with serving(*options, data=tmp_path) as served:
+        assert served.url.startswith("https://127.0.0.1:")
+        port = int(served.url.rpartition(":")[2])
+        context = ssl.create_default_context(cafile=str(certificate))
+        connection = http.client.HTTPSConnection("127.0.0.1", port, context=context, timeout=30)
+        connection.request("POST", "/api/v1/session", headers={"Origin": served.url})
+        response = connection.getresponse()
+        assert response.status == 200
+        assert "; Secure" in response.headers["Set-Cookie"]
+        assert response.headers["Strict-Transport-Security"].startswith("max-age=")
+        response.read()
+        connection.request("POST", "/api/v1/session", headers={"Origin": f"http://127.0.0.1:{port}"})
+        assert connection.getresponse().status == 403, "a page that came without TLS is another page"
+        connection.close()
+
+
+@pytest.mark.skipif(not has_app(), reason="the web app is not in this build")
+def test_the_pages_come_packed_and_their_parts_are_kept(served: Served) -> None:
+    client = Client(served.url)
+    page = client.ask("GET", "/", Accept_Encoding="gzip")
+    assert (page.status, page.headers["content-type"]) == (200, "text/html; charset=utf-8")
+    assert page.headers["cache-control"] == "no-cache"
+    assert client.ask("GET", "/", If_None_Match=page.headers["etag"]).status == 304
+    assert client.ask("GET", "/some/page/of/the/app").headers["content-type"] == "text/html; charset=utf-8"
+    text = gzip.decompress(page.body).decode() if page.headers.get("content-encoding") == "gzip" else page.body.decode()
+    parts = re.findall(r'(?:src|href)="(/assets/[^"]+)"', text)
+    assert parts
+    for part in parts:
+        answer = client.ask("GET", part, Accept_Encoding="gzip")
+        assert answer.headers["cache-control"] == "public, max-age=31536000, immutable"
+        assert answer.headers["content-encoding"] == "gzip"
+        kind = "text/javascript" if part.endswith(".js") else "text/css"
+        assert answer.headers["content-type"].startswith(kind)
+    assert client.ask("GET", "/assets/nothing.js").status == 404
+    assert b"root:" not in client.ask("GET", "/../../../../etc/passwd").body
