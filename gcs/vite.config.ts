@@ -19,7 +19,8 @@ export default defineConfig(({ mode }) => ({
     sourcemap: false,
   },
   server: {
-    proxy: { '/api': { target: server, ws: true, changeOrigin: true } },
+    // As if the page came from the server itself, which answers no other origin.
+    proxy: { '/api': { target: server, ws: true, changeOrigin: true, headers: { origin: server } } },
   },
   test: {
     include: ['src/**/*.test.ts', 'tests/**/*.test.ts'],

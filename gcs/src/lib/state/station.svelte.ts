@@ -15,6 +15,10 @@ export { problemFrom };
 export const api = new Api();
 export const operations = new Operations(api);
 
+/** More answers than these are not shown at once. */
+const ANSWERS_SHOWN = 3;
+const ACCEPTED_SHOWN_MS = 10_000;
+
 /** What became of the last command of a kind: a button pressed is not a command accepted. */
 export interface Answer {
   command: CommandName;
@@ -101,13 +105,21 @@ class Station {
     return this.#answers.get(`${vehicle.systemId}/${command}`);
   }
 
-  /** The newest answer of a vehicle, for the one line that tells it. */
+  /** The newest answers of a vehicle, newest first; those that were accepted go by themselves. */
+  answers(vehicle: Vehicle): Answer[] {
+    return [...this.#answers]
+      .filter(([key, answer]) => {
+        const isOld = answer.state === 'accepted' && clock.now_ms - answer.at_ms > ACCEPTED_SHOWN_MS;
+        return key.startsWith(`${vehicle.systemId}/`) && !isOld;
+      })
+      .map(([, answer]) => answer)
+      .sort((a, b) => b.at_ms - a.at_ms)
+      .slice(0, ANSWERS_SHOWN);
+  }
+
+  /** The newest of them. */
   lastAnswer(vehicle: Vehicle): Answer | undefined {
-    let last: Answer | undefined;
-    for (const [key, answer] of this.#answers) {
-      if (key.startsWith(`${vehicle.systemId}/`) && (last === undefined || answer.at_ms >= last.at_ms)) last = answer;
-    }
-    return last;
+    return this.answers(vehicle)[0];
   }
 
   forgetAnswer(vehicle: Vehicle, command: CommandName): void {

@@ -128,7 +128,9 @@ export class Vehicle {
 
   apply(change: TelemetryChange): void {
     this.groups = withChanges(this.groups, change.groups);
-    this.heardAt_ms = { ...this.heardAt_ms, ...change.heardAt_ms };
+    const heardAt_ms = { ...this.heardAt_ms, ...change.heardAt_ms };
+    for (const name of Object.keys(heardAt_ms) as GroupName[]) if (!(name in this.groups)) delete heardAt_ms[name];
+    this.heardAt_ms = heardAt_ms;
     if (change.progress !== null) this.progress = change.progress;
     const newest_ms = Math.max(...Object.values(change.heardAt_ms));
     if (Number.isFinite(newest_ms)) {

@@ -238,7 +238,7 @@ function drawTape(
       context.lineWidth = 1.5;
       line(context, edge, at, edge + inward * 7, at);
       const isClear = Math.abs(at - cy) > 20 && at > y + 24 && at < y + height - 8;
-      if (isClear) context.fillText(String(Math.round(mark)), edge + inward * 11, at);
+      if (isClear) context.fillText(figure(mark), edge + inward * 11, at);
       const between = at - perStep / 2;
       context.lineWidth = 1;
       if (mark + step / 2 >= least) line(context, edge, between, edge + inward * 4, between);
@@ -273,7 +273,7 @@ function drawTape(
   context.fillStyle = colours.text;
   context.font = `600 17px ${colours.font}`;
   context.textAlign = 'center';
-  context.fillText(value === null ? '–' : String(Math.round(value)), (base + back) / 2, cy + 1, width - 12);
+  context.fillText(value === null ? '–' : figure(value), (base + back) / 2, cy + 1, width - 12);
   context.restore();
 }
 
@@ -392,6 +392,12 @@ function drawOld(
   context.fillStyle = colours.danger;
   context.fillText(text, width / 2, height * 0.28);
   context.restore();
+}
+
+/** A whole number with a true minus, and no minus before zero. */
+function figure(value: number): string {
+  const whole = Math.round(value);
+  return whole < 0 ? `−${-whole}` : String(Math.abs(whole));
 }
 
 function line(context: CanvasRenderingContext2D, x1: number, y1: number, x2: number, y2: number): void {

@@ -1,0 +1,53 @@
+import { describe, expect, it } from 'vitest';
+import { Api } from '$lib/api/client';
+import { ProblemError } from '$lib/api/problem';
+import type { Operation } from '$lib/api/types';
+import { Operations } from './operations.svelte';
+
+const running: Operation = { id: 4, vehicle: 1, kind: 'read_params', state: 'running', done: 0, total: 2 };
+const result = [{ name: 'A', value: 1, kind: 'real32' }];
+
+function make(answer: Operation) {
+  const asked: string[] = [];
+  const api = new Api('', (input) => {
+    asked.push(String(input));
+    return Promise.resolve(new Response(JSON.stringify(answer)));
+  });
+  return { operations: new Operations(api), asked };
+}
+
+describe('Operations', () => {
+  it('fetches the result when a message tells of the end', async () => {
+    const { operations, asked } = make({ ...running, state: 'done', done: 2, result });
+    const finished = operations.finish(running);
+    operations.update({ ...running, done: 1 });
+    expect(operations.running).toHaveLength(1);
+    operations.update({ ...running, state: 'done', done: 2 });
+    expect(await finished).toEqual(result);
+    expect(asked).toEqual(['/operations/4']);
+    expect(operations.running).toHaveLength(0);
+  });
+
+  it('throws the problem of one that failed', async () => {
+    const { operations } = make(running);
+    const error = { type: 'urn:x', title: 'No', status: 409, detail: 'because' };
+    const finished = operations.finish(running);
+    operations.update({ ...running, state: 'failed', error });
+    await expect(finished).rejects.toThrowError(new ProblemError(error));
+  });
+
+  it('does not begin again after its end, whatever comes late', async () => {
+    const { operations } = make(running);
+    operations.update({ ...running, state: 'cancelled' });
+    operations.update({ ...running, done: 1 });
+    expect(operations.get(4)?.state).toBe('cancelled');
+    await expect(operations.finish(running)).rejects.toBeInstanceOf(ProblemError);
+  });
+
+  it('keeps a bounded number of ended ones', () => {
+    const { operations } = make(running);
+    for (let id = 0; id < 100; id += 1) operations.update({ ...running, id, state: 'done' });
+    expect(operations.get(0)).toBeUndefined();
+    expect(operations.get(99)).toBeDefined();
+  });
+});

@@ -1,0 +1,101 @@
+import { beforeEach, describe, expect, it, vi } from 'vitest';
+import type { TelemetryChanges } from '$lib/api/types';
+import { telemetryAt } from '../../../dev/mock/flight';
+import { clock } from './clock.svelte';
+import { Vehicle, heardAt, withChanges } from './vehicles.svelte';
+
+const { groups, progress } = telemetryAt(100);
+
+function heard(changes: TelemetryChanges, now_ms: number): Vehicle {
+  const vehicle = new Vehicle(1);
+  vehicle.apply({ groups: changes, progress, heardAt_ms: heardAt(changes, now_ms) });
+  return vehicle;
+}
+
+beforeEach(() => clock.tick(10_000));
+
+describe('Vehicle', () => {
+  it('knows nothing before it is heard', () => {
+    const vehicle = new Vehicle(7);
+    expect(vehicle).toMatchObject({ age_s: null, freshness: 'never', isLost: false, mode: null, isArmed: null });
+    expect(vehicle.ghost(10_000)).toBeNull();
+    expect(vehicle.groupAge_s('wind')).toBeNull();
+  });
+
+  it('ages by the monotonic clock: fresh, stale after 3.5 s, lost after 5 s', () => {
+    const vehicle = heard(groups, 10_000);
+    const freshness = [3500, 3501, 5000, 5001].map((ms) => {
+      clock.tick(10_000 + ms);
+      return vehicle.freshness;
+    });
+    expect(freshness).toEqual(['fresh', 'stale', 'stale', 'lost']);
+    expect(vehicle.mode).toBe('AUTO');
+  });
+
+  it('takes over the age that a group had when it was sent', () => {
+    const { wind } = groups;
+    const vehicle = heard({ ...groups, wind: { ...wind!, age_s: 4 } }, 10_000);
+    expect(vehicle.groupAge_s('wind')).toBeCloseTo(4);
+    expect(vehicle.groupFreshness('wind')).toBe('stale');
+    expect(vehicle.freshness).toBe('fresh');
+  });
+
+  it('becomes a ghost when it is lost, and none when it is back', () => {
+    const vehicle = heard(groups, 10_000);
+    expect(vehicle.ghost(10_000)).toBeNull();
+    clock.tick(20_000);
+    const ghost = vehicle.ghost(20_000);
+    expect(ghost?.elapsed_s).toBeCloseTo(10);
+    expect(ghost?.reach_m).toBeGreaterThan(100);
+    vehicle.apply({ groups: { hud: groups.hud! }, progress: null, heardAt_ms: heardAt({ hud: groups.hud! }, 20_000) });
+    expect(vehicle.ghost(20_000)).toBeNull();
+    expect(vehicle.progress).toEqual(progress);
+  });
+
+  it('forgets what the vehicle no longer has', () => {
+    const vehicle = heard(groups, 10_000);
+    vehicle.apply({ groups: { wind: null }, progress: null, heardAt_ms: {} });
+    expect('wind' in vehicle.groups).toBe(false);
+    expect(vehicle.groups.hud).toEqual(groups.hud);
+    expect(vehicle.groupAge_s('wind')).toBeNull();
+  });
+
+  it('tells the time of day of texts of the past', () => {
+    vi.useFakeTimers({ now: new Date('2026-05-01T10:00:00Z'), toFake: ['Date'] });
+    try {
+      const vehicle = new Vehicle(1);
+      vehicle.setServerTime(500, 10_000);
+      vehicle.setTexts([{ time_s: 440, severity: 6, text: 'a minute ago' }], 10_000);
+      vehicle.addText({ time_s: 500, severity: 4, text: 'now' }, 10_000);
+      expect(vehicle.texts.map(({ at, text }) => [at.toISOString(), text])).toEqual([
+        ['2026-05-01T09:59:00.000Z', 'a minute ago'],
+        ['2026-05-01T10:00:00.000Z', 'now'],
+      ]);
+    } finally {
+      vi.useRealTimers();
+    }
+  });
+
+  it('keeps a bounded number of texts', () => {
+    const vehicle = new Vehicle(1);
+    for (let n = 0; n < 1100; n += 1) vehicle.addText({ time_s: n, severity: 6, text: String(n) }, 10_000);
+    expect(vehicle.texts).toHaveLength(1000);
+    expect(vehicle.texts[0]?.text).toBe('100');
+  });
+});
+
+it('joins changes without touching what was there', () => {
+  const before = { hud: groups.hud!, wind: groups.wind! };
+  const after = withChanges(before, { wind: null, gps: groups.gps! });
+  expect(Object.keys(after).sort()).toEqual(['gps', 'hud']);
+  expect(Object.keys(before)).toEqual(['hud', 'wind']);
+});
+
+it('takes the youngest of a list as its age', () => {
+  const battery = groups.batteries![0]!;
+  const batteries = [
+    { ...battery, age_s: 5 },
+    { ...battery, age_s: 1 },
+  ];
+  expect(heardAt({ batteries, wind: null }, 10_000)).toEqual({ batteries: 9000 });
+});
