@@ -16,7 +16,7 @@ Fly a mission file on a simulated or real plane:
 For asyncio see `vencejo.aio`.
 """
 
-from vencejo._native import __version__
+from vencejo._native import Subscription, __version__
 from vencejo.errors import (
     Busy,
     Cancelled,
@@ -98,6 +98,7 @@ __all__ = [
     "RecorderInfo",
     "Station",
     "StatusText",
+    "Subscription",
     "Telemetry",
     "TransferError",
     "Vehicle",
