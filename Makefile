@@ -1,5 +1,5 @@
 # Everything a person does with this checkout. Each target does its own set-up on a clean Debian 12
-# (Python >= 3.10 and Rust present) and redoes none of it when nothing changed.
+# (Python >= 3.10, Rust and Node.js present) and redoes none of it when nothing changed.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
@@ -15,7 +15,7 @@ DEMO_ARGS ?=
 PYTEST_ARGS ?=
 BENCH_ARGS ?=
 
-.PHONY: help demo test lint fmt bench wheel lock clean run-env dev-env native
+.PHONY: help demo test lint fmt bench wheel lock clean run-env dev-env app native
 
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -29,6 +29,8 @@ test: ## Everything that CI runs: layout, format, lints, types, Rust and Python 
 	@$(MAKE) --no-print-directory lint-checks
 	@$(CHECK) cargo-test cargo test --quiet $(CARGO_TEST)
 	@$(MAKE) --no-print-directory native
+	@$(CHECK) gcs-check npm --prefix gcs run --silent check
+	@$(CHECK) gcs-test npm --prefix gcs test --silent
 	@$(CHECK) pytest $(PY) -m pytest -q -n auto --dist worksteal $(PYTEST_ARGS)
 	@$(CHECK) tree scripts/tree_state.sh check
 	@printf '\nmake test: all passed\n'
@@ -53,7 +55,7 @@ bench: dev-env native ## Measure, side by side with the peers, into bench/RESULT
 	cargo build --release --locked --quiet -p vencejo-link --examples
 	$(PY) bench/run.py $(BENCH_ARGS)
 
-wheel: dev-env ## Build the wheel into dist/
+wheel: dev-env app ## Build the wheel into dist/
 	@scripts/setup.sh rust
 	rm -f dist/vencejo-*.whl
 	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin build --release --locked --quiet --out dist
@@ -63,7 +65,7 @@ lock: ## Pin and hash the Python packages anew (needs uv)
 	scripts/lock.sh
 
 clean: ## Remove everything that was built
-	rm -rf target dist .venv .cache bench/out python/vencejo/_native*.so
+	rm -rf target dist .venv .cache bench/out python/vencejo/_native*.so gcs/dist gcs/node_modules
 	find python scripts tests bench -name __pycache__ -type d -prune -exec rm -rf {} +
 
 run-env:
@@ -71,5 +73,7 @@ run-env:
 dev-env:
 	@scripts/setup.sh rust
 	@scripts/setup.sh dev
-native:
+app:
+	@scripts/setup.sh app
+native: app
 	@scripts/setup.sh native

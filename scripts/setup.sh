@@ -4,6 +4,7 @@
 #
 #   scripts/setup.sh run      what `vencejo` needs
 #   scripts/setup.sh dev      that, the tools and the peers that the tests talk to
+#   scripts/setup.sh app      the web app (gcs/dist), which the native module carries
 #   scripts/setup.sh native   the Rust core as vencejo._native, and the `vencejo` command
 #   scripts/setup.sh rust     only check that Rust and a C linker are there
 set -euo pipefail
@@ -13,6 +14,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK=1 CARGO_NET_RETRY=5
 
 VENV=.venv
 STAMPS=$VENV/.house
+NODE_MIN=20.19.0
 RUST_MIN=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 
 say() { printf '\033[2m· %s\033[0m\n' "$*" >&2; }
@@ -94,9 +96,44 @@ python_env() { # run | dev
     echo "$want" >"$STAMPS/$1"
 }
 
+need_node() {
+    local have
+    command -v node >/dev/null && command -v npm >/dev/null \
+        || fail "Node.js >= $NODE_MIN with npm is missing (Debian's own is too old): see https://nodejs.org, then run this again"
+    have=$(node --version)
+    [ "$(printf '%s\n%s\n' "$NODE_MIN" "${have#v}" | sort -V | head -n1)" = "$NODE_MIN" ] \
+        || fail "Node.js ${have#v} is too old, $NODE_MIN or newer is needed: see https://nodejs.org"
+}
+
+# Content of the files of these folders, those that git ignores left out.
+content() {
+    git ls-files -co --exclude-standard -- "$@" | while read -r path; do if [ -f "$path" ]; then echo "$path"; fi; done | fingerprint
+}
+
+node_modules() {
+    local want
+    want=$(printf 'gcs/package.json\ngcs/package-lock.json\n' | fingerprint)
+    [ "$(cat gcs/node_modules/.house 2>/dev/null)" = "$want" ] && return
+    say "installing gcs/package-lock.json"
+    npm --prefix gcs ci --silent
+    echo "$want" >gcs/node_modules/.house
+}
+
+app() {
+    local want
+    need_node
+    want=$(content gcs)
+    [ "$(cat .cache/app 2>/dev/null)" = "$want" ] && [ -f gcs/dist/index.html ] && return
+    node_modules
+    say "building the web app"
+    mkdir -p .cache
+    npm --prefix gcs run --silent build >.cache/app.log 2>&1 || { cat .cache/app.log >&2; fail "the web app did not build"; }
+    echo "$want" >.cache/app
+}
+
 native() {
     local want
-    want=$({ git ls-files -co --exclude-standard -- crates Cargo.toml Cargo.lock pyproject.toml; } \
+    want=$({ git ls-files -co --exclude-standard -- crates Cargo.toml Cargo.lock pyproject.toml; echo .cache/app; } \
         | while read -r path; do if [ -f "$path" ]; then echo "$path"; fi; done | fingerprint)-$(rustc --version | sha256sum | cut -c1-12)
     if [ "$(cat "$STAMPS/native" 2>/dev/null)" = "$want" ] && [ -x "$VENV/bin/vencejo" ] \
         && compgen -G 'python/vencejo/_native*.so' >/dev/null; then
@@ -112,7 +149,8 @@ native() {
 
 case "${1:-}" in
     run | dev) python_env "$1" ;;
+    app) app; node_modules ;;
     native) need_rust; native ;;
     rust) need_rust ;;
-    *) fail "say what: run, dev, native or rust" ;;
+    *) fail "say what: run, dev, app, native or rust" ;;
 esac
