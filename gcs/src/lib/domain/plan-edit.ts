@@ -168,8 +168,13 @@ function landingFor(draft: Draft, at: LonLat, defaults: EditDefaults, wind_from_
   // the plane lands against the wind, so its approach lies downwind of the point
   const from_deg = wind_from_deg !== null ? (wind_from_deg + 180) % 360 : last === null ? 270 : bearing_deg(at, last);
   const lastItem = before.findLast((item) => placeOf(item) !== null);
-  const comesAt_m = (lastItem && altRelHome_m(lastItem, draft.home)) ?? defaults.alt_m;
-  return landingSequence(at, from_deg, comesAt_m, defaults.approach ?? DEFAULT_APPROACH);
+  const known_m = lastItem && altRelHome_m(lastItem, draft.home);
+  // a plane that has just taken off, or circles, does not come along a line
+  const coming =
+    lastItem && last !== null && known_m != null && kindOf(lastItem) === 'waypoint'
+      ? { at: last, alt_m: known_m }
+      : null;
+  return landingSequence(at, from_deg, known_m ?? defaults.alt_m, defaults.approach ?? DEFAULT_APPROACH, coming);
 }
 
 /** Inserts a waypoint on the leg that ends at item `toIndex`, at the height in the middle of its two ends. */

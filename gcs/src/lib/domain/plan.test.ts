@@ -128,6 +128,16 @@ describe('landing', () => {
     expect(approaches[0]?.slope).toBeLessThanOrEqual(STEEP_SLOPE);
   });
 
+  it('needs no entry when the plane comes along the line from far enough', () => {
+    const from = (metres: number, alt_m: number) => ({ at: at(90, metres), alt_m });
+    const count = (coming: { at: LonLat; alt_m: number }): number =>
+      landingSequence(HOME, 90, coming.alt_m, undefined, coming).length;
+    expect(count(from(1000, 80))).toBe(2);
+    expect(count(from(500, 60))).toBe(3);
+    expect(count(from(1000, 120))).toBe(3);
+    expect(count({ at: at(60, 1000), alt_m: 80 })).toBe(3);
+  });
+
   it('is laid into the wind when the wind is known', () => {
     const draft = addAt(circuit(), 'land', HOME, DEFAULTS, 270).draft;
     const approach = approachesOf(draft.items, HOME)[0];

@@ -1,7 +1,7 @@
 /** The plan as the API gives and takes it, and what its items mean to a pilot of a plane. */
 
 import { bearing_deg, destination, distance_m } from './geo';
-import { type LonLat, lonLat, rounded, sameLonLat } from './lonlat';
+import { type LonLat, lonLat, rounded, sameLonLat, wrap180_deg } from './lonlat';
 
 export type Params = [
   number | null,
@@ -255,10 +255,16 @@ export interface ApproachOptions {
 
 export const DEFAULT_APPROACH: ApproachOptions = { slope: 0.08, final_alt_m: 35 };
 
+/** Where a plane that is going to land comes from. */
+export interface Coming {
+  readonly at: LonLat;
+  readonly alt_m: number;
+}
+
 /**
- * A landing with its approach: two waypoints in line with the landing point, then the landing. The last leg descends
- * with `slope`, the one before it more gently, so the plane arrives settled at its height and speed and no height
- * needs tuning by hand.
+ * A landing with its approach: an entry and a final waypoint in line with the landing point, then the landing. The last
+ * leg descends with `slope`, the one before it more gently, so the plane arrives settled at its height and speed and no
+ * height needs tuning by hand. When the plane already comes along that line from far enough, it needs no entry.
  *
  * The line comes from `from_deg`, the bearing at which the approach lies as seen from the landing point: into the
  * wind when it is known, else on the side from which the plane comes.
@@ -268,15 +274,31 @@ export function landingSequence(
   from_deg: number,
   entry_alt_m: number,
   { slope, final_alt_m }: ApproachOptions = DEFAULT_APPROACH,
+  coming: Coming | null = null,
 ): PlanItem[] {
   const last_m = Math.max(10, Math.min(final_alt_m, entry_alt_m));
   const final_m = last_m / slope;
   const entry_m = Math.max(last_m, Math.min(entry_alt_m, last_m + (final_m * slope * 2) / 3));
-  return [
-    makeItem('waypoint', { at: destination(at, from_deg, 2 * final_m), alt_m: Math.round(entry_m) }),
-    makeItem('waypoint', { at: destination(at, from_deg, final_m), alt_m: Math.round(last_m) }),
-    makeItem('land', { at, alt_m: 0 }),
-  ];
+  const final = makeItem('waypoint', { at: destination(at, from_deg, final_m), alt_m: Math.round(last_m) });
+  const entry = makeItem('waypoint', { at: destination(at, from_deg, 2 * final_m), alt_m: Math.round(entry_m) });
+  const land = makeItem('land', { at, alt_m: 0 });
+  const needsEntry = coming === null || !isEntry(coming, at, from_deg, final_m, last_m, slope);
+  return needsEntry ? [entry, final, land] : [final, land];
+}
+
+/** Whether the plane comes along the approach, far enough out to be settled and low enough to descend gently. */
+function isEntry(
+  coming: Coming,
+  at: LonLat,
+  from_deg: number,
+  final_m: number,
+  last_m: number,
+  slope: number,
+): boolean {
+  const beyond_m = distance_m(at, coming.at) - final_m;
+  const off_deg = Math.abs(wrap180_deg(bearing_deg(at, coming.at) - from_deg));
+  const drop_m = coming.alt_m - last_m;
+  return off_deg < 5 && beyond_m >= final_m * 0.6 && drop_m >= 0 && drop_m / beyond_m <= slope * 1.15;
 }
 
 /** One straight piece of the planned route, from one place to the next. */

@@ -116,7 +116,6 @@ export const mapEn = {
   'plan.fenceKept': 'The fence and rally points of the file are kept and saved, but not sent from here.',
   'plan.summary': '{count} items · {distance}',
   'plan.number': 'Item {number}',
-  'plan.itemOf': 'Item {number}, {kind}',
   'plan.reached': 'reached',
   'plan.current': 'in execution',
   'plan.kind': 'Kind',

@@ -119,7 +119,6 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
     'La valla y los puntos de reunión del fichero se conservan y se guardan, pero no se envían desde aquí.',
   'plan.summary': '{count} elementos · {distance}',
   'plan.number': 'Elemento {number}',
-  'plan.itemOf': 'Elemento {number}, {kind}',
   'plan.reached': 'alcanzado',
   'plan.current': 'en ejecución',
   'plan.kind': 'Tipo',
