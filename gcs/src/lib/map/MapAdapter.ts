@@ -61,6 +61,14 @@ export interface MapEvents {
   viewChange?(view: MapViewState): void;
 }
 
+export interface MapTexts extends RouteTexts {
+  /** A round distance, for the grid. */
+  distance(value_m: number): string;
+  /** Length so far and bearing of the last piece. */
+  ruler(length_m: number, bearing_deg: number): string;
+  readonly letters: { north: string; east: string; south: string; west: string };
+}
+
 export interface MapViewState {
   readonly centre: LonLat;
   readonly zoom: number;
@@ -213,11 +221,10 @@ export class MapAdapter {
     this.#map.render();
   }
 
-  setTexts(
-    texts: RouteTexts & { distance(value_m: number): string; ruler(length_m: number, bearing_deg: number): string },
-  ): void {
+  setTexts(texts: MapTexts): void {
     this.#route.texts = texts;
     this.#grid.formatDistance = texts.distance;
+    this.#grid.letters = texts.letters;
     this.#ruler.format = texts.ruler;
     this.#map.render();
   }

@@ -14,6 +14,8 @@ export class GridPainter implements Painter {
   origin: XY | null = null;
   /** Writes a distance: 1000 → "1 km". */
   formatDistance: (value_m: number) => string = (value_m) => `${value_m} m`;
+  /** Letters of the four directions. */
+  letters = { north: 'N', east: 'E', south: 'S', west: 'W' };
   isVisible = true;
 
   paint(frame: Frame): void {
@@ -46,11 +48,11 @@ export class GridPainter implements Painter {
       frame,
       xs.map((index) => ({
         at: frame.pixel([origin[0] + index * step, frame.centre[1]])[0],
-        text: this.origin ? label(index * step_m, 'E', 'W') : '',
+        text: this.origin ? label(index * step_m, this.letters.east, this.letters.west) : '',
       })),
       ys.map((index) => ({
         at: frame.pixel([frame.centre[0], origin[1] + index * step])[1],
-        text: this.origin ? label(index * step_m, 'N', 'S') : '',
+        text: this.origin ? label(index * step_m, this.letters.north, this.letters.south) : '',
       })),
     );
   }
@@ -72,12 +74,12 @@ export class GridPainter implements Painter {
         const lon_deg = wrap(index * step);
         return {
           at: (index * step * perDegree - frame.centre[0]) / frame.resolution + frame.size.width / 2,
-          text: `${Math.abs(lon_deg).toFixed(digits)}°${lon_deg === 0 ? '' : lon_deg > 0 ? 'E' : 'W'}`,
+          text: `${Math.abs(lon_deg).toFixed(digits)}°${lon_deg === 0 ? '' : lon_deg > 0 ? this.letters.east : this.letters.west}`,
         };
       }),
       ys.map((index) => ({
         at: frame.pixel([frame.centre[0], fromLonLat([0, index * step])[1] ?? 0])[1],
-        text: `${Math.abs(index * step).toFixed(digits)}°${index === 0 ? '' : index > 0 ? 'N' : 'S'}`,
+        text: `${Math.abs(index * step).toFixed(digits)}°${index === 0 ? '' : index > 0 ? this.letters.north : this.letters.south}`,
       })),
     );
   }
