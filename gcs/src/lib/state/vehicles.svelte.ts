@@ -31,6 +31,8 @@ export interface Text {
   text: string;
   /** Time of day at which it arrived. */
   at: Date;
+  /** Whether it came while this app was looking, not from the past. */
+  isLive: boolean;
 }
 
 /** How well a vehicle is heard. */
@@ -172,7 +174,7 @@ export class Vehicle {
   }
 
   addText({ severity, text, time_s }: StatusText, now_ms: number): void {
-    const entry = { id: this.#nextText++, severity, text, at: this.#timeOfDay(time_s, now_ms) };
+    const entry = { id: this.#nextText++, severity, text, at: this.#timeOfDay(time_s, now_ms), isLive: true };
     this.texts = [...this.texts.slice(-(TEXTS_KEPT - 1)), entry];
   }
 
@@ -183,6 +185,7 @@ export class Vehicle {
       severity,
       text,
       at: this.#timeOfDay(time_s, now_ms),
+      isLive: false,
     }));
   }
 
