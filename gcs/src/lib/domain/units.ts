@@ -27,9 +27,26 @@ export const lengthTo_m = (value: number, unit: LengthUnit): number => value * L
 export const speedFrom_m_s = (value_m_s: number, unit: SpeedUnit): number => value_m_s / SPEED_M_S[unit];
 export const speedTo_m_s = (value: number, unit: SpeedUnit): number => value * SPEED_M_S[unit];
 
+/** Making a formatter costs as much as formatting a hundred numbers, and numbers are shown 20 times a second. */
+const formatters = new Map<string, Intl.NumberFormat>();
+
+function formatter(
+  locale: string | undefined,
+  minimumFractionDigits: number,
+  maximumFractionDigits: number,
+): Intl.NumberFormat {
+  const key = `${locale} ${minimumFractionDigits} ${maximumFractionDigits}`;
+  let found = formatters.get(key);
+  if (found === undefined) {
+    found = new Intl.NumberFormat(locale, { minimumFractionDigits, maximumFractionDigits });
+    formatters.set(key, found);
+  }
+  return found;
+}
+
 /** A number for people: so many digits after the point, no negative zero, in the way of the language. */
 export function formatNumber(value: number, digits: number, locale?: string): string {
-  const text = value.toLocaleString(locale, { minimumFractionDigits: digits, maximumFractionDigits: digits });
+  const text = formatter(locale, digits, digits).format(value);
   return /^[-−][0.,\s]*$/.test(text) ? text.slice(1) : text;
 }
 
@@ -53,7 +70,7 @@ export function formatScale(value_m: number, units: Units, locale?: string): str
   const isLarge = Math.abs(value_m) >= large_m * 0.999;
   const value = isLarge ? value_m / large_m : lengthFrom_m(value_m, units.length);
   const symbol = isLarge ? (units.length === 'm' ? 'km' : 'nmi') : LENGTH_SYMBOL[units.length];
-  return `${value.toLocaleString(locale, { maximumFractionDigits: isLarge ? 2 : 0 })} ${symbol}`;
+  return `${formatter(locale, 0, isLarge ? 2 : 0).format(value)} ${symbol}`;
 }
 
 /** A speed: `12.3 m/s`, `24 kt`. */

@@ -116,6 +116,8 @@ export class MapAdapter {
   #hasSeenPlane = false;
   #movedByHand_ms = -Infinity;
   #swallowClickUntil_ms = -Infinity;
+  /** Counts changes of what is painted only when it changes. */
+  #version = 0;
   #cursor = '';
 
   constructor({ target, events, view }: MapOptions) {
@@ -140,7 +142,8 @@ export class MapAdapter {
         this.#coast,
         this.#tiles,
         new CanvasLayer([this.#grid, this.#trails], look, 2),
-        new CanvasLayer([this.#route.lines, this.#home, this.#route.marks, this.#vehicles, this.#ruler], look, 3),
+        new CanvasLayer([this.#route.lines, this.#home, this.#route.marks], look, 3, () => this.#version),
+        new CanvasLayer([this.#vehicles, this.#ruler], look, 4),
       ],
       controls: [this.#scale, attribution],
       interactions: [
@@ -172,22 +175,26 @@ export class MapAdapter {
   // --- What is shown ------------------------------------------------------------------------------------------------
 
   setPlan(items: readonly PlanItem[], home: Home | null): void {
+    this.#version += 1;
     this.#route.route = items.length === 0 ? EMPTY_ROUTE : routeView(items, home);
     this.#map.render();
   }
 
   /** The route that the vehicle has, where it is another one; `null` when it is not shown. */
   setVehiclePlan(items: readonly PlanItem[] | null, home: Home | null): void {
+    this.#version += 1;
     this.#route.vehicleRoute = items === null ? EMPTY_ROUTE : routeView(items, home);
     this.#map.render();
   }
 
   setRouteStatus(status: RouteStatus): void {
+    this.#version += 1;
     this.#route.status = status;
     this.#map.render();
   }
 
   setHome(home: LonLat | null): void {
+    this.#version += 1;
     this.#home.home = home;
     this.#grid.origin = home === null ? null : toXY(home);
     this.#map.render();
@@ -222,6 +229,7 @@ export class MapAdapter {
   }
 
   setTexts(texts: MapTexts): void {
+    this.#version += 1;
     this.#route.texts = texts;
     this.#grid.formatDistance = texts.distance;
     this.#grid.letters = texts.letters;
@@ -251,6 +259,7 @@ export class MapAdapter {
   }
 
   refreshTheme(): void {
+    this.#version += 1;
     this.#theme = readTheme();
     this.#coast.setStyle(coastStyle(this.#theme));
     this.#map.render();
@@ -263,6 +272,7 @@ export class MapAdapter {
   // --- The view -----------------------------------------------------------------------------------------------------
 
   setInsets(insets: Insets): void {
+    this.#version += 1;
     this.#insets = insets;
     const style = this.#target.style;
     for (const side of ['top', 'right', 'bottom', 'left'] as const) {

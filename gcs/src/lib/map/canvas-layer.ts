@@ -9,11 +9,20 @@ export class CanvasLayer extends Layer<Source> {
   readonly #canvas = document.createElement('canvas');
   readonly #painters: readonly Painter[];
   readonly #look: () => { theme: Theme; insets: Insets };
+  readonly #version: (() => number) | null;
+  #drawn = '';
 
-  constructor(painters: readonly Painter[], look: () => { theme: Theme; insets: Insets }, zIndex: number) {
+  /** With a `version` the layer is painted anew only when that, or the view, is another. */
+  constructor(
+    painters: readonly Painter[],
+    look: () => { theme: Theme; insets: Insets },
+    zIndex: number,
+    version: (() => number) | null = null,
+  ) {
     super({ zIndex });
     this.#painters = painters;
     this.#look = look;
+    this.#version = version;
     this.#canvas.style.cssText = 'position:absolute;inset:0;width:100%;height:100%;pointer-events:none';
     this.#canvas.setAttribute('aria-hidden', 'true');
   }
@@ -29,6 +38,12 @@ export class CanvasLayer extends Layer<Source> {
     const ratio = state.pixelRatio;
     const [pixelWidth, pixelHeight] = [Math.round(width * ratio), Math.round(height * ratio)];
     const canvas = this.#canvas;
+    if (this.#version !== null) {
+      const { center, resolution } = state.viewState;
+      const signature = [this.#version(), ...center, resolution, pixelWidth, pixelHeight].join();
+      if (signature === this.#drawn) return canvas;
+      this.#drawn = signature;
+    }
     if (canvas.width !== pixelWidth || canvas.height !== pixelHeight) {
       canvas.width = pixelWidth;
       canvas.height = pixelHeight;

@@ -37,7 +37,7 @@ export class RoutePainter {
     this.#paintVehicleRoute(frame);
     for (const circle of this.route.circles) this.#paintCircle(frame, circle);
     for (const jump of this.route.jumps) this.#paintJump(frame, jump.from, jump.to);
-    for (const leg of this.route.legs) this.#paintLeg(frame, leg);
+    this.#paintLegs(frame);
     for (const approach of this.route.approaches) {
       if (approach.drop_m === null || approach.slope === null) continue;
       const [x, y] = frame.pixel(approach.middle);
@@ -112,38 +112,56 @@ export class RoutePainter {
     }
   }
 
-  #paintLeg(frame: Frame, leg: RouteLeg): void {
-    const { context, theme } = frame;
+  /** Legs that look alike are one path: a mission of hundreds of items costs a few strokes. */
+  #paintLegs(frame: Frame): void {
+    const { context } = frame;
+    const groups = new Map<string, { look: LegLook; legs: RouteLeg[] }>();
+    const visible = this.route.legs.filter((leg) => isInSight(frame, leg));
+    for (const leg of visible) {
+      const look = this.#lookOf(frame, leg);
+      const key = `${look.colour} ${look.width} ${look.dash.join()}`;
+      const group = groups.get(key);
+      if (group) group.legs.push(leg);
+      else groups.set(key, { look, legs: [leg] });
+    }
+    for (const { look, legs } of groups.values()) {
+      context.setLineDash(look.dash);
+      context.lineCap = look.dash.length === 0 ? 'round' : 'butt';
+      context.lineJoin = 'round';
+      context.beginPath();
+      for (const leg of legs) traceLine(frame, leg.line);
+      strokeWithEdge(frame, look.colour, look.width, 1.5);
+    }
+    context.setLineDash([]);
+    for (const leg of visible) this.#paintDirection(frame, leg);
+  }
+
+  #lookOf({ theme }: Frame, leg: RouteLeg): LegLook {
     const isCurrent = this.status.current === leg.toIndex + 1;
     const isFlown = this.status.reached.has(leg.toIndex + 1) && !isCurrent;
-    context.setLineDash(leg.kind === 'takeoff' ? [10, 6] : leg.kind === 'return' ? [3, 6] : []);
-    context.lineCap = leg.kind === 'flown' || leg.kind === 'approach' ? 'round' : 'butt';
-    context.lineJoin = 'round';
-    context.beginPath();
-    traceLine(frame, leg.line);
-    const colour = isCurrent ? theme.ok : isFlown ? theme.muted : leg.kind === 'approach' ? theme.warn : theme.accent;
-    strokeWithEdge(frame, colour, isCurrent ? 5 : 3, 1.5);
-    context.setLineDash([]);
+    return {
+      colour: isCurrent ? theme.ok : isFlown ? theme.muted : leg.kind === 'approach' ? theme.warn : theme.accent,
+      width: isCurrent ? 5 : 3,
+      dash: leg.kind === 'takeoff' ? [10, 6] : leg.kind === 'return' ? [3, 6] : [],
+    };
+  }
+
+  #paintDirection(frame: Frame, leg: RouteLeg): void {
     const last = leg.line.length - 1;
     const [from, to] = [frame.pixel(leg.line[0] as XY), frame.pixel(leg.line[last] as XY)];
-    const length = Math.hypot(to[0] - from[0], to[1] - from[1]);
-    if (length < ARROW_FROM_PX) return;
+    if (Math.hypot(to[0] - from[0], to[1] - from[1]) < ARROW_FROM_PX) return;
+    const { colour } = this.#lookOf(frame, leg);
+    const isHandled = this.status.isEditing && hasHandle(frame, leg);
     // where a handle sits in the middle, arrows stand beside it
-    const parts = hasHandle(frame, leg) && this.status.isEditing ? [0.3, 0.75] : [0.55];
-    for (const part of parts) {
+    for (const part of isHandled ? [0.3, 0.75] : [0.55]) {
       const position = part * last;
       const index = Math.min(Math.floor(position), last - 1);
       const [a, b] = [frame.pixel(leg.line[index] as XY), frame.pixel(leg.line[index + 1] as XY)];
       const rest = position - index;
-      arrow(
-        frame,
-        a[0] + (b[0] - a[0]) * rest,
-        a[1] + (b[1] - a[1]) * rest,
-        Math.atan2(b[1] - a[1], b[0] - a[0]),
-        colour,
-      );
+      const [x, y] = [a[0] + (b[0] - a[0]) * rest, a[1] + (b[1] - a[1]) * rest];
+      arrow(frame, x, y, Math.atan2(b[1] - a[1], b[0] - a[0]), colour);
     }
-    if (this.status.isEditing && hasHandle(frame, leg)) this.#paintHandle(frame, leg.middle);
+    if (isHandled) this.#paintHandle(frame, leg.middle);
   }
 
   #paintHandle(frame: Frame, at: XY): void {
@@ -254,6 +272,25 @@ export class RoutePainter {
       if (isReached) tick(frame, x + 10, y - 10);
     }
   }
+}
+
+interface LegLook {
+  readonly colour: string;
+  readonly width: number;
+  readonly dash: number[];
+}
+
+/** Whether anything of a leg may lie in the window. */
+function isInSight(frame: Projection, leg: RouteLeg): boolean {
+  let [left, top, right, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
+  for (const at of leg.line) {
+    const [x, y] = frame.pixel(at);
+    [left, right] = [Math.min(left, x), Math.max(right, x)];
+    [top, bottom] = [Math.min(top, y), Math.max(bottom, y)];
+  }
+  const edge = 20;
+  const { width, height } = frame.size;
+  return right > -edge && bottom > -edge && left < width + edge && top < height + edge;
 }
 
 function hasHandle(frame: Projection, leg: RouteLeg): boolean {

@@ -84,10 +84,14 @@ class PlanStore implements PlanDraft {
 
   /** Where heights count from: the vehicle's home, else the one that the plan names. */
   home = $derived.by<Home | null>(() => {
-    const home = vehicles.selected?.groups.home;
-    if (!home) return this.#history.present.home;
-    return { lat_deg: home.lat_deg, lon_deg: home.lon_deg, alt_amsl_m: home.alt_amsl_m };
+    const [lat_deg, lon_deg, alt_amsl_m] = [this.#homeLat_deg, this.#homeLon_deg, this.#homeAlt_m];
+    if (lat_deg === null || lon_deg === null || alt_amsl_m === null) return this.#history.present.home;
+    return { lat_deg, lon_deg, alt_amsl_m };
   });
+  // as plain numbers: a vehicle tells its home again and again, and what is drawn from it need not be drawn again
+  #homeLat_deg = $derived(vehicles.selected?.groups.home?.lat_deg ?? null);
+  #homeLon_deg = $derived(vehicles.selected?.groups.home?.lon_deg ?? null);
+  #homeAlt_m = $derived(vehicles.selected?.groups.home?.alt_amsl_m ?? null);
   draft = $derived<Draft>(this.#history.present);
   items = $derived<readonly DraftItem[]>(this.draft.items);
   selectedKeys = $derived(this.#selection);
