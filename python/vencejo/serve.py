@@ -68,7 +68,8 @@ class Server:
     token_file : path, optional
         Where they are kept; made at the first start. Default `default_token_file`.
     allow_hosts : iterable of str, optional
-        Names of this machine by which browsers reach it, beside addresses and ``localhost``.
+        Names of this machine by which browsers reach it, beside addresses, ``localhost`` and, where others are let in, its
+        own host name.
     allow_origins : iterable of str, optional
         Other web pages' origins that may use the API, such as ``"http://localhost:5173"``.
     certificate, key : path, optional
@@ -105,14 +106,16 @@ class Server:
         tls = (os.fspath(certificate), os.fspath(key)) if certificate is not None and key is not None else None
         if tls is None and not (certificate is None and key is None):
             raise InvalidRequest("TLS needs both a certificate and its key")
-        needs_tokens = tokens or token_file is not None or not ipaddress.ip_address(address).is_loopback
+        is_loopback = ipaddress.ip_address(address).is_loopback
+        needs_tokens = tokens or token_file is not None or not is_loopback
+        own_names = [] if is_loopback else [socket.gethostname(), f"{socket.gethostname()}.local"]
         kept = os.fspath(token_file) if token_file is not None else str(default_token_file())
         self._native = _native.Server(
             station._native,
             address=address,
             port=port,
             token_file=kept if needs_tokens else None,
-            hosts=list(allow_hosts),
+            hosts=[*own_names, *allow_hosts],
             origins=list(allow_origins),
             tls=tls,
             on_board=on_board,

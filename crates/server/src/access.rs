@@ -5,7 +5,8 @@ use std::net::{IpAddr, SocketAddr};
 use std::path::Path;
 
 use axum::extract::{Request, State};
-use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
+use axum::http::uri::Authority;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
@@ -158,11 +159,13 @@ impl Access {
     }
 
     /// What is wrong with where a request comes from, if anything.
-    pub fn check(&self, headers: &HeaderMap) -> Result<(), Problem> {
+    pub fn check(&self, uri: &Uri, headers: &HeaderMap) -> Result<(), Problem> {
         let refused = |kind, detail: String| Problem::new(StatusCode::FORBIDDEN, kind, "Not from there", detail);
-        let mut hosts = headers.get_all(header::HOST).iter();
-        let authority = match (hosts.next().and_then(|host| host.to_str().ok()), hosts.next()) {
-            (Some(authority), None) => authority,
+        // HTTP/1.1 says it in a header, HTTP/2 in the address; whoever says both says the same.
+        let said = headers.get_all(header::HOST).iter().map(|host| host.to_str().unwrap_or_default());
+        let mut said = said.chain(uri.authority().map(Authority::as_str));
+        let authority = match said.next() {
+            Some(authority) if said.all(|other| other == authority) => authority,
             _ => return Err(refused("host", "the request has no single `Host` that can be read".into())),
         };
         if !self.is_our_host(authority) {
@@ -215,7 +218,7 @@ fn host_of(authority: &str) -> Option<&str> {
 /// Checks where each request comes from, and puts the headers on each answer.
 pub async fn guard(State(app): State<App>, request: Request, next: Next) -> Response {
     let is_api = request.uri().path().starts_with("/api/");
-    let mut response = match app.access().check(request.headers()) {
+    let mut response = match app.access().check(request.uri(), request.headers()) {
         Ok(()) => next.run(request).await,
         Err(problem) => problem.into_response(),
     };
@@ -252,7 +255,7 @@ mod tests {
         if let Some(origin) = origin {
             headers.insert(header::ORIGIN, HeaderValue::from_str(origin).expect("a header"));
         }
-        access(bound).check(&headers).err().map(|problem| problem.0.r#type)
+        access(bound).check(&Uri::from_static("/"), &headers).err().map(|problem| problem.0.r#type)
     }
 
     #[test]
@@ -300,12 +303,18 @@ mod tests {
     }
 
     #[test]
-    fn two_hosts_or_none_are_refused() {
+    fn a_request_says_one_host_where_its_version_says_it() {
+        let access = access("127.0.0.1:1");
         let mut headers = HeaderMap::new();
-        assert!(access("127.0.0.1:1").check(&headers).is_err());
+        let (path, whole) = (Uri::from_static("/"), Uri::from_static("https://localhost/"));
+        assert!(access.check(&path, &headers).is_err(), "none");
+        assert!(access.check(&whole, &headers).is_ok(), "as in HTTP/2");
+        assert!(access.check(&Uri::from_static("https://evil.example/"), &headers).is_err());
         headers.append(header::HOST, HeaderValue::from_static("localhost"));
+        assert!(access.check(&whole, &headers).is_ok());
+        assert!(access.check(&Uri::from_static("http://127.0.0.1/"), &headers).is_err(), "two that differ");
         headers.append(header::HOST, HeaderValue::from_static("evil.example"));
-        assert!(access("127.0.0.1:1").check(&headers).is_err());
+        assert!(access.check(&path, &headers).is_err());
     }
 
     #[test]

@@ -10,6 +10,8 @@ use std::time::Duration;
 
 use axum_server::Handle;
 use axum_server::tls_rustls::RustlsConfig;
+use hyper_util::rt::{TokioExecutor, TokioTimer};
+use hyper_util::server::conn::auto::Builder;
 use thiserror::Error;
 use tokio::net::TcpSocket;
 use tokio::runtime::Handle as Runtime;
@@ -25,6 +27,10 @@ use crate::state::App;
 const DRAIN: Duration = Duration::from_secs(3);
 /// Bytes that the system may hold back for one connection: what a slow reader has not read is old.
 const SEND_BUFFER: u32 = 128 * 1024;
+/// How long a client may take to say what it wants.
+const HEADERS: Duration = Duration::from_secs(10);
+/// Requests at once on one HTTP/2 connection.
+const MAX_STREAMS: u32 = 64;
 /// Connections that wait to be accepted.
 const BACKLOG: u32 = 128;
 
@@ -160,11 +166,13 @@ impl Server {
         let failed = |reason| ServerError::Bind { address: config.bind, reason };
         let serving: Serving = match tls {
             None => {
-                let server = axum_server::from_tcp(listener).map_err(failed)?;
+                let mut server = axum_server::from_tcp(listener).map_err(failed)?;
+                limit(server.http_builder());
                 Box::pin(server.handle(handle.clone()).serve(service))
             }
             Some(tls) => {
-                let server = axum_server::from_tcp_rustls(listener, tls).map_err(failed)?;
+                let mut server = axum_server::from_tcp_rustls(listener, tls).map_err(failed)?;
+                limit(server.http_builder());
                 Box::pin(server.handle(handle.clone()).serve(service))
             }
         };
@@ -215,6 +223,12 @@ impl Server {
             tracing::warn!("WebSocket clients were still being served when the server ended");
         }
     }
+}
+
+/// A connection that does not come to its request is no connection.
+fn limit(builder: &mut Builder<TokioExecutor>) {
+    builder.http1().timer(TokioTimer::new()).header_read_timeout(HEADERS);
+    builder.http2().timer(TokioTimer::new()).keep_alive_interval(HEADERS).max_concurrent_streams(MAX_STREAMS);
 }
 
 /// A socket that listens. What is sent to slow readers stays small.

@@ -13,6 +13,8 @@ pub const MAX_SESSIONS: usize = 256;
 pub const GRACE: Duration = Duration::from_secs(5);
 /// A session that nobody uses is forgotten after this.
 pub const IDLE: Duration = Duration::from_secs(12 * 3600);
+/// WebSockets that one session may have open: tabs of one browser.
+pub const MAX_SOCKETS: u32 = 16;
 /// Characters of a session's name.
 const MAX_NAME: usize = 40;
 
@@ -98,6 +100,11 @@ impl Sessions {
         let Some(session) = self.by_secret.remove(secret) else { return false };
         self.lose(session.id, now);
         true
+    }
+
+    /// Whether a session may open one more WebSocket.
+    pub fn may_open_socket(&self, id: SessionId) -> bool {
+        self.get(id).is_some_and(|session| session.sockets < MAX_SOCKETS)
     }
 
     /// A session opened a WebSocket; an operator gets control when nobody has it.

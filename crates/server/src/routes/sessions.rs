@@ -112,7 +112,7 @@ pub(super) async fn websocket(
     InSession(id): InSession,
     upgrade: WebSocketUpgrade,
 ) -> Result<Response, Problem> {
-    if app.outboxes().count() >= ws::MAX_CLIENTS {
+    if app.outboxes().count() >= ws::MAX_CLIENTS || !app.sessions().may_open_socket(id) {
         return Err(Problem::too_many("all places for WebSockets are taken; close one"));
     }
     let Some(alive) = app.alive() else { return Err(Problem::closed()) };
