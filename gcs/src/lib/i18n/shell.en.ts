@@ -1,7 +1,6 @@
 // Texts of the shell, in English.
 export const shellEn = {
   'app.name': 'Vencejo',
-  'app.skip': 'Skip to the fly panel',
 
   'panel.instruments': 'Horizon',
   'panel.fly': 'Fly',
@@ -41,7 +40,6 @@ export const shellEn = {
   'bar.from': 'from {direction}°',
   'bar.itemOf': '{item} of {total}',
   'bar.itemsDone': 'Done',
-  'bar.ofDistance': '{distance} · {time}',
   'bar.atLeast': '≥ {time}',
   'bar.batteryLow': 'low',
   'bar.selectVehicle': 'Select a vehicle',
@@ -97,7 +95,6 @@ export const shellEn = {
   'fly.land': 'Land',
   'fly.abortLanding': 'Abort landing',
   'fly.loiter': 'Loiter here',
-  'fly.takeoff': 'Take off',
   'fly.item': 'Current item',
   'fly.goToItem': 'Go to item',
   'fly.speed': 'Airspeed',
@@ -196,13 +193,7 @@ export const shellEn = {
   'refusal.system-initialising': 'The autopilot is still starting.',
   'refusal.system-initialising.remedy': 'Wait half a minute.',
 
-  'instrument.attitude': 'Attitude',
-  'instrument.airspeed': 'Airspeed',
   'instrument.groundspeed': 'Ground speed',
-  'instrument.altitude': 'Height',
-  'instrument.climb': 'Climb',
-  'instrument.heading': 'Heading',
-  'instrument.aboveHome': 'above home',
   'instrument.old': 'OLD',
   'instrument.none': 'No attitude yet',
   'instrument.described':
@@ -251,7 +242,6 @@ export const shellEn = {
   'number.fenceInside': 'inside',
   'number.fenceBreached': 'breached',
   'number.allWell': 'none',
-  'number.never': 'not told',
 
   'sensor.acceleration': 'Acceleration',
   'sensor.rotation': 'Rotation rate',
@@ -305,7 +295,6 @@ export const shellEn = {
   'setting.add': 'Add',
   'setting.removeLink': 'Remove the link {name}',
   'setting.keys': 'Keys',
-  'setting.about': 'About',
   'setting.version': 'Version {version}',
   'setting.control': 'Control',
   'key.panel': 'Open or close {panel}',

@@ -3,7 +3,6 @@ import type { shellEn } from './shell.en';
 
 export const shellEs: Record<keyof typeof shellEn, string> = {
   'app.name': 'Vencejo',
-  'app.skip': 'Ir al panel de vuelo',
 
   'panel.instruments': 'Horizonte',
   'panel.fly': 'Volar',
@@ -43,7 +42,6 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'bar.from': 'de {direction}°',
   'bar.itemOf': '{item} de {total}',
   'bar.itemsDone': 'Terminada',
-  'bar.ofDistance': '{distance} · {time}',
   'bar.atLeast': '≥ {time}',
   'bar.batteryLow': 'baja',
   'bar.selectVehicle': 'Elegir un vehículo',
@@ -99,7 +97,6 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'fly.land': 'Aterrizar',
   'fly.abortLanding': 'Abortar aterrizaje',
   'fly.loiter': 'Esperar aquí',
-  'fly.takeoff': 'Despegar',
   'fly.item': 'Punto actual',
   'fly.goToItem': 'Ir al punto',
   'fly.speed': 'Velocidad aire',
@@ -198,13 +195,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'refusal.system-initialising': 'El autopiloto aún está arrancando.',
   'refusal.system-initialising.remedy': 'Espera medio minuto.',
 
-  'instrument.attitude': 'Actitud',
-  'instrument.airspeed': 'Velocidad aire',
   'instrument.groundspeed': 'Velocidad suelo',
-  'instrument.altitude': 'Altura',
-  'instrument.climb': 'Ascenso',
-  'instrument.heading': 'Rumbo',
-  'instrument.aboveHome': 'sobre casa',
   'instrument.old': 'ANTIGUO',
   'instrument.none': 'Aún sin actitud',
   'instrument.described':
@@ -253,7 +244,6 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'number.fenceInside': 'dentro',
   'number.fenceBreached': 'rebasada',
   'number.allWell': 'ninguno',
-  'number.never': 'sin datos',
 
   'sensor.acceleration': 'Aceleración',
   'sensor.rotation': 'Velocidad de giro',
@@ -307,7 +297,6 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'setting.add': 'Añadir',
   'setting.removeLink': 'Quitar el enlace {name}',
   'setting.keys': 'Teclas',
-  'setting.about': 'Acerca de',
   'setting.version': 'Versión {version}',
   'setting.control': 'Control',
   'key.panel': 'Abrir o cerrar {panel}',
