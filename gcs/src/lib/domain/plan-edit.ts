@@ -169,9 +169,9 @@ function landingFor(draft: Draft, at: LonLat, defaults: EditDefaults, wind_from_
   const from_deg = wind_from_deg !== null ? (wind_from_deg + 180) % 360 : last === null ? 270 : bearing_deg(at, last);
   const lastItem = before.findLast((item) => placeOf(item) !== null);
   const known_m = lastItem && altRelHome_m(lastItem, draft.home);
-  // a plane that has just taken off, or circles, does not come along a line
+  // a plane that has just taken off does not come along a line
   const coming =
-    lastItem && last !== null && known_m != null && kindOf(lastItem) === 'waypoint'
+    lastItem && last !== null && known_m != null && kindOf(lastItem) !== 'takeoff'
       ? { at: last, alt_m: known_m }
       : null;
   return landingSequence(at, from_deg, known_m ?? defaults.alt_m, defaults.approach ?? DEFAULT_APPROACH, coming);
