@@ -28,6 +28,7 @@ export interface Colours {
   horizon: string;
   tape: string;
   text: string;
+  box: string;
   muted: string;
   symbol: string;
   accent: string;
@@ -46,6 +47,7 @@ export function readColours(element: Element): Colours {
     horizon: get('color-horizon'),
     tape: get('color-tape'),
     text: get('color-instrument'),
+    box: get('color-instrument-box'),
     muted: get('color-text-muted'),
     symbol: get('color-plane-symbol'),
     accent: get('color-accent'),
@@ -256,7 +258,7 @@ function drawTape(
   const tip = edge;
   const base = edge + inward * 7;
   const back = isLeft ? x : x + width;
-  context.fillStyle = colours.text === '#000000' ? '#ffffff' : '#000000';
+  context.fillStyle = colours.box;
   context.strokeStyle = colours.text;
   context.lineWidth = 1.5;
   polygon(context, [
@@ -331,7 +333,7 @@ function drawHeading(
   context.beginPath();
   context.rect(x, y, width, height);
   context.clip();
-  context.fillStyle = colours.text === '#000000' ? '#ffffff' : '#0b1015';
+  context.fillStyle = colours.box;
   context.fillRect(x, y, width, height);
   const cx = x + width / 2;
   context.strokeStyle = colours.text;
@@ -351,7 +353,7 @@ function drawHeading(
       context.font = `${letter === undefined ? '' : '600 '}13px ${colours.font}`;
       context.fillText(letter ?? String(degrees).padStart(3, '0'), at, y + 22);
     }
-    context.fillStyle = colours.text === '#000000' ? '#ffffff' : '#000000';
+    context.fillStyle = colours.box;
     context.lineWidth = 1.5;
     polygon(context, [
       [cx, y + 1],
@@ -386,7 +388,7 @@ function drawOld(
   context.font = `600 16px ${colours.font}`;
   context.textAlign = 'center';
   const text_w = context.measureText(text).width + 20;
-  context.fillStyle = colours.text === '#000000' ? '#ffffff' : '#000000';
+  context.fillStyle = colours.box;
   context.fillRect(width / 2 - text_w / 2, height * 0.28 - 14, text_w, 28);
   context.strokeRect(width / 2 - text_w / 2, height * 0.28 - 14, text_w, 28);
   context.fillStyle = colours.danger;
