@@ -3,7 +3,7 @@
 # (.venv) with locked packages, and the native module. Does nothing when nothing changed.
 #
 #   scripts/setup.sh run      what `vencejo` needs
-#   scripts/setup.sh dev      that, the tools and the peers that the tests talk to
+#   scripts/setup.sh dev      that, the tools, the peers that the tests talk to, and Chromium
 #   scripts/setup.sh app      the web app (gcs/dist), which the native module carries
 #   scripts/setup.sh native   the Rust core as vencejo._native, and the `vencejo` command
 #   scripts/setup.sh rust     only check that Rust and a C linker are there
@@ -71,6 +71,15 @@ need_rust() {
     have=$(rustc --version | cut -d' ' -f2)
     [ "$(printf '%s\n%s\n' "$RUST_MIN" "${have%%-*}" | sort -V | head -n1)" = "$RUST_MIN" ] \
         || fail "Rust $have is too old, $RUST_MIN or newer is needed: rustup update stable"
+}
+
+# The browser that tests/browser drives: the system's, never a downloaded one. VENCEJO_CHROMIUM names another.
+need_chromium() {
+    local candidate
+    for candidate in ${VENCEJO_CHROMIUM:-} chromium chromium-browser google-chrome-stable google-chrome; do
+        if command -v "$candidate" >/dev/null; then return; fi
+    done
+    apt chromium
 }
 
 # Hash of the content of the files named on standard input, one a line.
@@ -148,7 +157,8 @@ native() {
 }
 
 case "${1:-}" in
-    run | dev) python_env "$1" ;;
+    run) python_env run ;;
+    dev) need_chromium; python_env dev ;;
     app) app; node_modules ;;
     native) need_rust; native ;;
     rust) need_rust ;;
