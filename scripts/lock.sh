@@ -15,6 +15,6 @@ compile() { # output, arguments
         --override requirements/overrides.txt --output-file "$output" "$@" >/dev/null
 }
 
-# run: what `make demo` needs. dev: that and the tools; constrained, so that the two agree.
+# run: what `make demo` needs. dev: that, the extras and the tools; constrained, so that the two agree.
 compile requirements/run.lock pyproject.toml --group build "$@"
-compile requirements/dev.lock pyproject.toml --group tools --constraint requirements/run.lock "$@"
+compile requirements/dev.lock pyproject.toml --group tools --extra camera --constraint requirements/run.lock "$@"
