@@ -22,12 +22,16 @@ export interface Ghost {
   elapsed_s: number;
   /** The plane cannot be farther than this from where it was last heard, at its last speed. */
   reach_m: number;
+  /** The way from where it was last heard to where it is thought to be. */
+  path: readonly LonLat[];
+  /** Whether it follows a planned route; else a line or circle. */
+  isOnRoute: boolean;
 }
 
 /** After this long the estimate stays where it is: it is worth nothing any more. */
 export const GHOST_LIMIT_S = 300;
 /** Slower than this is standing: a plane on the ground has no ghost that wanders off. */
-const MOVING_M_S = 3;
+export const MOVING_M_S = 3;
 /** Below this turn rate the path is a straight line. */
 const STRAIGHT_DEG_S = 0.2;
 
@@ -36,19 +40,29 @@ export function deadReckon(last: LastKnown, elapsed_s: number): Ghost {
   const time_s = Math.min(Math.max(elapsed_s, 0), GHOST_LIMIT_S);
   const way_m = last.groundspeed_m_s >= MOVING_M_S ? last.groundspeed_m_s * time_s : 0;
   if (way_m === 0) {
-    return { at: last.at, course_deg: last.course_deg, heading_deg: last.heading_deg, elapsed_s, reach_m: 0 };
+    const { at, course_deg, heading_deg } = last;
+    return { at, course_deg, heading_deg, elapsed_s, reach_m: 0, path: [at], isOnRoute: false };
   }
   const rate_deg_s = Math.abs(last.turn_rate_deg_s) < STRAIGHT_DEG_S ? 0 : last.turn_rate_deg_s;
   const turned_deg = rate_deg_s * time_s;
   // The chord of the arc that was flown leaves with half of the angle turned.
-  const half_rad = (turned_deg * Math.PI) / 360;
-  const chord_m = half_rad === 0 ? way_m : way_m * (Math.sin(half_rad) / half_rad);
+  const after = (part: number): LonLat => {
+    const half_rad = (turned_deg * part * Math.PI) / 360;
+    const chord_m = way_m * part * (half_rad === 0 ? 1 : Math.sin(half_rad) / half_rad);
+    return destination(last.at, wrap360_deg(last.course_deg + (turned_deg * part) / 2), chord_m);
+  };
+  // more than a turn of a circle adds nothing to see
+  const pieces = turned_deg === 0 ? 1 : Math.min(72, Math.ceil(Math.abs(turned_deg) / 6));
+  const seen = Math.min(1, 360 / Math.max(Math.abs(turned_deg), 1));
+  const path = Array.from({ length: pieces + 1 }, (_, index) => after(1 - seen + (seen * index) / pieces));
   return {
-    at: destination(last.at, wrap360_deg(last.course_deg + turned_deg / 2), chord_m),
+    at: after(1),
     course_deg: wrap360_deg(last.course_deg + turned_deg),
     heading_deg: wrap360_deg(last.heading_deg + turned_deg),
     elapsed_s,
     reach_m: way_m,
+    path,
+    isOnRoute: false,
   };
 }
 

@@ -80,7 +80,11 @@ export const COMMAND = {
   return_to_launch: 20,
   land: 21,
   takeoff: 22,
+  continue_and_change_height: 30,
   loiter_to_height: 31,
+  arc_waypoint: 36,
+  /** For other vehicles: an ArduPlane refuses it. */
+  spline_waypoint: 82,
   jump: 177,
   change_speed: 178,
   land_start: 189,
@@ -95,6 +99,7 @@ export const KINDS = [
   'loiter_time',
   'loiter_unlimited',
   'loiter_to_height',
+  'arc_waypoint',
   'return_to_launch',
   'change_speed',
   'jump',
@@ -110,6 +115,7 @@ const NAME: Record<EditableKind, string> = {
   loiter_time: 'MAV_CMD_NAV_LOITER_TIME',
   loiter_unlimited: 'MAV_CMD_NAV_LOITER_UNLIM',
   loiter_to_height: 'MAV_CMD_NAV_LOITER_TO_ALT',
+  arc_waypoint: 'MAV_CMD_NAV_ARC_WAYPOINT',
   return_to_launch: 'MAV_CMD_NAV_RETURN_TO_LAUNCH',
   change_speed: 'MAV_CMD_DO_CHANGE_SPEED',
   jump: 'MAV_CMD_DO_JUMP',
@@ -127,6 +133,7 @@ const NEW_PARAMS: Record<EditableKind, readonly [number, number, number, number]
   loiter_time: [60, 0, 1, 1],
   loiter_unlimited: [0, 0, DEFAULT_LOITER_RADIUS_M, 0],
   loiter_to_height: [0, DEFAULT_LOITER_RADIUS_M, 0, 1],
+  arc_waypoint: [90, 0, 0, 0],
   return_to_launch: [0, 0, 0, 0],
   change_speed: [0, 15, 0, 0],
   jump: [1, 1, 0, 0],
@@ -140,6 +147,7 @@ const PLACED: ReadonlySet<EditableKind> = new Set([
   'loiter_time',
   'loiter_unlimited',
   'loiter_to_height',
+  'arc_waypoint',
 ]);
 
 const KIND_BY_COMMAND: ReadonlyMap<number, EditableKind> = new Map(KINDS.map((kind) => [COMMAND[kind], kind]));
@@ -172,10 +180,13 @@ export function heightFrameOf(item: PlanItem): HeightFrame {
   return 'home';
 }
 
+/** Commands below 95 (NAV) with a place that is not flown to: a change of height, a hand-over to external control. */
+const NO_DESTINATION: ReadonlySet<number> = new Set([COMMAND.continue_and_change_height, COMMAND.land_start, 92]);
+
 /** Whether the vehicle flies to the item. A take-off only points; an action has no place. */
 export function isDestination(item: PlanItem): boolean {
   const kind = kindOf(item);
-  if (kind === 'takeoff' || item.command === COMMAND.land_start) return false;
+  if (kind === 'takeoff' || NO_DESTINATION.has(item.command)) return false;
   return kind === 'other' ? item.command < 95 && placeOf(item) !== null : PLACED.has(kind);
 }
 
@@ -340,7 +351,7 @@ export function routeOf(items: readonly PlanItem[], home: LonLat | null): Leg[] 
             : kind === 'takeoff' || isFromTakeoff
               ? 'takeoff'
               : 'flown',
-        length_m: distance_m(from, to),
+        length_m: legLength_m(from, to, item),
       });
     }
     from = to;
@@ -348,6 +359,13 @@ export function routeOf(items: readonly PlanItem[], home: LonLat | null): Leg[] 
     isFromTakeoff = kind === 'takeoff';
   }
   return legs;
+}
+
+/** Length of the leg to an item: the chord, or the arc that ends there. */
+function legLength_m(from: LonLat, to: LonLat, item: PlanItem): number {
+  const chord_m = distance_m(from, to);
+  const angle_rad = item.command === COMMAND.arc_waypoint ? Math.abs(((item.params[0] ?? 0) * Math.PI) / 180) : 0;
+  return angle_rad < 0.01 || angle_rad >= 2 * Math.PI ? chord_m : (chord_m * angle_rad) / 2 / Math.sin(angle_rad / 2);
 }
 
 /** Last approach of a plan: from the place before the landing to the landing. */

@@ -1,8 +1,6 @@
 /** The height profile of a mission: heights above home over the distance flown. */
 
-import { distance_m } from './geo';
-import type { LonLat } from './lonlat';
-import { altRelHome_m, type Home, heightFrameOf, isDestination, kindOf, type PlanItem, placeOf } from './plan';
+import { altRelHome_m, type Home, heightFrameOf, isDestination, kindOf, type PlanItem, placeOf, routeOf } from './plan';
 
 export interface ProfilePoint {
   /** Index in the items; `null` for home at the beginning. */
@@ -24,26 +22,24 @@ export interface Profile {
 
 export function profileOf(items: readonly PlanItem[], home: Home | null): Profile {
   const points: ProfilePoint[] = [];
-  let from: LonLat | null = home;
   let total_m = 0;
+  const lengths = new Map(routeOf(items, home).map((leg) => [leg.toIndex, leg.length_m]));
   if (home !== null) points.push({ index: null, distance_m: 0, alt_rel_home_m: 0, isCertain: true });
   for (const [index, item] of items.entries()) {
     const kind = kindOf(item);
     if (kind === 'return_to_launch') {
       const last = points.at(-1);
-      if (home === null || from === null || last === undefined) continue;
-      total_m += distance_m(from, home);
+      if (home === null || last === undefined) continue;
+      total_m += lengths.get(index) ?? 0;
       points.push({ index, distance_m: total_m, alt_rel_home_m: last.alt_rel_home_m, isCertain: false });
-      from = home;
       continue;
     }
     const to = placeOf(item);
     if (to === null || !(isDestination(item) || kind === 'takeoff')) continue;
-    if (from !== null) total_m += distance_m(from, to);
+    total_m += lengths.get(index) ?? 0;
     const alt_m = altRelHome_m(item, home);
     const guess_m = heightFrameOf(item) === 'terrain' ? (item.params[6] ?? 0) : (points.at(-1)?.alt_rel_home_m ?? 0);
     points.push({ index, distance_m: total_m, alt_rel_home_m: alt_m ?? guess_m, isCertain: alt_m !== null });
-    from = to;
   }
   const heights = points.map((point) => point.alt_rel_home_m);
   return { points, length_m: total_m, min_m: Math.min(0, ...heights), max_m: Math.max(0, ...heights) };
