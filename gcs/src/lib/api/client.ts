@@ -1,5 +1,5 @@
 // The HTTP API, one method per call. Every failure is a ProblemError.
-import { NO_ANSWER, ownProblem, ProblemError, problemOf } from './problem';
+import { Http } from './http';
 import type {
   CommandInfo,
   CommandName,
@@ -21,81 +21,45 @@ import type {
 
 export type { CommandName, VehicleCommands } from './types';
 
-type Method = 'GET' | 'POST' | 'PUT' | 'DELETE';
+export class Api extends Http {
+  info = () => this.json<Info>('GET', '/info');
+  openSession = (body: NewSession) => this.json<Session>('POST', '/session', body);
+  takeControl = () => this.json<Partial<Session>>('POST', '/control/take', {});
+  releaseControl = () => this.json<Partial<Session>>('POST', '/control/release', {});
+  requestControl = () => this.json<Partial<Session>>('POST', '/control/request', {});
 
-export class Api {
-  readonly #base: string;
-  readonly #fetch: typeof fetch;
+  links = () => this.json<LinkInfo[]>('GET', '/links');
+  addLink = (body: NewLink) => this.json<LinkInfo>('POST', '/links', body);
+  removeLink = (id: number) => this.json<unknown>('DELETE', `/links/${id}`);
 
-  constructor(base = '/api/v1', fetchWith: typeof fetch = (...args) => fetch(...args)) {
-    this.#base = base;
-    this.#fetch = fetchWith;
-  }
-
-  info = () => this.#json<Info>('GET', '/info');
-  openSession = (body: NewSession) => this.#json<Session>('POST', '/session', body);
-  takeControl = () => this.#json<Partial<Session>>('POST', '/control/take', {});
-  releaseControl = () => this.#json<Partial<Session>>('POST', '/control/release', {});
-  requestControl = () => this.#json<Partial<Session>>('POST', '/control/request', {});
-
-  links = () => this.#json<LinkInfo[]>('GET', '/links');
-  addLink = (body: NewLink) => this.#json<LinkInfo>('POST', '/links', body);
-  removeLink = (id: number) => this.#json<unknown>('DELETE', `/links/${id}`);
-
-  vehicles = () => this.#json<VehicleSummary[]>('GET', '/vehicles');
-  vehicle = (id: number) => this.#json<VehicleState>('GET', `/vehicles/${id}`);
-  texts = (id: number) => this.#json<StatusText[]>('GET', `/vehicles/${id}/texts`);
+  vehicles = () => this.json<VehicleSummary[]>('GET', '/vehicles');
+  vehicle = (id: number) => this.json<VehicleState>('GET', `/vehicles/${id}`);
+  texts = (id: number) => this.json<StatusText[]>('GET', `/vehicles/${id}/texts`);
 
   /** Tells a vehicle to do something; resolves when the vehicle did it, or shows it. */
   command = <Name extends CommandName>(id: number, name: Name, body: VehicleCommands[Name]) =>
-    this.#json<unknown>('POST', `/vehicles/${id}/${name}`, body);
+    this.json<unknown>('POST', `/vehicles/${id}/${name}`, body);
 
   sendPlan = (id: number, kind: PlanKind, plan: Plan) =>
-    this.#json<Operation>('PUT', `/vehicles/${id}/plan/${kind}`, plan);
-  readPlan = (id: number, kind: PlanKind) => this.#json<Operation>('GET', `/vehicles/${id}/plan/${kind}`);
-  clearPlan = (id: number, kind: PlanKind) => this.#json<Operation>('DELETE', `/vehicles/${id}/plan/${kind}`);
+    this.json<Operation>('PUT', `/vehicles/${id}/plan/${kind}`, plan);
+  readPlan = (id: number, kind: PlanKind) => this.json<Operation>('GET', `/vehicles/${id}/plan/${kind}`);
+  clearPlan = (id: number, kind: PlanKind) => this.json<Operation>('DELETE', `/vehicles/${id}/plan/${kind}`);
   operation = <Result>(id: Operation['id']) =>
-    this.#json<Operation<Result>>('GET', `/operations/${encodeURIComponent(id)}`);
-  cancelOperation = (id: Operation['id']) => this.#json<unknown>('DELETE', `/operations/${encodeURIComponent(id)}`);
+    this.json<Operation<Result>>('GET', `/operations/${encodeURIComponent(id)}`);
+  cancelOperation = (id: Operation['id']) => this.json<unknown>('DELETE', `/operations/${encodeURIComponent(id)}`);
 
   parsePlan = (name: string, file: Blob) =>
-    this.#json<Plan>('POST', `/plan/parse?name=${encodeURIComponent(name)}`, file);
+    this.json<Plan>('POST', `/plan/parse?name=${encodeURIComponent(name)}`, file);
   checkPlan = (plan: Plan, vehicle?: number) =>
-    this.#json<PlanFinding[]>('POST', '/plan/check', vehicle === undefined ? { plan } : { plan, vehicle });
+    this.json<PlanFinding[]>('POST', '/plan/check', vehicle === undefined ? { plan } : { plan, vehicle });
   async formatPlan(plan: Plan, as: 'plan' | 'waypoints'): Promise<Blob> {
-    return (await this.#request('POST', `/plan/format?as=${as}`, plan)).blob();
+    return (await this.request('POST', `/plan/format?as=${as}`, plan)).blob();
   }
-  commands = () => this.#json<CommandInfo[]>('GET', '/commands');
+  commands = () => this.json<CommandInfo[]>('GET', '/commands');
 
-  readParams = (id: number) => this.#json<Operation>('GET', `/vehicles/${id}/params`);
+  readParams = (id: number) => this.json<Operation>('GET', `/vehicles/${id}/params`);
   readParam = (id: number, name: string) =>
-    this.#json<Parameter>('GET', `/vehicles/${id}/params/${encodeURIComponent(name)}`);
+    this.json<Parameter>('GET', `/vehicles/${id}/params/${encodeURIComponent(name)}`);
   setParam = (id: number, name: string, value: number) =>
-    this.#json<Parameter>('PUT', `/vehicles/${id}/params/${encodeURIComponent(name)}`, { value });
-
-  async #json<T>(method: Method, path: string, body?: unknown): Promise<T> {
-    const response = await this.#request(method, path, body);
-    const text = await response.text();
-    // An empty answer stands for "done, nothing to tell".
-    return (text === '' ? {} : JSON.parse(text)) as T;
-  }
-
-  async #request(method: Method, path: string, body?: unknown): Promise<Response> {
-    const init: RequestInit = { method, credentials: 'same-origin', headers: { accept: 'application/json' } };
-    if (body instanceof Blob) {
-      init.body = body;
-      init.headers = { ...init.headers, 'content-type': 'application/octet-stream' };
-    } else if (body !== undefined) {
-      init.body = JSON.stringify(body);
-      init.headers = { ...init.headers, 'content-type': 'application/json' };
-    }
-    let response: Response;
-    try {
-      response = await this.#fetch(this.#base + path, init);
-    } catch (error) {
-      throw new ProblemError(ownProblem('No answer', NO_ANSWER, String(error)));
-    }
-    if (!response.ok) throw new ProblemError(await problemOf(response));
-    return response;
-  }
+    this.json<Parameter>('PUT', `/vehicles/${id}/params/${encodeURIComponent(name)}`, { value });
 }

@@ -1,0 +1,40 @@
+// Requests to the server's HTTP API. Every failure is a ProblemError.
+import { NO_ANSWER, ownProblem, ProblemError, problemOf } from './problem';
+
+export type Method = 'GET' | 'POST' | 'PUT' | 'DELETE';
+
+export class Http {
+  readonly #base: string;
+  readonly #fetch: typeof fetch;
+
+  constructor(base = '/api/v1', fetchWith: typeof fetch = (...args) => fetch(...args)) {
+    this.#base = base;
+    this.#fetch = fetchWith;
+  }
+
+  async json<T>(method: Method, path: string, body?: unknown): Promise<T> {
+    const response = await this.request(method, path, body);
+    const text = await response.text();
+    // An empty answer stands for "done, nothing to tell".
+    return (text === '' ? {} : JSON.parse(text)) as T;
+  }
+
+  async request(method: Method, path: string, body?: unknown): Promise<Response> {
+    const init: RequestInit = { method, credentials: 'same-origin', headers: { accept: 'application/json' } };
+    if (body instanceof Blob) {
+      init.body = body;
+      init.headers = { ...init.headers, 'content-type': 'application/octet-stream' };
+    } else if (body !== undefined) {
+      init.body = JSON.stringify(body);
+      init.headers = { ...init.headers, 'content-type': 'application/json' };
+    }
+    let response: Response;
+    try {
+      response = await this.#fetch(this.#base + path, init);
+    } catch (error) {
+      throw new ProblemError(ownProblem('No answer', NO_ANSWER, String(error)));
+    }
+    if (!response.ok) throw new ProblemError(await problemOf(response));
+    return response;
+  }
+}
