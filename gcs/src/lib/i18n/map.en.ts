@@ -27,6 +27,7 @@ export const mapEn = {
   'map.clearTrails': 'Clear trails',
   'map.trailHeight': 'Trail, height above home',
   'map.estimated': 'estimated, {age} ago',
+  'map.estimatedOnRoute': 'estimated on its route, {age} ago',
   'map.pointer': 'Position of the pointer',
   'map.approach': '1 : {ratio} · {angle}°',
   'map.approachFlat': 'does not descend',
@@ -151,6 +152,7 @@ export const mapEn = {
   'kind.loiter_time': 'Loiter time',
   'kind.loiter_unlimited': 'Loiter without end',
   'kind.loiter_to_height': 'Loiter to height',
+  'kind.arc_waypoint': 'Arc to point',
   'kind.return_to_launch': 'Return home',
   'kind.change_speed': 'Change speed',
   'kind.jump': 'Jump',
@@ -158,6 +160,7 @@ export const mapEn = {
 
   'param.acceptance': 'Acceptance radius (0: the plane’s own)',
   'param.passBy': 'Pass by at',
+  'param.arcAngle': 'Angle of the arc (negative: counter-clockwise)',
   'param.minPitch': 'Least pitch',
   'param.abortAlt': 'Abort height',
   'param.turns': 'Turns',

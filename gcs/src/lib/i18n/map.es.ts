@@ -29,6 +29,7 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'map.clearTrails': 'Borrar estelas',
   'map.trailHeight': 'Estela, altura sobre casa',
   'map.estimated': 'estimado, hace {age}',
+  'map.estimatedOnRoute': 'estimado en su ruta, hace {age}',
   'map.pointer': 'Posición del puntero',
   'map.approach': '1 : {ratio} · {angle}°',
   'map.approachFlat': 'no desciende',
@@ -154,6 +155,7 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'kind.loiter_time': 'Espera por tiempo',
   'kind.loiter_unlimited': 'Espera sin fin',
   'kind.loiter_to_height': 'Espera hasta altura',
+  'kind.arc_waypoint': 'Arco hasta el punto',
   'kind.return_to_launch': 'Volver a casa',
   'kind.change_speed': 'Cambiar velocidad',
   'kind.jump': 'Saltar',
@@ -161,6 +163,7 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
 
   'param.acceptance': 'Radio de llegada (0: el del avión)',
   'param.passBy': 'Pasar a',
+  'param.arcAngle': 'Ángulo del arco (negativo: antihorario)',
   'param.minPitch': 'Cabeceo mínimo',
   'param.abortAlt': 'Altura de aborto',
   'param.turns': 'Vueltas',

@@ -1,6 +1,6 @@
 // A planned route as it is drawn: the geometry of a plan in map coordinates, made anew only when the plan changes.
 import { fromLonLat } from 'ol/proj';
-import { between, circle, geodesicLine } from '$lib/domain/geo';
+import { between, circle } from '$lib/domain/geo';
 import type { LonLat } from '$lib/domain/lonlat';
 import {
   altRelHome_m,
@@ -12,8 +12,8 @@ import {
   type Leg,
   type PlanItem,
   placeOf,
-  routeOf,
 } from '$lib/domain/plan';
+import { shapedRoute } from '$lib/domain/route-shape';
 import type { XY } from './frame';
 
 export interface RouteItem {
@@ -92,16 +92,13 @@ export function routeView(items: readonly PlanItem[], home: Home | null): RouteV
         },
       ];
     }),
-    legs: routeOf(items, home).map((leg) => {
-      const middlePlace = between(leg.from, leg.to, 0.5);
-      return {
-        kind: leg.kind,
-        toIndex: leg.toIndex,
-        line: toLine(geodesicLine(leg.from, leg.to)),
-        middle: toXY(middlePlace),
-        middlePlace,
-      };
-    }),
+    legs: shapedRoute(items, home).map((leg) => ({
+      kind: leg.kind,
+      toIndex: leg.toIndex,
+      line: toLine(leg.line),
+      middle: toXY(leg.middle),
+      middlePlace: leg.middle,
+    })),
     circles: items.flatMap((item, index) => {
       const round = circleOf(item);
       const place = places[index] ?? null;

@@ -1,8 +1,8 @@
 // Home and the planes: each turned to its heading, and where one that is not heard any more probably is.
 import type { LonLat } from '$lib/domain/lonlat';
 import { destination } from '$lib/domain/geo';
-import { type Frame, haloText, type Painter, type Projection, strokeWithEdge, type XY } from './frame';
-import { toXY } from './route-view';
+import { type Frame, haloText, type Painter, type Projection, strokeWithEdge, traceLine, type XY } from './frame';
+import { toLine, toXY } from './route-view';
 
 export interface VehicleMark {
   readonly id: number;
@@ -17,7 +17,13 @@ export interface VehicleMark {
   /** Whether the position is old: drawn grey. */
   readonly isStale: boolean;
   /** Where it probably is now, while it is not heard. */
-  readonly ghost: { readonly at: LonLat; readonly heading_deg: number; readonly label: string } | null;
+  readonly ghost: {
+    readonly at: LonLat;
+    readonly heading_deg: number;
+    readonly label: string;
+    /** The way to there from where it was last heard. */
+    readonly path: readonly LonLat[];
+  } | null;
 }
 
 /** The line ahead of a plane ends where it will be after so long, seconds. */
@@ -57,9 +63,9 @@ export class VehiclePainter implements Painter {
     if (ghost !== null) {
       const [gx, gy] = frame.pixel(toXY(ghost.at));
       context.setLineDash([4, 6]);
+      context.lineJoin = 'round';
       context.beginPath();
-      context.moveTo(x, y);
-      context.lineTo(gx, gy);
+      traceLine(frame, toLine(ghost.path));
       strokeWithEdge(frame, theme.estimated, 2, 1);
       paintPlane(frame, gx, gy, ghost.heading_deg, { fill: null, line: theme.estimated, scale: 1 });
       context.setLineDash([]);

@@ -1,6 +1,8 @@
 import { beforeEach, describe, expect, it, vi } from 'vitest';
 import type { TelemetryChanges } from '$lib/api/types';
 import { telemetryAt } from '../../../dev/mock/flight';
+import { destination, distance_m } from '$lib/domain/geo';
+import { makeItem } from '$lib/domain/plan';
 import { clock } from './clock.svelte';
 import { Vehicle, heardAt, withChanges } from './vehicles.svelte';
 
@@ -50,6 +52,21 @@ describe('Vehicle', () => {
     vehicle.apply({ groups: { hud: groups.hud! }, progress: null, heardAt_ms: heardAt({ hud: groups.hud! }, 20_000) });
     expect(vehicle.ghost(20_000)).toBeNull();
     expect(vehicle.progress).toEqual(progress);
+  });
+
+  it('goes on along the mission on board in AUTO, straight on otherwise', () => {
+    const vehicle = heard(groups, 10_000);
+    const last = vehicle.lastKnown()!;
+    const beside = destination(last.at, last.course_deg + 90, 500);
+    const items = Array.from({ length: progress.item! }, () => makeItem('waypoint', { at: beside }));
+    clock.tick(20_000);
+    expect(vehicle.ghost(20_000)).toMatchObject({ isOnRoute: false });
+    const ghost = vehicle.ghost(20_000, items)!;
+    expect(ghost.isOnRoute).toBe(true);
+    expect(distance_m(ghost.at, beside)).toBeLessThan(450);
+    const manual = { heartbeat: { ...groups.heartbeat!, mode: 'FBWA' } };
+    vehicle.apply({ groups: manual, progress: null, heardAt_ms: {} });
+    expect(vehicle.ghost(20_000, items)).toMatchObject({ isOnRoute: false });
   });
 
   it('forgets what the vehicle no longer has', () => {

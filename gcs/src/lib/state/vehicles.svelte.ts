@@ -13,7 +13,9 @@ import type {
 } from '$lib/api/types';
 import { freshness, type Freshness } from '$lib/domain/freshness';
 import { deadReckon, turnRate_deg_s, type Ghost, type LastKnown } from '$lib/domain/ghost';
+import { followRoute } from '$lib/domain/ghost-route';
 import { lonLat, wrap360_deg } from '$lib/domain/lonlat';
+import type { PlanItem } from '$lib/domain/plan';
 import { t } from '$lib/i18n/index.svelte';
 import { clock } from './clock.svelte';
 import { FlightClock, type FlightTime } from './flight-time';
@@ -120,12 +122,28 @@ export class Vehicle {
     };
   }
 
-  /** Where it probably is at `now_ms` while it is lost; null while it is heard. */
-  ghost(now_ms = performance.now()): Ghost | null {
+  /**
+   * Where it probably is at `now_ms` while it is lost; null while it is heard. In AUTO it goes on along the mission on board,
+   * where that is known (`items`); else in a line or circle.
+   */
+  ghost(now_ms = performance.now(), items: readonly PlanItem[] | null = null): Ghost | null {
     const heard_ms = this.heardAt_ms.position ?? this.lastHeard_ms;
     if (!this.isLost || heard_ms === null) return null;
     const last = this.lastKnown();
-    return last === null ? null : deadReckon(last, (now_ms - heard_ms) / 1000);
+    if (last === null) return null;
+    const elapsed_s = (now_ms - heard_ms) / 1000;
+    const current = this.progress?.item ?? null;
+    const isOnRoute = this.mode === 'AUTO' && this.isOnGround !== true && items !== null && current !== null;
+    if (!isOnRoute) return deadReckon(last, elapsed_s);
+    const { wind, hud, home } = this.groups;
+    const flight = {
+      items,
+      home: lonLat(home?.lon_deg, home?.lat_deg),
+      current,
+      airspeed_m_s: hud?.airspeed_m_s ?? null,
+      wind: wind?.from_deg == null ? null : { from_deg: wind.from_deg, speed_m_s: wind.speed_m_s ?? 0 },
+    };
+    return followRoute(last, flight, elapsed_s) ?? deadReckon(last, elapsed_s);
   }
 
   apply(change: TelemetryChange): void {

@@ -33,6 +33,7 @@ export const FIELDS: Record<EditableKind, readonly Field[]> = {
   ],
   loiter_unlimited: [{ index: 2, ...RADIUS }],
   loiter_to_height: [{ index: 1, ...RADIUS }, EXIT],
+  arc_waypoint: [{ index: 0, label: 'param.arcAngle', unit: 'deg', min: -359, max: 359, isWhole: true }],
   return_to_launch: [],
   change_speed: [
     { index: 0, label: 'param.speedType', unit: 'none', min: 0, max: 1, isWhole: true },
