@@ -59,7 +59,7 @@ class FakeSocket {
   }
 }
 
-function start(address: () => Promise<string> = () => Promise.resolve('ws://here')) {
+function start(address: (signal: AbortSignal) => Promise<string> = () => Promise.resolve('ws://here')) {
   const world = new World();
   const states: SocketState[] = [];
   const messages: ServerMessage[] = [];
@@ -119,6 +119,18 @@ describe('Socket', () => {
     await world.pass(20_000);
     expect(attempts).toBeGreaterThan(5);
     expect(attempts).toBeLessThan(15);
+  });
+
+  it('tries again when an attempt gets no answer at all, and leaves nothing behind', async () => {
+    const signals: AbortSignal[] = [];
+    const { world, states } = start((signal) => {
+      signals.push(signal);
+      return signals.length < 3 ? new Promise(() => undefined) : Promise.resolve('ws://here');
+    });
+    await world.pass(3 * SILENCE_LIMIT_MS);
+    expect(signals.map((signal) => signal.aborted)).toEqual([true, true, false]);
+    world.sockets[0]!.accept();
+    expect(states.at(-1)).toBe('open');
   });
 
   it('is quiet after close', async () => {

@@ -9,8 +9,11 @@ const LAST_RETRY_MS = 4000;
 export type SocketState = 'connecting' | 'open' | 'waiting' | 'closed';
 
 export interface SocketHandlers {
-  /** Asked before each attempt: opens the session, gives the address. A rejection counts as a failed attempt. */
-  address(): Promise<string>;
+  /**
+   * Asked before each attempt: opens the session, gives the address. A rejection counts as a failed attempt; so does
+   * silence, and then `signal` ends what was begun.
+   */
+  address(signal: AbortSignal): Promise<string>;
   message(message: ServerMessage): void;
   state(state: SocketState): void;
 }
@@ -42,6 +45,7 @@ export class Socket {
   #socket: WebSocket | null = null;
   #timer: number | null = null;
   #attempt = 0;
+  #abort = new AbortController();
   #isClosed = true;
   /** Counts the attempts, so that what belongs to an older one is ignored. */
   #generation = 0;
@@ -79,10 +83,13 @@ export class Socket {
   async #connect(): Promise<void> {
     this.#drop();
     const generation = this.#generation;
+    this.#abort = new AbortController();
     this.#handlers.state('connecting');
+    // a network that swallows everything answers nothing, not even no
+    this.#watch();
     let socket: WebSocket;
     try {
-      const address = await this.#handlers.address();
+      const address = await this.#handlers.address(this.#abort.signal);
       if (generation !== this.#generation) return;
       socket = this.#world.open(address);
     } catch {
@@ -125,6 +132,7 @@ export class Socket {
 
   #drop(): void {
     this.#generation += 1;
+    this.#abort.abort();
     this.#stopTimer();
     const socket = this.#socket;
     this.#socket = null;

@@ -17,6 +17,20 @@ describe('trail', () => {
     expect(trail.lon_deg(0)).toBeGreaterThan(HOME.lon_deg);
   });
 
+  it('knows how long the way is that it keeps', () => {
+    const trail = new Trail(10, 3);
+    expect(trail.flown_m).toBe(0);
+    for (let count = 0; count <= 9; count += 1) trail.add(destination(HOME, 90, count * 4), 50);
+    expect(trail.flown_m).toBeCloseTo(36, 0);
+    for (let count = 10; count <= 30; count += 1) trail.add(destination(HOME, 90, count * 4), 50);
+    expect(trail.flown_m).toBeCloseTo(36, 0);
+    const again = new Trail(10, 3);
+    again.restore(trail.serialize());
+    expect(again.flown_m).toBeCloseTo(trail.flown_m, 0);
+    trail.clear();
+    expect(trail.flown_m).toBe(0);
+  });
+
   it('notes a climb on the spot', () => {
     const trail = new Trail(10, 3);
     expect([0, 2, 4].map((alt_m) => trail.add(HOME, alt_m))).toEqual([true, false, true]);

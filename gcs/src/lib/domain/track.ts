@@ -3,7 +3,7 @@
  * becoming objects.
  */
 
-import type { LonLat } from './lonlat';
+import { type LonLat, wrap180_deg } from './lonlat';
 
 /** Points kept; the oldest go first. At 20 Hz and one point in 3 m that is two hours of flight. */
 export const TRAIL_POINTS = 50_000;
@@ -23,6 +23,7 @@ export class Trail {
   #next = 0;
   #count = 0;
   #added = 0;
+  #flown_m = 0;
 
   constructor(capacity = TRAIL_POINTS, spacing_m = 3) {
     this.capacity = capacity;
@@ -41,9 +42,20 @@ export class Trail {
     return this.#added;
   }
 
+  /** Length of the way over the points that are kept, metres, climbs and descents included. */
+  get flown_m(): number {
+    return this.#flown_m;
+  }
+
   /** Adds a point unless it is nearer than `spacing_m` to the last; says whether it was kept. */
   add(at: LonLat, alt_m: number): boolean {
-    if (this.#count > 0 && this.#distanceToLast_m(at, alt_m) < this.spacing_m) return false;
+    const step_m = this.#count === 0 ? 0 : this.#distance_m(this.#count - 1, at, alt_m);
+    if (this.#count > 0 && step_m < this.spacing_m) return false;
+    this.#flown_m += step_m;
+    if (this.#count === this.capacity && this.capacity > 1) {
+      // the oldest goes, and the way from it to the next
+      this.#flown_m -= this.#distance_m(0, this.#place(1), this.alt_m(1));
+    }
     this.#lon_deg[this.#next] = at.lon_deg;
     this.#lat_deg[this.#next] = at.lat_deg;
     this.#alt_m[this.#next] = alt_m;
@@ -56,6 +68,7 @@ export class Trail {
   clear(): void {
     this.#next = 0;
     this.#count = 0;
+    this.#flown_m = 0;
     this.#added += 1;
   }
 
@@ -76,11 +89,15 @@ export class Trail {
     return (this.#next - this.#count + index + this.capacity) % this.capacity;
   }
 
-  #distanceToLast_m(at: LonLat, alt_m: number): number {
-    const last = this.#count - 1;
-    const north_m = (at.lat_deg - this.lat_deg(last)) * M_PER_DEG;
-    const east_m = (at.lon_deg - this.lon_deg(last)) * M_PER_DEG * Math.cos((at.lat_deg * Math.PI) / 180);
-    return Math.hypot(north_m, east_m, alt_m - this.alt_m(last));
+  #place(index: number): LonLat {
+    return { lon_deg: this.lon_deg(index), lat_deg: this.lat_deg(index) };
+  }
+
+  /** From point `index`. Flat, which points of one trail are near enough for. */
+  #distance_m(index: number, at: LonLat, alt_m: number): number {
+    const north_m = (at.lat_deg - this.lat_deg(index)) * M_PER_DEG;
+    const east_m = wrap180_deg(at.lon_deg - this.lon_deg(index)) * M_PER_DEG * Math.cos((at.lat_deg * Math.PI) / 180);
+    return Math.hypot(north_m, east_m, alt_m - this.alt_m(index));
   }
 
   /** The trail as text for the browser's storage: 10 bytes a point, degE7 and decimetres, in base64. */
