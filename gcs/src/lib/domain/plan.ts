@@ -174,11 +174,14 @@ function positionIn(item: PlanItem): LonLat | null {
 /** Height of the item, metres in its own frame; `null` when it has none. */
 export const altOf_m = (item: PlanItem): number | null => (isPlaced(item) ? item.params[6] : null);
 
-export function heightFrameOf(item: PlanItem): HeightFrame {
-  if (item.frame === FRAME.amsl || item.frame === 5) return 'amsl';
-  if (item.frame === FRAME.terrain || item.frame === 11) return 'terrain';
+/** What heights in a MAV_FRAME count from; 5, 6 and 11 are the integer forms of 0, 3 and 10. */
+export function heightFrameOfNumber(frame: number): HeightFrame {
+  if (frame === FRAME.amsl || frame === 5) return 'amsl';
+  if (frame === FRAME.terrain || frame === 11) return 'terrain';
   return 'home';
 }
+
+export const heightFrameOf = (item: PlanItem): HeightFrame => heightFrameOfNumber(item.frame);
 
 /** Commands below 95 (NAV) with a place that is not flown to: a change of height, a hand-over to external control. */
 const NO_DESTINATION: ReadonlySet<number> = new Set([COMMAND.continue_and_change_height, COMMAND.land_start, 92]);
