@@ -124,7 +124,8 @@ node_modules() {
     want=$(printf 'gcs/package.json\ngcs/package-lock.json\n' | fingerprint)
     [ "$(cat gcs/node_modules/.house 2>/dev/null)" = "$want" ] && return
     say "installing gcs/package-lock.json"
-    npm --prefix gcs ci --silent
+    mkdir -p .cache
+    npm --prefix gcs ci --fetch-retries 5 >.cache/npm.log 2>&1 || { cat .cache/npm.log >&2; fail "gcs/package-lock.json could not be installed"; }
     echo "$want" >gcs/node_modules/.house
 }
 
