@@ -16,6 +16,11 @@ class Trails {
     return [...this.#byVehicle.values()];
   }
 
+  /** The trail of a vehicle, once it has one. */
+  of(systemId: number): Trail | undefined {
+    return this.#byVehicle.get(systemId);
+  }
+
   /** Calls `listener` when there is a trail more or less. */
   onChange(listener: () => void): () => void {
     this.#listeners.add(listener);
