@@ -12,6 +12,11 @@ export class Http {
     this.#fetch = fetchWith;
   }
 
+  /** The address of a path of the API, for links. */
+  address(path: string): string {
+    return this.#base + path;
+  }
+
   async json<T>(method: Method, path: string, body?: unknown): Promise<T> {
     const response = await this.request(method, path, body);
     const text = await response.text();

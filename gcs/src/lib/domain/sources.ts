@@ -1,0 +1,121 @@
+/** Sources of map pictures: which are shown, in what order, with what attribution; and what a pasted address is. */
+
+export interface Attribution {
+  readonly text: string;
+  readonly url?: string | null;
+}
+
+export interface Source {
+  readonly id: string;
+  readonly name: string;
+  readonly role: 'base' | 'overlay' | 'elevation';
+  /** Overlays: shown unless a person hides it. Base maps: the first visible one is the default. */
+  readonly visible: boolean;
+  readonly opacity: number;
+  readonly attribution: readonly Attribution[];
+}
+
+/** What a person chose to see; a source that is not named is shown as its file says. */
+export interface Choice {
+  /** Id of the base map, empty for none, `null` while nobody chose. */
+  readonly base: string | null;
+  readonly isShown: Readonly<Record<string, boolean>>;
+  readonly opacity: Readonly<Record<string, number>>;
+}
+
+export const NO_CHOICE: Choice = { base: null, isShown: {}, opacity: {} };
+
+/** Reads a choice that was stored; `null` when it is none. */
+export function readChoice(value: unknown): Choice | null {
+  if (typeof value !== 'object' || value === null) return null;
+  const { base, isShown, opacity } = value as Record<string, unknown>;
+  const record = <T>(from: unknown, isRight: (one: unknown) => one is T): Record<string, T> =>
+    typeof from === 'object' && from !== null
+      ? Object.fromEntries(Object.entries(from).filter((entry): entry is [string, T] => isRight(entry[1])))
+      : {};
+  return {
+    base: typeof base === 'string' ? base : null,
+    isShown: record(isShown, (one): one is boolean => typeof one === 'boolean'),
+    opacity: record(opacity, (one): one is number => typeof one === 'number' && one >= 0 && one <= 1),
+  };
+}
+
+/** The base map in use: the one chosen, while there is such a one; else the first that the file shows. */
+export function baseOf<S extends Source>(sources: readonly S[], choice: Choice): S | null {
+  if (choice.base === '') return null;
+  const bases = sources.filter((source) => source.role === 'base');
+  return bases.find((source) => source.id === choice.base) ?? bases.find((source) => source.visible) ?? null;
+}
+
+export const isShown = (source: Source, choice: Choice): boolean => choice.isShown[source.id] ?? source.visible;
+export const opacityOf = (source: Source, choice: Choice): number => choice.opacity[source.id] ?? source.opacity;
+
+/** What is drawn, bottom to top. */
+export function stackOf<S extends Source>(sources: readonly S[], choice: Choice): { source: S; opacity: number }[] {
+  const base = baseOf(sources, choice);
+  const overlays = sources.filter((source) => source.role === 'overlay' && isShown(source, choice));
+  return [...(base === null ? [] : [base]), ...overlays].map((source) => ({
+    source,
+    opacity: opacityOf(source, choice),
+  }));
+}
+
+/** All attributions, each once, in the order of the sources from the top: what covers most of the map comes first. */
+export function attributionsOf(sources: readonly { attribution: readonly Attribution[] }[]): Attribution[] {
+  const found = new Map<string, Attribution>();
+  for (const one of sources.toReversed().flatMap((source) => source.attribution)) {
+    if (one.text.trim() !== '' && !found.has(one.text)) found.set(one.text, one);
+  }
+  return [...found.values()];
+}
+
+/** A link to a page, never a script: `null` for anything but http and https. */
+export function pageLink(url: string | null | undefined): string | null {
+  return url != null && /^https?:\/\//i.test(url) ? url : null;
+}
+
+export type Guess = 'wms' | 'wmts' | 'xyz' | 'mbtiles' | 'pmtiles' | 'geotiff' | 'image';
+
+/** What kind of source an address or a file's name is, as far as it shows; `null` when it does not. */
+export function guessKind(text: string): Guess | null {
+  const address = text.trim();
+  if (/\{x\}/i.test(address) && /\{-?y\}/i.test(address)) return 'xyz';
+  if (/\{q(uadkey)?\}/i.test(address)) return 'xyz';
+  const query = /[?&]service=(wms|wmts)\b/i.exec(address)?.[1]?.toLowerCase();
+  if (query === 'wms' || query === 'wmts') return query;
+  const [path = ''] = address.split(/[?#]/);
+  const byName: readonly (readonly [RegExp, Guess])[] = [
+    [/\.mbtiles$/i, 'mbtiles'],
+    [/\.pmtiles$/i, 'pmtiles'],
+    [/\.(tiff?|geotiff?|cog)$/i, 'geotiff'],
+    [/\.(png|jpe?g|webp)$/i, 'image'],
+    [/wmts/i, 'wmts'],
+    [/wms|mapserv|ows$/i, 'wms'],
+  ];
+  return byName.find(([name]) => name.test(path))?.[1] ?? null;
+}
+
+/** An id for a new source that the server takes and nobody has: from its name, in small ASCII letters. */
+export function newId(name: string, taken: ReadonlySet<string>): string {
+  const plain =
+    name
+      .normalize('NFD')
+      .replace(/\p{M}/gu, '')
+      .toLowerCase()
+      .replace(/[^a-z0-9]+/g, '-')
+      .replace(/^-+|-+$/g, '')
+      .slice(0, 34)
+      .replace(/-+$/, '') || 'map';
+  for (let number = 1; ; number += 1) {
+    const id = number === 1 ? plain : `${plain}-${number}`;
+    if (!taken.has(id)) return id;
+  }
+}
+
+/** The same ids with one moved by so many places, kept within the ends. */
+export function moved(ids: readonly string[], id: string, by: number): string[] {
+  const from = ids.indexOf(id);
+  if (from < 0) return [...ids];
+  const rest = ids.filter((one) => one !== id);
+  return rest.toSpliced(Math.max(0, Math.min(rest.length, from + by)), 0, id);
+}

@@ -1,0 +1,161 @@
+/** The ground below a plan: where to ask for its height, and how far above it the plane passes. Heights of ground are above mean sea level. */
+
+import { between, distance_m, length_m } from './geo';
+import type { LonLat } from './lonlat';
+import { altRelHome_m, type Home, heightFrameOf, type PlanItem } from './plan';
+import { type ShapedLeg, shapedRoute } from './route-shape';
+
+/** A place of the route, at which the ground's height is asked for. */
+export interface RoutePoint {
+  readonly at: LonLat;
+  /** Distance flown from the beginning, as in the height profile, metres. */
+  readonly distance_m: number;
+  /** The items that the leg comes from (`null`: home) and goes to, and how much of it is flown there, 0 to 1. */
+  readonly fromIndex: number | null;
+  readonly toIndex: number;
+  readonly part: number;
+  /** Leaving home and coming in to land a plane is low on purpose. */
+  readonly isLow: boolean;
+}
+
+export interface GroundPoint {
+  readonly distance_m: number;
+  /** `null` where the ground's height is not known. */
+  readonly ground_rel_home_m: number | null;
+  /** How far above the ground the plane passes; `null` where that is not known. */
+  readonly clearance_m: number | null;
+  readonly isTooLow: boolean;
+}
+
+export interface Ground {
+  readonly points: readonly GroundPoint[];
+  /** Where the plane is nearest to the ground, take-off and landing apart; `null` when it is nowhere known. */
+  readonly lowest: GroundPoint | null;
+  /** The first place of each stretch that is too low. */
+  readonly tooLow: readonly GroundPoint[];
+  /** Points without a height. */
+  readonly unknown: number;
+}
+
+/** Places of the route, at most `most` and not nearer than 10 m to each other, ends of legs included. */
+export function routePoints(items: readonly PlanItem[], home: Home | null, most = 400): RoutePoint[] {
+  const legs = shapedRoute(items, home);
+  const total_m = legs.reduce((sum, leg) => sum + leg.length_m, 0);
+  const step_m = Math.max(10, total_m / Math.max(1, most - 2 * legs.length));
+  const points: RoutePoint[] = [];
+  let begin_m = 0;
+  for (const leg of legs) {
+    const pieces = Math.max(1, Math.ceil(leg.length_m / step_m));
+    const isLow = leg.fromIndex === null || leg.kind === 'approach';
+    alongLine(leg.line, pieces).forEach((at, index) => {
+      const part = index / pieces;
+      points.push({
+        at,
+        distance_m: begin_m + leg.length_m * part,
+        fromIndex: leg.fromIndex,
+        toIndex: leg.toIndex,
+        part,
+        isLow,
+      });
+    });
+    begin_m += leg.length_m;
+  }
+  return points.length <= 2000 ? points : points.filter((_, index) => index % Math.ceil(points.length / 2000) === 0);
+}
+
+/** `pieces` + 1 places, evenly spaced, of a line. */
+function alongLine(line: ShapedLeg['line'], pieces: number): LonLat[] {
+  const whole_m = length_m(line);
+  const places: LonLat[] = [];
+  let index = 1;
+  let passed_m = 0;
+  for (let piece = 0; piece <= pieces; piece += 1) {
+    const wanted_m = (whole_m * piece) / pieces;
+    let [from, to] = [line[index - 1], line[index]];
+    let stretch_m = from && to ? distance_m(from, to) : 0;
+    while (index < line.length - 1 && passed_m + stretch_m < wanted_m) {
+      passed_m += stretch_m;
+      index += 1;
+      [from, to] = [line[index - 1], line[index]];
+      stretch_m = from && to ? distance_m(from, to) : 0;
+    }
+    if (!from || !to) continue;
+    places.push(piece === pieces ? to : stretch_m > 0 ? between(from, to, (wanted_m - passed_m) / stretch_m) : from);
+  }
+  return places;
+}
+
+/**
+ * The ground below the route, and the plane's height above it. Between items the plane's height changes evenly; on the
+ * way to an item whose height counts from the terrain, its height above the ground does.
+ *
+ * `heights_amsl_m` has one for each point; `clearance_m` is the height above ground that should be kept.
+ */
+export function groundOf(
+  items: readonly PlanItem[],
+  home: Home | null,
+  points: readonly RoutePoint[],
+  heights_amsl_m: readonly (number | null)[],
+  clearance_m: number,
+): Ground {
+  if (home === null) return { points: [], lowest: null, tooLow: [], unknown: points.length };
+  const found: GroundPoint[] = [];
+  let lowest: GroundPoint | null = null;
+  const tooLow: GroundPoint[] = [];
+  let unknown = 0;
+  /** Heights at the beginning of the leg: above home and above ground. */
+  let begin: Height = { rel_home_m: 0, ground_m: 0 };
+  for (const [index, point] of points.entries()) {
+    const ground_amsl_m = heights_amsl_m[index] ?? null;
+    if (ground_amsl_m === null) unknown += 1;
+    const ground_m = ground_amsl_m === null ? null : ground_amsl_m - home.alt_amsl_m;
+    const item = items[point.toIndex];
+    if (item === undefined) continue;
+    if (points[index - 1]?.toIndex !== point.toIndex) {
+      const from = point.fromIndex === null ? undefined : items[point.fromIndex];
+      const rel_home_m = from === undefined ? 0 : targetRelHome_m(from, home, begin, ground_m);
+      begin = { rel_home_m, ground_m: rel_home_m === null || ground_m === null ? null : rel_home_m - ground_m };
+    }
+    const above_m = ground_m === null ? null : clearanceAt(item, home, begin, point.part, ground_m);
+    const isTooLow = above_m !== null && above_m < (point.isLow ? 0 : clearance_m);
+    const one: GroundPoint = {
+      distance_m: point.distance_m,
+      ground_rel_home_m: ground_m,
+      clearance_m: above_m,
+      isTooLow,
+    };
+    if (isTooLow && !found.at(-1)?.isTooLow) tooLow.push(one);
+    if (above_m !== null && !point.isLow && above_m < (lowest?.clearance_m ?? Number.POSITIVE_INFINITY)) lowest = one;
+    found.push(one);
+  }
+  return { points: found, lowest, tooLow, unknown };
+}
+
+interface Height {
+  readonly rel_home_m: number | null;
+  readonly ground_m: number | null;
+}
+
+/** Height above home at the end of the leg to an item. */
+function targetRelHome_m(item: PlanItem, home: Home, begin: Height, ground_m: number | null): number | null {
+  if (heightFrameOf(item) === 'terrain' && item.params[6] != null) {
+    return ground_m === null ? null : ground_m + item.params[6];
+  }
+  // a return home keeps the height that the vehicle is set to, which the plan does not tell
+  return altRelHome_m(item, home) ?? begin.rel_home_m;
+}
+
+function clearanceAt(item: PlanItem, home: Home, begin: Height, part: number, ground_m: number): number | null {
+  if (heightFrameOf(item) === 'terrain' && item.params[6] != null) {
+    const target_m = item.params[6];
+    return begin.ground_m === null
+      ? part === 1
+        ? target_m
+        : null
+      : begin.ground_m + (target_m - begin.ground_m) * part;
+  }
+  const target_m = targetRelHome_m(item, home, begin, ground_m);
+  if (target_m === null || begin.rel_home_m === null)
+    return part === 1 && target_m !== null ? target_m - ground_m : null;
+  return begin.rel_home_m + (target_m - begin.rel_home_m) * part - ground_m;
+}
