@@ -233,8 +233,16 @@ class DoubleAutopilot:
     def rc_input(self, channels: Mapping[int, int | None]) -> None:
         self._called("rc_input", dict(channels))
 
-    def move_by_hand(self, roll_rad: float, pitch_rad: float, yaw_rad: float) -> None:
-        self._called("move_by_hand", roll_rad, pitch_rad, yaw_rad)
+    def move_by_hand(
+        self,
+        roll_rad: float,
+        pitch_rad: float,
+        yaw_rad: float,
+        *,
+        seconds: float = 0.0,
+        offset_ned_m: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        self._called("move_by_hand", roll_rad, pitch_rad, yaw_rad, seconds, offset_ned_m)
 
     def put_down(self) -> None:
         self._called("put_down")

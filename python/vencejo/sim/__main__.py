@@ -63,6 +63,11 @@ def _parser(prog: str) -> argparse.ArgumentParser:
         help="tcp:HOST:PORT (a server, default tcp:127.0.0.1:5760; port 0: a free one) or udpout:HOST:PORT; repeatable",
     )
     add("--launch", choices=("runway", "hand"), default="runway", help="how it takes off (default runway)")
+    add(
+        "--by-hand",
+        action="store_true",
+        help="somebody holds the plane and turns it: level, wings, nose, all round, on its back, over and over",
+    )
     add("--param", action="append", type=_parameter, metavar="NAME=VALUE", help="set a parameter; repeatable")
     return parser
 
@@ -99,6 +104,7 @@ def main(argv: Sequence[str] | None = None, *, prog: str = "python -m vencejo.si
             links=tuple(args.link or SimOptions().links),
             launch=args.launch,
             params=dict(args.param or ()),
+            by_hand=args.by_hand,
         )
         run(options, on_listening=_announce)
     except KeyError as error:

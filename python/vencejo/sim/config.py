@@ -91,6 +91,8 @@ class SimOptions:
         Parameters that differ from ArduPlane's defaults.
     start_unix_s : float, optional
         What SYSTEM_TIME calls the boot; the real time when None.
+    by_hand : bool
+        Somebody holds each plane and shows :data:`vencejo.sim.hand.BY_HAND` over and over, until it is armed.
     """
 
     home_lat_deg: float = 40.3332
@@ -109,6 +111,7 @@ class SimOptions:
     launch: Literal["runway", "hand"] = "runway"
     params: Mapping[str, float] = field(default_factory=dict)
     start_unix_s: float | None = None
+    by_hand: bool = False
 
     def __post_init__(self) -> None:
         def check(name: str, low: float, high: float) -> None:

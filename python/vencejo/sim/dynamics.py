@@ -12,13 +12,14 @@ from typing import Any
 
 import jsbsim
 
-__all__ = ["AIRFRAME", "Dynamics"]
+__all__ = ["AIRFRAME", "G_M_S2", "Dynamics"]
 
 AIRFRAME = Path(__file__).parent / "airframe"
 """Folder of the aircraft and engine definitions."""
 
 _FT = 0.3048
-_G = 9.80665
+G_M_S2 = 9.80665
+"""Standard gravity, ISO 80000-3."""
 _RHO0 = 1.225
 _SLUG_FT3 = 515.378819
 _PSF = 47.880259
@@ -220,17 +221,31 @@ class Dynamics:
         self._run()
         self._read()
 
-    def hold(self, roll_rad: float, pitch_rad: float, yaw_rad: float) -> None:
-        """Hold the plane in the hand, at rest, with this attitude; gravity is felt accordingly."""
+    def hold(
+        self,
+        attitude_rad: tuple[float, float, float],
+        *,
+        rates_rad_s: tuple[float, float, float],
+        force_m_s2: tuple[float, float, float],
+        lat_deg: float,
+        lon_deg: float,
+        height_m: float,
+        velocity_ned_m_s: tuple[float, float, float],
+        pressure_pa: float,
+    ) -> None:
+        """Somebody holds the plane: its state is what the hand makes it (:mod:`vencejo.sim.hand`) until it is placed."""
         self._held = True
-        self.roll_rad, self.pitch_rad, self.yaw_rad = roll_rad, pitch_rad, _wrap(yaw_rad)
-        self.p_rad_s = self.q_rad_s = self.r_rad_s = 0.0
-        self.velocity_n_m_s = self.velocity_e_m_s = self.velocity_d_m_s = 0.0
-        self.accel_x_m_s2 = _G * math.sin(pitch_rad)
-        self.accel_y_m_s2 = -_G * math.cos(pitch_rad) * math.sin(roll_rad)
-        self.accel_z_m_s2 = -_G * math.cos(pitch_rad) * math.cos(roll_rad)
+        self.roll_rad, self.pitch_rad, self.yaw_rad = attitude_rad
+        self.p_rad_s, self.q_rad_s, self.r_rad_s = rates_rad_s
+        self.accel_x_m_s2, self.accel_y_m_s2, self.accel_z_m_s2 = force_m_s2
+        self.lat_deg, self.lon_deg = lat_deg, lon_deg
+        self.height_m = height_m
+        self.alt_amsl_m = height_m + self._ground_amsl_m + _GEAR_HEIGHT_M
+        self.velocity_n_m_s, self.velocity_e_m_s, self.velocity_d_m_s = velocity_ned_m_s
+        self.pressure_pa = pressure_pa
         self.airspeed_m_s = self.tas_m_s = 0.0
         self.motor_a = 0.0
+        self.on_wheels = False
 
     @property
     def held(self) -> bool:

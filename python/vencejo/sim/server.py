@@ -21,6 +21,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from vencejo.sim.autopilot.interface import DT_S
 from vencejo.sim.config import LinkSpec, SimOptions, parse_link
+from vencejo.sim.hand import CARRY_HEIGHT_M
 from vencejo.sim.mavlink.component import AutopilotFactory, PlaneComponent
 from vencejo.sim.mavlink.link import Link
 from vencejo.sim.world import World
@@ -417,6 +418,63 @@ class SimulatedPlane:
             raise RuntimeError("the simulator has stopped") from self._failure
         self._server.submit(work)
         return future.result(timeout_s)
+
+    def hold(
+        self,
+        roll_deg: float,
+        pitch_deg: float,
+        yaw_deg: float,
+        *,
+        seconds: float = 0.0,
+        north_m: float = 0.0,
+        east_m: float = 0.0,
+        up_m: float = CARRY_HEIGHT_M,
+        plane: int = 0,
+    ) -> None:
+        """Take a plane in the hand, disarmed and on the ground: its true attitude, and all that its sensors say of it.
+
+        Returns at once; telemetry shows it from the next message on.
+
+        Parameters
+        ----------
+        roll_deg, pitch_deg, yaw_deg : float
+            Attitude: right wing down, nose up, degrees true.
+        seconds : float
+            Simulated time that the turn takes (0: at once); the gyroscopes feel it.
+        north_m, east_m, up_m : float
+            Where it is carried to, from where it was picked up.
+        plane : int
+            Which plane, from 0.
+
+        Raises
+        ------
+        RuntimeError
+            The plane is armed, or not at rest on the ground.
+        ValueError
+            A number is not finite.
+
+        Examples
+        --------
+        >>> with SimulatedPlane() as sim:  # doctest: +SKIP
+        ...     sim.hold(30.0, -10.0, 120.0)
+        ...     sim.release()
+        """
+        self.call(
+            lambda world: world.hold(
+                roll_deg,
+                pitch_deg,
+                yaw_deg,
+                seconds=seconds,
+                north_m=north_m,
+                east_m=east_m,
+                up_m=up_m,
+                plane=plane,
+            )
+        )
+
+    def release(self, *, plane: int = 0) -> None:
+        """Put a plane that is held on its wheels, where it is and with its heading; nothing when nobody holds it."""
+        self.call(lambda world: world.release(plane=plane))
 
     def close(self) -> None:
         """Stop and close every socket; may be called again.

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
 from collections.abc import Callable
 
 from vencejo.sim.autopilot.interface import DT_S
 from vencejo.sim.config import SimOptions
+from vencejo.sim.hand import CARRY_HEIGHT_M, HandSequence
 from vencejo.sim.mavlink.codec import Decoder, MavMessage, dialect
 from vencejo.sim.mavlink.component import AutopilotFactory, PlaneComponent
 from vencejo.sim.mavlink.link import Link
@@ -43,6 +46,7 @@ class World:
             for number in range(options.planes)
         ]
         self._carried: dict[Link, list[PlaneComponent]] = {}
+        self._shown_by_hand = [HandSequence(options.heading_deg) for _ in self.planes] if options.by_hand else []
 
     def attach(self, link: Link, planes: list[PlaneComponent] | None = None) -> None:
         """A link is up; it carries all planes unless told which."""
@@ -63,8 +67,50 @@ class World:
 
     def tick(self) -> None:
         """Advance every plane by 10 ms."""
+        for plane, sequence in zip(self.planes, self._shown_by_hand, strict=False):
+            self._show_by_hand(plane, sequence)
         for plane in self.planes:
             plane.tick()
+
+    def hold(
+        self,
+        roll_deg: float,
+        pitch_deg: float,
+        yaw_deg: float,
+        *,
+        seconds: float = 0.0,
+        north_m: float = 0.0,
+        east_m: float = 0.0,
+        up_m: float = CARRY_HEIGHT_M,
+        plane: int = 0,
+    ) -> None:
+        """Take a plane in the hand: see :meth:`vencejo.sim.SimulatedPlane.hold`."""
+        values = (roll_deg, pitch_deg, yaw_deg, seconds, north_m, east_m, up_m)
+        if not all(map(math.isfinite, values)):
+            raise ValueError(f"hold{values}: every number must be finite")
+        self.planes[plane].autopilot.move_by_hand(
+            math.radians(roll_deg),
+            math.radians(pitch_deg),
+            math.radians(yaw_deg),
+            seconds=seconds,
+            offset_ned_m=(north_m, east_m, -up_m),
+        )
+
+    def release(self, *, plane: int = 0) -> None:
+        """Put a plane that is held on its wheels, where it is and with its heading."""
+        self.planes[plane].autopilot.put_down()
+
+    @staticmethod
+    def _show_by_hand(plane: PlaneComponent, sequence: HandSequence) -> None:
+        due = sequence.due(plane.autopilot.time_s)
+        if due is None or plane.snapshot().armed:
+            return
+        (roll_deg, pitch_deg, heading_deg, _), seconds = due
+        # One that a force-disarm lets fall is not caught.
+        with contextlib.suppress(RuntimeError):
+            plane.autopilot.move_by_hand(
+                math.radians(roll_deg), math.radians(pitch_deg), math.radians(heading_deg), seconds=seconds
+            )
 
     def advance(self, seconds: float, *, until: Callable[[], bool] | None = None) -> bool:
         """Advance simulated time, at most until a condition holds; tells whether it did (True without one)."""

@@ -15,6 +15,7 @@ from typing import Literal, overload
 from vencejo._native import PlanePilot
 from vencejo.sim.battery import Battery
 from vencejo.sim.dynamics import Dynamics
+from vencejo.sim.hand import CARRY_HEIGHT_M, Hand
 from vencejo.sim.sensors import Sensors
 from vencejo.sim.wind import Wind
 
@@ -142,6 +143,8 @@ class Autopilot:
         self.prearm: Callable[[], list[str]] = prearm if prearm is not None else list
         self.on_fence_enable: Callable[[int], None] | None = None
         """Called with 0 or 1 by DO_FENCE_ENABLE (2 disables the floor only)."""
+        self.utc_s: Callable[[], float | None] = lambda: None
+        """Answers the time in seconds since 1970, None while it is unknown; for NAV_DELAY."""
         self.tune = Tuning(params)
         self._plan = plan
         self._events: deque[Event] = deque(maxlen=_EVENT_LIMIT)
@@ -159,6 +162,7 @@ class Autopilot:
             heading_deg=config.heading_deg,
             dt_s=DT_S,
         )
+        self._hand: Hand | None = None
         self.wind = Wind(config.wind_m_s, config.wind_from_deg, config.gust_m_s, config.seed)
         self.sensors = Sensors(seed=config.seed, lat_deg=config.home_lat_deg, lon_deg=config.home_lon_deg)
         self.battery = Battery(capacity_mah=self.tune["BATT_CAPACITY"])
@@ -237,6 +241,8 @@ class Autopilot:
         )
         self._surfaces = surfaces
         body, wind, battery = self.body, self.wind, self.battery
+        if self._hand is not None:
+            self._hand.step(DT_S)
         wind.blow(body.height_m, body.tas_m_s, body.yaw_rad, DT_S)
         body.step(
             surfaces[0],
@@ -335,11 +341,12 @@ class Autopilot:
         if isinstance(mode, TakeoffMode):
             return mode.climbing
         return self.in_auto and (
-            (not self.commands.takeoff_complete and self._nav_command == Cmd.NAV_TAKEOFF) or self.landing.aborting
+            (not self.commands.takeoff_complete and self.nav_command == Cmd.NAV_TAKEOFF) or self.landing.aborting
         )
 
     @property
-    def _nav_command(self) -> int | None:
+    def nav_command(self) -> int | None:
+        """Number of the navigation command of the mission."""
         return None if self.mission.nav is None else self.mission.nav.command
 
     def _judge_flying(self) -> None:
@@ -473,6 +480,11 @@ class Autopilot:
         """Estimated wind blowing along a bearing, negative against it."""
         north, east = self._wind_estimate
         return north * math.cos(bearing) + east * math.sin(bearing)
+
+    @property
+    def throttle(self) -> float:
+        """Present throttle, 0 to 1."""
+        return self._surfaces[3]
 
     def l1_length_m(self) -> float:
         """Present length of the lateral law."""
@@ -828,14 +840,43 @@ class Autopilot:
         """Radio channels by number in µs; None gives one back to the transmitter."""
         self.rc.override(channels)
 
-    def move_by_hand(self, roll_rad: float, pitch_rad: float, yaw_rad: float) -> None:
-        """Hold the plane in the hand, on the ground, with an attitude."""
-        if self.body.height_m < 2.0:
-            self.body.hold(roll_rad, pitch_rad, yaw_rad)
+    def move_by_hand(
+        self,
+        roll_rad: float,
+        pitch_rad: float,
+        yaw_rad: float,
+        *,
+        seconds: float = 0.0,
+        offset_ned_m: tuple[float, float, float] = (0.0, 0.0, -CARRY_HEIGHT_M),
+    ) -> None:
+        """Take the plane in the hand, on the ground and disarmed, and turn and carry it.
+
+        Parameters
+        ----------
+        roll_rad, pitch_rad, yaw_rad : float
+            Attitude to reach.
+        seconds : float
+            How long that takes; 0 is at once.
+        offset_ned_m : tuple of float
+            Where to, from where it was picked up: north, east, down.
+
+        Raises
+        ------
+        RuntimeError
+            The plane is armed, or not on the ground.
+        """
+        if self.armed:
+            raise RuntimeError("the plane is armed: disarm it before it is taken in the hand")
+        if self._hand is None:
+            if not self.body.on_wheels or self.est.groundspeed_m_s > 1.0:
+                raise RuntimeError("the plane is not at rest on the ground: let it land before it is taken in the hand")
+            self._hand = Hand(self.body)
+        self._hand.move(roll_rad, pitch_rad, yaw_rad, seconds=seconds, offset_ned_m=offset_ned_m)
 
     def put_down(self) -> None:
-        """Put the plane on its wheels again."""
-        if self.body.held:
+        """Put the plane on its wheels where it is held, with its heading."""
+        if self._hand is not None:
+            self._hand = None
             self.body.place(self.body.lat_deg, self.body.lon_deg, self.body.yaw_rad)
 
     def set_wind(self, speed_m_s: float, from_deg: float) -> None:

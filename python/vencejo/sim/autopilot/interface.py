@@ -538,8 +538,19 @@ class AutopilotPort(Protocol):
         """Radio channels by number (1 to 16) in µs; None gives a channel back to the simulated radio."""
         ...
 
-    def move_by_hand(self, roll_rad: float, pitch_rad: float, yaw_rad: float) -> None:
-        """A plane held in the hand on the ground: attitude and sensors follow in all three axes."""
+    def move_by_hand(
+        self,
+        roll_rad: float,
+        pitch_rad: float,
+        yaw_rad: float,
+        *,
+        seconds: float = ...,
+        offset_ned_m: tuple[float, float, float] = ...,
+    ) -> None:
+        """A plane held in the hand on the ground: attitude and sensors follow in all three axes.
+
+        RuntimeError while it is armed or not at rest on the ground.
+        """
         ...
 
     def put_down(self) -> None:
