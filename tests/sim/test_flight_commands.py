@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from vencejo.sim.autopilot.commands import PASSED_OVER
 from vencejo.sim.autopilot.interface import CameraTriggered, HomeChanged, MavResult, Mode, StoredItem
 from vencejo.sim.autopilot.names import AT_ONCE, is_nav, word
 from vencejo.sim.autopilot.testing import item
@@ -196,9 +197,10 @@ def test_least_ground_speed_against_the_wind() -> None:
 
 
 def test_land_start_is_passed_over_in_the_flow() -> None:
-    flight = fly_mission(mission(TAKEOFF, waypoint(0, 200, -300, 60), item(0, 189), *LANDING))
-    assert "Mission: 3 LandStart" in flight.texts
-    assert 3 in flight.reached
+    flight = fly_mission(mission(TAKEOFF, item(0, 188), waypoint(0, 200, -300, 60), item(0, 189), *LANDING))
+    assert "Mission: 2 ReturnPathStart" in flight.texts
+    assert "Mission: 4 LandStart" in flight.texts
+    assert {2, 4} <= set(flight.reached)
 
 
 def test_return_to_launch_ends_the_mission() -> None:
@@ -259,6 +261,113 @@ def test_pictures_are_taken_along_the_way() -> None:
     pictures = [event for _, event in flight.events if isinstance(event, CameraTriggered)]
     assert len(pictures) > 12
     assert [picture.index for picture in pictures] == list(range(1, len(pictures) + 1))
+
+
+def test_a_script_that_is_not_there_is_waited_for_a_second() -> None:
+    flight = flown(
+        waypoint(0, 0, -500, 60),
+        item(0, 42702, params=(1, 20, 0, 0)),
+        waypoint(0, 0, -1200, 60),
+        until="Reached waypoint #4",
+    )
+    when = {getattr(event, "text", ""): time_s for time_s, event in flight.events}
+    assert when["NavScript time out"] - when["Mission: 3 NavScriptTime"] == pytest.approx(1.1, abs=0.15)
+    assert 3 in flight.reached
+    # Meanwhile it keeps its attitude: on the line, at its height.
+    assert all(abs(n) < 10 and abs(h - 60) < 6 for current, n, _, h in flight.track if current == 3)
+
+
+def test_a_delay_until_a_time_of_day() -> None:
+    noon_s = 1_789_646_400.0 - 1_789_646_400.0 % 86_400.0 + 43_200.0
+    ground = make(mission(item(0, 93, params=(0, 12, 0, 30)), TAKEOFF, waypoint(0, 0, -600, 60)))
+    boot_s = noon_s - ground.plane.time_s
+    ground.plane.utc_s = lambda: boot_s + ground.plane.time_s
+    ground.plane.set_mode(Mode.AUTO)
+    ground.run(25)
+    assert "Delaying 30 sec" in ground.texts
+    assert ground.plane.mission.current_seq == 1
+    ground.run(6)
+    assert ground.plane.mission.current_seq == 2
+
+
+@pytest.mark.parametrize(
+    ("params", "seconds"),
+    [
+        ((0, 12, 0, 30), 30),
+        ((0, 11, 59, 0), 86_340),
+        ((0, -1, 59, 59), 3_599),
+        ((0, -1, -1, 7), 7),
+        ((0, -1, -1, -1), 0),
+    ],
+)
+def test_times_of_day_are_the_next_that_fit(params: tuple[float, ...], seconds: int) -> None:
+    ground = make(mission(item(0, 93, params=params), TAKEOFF))
+    ground.plane.utc_s = lambda: 43_200.0
+    ground.plane.set_mode(Mode.AUTO)
+    assert ground.run(1, ground.saying(f"Delaying {seconds} sec")), ground.texts
+
+
+def test_a_delay_does_not_wait_for_a_time_that_is_not_known() -> None:
+    ground = make(mission(item(0, 93, params=(0, 12, 0, 30)), TAKEOFF))
+    ground.plane.set_mode(Mode.AUTO)
+    assert ground.run(1, ground.saying("Delaying 0 sec")), ground.texts
+
+
+@pytest.mark.parametrize("command", sorted(PASSED_OVER))
+def test_what_arduplane_cannot_begin_is_announced_and_passed_over(command: int) -> None:
+    """The plane goes on from where it is to the next item, and tells no MISSION_ITEM_REACHED."""
+    probe = at(0, command, 400, -900, 90, 90.0, 2.0, 3.0, 4.0)
+    flight = flown(waypoint(0, 0, -500, 60), probe, waypoint(0, 0, -1100, 60), until="Reached waypoint #4")
+    assert f"Mission: 3 {word(command)}" in flight.texts
+    assert 3 not in flight.reached
+    assert {2, 4} <= set(flight.reached)
+    assert not flight.said("Skipping invalid cmd")
+    # Not a metre towards its place: the line from item 2 to item 4 is kept.
+    assert max(abs(n) for current, n, e, _ in flight.track if current == 4 and e < -520) < 12
+
+
+def test_a_transition_needs_vertical_lift() -> None:
+    flight = flown(waypoint(0, 0, -500, 60), item(0, 3000, params=(3,)), waypoint(0, 0, -900, 60))
+    assert "Mission: 3 VTOLTransition" in flight.texts
+    assert "VTOL not available" in flight.texts
+    assert 3 in flight.reached
+
+
+EXERCISED_BY = {
+    16: test_a_waypoint_with_its_own_acceptance_radius,
+    17: test_loiter_unlimited_stays,
+    18: test_loiter_turns_to_the_left_by_the_sign_of_the_radius,
+    19: test_loiter_time_holds_as_long_as_it_says,
+    20: test_return_to_launch_ends_the_mission,
+    21: test_landing_after_a_steep_descent_needs_no_tuned_heights,
+    22: test_take_off_holds_its_course_and_its_least_pitch,
+    30: test_continue_and_change_altitude,
+    31: test_loiter_to_altitude_climbs_in_circles,
+    83: test_altitude_wait_glides_until_it_is_high_or_sinks,
+    93: test_a_delay_in_the_air_does_not_wait_and_on_the_ground_it_does,
+    112: test_conditions_hold_the_commands_after_them,
+    114: test_conditions_hold_the_commands_after_them,
+    115: test_conditions_hold_the_commands_after_them,
+    177: test_a_jump_repeats_and_ends,
+    178: test_change_of_airspeed_and_back,
+    179: test_home_is_set_on_the_way,
+    188: test_land_start_is_passed_over_in_the_flow,
+    189: test_land_start_is_passed_over_in_the_flow,
+    600: test_jump_tags,
+    601: test_jump_tags,
+    3000: test_a_transition_needs_vertical_lift,
+    42702: test_a_script_that_is_not_there_is_waited_for_a_second,
+} | dict.fromkeys(map(int, PASSED_OVER), test_what_arduplane_cannot_begin_is_announced_and_passed_over)
+"""Which test flies each navigation, condition and flow command."""
+FLOW = {177, 178, 179, 188, 189, 600, 601, 3000}
+TAGS = {600, 601}
+"""ArduPlane stores them; the facts were taken without."""
+
+
+def test_every_command_that_moves_the_plane_or_the_mission_has_its_test() -> None:
+    stored = {number for number, _ in commands_of_the_facts()}
+    steering = {n for n in stored if is_nav(n) or 112 <= n <= 159 or n in FLOW} | TAGS
+    assert set(EXERCISED_BY) == steering
 
 
 def commands_of_the_facts() -> Sequence[tuple[int, str]]:

@@ -1,4 +1,8 @@
-"""What each mission command means to this plane: how it begins, and when it is done."""
+"""What each mission command means to this plane: how it begins, and when it is done.
+
+Checked against ArduPlane's ``start_command`` and ``verify_command`` (ArduPlane/commands_logic.cpp, 4.8-dev). What ArduPlane
+stores but does not fly is named in :data:`PASSED_OVER`; docs/simulated-plane.md has the whole table.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +12,31 @@ from typing import TYPE_CHECKING
 
 from .geo import Spot, distance_m
 from .interface import Mode, Severity, StoredItem
-from .names import AT_ONCE, Cmd
+from .names import AT_ONCE, Cmd, is_nav
 
 if TYPE_CHECKING:
     from .core import Autopilot
 
-__all__ = ["Commands"]
+__all__ = ["PASSED_OVER", "Commands"]
+
+_SCRIPT_SILENCE_S = 1.0
+"""How long ArduPlane waits for a script that gives orders (Plane::nav_scripting_active)."""
+
+PASSED_OVER = frozenset(
+    {
+        Cmd.NAV_ARC_WAYPOINT,
+        Cmd.NAV_VTOL_TAKEOFF,
+        Cmd.NAV_VTOL_LAND,
+        Cmd.NAV_GUIDED_ENABLE,
+        Cmd.NAV_PAYLOAD_PLACE,
+        Cmd.NAV_SET_YAW_SPEED,
+    }
+)
+"""Navigation commands that ArduPlane stores and announces, but cannot begin without vertical lift: the mission goes straight on.
+
+Arcs, external guidance and yaw at a speed are ArduCopter's or Rover's: they fall through ``Plane::start_command``, which
+answers "try the next command". ``QuadPlane::do_vtol_takeoff`` and ``do_vtol_land`` refuse while Q_ENABLE is 0.
+"""
 
 
 class Commands:
@@ -25,6 +48,9 @@ class Commands:
         self._condition_s = 0.0
         self._delay_until_s = 0.0
         self._change_alt_kind = 0
+        self._script_until_s: float | None = None
+        self._script_attitude = (0.0, 0.0)
+        self._script_throttle = 0.0
         self._starts: dict[int, Callable[[StoredItem], bool | None]] = {
             Cmd.NAV_WAYPOINT: self._start_waypoint,
             Cmd.NAV_LOITER_UNLIM: self._start_loiter,
@@ -37,6 +63,7 @@ class Commands:
             Cmd.NAV_CONTINUE_AND_CHANGE_ALT: self._start_change_alt,
             Cmd.NAV_ALTITUDE_WAIT: lambda _: None,
             Cmd.NAV_DELAY: self._start_delay,
+            Cmd.NAV_SCRIPT_TIME: self._start_script,
             Cmd.CONDITION_DELAY: self._start_condition_delay,
             Cmd.CONDITION_DISTANCE: lambda _: None,
             Cmd.DO_CHANGE_SPEED: self._change_speed,
@@ -55,7 +82,7 @@ class Commands:
             Cmd.DO_SET_ROI_LOCATION: lambda _: None,
             Cmd.DO_SET_ROI_NONE: lambda _: None,
             Cmd.DO_MOUNT_CONTROL: lambda _: None,
-            Cmd.DO_VTOL_TRANSITION: lambda _: None,
+            Cmd.DO_VTOL_TRANSITION: lambda _: ap.say(Severity.NOTICE, "VTOL not available"),
             Cmd.DO_ENGINE_CONTROL: lambda _: None,
         }
         self._verifies: dict[int, Callable[[StoredItem], bool]] = {
@@ -70,6 +97,7 @@ class Commands:
             Cmd.NAV_CONTINUE_AND_CHANGE_ALT: self._verify_change_alt,
             Cmd.NAV_ALTITUDE_WAIT: self._verify_altitude_wait,
             Cmd.NAV_DELAY: lambda _: ap.armed or ap.time_s >= self._delay_until_s,
+            Cmd.NAV_SCRIPT_TIME: self._verify_script,
             Cmd.CONDITION_DELAY: lambda _: ap.time_s >= self._condition_s,
             Cmd.CONDITION_DISTANCE: lambda item: ap.nav.distance < max(0.0, item.p1),
         }
@@ -79,13 +107,13 @@ class Commands:
     def start(self, item: StoredItem) -> bool:
         """Begin a command; False when this plane cannot do it."""
         start = self._starts.get(item.command)
-        if start is None:
-            # A payload command that nothing here answers to is done by being announced.
-            return item.command in AT_ONCE
-        if item.command <= Cmd.NAV_LAST:
+        if is_nav(item.command):
             self.takeoff_complete = True
             if self._ap.landing.active and item.command != Cmd.NAV_LAND:
                 self._ap.landing.end()
+        if start is None:
+            # A payload command that nothing here answers to is done by being announced; others are passed over.
+            return item.command in AT_ONCE
         return start(item) is not False
 
     def verify(self, item: StoredItem) -> bool:
@@ -274,9 +302,57 @@ class Commands:
         return False
 
     def _start_delay(self, item: StoredItem) -> None:
-        seconds = max(0.0, item.p1)
+        seconds = item.p1 if item.p1 > 0 else self._until_utc_s(int(item.p2), int(item.p3), int(item.p4))
         self._delay_until_s = self._ap.time_s + seconds
         self._ap.say(Severity.INFO, f"Delaying {int(seconds)} sec")
+
+    def _until_utc_s(self, hour: int, minute: int, second: int) -> float:
+        """Seconds until a time of day, the next one that fits; −1 is any (AP_RTC::get_time_utc). 0 while the time is unknown."""
+        now_s = self._ap.utc_s()
+        if now_s is None:
+            return 0.0
+        if hour != -1:
+            period_s = 86_400.0
+        elif minute != -1:
+            period_s = 3_600.0
+        elif second != -1:
+            period_s = 60.0
+        else:
+            return 0.0
+        # Elements above the first one that is given do not count; those below it do, with −1 as what it says.
+        wanted_s = (hour * 3_600.0 if hour != -1 else 0.0) + (minute * 60.0 if period_s > 60.0 else 0.0) + second
+        left_s = wanted_s - now_s % period_s
+        return left_s + period_s if left_s < 0 else left_s
+
+    # a script that is not there
+
+    def _start_script(self, _item: StoredItem) -> None:
+        ap, est = self._ap, self._ap.est
+        self._script_until_s = ap.time_s + _SCRIPT_SILENCE_S
+        self._script_attitude = (est.roll_rad, est.pitch_rad)
+        self._script_throttle = ap.throttle
+
+    @property
+    def scripted(self) -> bool:
+        """True while a script may fly the plane."""
+        return self._script_until_s is not None and self._ap.nav_command == Cmd.NAV_SCRIPT_TIME
+
+    def order_script(self) -> None:
+        """What ArduPlane flies until the first word of the script: attitude and throttle of the moment the item began.
+
+        ArduPlane holds the rates of that moment; between waypoints they are next to none.
+        """
+        roll_rad, pitch_rad = self._script_attitude
+        self._ap.pilot.fly_bank(roll_rad)
+        self._ap.pilot.fly_pitch(pitch_rad, self._script_throttle)
+
+    def _verify_script(self, _item: StoredItem) -> bool:
+        ap = self._ap
+        if self._script_until_s is not None and ap.time_s > self._script_until_s:
+            # Nobody gives orders: this plane runs no scripts.
+            self._script_until_s = None
+            ap.say(Severity.INFO, "NavScript time out")
+        return self._script_until_s is None
 
     def _start_condition_delay(self, item: StoredItem) -> None:
         self._condition_s = self._ap.time_s + max(0.0, item.p1)

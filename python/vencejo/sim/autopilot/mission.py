@@ -316,7 +316,8 @@ class MissionRunner:
         return True
 
     def _begin(self, item: StoredItem) -> bool:
-        if item.command in _LANDINGS or item.command == Cmd.DO_LAND_START:
+        # AP_Mission::is_landing_type_cmd counts the parachute as a landing.
+        if item.command in (*_LANDINGS, Cmd.DO_PARACHUTE, Cmd.DO_LAND_START):
             self.in_landing_sequence = True
         elif item.command == Cmd.DO_RETURN_PATH_START:
             self.in_return_path = True

@@ -400,6 +400,8 @@ class AutoMode(FlightMode):
         elif command == Cmd.NAV_ALTITUDE_WAIT:
             ap.pilot.stick_aileron(0.0)
             ap.pilot.stick_elevator(0.0, 0.0)
+        elif ap.commands.scripted:
+            ap.commands.order_script()
         else:
             ap.order_energy()
 

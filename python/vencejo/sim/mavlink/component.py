@@ -172,12 +172,20 @@ class PlaneComponent:
         }
         if hasattr(self.autopilot, "on_fence_enable"):
             self.autopilot.on_fence_enable = self._mission_fence_enable
+        if hasattr(self.autopilot, "utc_s"):
+            self.autopilot.utc_s = self._utc_s
         self._drain_events()
 
     def _mission_fence_enable(self, action: int) -> None:
         """DO_FENCE_ENABLE as a mission item: 0 off, 1 on, 2 without the floor."""
         fences = FenceType.ALT_MIN if action == 2 else FenceType(15)
         self.fence.enable(action == 1, fences)
+
+    def _utc_s(self) -> float | None:
+        """Seconds since 1970, once a GPS has told them."""
+        if self.snapshot().gps_fix_type < 3:
+            return None
+        return (self._unix_us_at_boot + self.now_us()) * 1e-6
 
     def _start_clocks(self) -> None:
         self._ticks = 0
