@@ -57,10 +57,14 @@ impl ProgressTracker {
 
     pub fn on_current(&mut self, current: &MissionCurrent) -> Changes {
         let mut changes = Changes::default();
-        let restarts = match current.state {
-            Some(MissionState::NotStarted) => self.state != current.state,
-            _ => self.is_complete && current.seq <= 1 && self.current.is_some_and(|before| before > 1),
-        };
+        // ArduPlane says "not started" of a mission that a change of mode has interrupted, too: what was reached stays
+        // reached unless it is about to be flown from the beginning.
+        let comes_back = self.current.is_some_and(|before| before > 1);
+        let restarts = current.seq <= 1
+            && match current.state {
+                Some(MissionState::NotStarted) => self.state != current.state,
+                _ => comes_back && (self.is_complete || self.state == Some(MissionState::NotStarted)),
+            };
         if restarts {
             self.reached.clear();
             self.is_complete = false;
@@ -213,6 +217,24 @@ mod tests {
         assert_eq!(tracker.progress(&Telemetry::default(), None, 1, &ProgressOptions::default()).reached.len(), 4);
         tracker.on_current(&current(1, Some(MissionState::Active)));
         assert!(!tracker.is_complete);
+        assert!(tracker.reached.is_empty());
+    }
+
+    #[test]
+    fn what_was_reached_stays_reached_when_the_mission_is_interrupted() {
+        let mut tracker = ProgressTracker::default();
+        tracker.on_current(&current(1, Some(MissionState::NotStarted)));
+        for seq in 1..=3 {
+            tracker.on_current(&current(seq, Some(MissionState::Active)));
+            tracker.on_reached(seq, Some(4));
+        }
+        // Another mode, then on from there; then another mode, and from the beginning (MIS_RESTART).
+        tracker.on_current(&current(3, Some(MissionState::NotStarted)));
+        assert_eq!(tracker.reached, [1, 2, 3]);
+        tracker.on_current(&current(3, Some(MissionState::Active)));
+        assert_eq!(tracker.reached, [1, 2, 3]);
+        tracker.on_current(&current(3, Some(MissionState::NotStarted)));
+        tracker.on_current(&current(1, Some(MissionState::Active)));
         assert!(tracker.reached.is_empty());
     }
 
