@@ -1,0 +1,263 @@
+// The layers of the map's sources: every source comes as tiles of a grid, from our own server, and is warped where its
+// system is another than the map's. What fails is tried again, ever more rarely; what is shown stays meanwhile.
+import type ImageTile from 'ol/ImageTile';
+import type OlMap from 'ol/Map';
+import type Tile from 'ol/Tile';
+import TileState from 'ol/TileState';
+import TileLayer from 'ol/layer/Tile';
+import type Projection from 'ol/proj/Projection';
+import TileImage from 'ol/source/TileImage';
+import TileGrid from 'ol/tilegrid/TileGrid';
+import type { TileLoader } from '$lib/api/maps-tiles';
+import { NO_ANSWER, ownProblem } from '$lib/api/problem';
+import type { Problem } from '$lib/api/types';
+import { projectionFor } from './projections';
+
+export interface GridLevel {
+  readonly resolution: number;
+  readonly origin: readonly [number, number];
+  readonly tile_px: readonly [number, number];
+  readonly size?: readonly [number, number] | null;
+}
+
+export interface Grid {
+  readonly crs: string;
+  readonly extent?: readonly [number, number, number, number] | null;
+  readonly levels: readonly GridLevel[];
+  readonly min_level: number;
+  readonly max_level: number;
+}
+
+/** A source as it is to be shown. */
+export interface ShownSource {
+  readonly id: string;
+  /** With {z}, {x} and {y}; another one whenever the source's pictures may be others. */
+  readonly tilesUrl: string;
+  readonly grid: Grid;
+  readonly opacity: number;
+  /** Zooms of the map between which it is shown; `null`: always. */
+  readonly minZoom: number | null;
+  readonly maxZoom: number | null;
+}
+
+export interface SourceEvents {
+  /** A tile did not come. */
+  failed?(id: string, problem: Problem): void;
+  /** A tile came as an old copy, since the source failed. */
+  stale?(id: string): void;
+  /** After a failure everything came. */
+  recovered?(id: string): void;
+}
+
+/** Waiting times before what failed is asked for again, seconds; the last goes on. */
+const RETRY_S = [5, 10, 20, 40, 60] as const;
+/** A source is hidden when the map is so many times coarser than its coarsest level: the tiles would be thousands. */
+const COARSEST_FACTOR = 8;
+const M_PER_DEG = 111_320;
+
+interface Entry {
+  readonly key: string;
+  layer: TileLayer<TileImage> | null;
+  hasFailed: boolean;
+  /** Failures since everything was last asked for anew. */
+  failures: number;
+  waiting: number;
+  attempts: number;
+  timer: ReturnType<typeof setTimeout> | undefined;
+}
+
+export class SourceLayers {
+  readonly #map: OlMap;
+  readonly #load: TileLoader;
+  readonly #events: SourceEvents;
+  readonly #entries = new Map<string, Entry>();
+  readonly #zIndex: number;
+  #stack: readonly ShownSource[] = [];
+
+  constructor(map: OlMap, load: TileLoader, events: SourceEvents, zIndex: number) {
+    this.#map = map;
+    this.#load = load;
+    this.#events = events;
+    this.#zIndex = zIndex;
+  }
+
+  /** Shows these, bottom to top. With `isFine`, a dense screen gets tiles of the next finer level. */
+  set(stack: readonly ShownSource[], isFine: boolean): void {
+    this.#stack = stack;
+    const wanted = new Map(stack.map((source) => [source.id, keyOf(source, isFine)]));
+    for (const [id, entry] of this.#entries) if (wanted.get(id) !== entry.key) this.#remove(id, entry);
+    for (const source of stack) {
+      if (!this.#entries.has(source.id)) void this.#add(source, keyOf(source, isFine), isFine);
+    }
+    this.#arrange();
+  }
+
+  /** Asks again for what failed, now. */
+  retry(id: string): void {
+    const entry = this.#entries.get(id);
+    if (entry === undefined) return;
+    entry.attempts = 0;
+    this.#askAgain(id, entry);
+  }
+
+  destroy(): void {
+    for (const [id, entry] of this.#entries) this.#remove(id, entry);
+  }
+
+  /** Opacity, order and zooms of what is there already. */
+  #arrange(): void {
+    this.#stack.forEach((source, index) => {
+      const layer = this.#entries.get(source.id)?.layer;
+      if (!layer) return;
+      layer.setZIndex(this.#zIndex + index / (this.#stack.length + 1));
+      layer.setOpacity(source.opacity);
+      // a layer is hidden at its least zoom itself
+      layer.setMinZoom(source.minZoom === null ? Number.NEGATIVE_INFINITY : source.minZoom - 1e-6);
+      layer.setMaxZoom(source.maxZoom === null ? Number.POSITIVE_INFINITY : source.maxZoom + 1);
+    });
+  }
+
+  async #add(source: ShownSource, key: string, isFine: boolean): Promise<void> {
+    const entry: Entry = {
+      key,
+      layer: null,
+      hasFailed: false,
+      failures: 0,
+      waiting: 0,
+      attempts: 0,
+      timer: undefined,
+    };
+    this.#entries.set(source.id, entry);
+    let problem: Problem | null = null;
+    try {
+      const projection = await projectionFor(source.grid.crs);
+      if (this.#entries.get(source.id) !== entry) return;
+      if (projection !== null) entry.layer = this.#layer(source, projection, entry, isFine);
+      else problem = ownProblem('Unknown coordinate system', 0, source.grid.crs);
+    } catch (error) {
+      // a grid that cannot be, or the part of the app that warps did not come
+      problem = ownProblem('The map cannot show this source', NO_ANSWER, String(error));
+    }
+    if (problem !== null) this.#events.failed?.(source.id, problem);
+    if (entry.layer === null) return;
+    this.#arrange();
+    this.#map.addLayer(entry.layer);
+  }
+
+  #layer(source: ShownSource, projection: Projection, entry: Entry, isFine: boolean): TileLayer<TileImage> {
+    const { grid, tilesUrl } = source;
+    const levels = grid.levels.slice(0, grid.max_level + 1);
+    const coarsest = levels[grid.min_level] ?? levels[0];
+    if (coarsest === undefined) throw new Error('a grid without levels');
+    const density = isFine ? 2 : 1;
+    const sizes = levels.map((level) => level.size);
+    const tileGrid = new TileGrid({
+      resolutions: levels.map((level) => level.resolution * density),
+      origins: levels.map((level) => [...level.origin]),
+      tileSizes: levels.map(({ tile_px: [width, height] }) => [width / density, height / density]),
+      minZoom: grid.min_level,
+      ...(grid.extent && { extent: [...grid.extent] }),
+      ...(sizes.every((size) => size != null) && { sizes: sizes.map((size) => [...(size ?? [])]) }),
+    });
+    const tiles = new TileImage({
+      projection,
+      tileGrid,
+      tilePixelRatio: density,
+      wrapX: true,
+      transition: 0,
+      tileUrlFunction: ([z = 0, x = 0, y = 0]) => fill(tilesUrl, z, x, y),
+      tileLoadFunction: (tile, address) => void this.#fetch(source.id, entry, tile as ImageTile, address),
+    });
+    const unit_m = projection.getUnits() === 'degrees' ? M_PER_DEG : 1;
+    return new TileLayer({
+      source: tiles,
+      preload: 1,
+      cacheSize: 384,
+      maxResolution: coarsest.resolution * unit_m * COARSEST_FACTOR,
+    });
+  }
+
+  async #fetch(id: string, entry: Entry, tile: ImageTile, address: string): Promise<void> {
+    entry.waiting += 1;
+    const answer = await this.#load(address);
+    entry.waiting -= 1;
+    if (answer.kind === 'none') end(tile, TileState.EMPTY);
+    else if (answer.kind === 'failed') {
+      end(tile, TileState.ERROR);
+      this.#failed(id, entry, answer.problem);
+    } else {
+      if (answer.isStale) this.#events.stale?.(id);
+      const picture = await decode(answer.picture);
+      if (picture !== null) tile.setImage(picture);
+      else {
+        end(tile, TileState.ERROR);
+        this.#failed(id, entry, ownProblem('Not a picture', 0, `${answer.picture.type}, ${answer.picture.size} B`));
+      }
+    }
+    if (entry.waiting === 0 && entry.failures === 0 && entry.hasFailed && this.#entries.get(id) === entry) {
+      entry.hasFailed = false;
+      entry.attempts = 0;
+      this.#events.recovered?.(id);
+    }
+  }
+
+  #failed(id: string, entry: Entry, problem: Problem): void {
+    if (this.#entries.get(id) !== entry) return;
+    entry.hasFailed = true;
+    entry.failures += 1;
+    this.#events.failed?.(id, problem);
+    if (entry.timer !== undefined) return;
+    const wait_s = RETRY_S[Math.min(entry.attempts, RETRY_S.length - 1)] as number;
+    entry.timer = setTimeout(() => {
+      entry.timer = undefined;
+      // nobody looks: the next look will ask
+      if (document.hidden) this.#failed(id, entry, problem);
+      else this.#askAgain(id, entry);
+    }, wait_s * 1000);
+  }
+
+  #askAgain(id: string, entry: Entry): void {
+    clearTimeout(entry.timer);
+    entry.timer = undefined;
+    entry.attempts += 1;
+    entry.failures = 0;
+    const source = entry.layer?.getSource();
+    const shown = this.#stack.find((one) => one.id === id);
+    if (!source || !shown) return;
+    // with another key everything is asked for anew, and what is there is shown until it comes
+    source.setTileUrlFunction(([z = 0, x = 0, y = 0]) => fill(shown.tilesUrl, z, x, y), `${Date.now()}`);
+  }
+
+  #remove(id: string, entry: Entry): void {
+    clearTimeout(entry.timer);
+    this.#entries.delete(id);
+    if (entry.layer === null) return;
+    this.#map.removeLayer(entry.layer);
+    entry.layer.dispose();
+  }
+}
+
+const keyOf = ({ tilesUrl, grid }: ShownSource, isFine: boolean): string => JSON.stringify([tilesUrl, grid, isFine]);
+
+const fill = (template: string, z: number, x: number, y: number): string =>
+  template.replace('{z}', String(z)).replace('{x}', String(x)).replace('{y}', String(y));
+
+/** Ends a tile that has no picture, unless the map gave it up meanwhile. */
+function end(tile: Tile, state: typeof TileState.EMPTY | typeof TileState.ERROR): void {
+  if (tile.getState() === TileState.LOADING) tile.setState(state);
+}
+
+/** The picture, ready to be painted without a pause; `null` when it is none. */
+async function decode(picture: Blob): Promise<HTMLImageElement | null> {
+  const address = URL.createObjectURL(picture);
+  const image = new Image();
+  image.src = address;
+  try {
+    await image.decode();
+    return image;
+  } catch {
+    return null;
+  } finally {
+    URL.revokeObjectURL(address);
+  }
+}

@@ -1,0 +1,167 @@
+// The height of the ground: at the pointer, under the plane, below the plan. What is not known stays null.
+import type { ElevationPoint } from '$lib/api/maps-types';
+import { distance_m } from '$lib/domain/geo';
+import type { LonLat } from '$lib/domain/lonlat';
+import type { Home, PlanItem } from '$lib/domain/plan';
+import { type Ground, groundOf, routePoints, type RoutePoint } from '$lib/domain/terrain';
+import { maps, mapsApi } from './maps.svelte';
+import { load, save } from './stored';
+
+/** Questions within this time go together. */
+const GATHER_MS = 60;
+/** A plan that changes is asked for when it has been left alone for so long. */
+const SETTLE_MS = 400;
+/** Terrain data are 10 m to 90 m apart: nearer than this the ground is the same. */
+const SAME_M = 12;
+/** Answers that are kept, and for how long one that is not known is believed. */
+const KEPT = 4000;
+const UNKNOWN_MS = 10_000;
+/** The height above ground that a plan should keep, unless a person says another. */
+const DEFAULT_CLEARANCE_M = 30;
+
+interface Answer {
+  readonly point: ElevationPoint;
+  readonly at_ms: number;
+}
+
+class Elevation {
+  /** Whether there is anything to ask. */
+  isKnowable = $derived(maps.elevations.some((source) => source.state.status !== 'invalid'));
+  /** Ground at the pointer, metres above mean sea level. */
+  pointer_m = $state<number | null>(null);
+  /** Where the height at the pointer comes from. */
+  pointerSource = $state<string | null>(null);
+  /** Ground under the plane, metres above mean sea level. */
+  under_m = $state<number | null>(null);
+  /** The ground below the plan; `null` while it is not known. */
+  ground = $state.raw<Ground | null>(null);
+  #clearance_m = $state(
+    load('maps-clearance', DEFAULT_CLEARANCE_M, (value) =>
+      typeof value === 'number' && value >= 0 && value <= 1000 ? value : null,
+    ),
+  );
+
+  readonly #answers = new Map<string, Answer>();
+  #gathering: { at: LonLat; resolve: (point: ElevationPoint) => void }[] = [];
+  #pointer: LonLat | null = null;
+  #plane: LonLat | null = null;
+  #settle: ReturnType<typeof setTimeout> | undefined;
+  #heights: { points: readonly RoutePoint[]; heights_m: readonly (number | null)[] } | null = null;
+  #route: { items: readonly PlanItem[]; home: Home | null } = { items: [], home: null };
+
+  get clearance_m(): number {
+    return this.#clearance_m;
+  }
+  set clearance_m(value_m: number) {
+    this.#clearance_m = value_m;
+    save('maps-clearance', value_m);
+    this.#judge();
+  }
+
+  setPointer(at: LonLat | null): void {
+    this.#pointer = at;
+    if (at === null || !this.isKnowable) {
+      this.pointer_m = null;
+      this.pointerSource = null;
+      return;
+    }
+    void this.at(at).then((point) => {
+      // the pointer has gone on
+      if (this.#pointer !== at) return;
+      this.pointer_m = point.alt_amsl_m ?? null;
+      this.pointerSource = point.source ?? null;
+    });
+  }
+
+  /** Tells where the plane is, as often as one likes. */
+  setPlane(at: LonLat | null): void {
+    if (at === null || !this.isKnowable) {
+      this.#plane = null;
+      this.under_m = null;
+      return;
+    }
+    if (this.#plane !== null && distance_m(this.#plane, at) < SAME_M) return;
+    this.#plane = at;
+    void this.at(at).then((point) => {
+      if (this.#plane === at) this.under_m = point.alt_amsl_m ?? null;
+      // not known now may be known later
+      if (this.#plane === at && point.alt_amsl_m == null) this.#plane = null;
+    });
+  }
+
+  /** Tells what the plan is; its ground is known a little later. */
+  setPlan(items: readonly PlanItem[], home: Home | null): void {
+    this.#route = { items, home };
+    clearTimeout(this.#settle);
+    if (!this.isKnowable || home === null || items.length === 0) {
+      this.#heights = null;
+      this.ground = null;
+      return;
+    }
+    this.#settle = setTimeout(() => void this.#askForPlan(), SETTLE_MS);
+  }
+
+  /** Height of the ground at a place; asked for together with others. */
+  at(at: LonLat): Promise<ElevationPoint> {
+    const known = this.#answers.get(keyOf(at));
+    if (known && (known.point.alt_amsl_m != null || performance.now() - known.at_ms < UNKNOWN_MS)) {
+      return Promise.resolve(known.point);
+    }
+    return new Promise((resolve) => {
+      if (this.#gathering.length === 0) setTimeout(() => void this.#ask(), GATHER_MS);
+      // a pointer asks again before it is answered: the oldest of many are nobody's question any more
+      this.#gathering.push({ at, resolve });
+    });
+  }
+
+  async #ask(): Promise<void> {
+    const asked = this.#gathering.splice(0, 2000);
+    let points: readonly ElevationPoint[] = [];
+    try {
+      ({ points } = await mapsApi.elevation(asked.map(({ at: { lat_deg, lon_deg } }) => ({ lat_deg, lon_deg }))));
+    } catch {
+      // no answer is an unknown height; asked again later
+    }
+    const at_ms = performance.now();
+    asked.forEach(({ at, resolve }, index) => {
+      const point = points[index] ?? {};
+      this.#answers.set(keyOf(at), { point, at_ms });
+      resolve(point);
+    });
+    for (const key of this.#answers.keys()) {
+      if (this.#answers.size <= KEPT) break;
+      this.#answers.delete(key);
+    }
+  }
+
+  async #askForPlan(): Promise<void> {
+    const { items, home } = this.#route;
+    const points = routePoints(items, home);
+    if (points.length === 0) {
+      this.ground = null;
+      return;
+    }
+    try {
+      const answer = await mapsApi.elevation(points.map(({ at: { lat_deg, lon_deg } }) => ({ lat_deg, lon_deg })));
+      if (this.#route.items !== items) return;
+      this.#heights = { points, heights_m: answer.points.map((point) => point.alt_amsl_m ?? null) };
+    } catch {
+      if (this.#route.items !== items) return;
+      this.#heights = null;
+    }
+    this.#judge();
+  }
+
+  #judge(): void {
+    const { items, home } = this.#route;
+    this.ground =
+      this.#heights === null
+        ? null
+        : groundOf(items, home, this.#heights.points, this.#heights.heights_m, this.#clearance_m);
+  }
+}
+
+/** About ten metres. */
+const keyOf = ({ lat_deg, lon_deg }: LonLat): string => `${lat_deg.toFixed(4)},${lon_deg.toFixed(4)}`;
+
+export const elevation = new Elevation();

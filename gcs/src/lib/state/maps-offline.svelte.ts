@@ -1,0 +1,175 @@
+// Parts of the world that are kept for a field without a network: those that there are, and the one being drawn.
+import type { Area, AreaEstimate, AreaShape, MapSource } from '$lib/api/maps-types';
+import { problemFrom } from '$lib/api/problem';
+import type { Problem } from '$lib/api/types';
+import type { LonLat } from '$lib/domain/lonlat';
+import { placeOf, routeOf } from '$lib/domain/plan';
+import { type Box, boxCorners, boxOf } from '$lib/domain/tiling';
+import { mapsApi } from './maps.svelte';
+import { plan } from './plan.svelte';
+
+export type DraftShape = 'plan' | 'view' | 'box' | 'polygon';
+
+/** While something is being fetched the list is asked for this often. */
+const POLL_MS = 1000;
+const ESTIMATE_MS = 350;
+/** Corners that a polygon may have. */
+const MOST_CORNERS = 200;
+
+class OfflineAreas {
+  areas = $state.raw<readonly Area[]>([]);
+  problem = $state.raw<Problem | null>(null);
+  isLoaded = $state(false);
+
+  /** Whether one is being made. */
+  isDrafting = $state(false);
+  shape = $state<DraftShape>('plan');
+  points = $state.raw<readonly LonLat[]>([]);
+  buffer_m = $state(500);
+  estimate = $state.raw<AreaEstimate | null>(null);
+  estimateProblem = $state.raw<Problem | null>(null);
+  isEstimating = $state(false);
+  #timer: ReturnType<typeof setTimeout> | undefined;
+  #estimateTimer: ReturnType<typeof setTimeout> | undefined;
+  #watchers = 0;
+  #asked = 0;
+
+  /** What the draft covers; `null` until enough is drawn. */
+  drawn = $derived.by<AreaShape | null>(() => {
+    if (this.shape === 'plan') {
+      const places = planPlaces();
+      return places.length === 0 ? null : { kind: 'route', points: places, buffer_m: this.buffer_m };
+    }
+    const [a, b] = this.points;
+    if (this.shape === 'polygon') {
+      const points = this.points.map(({ lat_deg, lon_deg }) => ({ lat_deg, lon_deg }));
+      return points.length < 3 ? null : { kind: 'polygon', points };
+    }
+    return a === undefined || b === undefined ? null : { kind: 'box', ...boxOf(a, b) };
+  });
+
+  /** Keeps the list up to date while somebody looks; gives what ends that. */
+  watch(): () => void {
+    this.#watchers += 1;
+    void this.load();
+    return () => {
+      this.#watchers -= 1;
+      if (this.#watchers === 0) clearTimeout(this.#timer);
+    };
+  }
+
+  async load(): Promise<void> {
+    clearTimeout(this.#timer);
+    try {
+      this.areas = await mapsApi.areas();
+      this.problem = null;
+      this.isLoaded = true;
+    } catch (error) {
+      this.problem = problemFrom(error);
+    }
+    const isMoving = this.areas.some((area) => area.state === 'running');
+    if (this.#watchers > 0) this.#timer = setTimeout(() => void this.load(), isMoving ? POLL_MS : 5 * POLL_MS);
+  }
+
+  // --- The draft ----------------------------------------------------------------------------------------------------
+
+  begin(shape: DraftShape, view: Box | null): void {
+    this.isDrafting = true;
+    this.shape = shape;
+    this.estimate = null;
+    this.estimateProblem = null;
+    this.points = [];
+    if (shape === 'view' && view !== null) {
+      const [northWest, , southEast] = boxCorners(view);
+      if (northWest && southEast) this.points = [northWest, southEast];
+    }
+  }
+
+  end(): void {
+    this.isDrafting = false;
+    this.points = [];
+    this.estimate = null;
+    clearTimeout(this.#estimateTimer);
+  }
+
+  /** Whether a click on the map belongs to the draft. */
+  get takesClicks(): boolean {
+    if (!this.isDrafting) return false;
+    return this.shape === 'polygon'
+      ? this.points.length < MOST_CORNERS
+      : this.shape === 'box' && this.points.length < 2;
+  }
+
+  click(at: LonLat): void {
+    if (this.takesClicks) this.points = [...this.points, at];
+  }
+
+  move(index: number, to: LonLat): void {
+    this.points = this.points.with(index, to);
+  }
+
+  removeLast(): void {
+    this.points = this.points.slice(0, -1);
+  }
+
+  /** Asks what the draft would cost, when it has been left alone for a moment. */
+  ask(source: MapSource, min_level: number, max_level: number): void {
+    clearTimeout(this.#estimateTimer);
+    const shape = this.drawn;
+    if (shape === null) {
+      this.estimate = null;
+      this.isEstimating = false;
+      return;
+    }
+    this.isEstimating = true;
+    this.#asked += 1;
+    const asked = this.#asked;
+    this.#estimateTimer = setTimeout(async () => {
+      let [estimate, problem]: [AreaEstimate | null, Problem | null] = [null, null];
+      try {
+        estimate = await mapsApi.estimateArea({ source: source.id, name: '', shape, min_level, max_level });
+      } catch (error) {
+        problem = problemFrom(error);
+      }
+      if (asked !== this.#asked) return;
+      this.estimate = estimate;
+      this.estimateProblem = problem;
+      this.isEstimating = false;
+    }, ESTIMATE_MS);
+  }
+
+  async download(source: MapSource, name: string, min_level: number, max_level: number): Promise<void> {
+    const shape = this.drawn;
+    if (shape === null) return;
+    await mapsApi.addArea({ source: source.id, name, shape, min_level, max_level });
+    this.end();
+    await this.load();
+  }
+
+  async act(call: () => Promise<unknown>): Promise<void> {
+    try {
+      await call();
+      await this.load();
+    } catch (error) {
+      this.problem = problemFrom(error);
+    }
+  }
+
+  pause = (area: Area) => this.act(() => mapsApi.pauseArea(area.id));
+  resume = (area: Area) => this.act(() => mapsApi.resumeArea(area.id));
+  remove = (area: Area) => this.act(() => mapsApi.removeArea(area.id));
+  import = (source: MapSource, file: File) => this.act(() => mapsApi.importArea(source.id, file));
+}
+
+/** The places that the plan goes through, in turn; without a plan, home. */
+function planPlaces(): LonLat[] {
+  const items = plan.items.length > 0 ? plan.items : (plan.vehiclePlan?.items ?? []);
+  const legs = routeOf(items, plan.home);
+  const [first] = legs;
+  const places = first === undefined ? [plan.home ?? items.map(placeOf).find((at) => at !== null)] : [first.from];
+  return [...places, ...legs.map((leg) => leg.to)].flatMap((at) =>
+    at == null ? [] : [{ lat_deg: at.lat_deg, lon_deg: at.lon_deg }],
+  );
+}
+
+export const offlineAreas = new OfflineAreas();

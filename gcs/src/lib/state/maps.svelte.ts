@@ -1,0 +1,231 @@
+// The map's sources: what the server has, what of it a person chose to see, and what fails.
+import { SvelteMap } from 'svelte/reactivity';
+import { MapsApi } from '$lib/api/maps';
+import type { Attribution, MapSource, SourceSettings } from '$lib/api/maps-types';
+import { problemFrom } from '$lib/api/problem';
+import type { Problem } from '$lib/api/types';
+import {
+  attributionsOf,
+  baseOf,
+  type Choice,
+  isShown,
+  moved,
+  NO_CHOICE,
+  opacityOf,
+  readChoice,
+  stackOf,
+} from '$lib/domain/sources';
+import type { Box } from '$lib/domain/tiling';
+import { load, save } from './stored';
+
+export const mapsApi = new MapsApi();
+
+/** The list is not asked for more often than this, however much fails. */
+const RELOAD_MS = 3000;
+
+/** A source that is shown and does not do what it should. */
+export interface Failing {
+  readonly source: MapSource;
+  readonly problem: Problem;
+  /** Old pictures are shown in place of new ones. */
+  readonly isStale: boolean;
+}
+
+class Maps {
+  sources = $state.raw<readonly MapSource[]>([]);
+  /** Where the server keeps them, for people who edit by hand; empty when it does not tell. */
+  file = $state('');
+  fileError = $state<string | null>(null);
+  isLoaded = $state(false);
+  /** Why the list is not known. */
+  problem = $state.raw<Problem | null>(null);
+  /** Asks the map for the tiles of a source again; the map sets it. */
+  retryTiles: (id: string) => void = () => undefined;
+  /** What panels leave free of the world; the map sets it. */
+  visibleBox: () => Box | null = () => null;
+
+  #choice = $state.raw<Choice>(load('maps', NO_CHOICE, readChoice));
+  #isFine = $state(load('maps-fine', false, (value) => (typeof value === 'boolean' ? value : null)));
+  readonly #faults = new SvelteMap<string, Problem>();
+  readonly #dismissed = new SvelteMap<string, string>();
+  readonly #ofView = new SvelteMap<string, readonly Attribution[]>();
+  #loadedAt_ms = -Infinity;
+  #timer: ReturnType<typeof setTimeout> | undefined;
+
+  base = $derived(baseOf(this.sources, this.#choice));
+  bases = $derived(this.sources.filter((source) => source.role === 'base'));
+  /** Uppermost first, as people read a list of layers. */
+  overlays = $derived(this.sources.filter((source) => source.role === 'overlay').toReversed());
+  elevations = $derived(this.sources.filter((source) => source.role === 'elevation'));
+  #stack = $derived(stackOf(this.sources, this.#choice));
+  /** What the map draws, bottom to top. */
+  shown = $derived(
+    this.#stack.flatMap(({ source, opacity }) =>
+      source.grid == null
+        ? []
+        : [
+            {
+              id: source.id,
+              tilesUrl: source.tiles_url,
+              grid: source.grid,
+              opacity,
+              minZoom: source.min_zoom ?? null,
+              maxZoom: source.max_zoom ?? null,
+            },
+          ],
+    ),
+  );
+  attributions = $derived(
+    attributionsOf(
+      this.#stack.map(({ source }) => ({ attribution: this.#ofView.get(source.id) ?? source.attribution })),
+    ),
+  );
+  /** Google's terms want its name on the map. */
+  hasGoogle = $derived(this.#stack.some(({ source }) => source.logo === 'google'));
+  failing = $derived(this.#stack.flatMap(({ source }) => this.#failingOf(source) ?? []));
+  /** Those of them that nobody put aside. */
+  notices = $derived(this.failing.filter(({ source, problem }) => this.#dismissed.get(source.id) !== problem.detail));
+
+  get isFine(): boolean {
+    return this.#isFine;
+  }
+  set isFine(isFine: boolean) {
+    this.#isFine = isFine;
+    save('maps-fine', isFine);
+  }
+
+  isShown = (source: MapSource): boolean =>
+    source.role === 'base' ? this.base?.id === source.id : isShown(source, this.#choice);
+  opacityOf = (source: MapSource): number => opacityOf(source, this.#choice);
+
+  /** Shows a base map, or with `null` none. */
+  setBase(id: string | null): void {
+    this.#choose({ base: id ?? '' });
+  }
+
+  setShown(id: string, isShown: boolean): void {
+    this.#choose({ isShown: { ...this.#choice.isShown, [id]: isShown } });
+  }
+
+  setOpacity(id: string, opacity: number): void {
+    this.#choose({ opacity: { ...this.#choice.opacity, [id]: opacity } });
+  }
+
+  /** Moves an overlay up (1) or down (−1) among the overlays. */
+  async move(id: string, by: number): Promise<void> {
+    const ids = this.sources.filter((source) => source.role === 'overlay').map((source) => source.id);
+    this.#take(await mapsApi.putOrder(moved(ids, id, by)));
+  }
+
+  /** Saves a source; a new one is shown. */
+  async put(settings: SourceSettings): Promise<MapSource> {
+    const isNew = !this.sources.some((source) => source.id === settings.id);
+    const saved = await mapsApi.putSource(settings);
+    this.#faults.delete(saved.id);
+    await this.load();
+    if (isNew && saved.role === 'base') this.setBase(saved.id);
+    else if (isNew && saved.role === 'overlay') this.setShown(saved.id, true);
+    return saved;
+  }
+
+  async remove(id: string, alsoCache: boolean): Promise<void> {
+    await mapsApi.removeSource(id, alsoCache);
+    this.#faults.delete(id);
+    await this.load();
+  }
+
+  /** Fetches one tile, past the cache, and gives what is wrong, or `null`. */
+  async check(source: MapSource): Promise<string | null> {
+    const state = await mapsApi.check(source.id);
+    await this.load();
+    if (state.status === 'ok') {
+      this.retryTiles(source.id);
+      return null;
+    }
+    return state.detail ?? state.last_error ?? state.status;
+  }
+
+  async load(): Promise<void> {
+    clearTimeout(this.#timer);
+    this.#timer = undefined;
+    this.#loadedAt_ms = performance.now();
+    try {
+      this.#take(await mapsApi.sources());
+      this.problem = null;
+    } catch (error) {
+      this.problem = problemFrom(error);
+    }
+  }
+
+  /** The attribution that a view demands, where the service tells it by place. */
+  async lookAt(view: Box, zoom: number): Promise<void> {
+    for (const { source } of this.#stack) {
+      if (!source.attribution_by_view) continue;
+      try {
+        const { attribution } = await mapsApi.attribution(source.id, view, Math.round(zoom));
+        this.#ofView.set(source.id, [...source.attribution, ...attribution]);
+      } catch {
+        // the source's own attribution stays; that it fails is told by its tiles
+      }
+    }
+  }
+
+  // --- What the map tells -------------------------------------------------------------------------------------------
+
+  tileFailed(id: string, problem: Problem): void {
+    if (this.#faults.get(id)?.detail !== problem.detail) this.#faults.set(id, problem);
+    this.#loadSoon();
+  }
+
+  tileWasStale(): void {
+    this.#loadSoon();
+  }
+
+  recovered(id: string): void {
+    this.#faults.delete(id);
+    this.#dismissed.delete(id);
+    this.#loadSoon();
+  }
+
+  dismiss({ source, problem }: Failing): void {
+    this.#dismissed.set(source.id, problem.detail);
+  }
+
+  failingOf = (source: MapSource): Failing | null => this.#failingOf(source);
+
+  #failingOf(source: MapSource): Failing | null {
+    const { status, detail } = source.state;
+    const fault = this.#faults.get(source.id);
+    if (fault !== undefined) return { source, problem: fault, isStale: false };
+    if (status === 'ok' || status === 'unused') return null;
+    const problem = { type: `urn:vencejo:source-${status}`, title: status, status: 0, detail: detail ?? '' };
+    return { source, problem, isStale: status === 'failing' || status === 'offline' };
+  }
+
+  #take({ sources, file, file_error }: { sources: MapSource[]; file: string; file_error?: string | null }): void {
+    // what is the same stays the same: the map makes no layer anew
+    const known = new Map(this.sources.map((source) => [source.id, source]));
+    this.sources = sources.map((source) => {
+      const old = known.get(source.id);
+      return old !== undefined && JSON.stringify(old) === JSON.stringify(source) ? old : source;
+    });
+    this.file = file;
+    this.fileError = file_error ?? null;
+    this.isLoaded = true;
+    for (const id of this.#faults.keys()) if (!sources.some((source) => source.id === id)) this.#faults.delete(id);
+  }
+
+  #loadSoon(): void {
+    this.#timer ??= setTimeout(
+      () => void this.load(),
+      Math.max(300, this.#loadedAt_ms + RELOAD_MS - performance.now()),
+    );
+  }
+
+  #choose(change: Partial<Choice>): void {
+    this.#choice = { ...this.#choice, ...change };
+    save('maps', this.#choice);
+  }
+}
+
+export const maps = new Maps();
