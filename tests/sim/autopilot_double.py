@@ -18,6 +18,7 @@ from vencejo.sim.autopilot.interface import (
     MissionState,
     Mode,
     ModeChanged,
+    Outlook,
     Parameters,
     PlanView,
     RepositionTarget,
@@ -246,6 +247,9 @@ class DoubleAutopilot:
 
     def put_down(self) -> None:
         self._called("put_down")
+
+    def outlook(self) -> Outlook:
+        return Outlook(0.0, 0.0, 0.1, 0.0, 0.0, 0.0, (0.0, 0.0), ())
 
     def failsafe_gcs(self, active: bool) -> None:
         self._called("failsafe_gcs", active)

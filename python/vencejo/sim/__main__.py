@@ -19,6 +19,12 @@ def _announce(listening: Listening) -> None:
     sys.stdout.flush()
 
 
+def _announce_camera(system_id: int, stream: str, snapshot: str) -> None:
+    line = json.dumps({"camera": stream, "snapshot": snapshot, "system_id": system_id})
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
+
+
 def _home(text: str) -> tuple[float, float, float, float]:
     parts = [float(part) for part in text.split(",")]
     if len(parts) not in (3, 4):
@@ -68,6 +74,17 @@ def _parser(prog: str) -> argparse.ArgumentParser:
         action="store_true",
         help="somebody holds the plane and turns it: level, wings, nose, all round, on its back, over and over",
     )
+    add(
+        "--camera",
+        nargs="?",
+        const="127.0.0.1:8554",
+        metavar="HOST:PORT",
+        help="serve the nose camera as a network camera on this machine: Motion JPEG at /stream.mjpg, single pictures at "
+        "/snapshot.jpg (default 127.0.0.1:8554; port 0: a free one); needs the extra vencejo[camera]",
+    )
+    add(
+        "--camera-rate", type=float, default=default.camera_rate_hz, metavar="HZ", help="pictures a second (default 15)"
+    )
     add("--param", action="append", type=_parameter, metavar="NAME=VALUE", help="set a parameter; repeatable")
     return parser
 
@@ -105,8 +122,10 @@ def main(argv: Sequence[str] | None = None, *, prog: str = "python -m vencejo.si
             launch=args.launch,
             params=dict(args.param or ()),
             by_hand=args.by_hand,
+            camera=args.camera,
+            camera_rate_hz=args.camera_rate,
         )
-        run(options, on_listening=_announce)
+        run(options, on_listening=_announce, on_camera=_announce_camera)
     except KeyError as error:
         sys.stderr.write(f"vencejo.sim: ArduPlane has no parameter {error}\n")
         return 2

@@ -93,6 +93,10 @@ class SimOptions:
         What SYSTEM_TIME calls the boot; the real time when None.
     by_hand : bool
         Somebody holds each plane and shows :data:`vencejo.sim.hand.BY_HAND` over and over, until it is armed.
+    camera : str, optional
+        ``HOST:PORT`` on loopback where the nose cameras are served (port 0: a free one); none when None.
+    camera_rate_hz : float
+        Pictures a second, 1 to 30.
     """
 
     home_lat_deg: float = 40.3332
@@ -112,6 +116,8 @@ class SimOptions:
     params: Mapping[str, float] = field(default_factory=dict)
     start_unix_s: float | None = None
     by_hand: bool = False
+    camera: str | None = None
+    camera_rate_hz: float = 15.0
 
     def __post_init__(self) -> None:
         def check(name: str, low: float, high: float) -> None:
@@ -127,6 +133,7 @@ class SimOptions:
         check("wind_from_deg", -360.0, 360.0)
         check("gust_m_s", 0.0, 30.0)
         check("planes", 1, 50)
+        check("camera_rate_hz", 1.0, 30.0)
         check("first_system_id", 1, 256 - self.planes)
         if not self.speedup > 0:
             raise ValueError(f"speedup is {self.speedup!r}: it must be above 0")

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from queue import Empty, SimpleQueue
 from types import TracebackType
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from vencejo.sim.autopilot.interface import DT_S
 from vencejo.sim.config import LinkSpec, SimOptions, parse_link
@@ -25,6 +25,10 @@ from vencejo.sim.hand import CARRY_HEIGHT_M
 from vencejo.sim.mavlink.component import AutopilotFactory, PlaneComponent
 from vencejo.sim.mavlink.link import Link
 from vencejo.sim.world import World
+
+if TYPE_CHECKING:
+    from vencejo.sim.camera.http import CameraServer
+    from vencejo.sim.camera.nose import NoseCamera
 
 __all__ = ["Listening", "SimServer", "SimulatedPlane", "run"]
 
@@ -156,6 +160,8 @@ class SimServer:
         self._selector = selectors.DefaultSelector()
         self._listeners: list[_Listener] = []
         self._connections: list[_Connection] = []
+        self.cameras: CameraServer | None = None
+        self._noses: dict[PlaneComponent, NoseCamera] = {}
         self._calls: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._wake_receive, self._wake_send = socket.socketpair()
         self._wake_receive.setblocking(False)
@@ -165,6 +171,8 @@ class SimServer:
             for text in options.links:
                 for spec, planes in self._shares(parse_link(text)):
                     self._open(spec, planes)
+            if options.camera is not None:
+                self._open_cameras(options.camera)
         except BaseException:
             self.close()
             raise
@@ -180,6 +188,7 @@ class SimServer:
         while not stop.is_set():
             self._burst(pace)
             self._flush()
+            self._show()
             self._poll(pace.wait_s(time.monotonic()))
 
     def wake(self) -> None:
@@ -194,6 +203,8 @@ class SimServer:
 
     def close(self) -> None:
         """Close every socket."""
+        if self.cameras is not None:
+            self.cameras.close()
         for connection in list(self._connections):
             self._drop(connection)
         for listener in self._listeners:
@@ -231,6 +242,22 @@ class SimServer:
         else:
             self._connect(_Connection(sock, str(spec), datagrams=True), planes)
         self.listening.append(Listening(str(spec), tuple(plane.system_id for plane in planes)))
+
+    def _open_cameras(self, address: str) -> None:
+        try:
+            from vencejo.sim.camera.http import CameraServer, parse_address
+            from vencejo.sim.camera.nose import NoseCamera
+        except ImportError as error:
+            raise ValueError(f"camera: {error}: pip install 'vencejo[camera]'") from error
+        place = parse_address(address)
+        self._noses = {plane: NoseCamera(plane.heading_deg, self.options.camera_rate_hz) for plane in self.world.planes}
+        self.cameras = CameraServer(place, {plane.system_id: nose for plane, nose in self._noses.items()})
+
+    def _show(self) -> None:
+        """Tell the cameras that somebody looks through where their planes are."""
+        for plane, nose in self._noses.items():
+            if nose.watched:
+                nose.see(time.time(), plane.autopilot.outlook())
 
     def _connect(self, connection: _Connection, planes: list[PlaneComponent]) -> None:
         self._connections.append(connection)
@@ -315,7 +342,12 @@ class SimServer:
             call()
 
 
-def run(options: SimOptions, *, on_listening: Callable[[Listening], None] | None = None) -> None:
+def run(
+    options: SimOptions,
+    *,
+    on_listening: Callable[[Listening], None] | None = None,
+    on_camera: Callable[[int, str, str], None] | None = None,
+) -> None:
     """Simulate until SIGINT or SIGTERM (signals only when called from the main thread).
 
     Parameters
@@ -323,11 +355,15 @@ def run(options: SimOptions, *, on_listening: Callable[[Listening], None] | None
     options : SimOptions
     on_listening : callable, optional
         Told of each link once it is open.
+    on_camera : callable, optional
+        Told of each camera: system id, address of the stream, address of single pictures.
 
     Raises
     ------
     OSError
-        A link cannot be opened.
+        A link or the camera's port cannot be opened.
+    ValueError
+        The camera's address is wrong, or OpenCV is missing.
     """
     server = SimServer(options)
     stop = threading.Event()
@@ -344,6 +380,10 @@ def run(options: SimOptions, *, on_listening: Callable[[Listening], None] | None
         for link in server.listening:
             if on_listening is not None:
                 on_listening(link)
+        if server.cameras is not None and on_camera is not None:
+            for plane in server.world.planes:
+                system = plane.system_id
+                on_camera(system, server.cameras.stream_url(system), server.cameras.snapshot_url(system))
         server.serve(stop)
     finally:
         for number, handler in before.items():
@@ -395,6 +435,18 @@ class SimulatedPlane:
     def clients(self) -> int:
         """Connections at this moment."""
         return self._server.clients
+
+    @property
+    def camera(self) -> str | None:
+        """Address of the first plane's video stream; None without ``camera`` in the options."""
+        cameras = self._server.cameras
+        return None if cameras is None else cameras.stream_url(self.options.first_system_id)
+
+    @property
+    def snapshot(self) -> str | None:
+        """Address of the first plane's single pictures; None without ``camera`` in the options."""
+        cameras = self._server.cameras
+        return None if cameras is None else cameras.snapshot_url(self.options.first_system_id)
 
     def call(self, function: Callable[[World], _T], *, timeout_s: float = 30.0) -> _T:
         """Run a function between two ticks in the simulator's thread and return its result.

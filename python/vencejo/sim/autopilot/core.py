@@ -37,6 +37,7 @@ from .interface import (
     MissionState,
     Mode,
     ModeChanged,
+    Outlook,
     Parameters,
     PlanView,
     RepositionTarget,
@@ -163,6 +164,8 @@ class Autopilot:
             dt_s=DT_S,
         )
         self._hand: Hand | None = None
+        self._landings: tuple[tuple[float, float], ...] = ()
+        self._landings_revision = -1
         self.wind = Wind(config.wind_m_s, config.wind_from_deg, config.gust_m_s, config.seed)
         self.sensors = Sensors(seed=config.seed, lat_deg=config.home_lat_deg, lon_deg=config.home_lon_deg)
         self.battery = Battery(capacity_mah=self.tune["BATT_CAPACITY"])
@@ -974,6 +977,29 @@ class Autopilot:
         last = self._last_picture
         if last is None or math.hypot(self.est.n_m - last[0], self.est.e_m - last[1]) >= self.trigger_distance_m:
             self.take_picture()
+
+    def outlook(self) -> Outlook:
+        """Where the plane truly is, for a camera on board."""
+        body = self.body
+        north, east = self.frame.to_plane(body.lat_deg, body.lon_deg)
+        revision = self._plan.mission_revision
+        if revision != self._landings_revision:
+            self._landings_revision = revision
+            self._landings = tuple(
+                self.frame.to_plane(item.lat_deg, item.lon_deg)
+                for item in self._plan.mission[1:]
+                if item.command == Cmd.NAV_LAND
+            )
+        return Outlook(
+            north_m=north,
+            east_m=east,
+            up_m=body.alt_amsl_m - self.config.home_alt_amsl_m,
+            roll_rad=body.roll_rad,
+            pitch_rad=body.pitch_rad,
+            yaw_rad=body.yaw_rad,
+            home_m=(self.home.n_m, self.home.e_m),
+            landings_m=self._landings,
+        )
 
     # telemetry
 

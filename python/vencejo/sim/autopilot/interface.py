@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
-from typing import Literal, Protocol, TypeAlias
+from typing import Literal, NamedTuple, Protocol, TypeAlias
 
 __all__ = [
     "DT_S",
@@ -459,6 +459,22 @@ class RepositionTarget:
     extras: Mapping[str, float] = field(default_factory=dict)
 
 
+class Outlook(NamedTuple):
+    """What a camera on board needs: the true pose, and what lies marked on the ground. Metres from the start place."""
+
+    north_m: float
+    east_m: float
+    up_m: float
+    """Height of the centre of gravity over the ground."""
+    roll_rad: float
+    pitch_rad: float
+    yaw_rad: float
+    home_m: tuple[float, float]
+    """North and east of home."""
+    landings_m: tuple[tuple[float, float], ...]
+    """North and east of the mission's landing points."""
+
+
 class AutopilotPort(Protocol):
     """What :class:`vencejo.sim.autopilot.Autopilot` offers to the MAVLink half. Single-threaded."""
 
@@ -555,6 +571,10 @@ class AutopilotPort(Protocol):
 
     def put_down(self) -> None:
         """End of :meth:`move_by_hand`: back on its skid, keeping its heading."""
+        ...
+
+    def outlook(self) -> Outlook:
+        """Where the plane truly is, for a camera on board."""
         ...
 
     def failsafe_gcs(self, active: bool) -> None:

@@ -94,6 +94,7 @@ class PlaneComponent:
         unix_s_at_boot: float | None = None,
     ) -> None:
         self.source = Source(config.system_id, COMPONENT_AUTOPILOT)
+        self.heading_deg = config.heading_deg
         self.params = params if params is not None else ParamStore.arduplane()
         self.params.set("MAV_SYSID", config.system_id)
         self.plans = PlanStore()

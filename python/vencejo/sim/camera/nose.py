@@ -1,0 +1,140 @@
+"""The camera of one plane: takes pictures at its rate, but only while somebody looks."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import NamedTuple
+
+import cv2
+
+from vencejo.sim.autopilot.interface import Outlook
+
+from .render import Renderer
+from .view import Pinhole, Pose
+
+__all__ = ["Frame", "NoseCamera"]
+
+_JPEG_QUALITY = 80
+_NO_SIGHT_S = 5.0
+"""A simulator that has not told the pose for so long is not coming back."""
+
+
+class Frame(NamedTuple):
+    """One picture."""
+
+    number: int
+    unix_s: float
+    """When it was taken: the time of the pose it shows."""
+    jpeg: bytes
+
+
+class NoseCamera:
+    """Pictures of one plane for any number of viewers; each gets the newest, a slow one misses some.
+
+    Parameters
+    ----------
+    heading_deg : float
+        Direction of the runway, degrees true.
+    rate_hz : float
+        Pictures a second while somebody looks, 1 to 30.
+    camera : Pinhole, optional
+    """
+
+    def __init__(self, heading_deg: float, rate_hz: float, camera: Pinhole | None = None) -> None:
+        self.camera = camera if camera is not None else Pinhole()
+        self.rate_hz = rate_hz
+        self._heading_deg = heading_deg
+        self._renderer: Renderer | None = None
+        self._changed = threading.Condition()
+        self._sight: tuple[float, Outlook] | None = None
+        self._frame: Frame | None = None
+        self._viewers = 0
+        self._closed = False
+        self._thread: threading.Thread | None = None
+
+    # the simulator's side
+
+    @property
+    def watched(self) -> bool:
+        """True while somebody looks: then, and only then, the simulator has to tell what there is to see."""
+        return self._viewers > 0
+
+    def see(self, unix_s: float, outlook: Outlook) -> None:
+        """The newest instant: when it was, seconds since 1970, and what there is to see."""
+        sight = (unix_s, outlook)
+        if self._sight is None:
+            with self._changed:
+                self._sight = sight
+                self._changed.notify_all()
+        else:
+            self._sight = sight
+
+    def close(self) -> None:
+        """Stop; viewers are told that there is no more."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        if self._thread is not None:
+            self._thread.join()
+
+    # the viewers' side
+
+    def __enter__(self) -> NoseCamera:
+        with self._changed:
+            self._viewers += 1
+            if self._thread is None and not self._closed:
+                self._thread = threading.Thread(target=self._run, name="vencejo-sim-camera", daemon=True)
+                self._thread.start()
+            self._changed.notify_all()
+        return self
+
+    def __exit__(self, *_exception: object) -> None:
+        with self._changed:
+            self._viewers -= 1
+            if self._viewers == 0:
+                # The next viewer gets no picture of the past.
+                self._sight = self._frame = None
+
+    def next_frame(self, after: int = 0, timeout_s: float = _NO_SIGHT_S) -> Frame | None:
+        """The newest picture, as soon as there is one with a number above ``after``; None when there is no more."""
+        with self._changed:
+            self._changed.wait_for(
+                lambda: self._closed or (self._frame is not None and self._frame.number > after), timeout_s
+            )
+            frame = self._frame
+            return None if self._closed or frame is None or frame.number <= after else frame
+
+    # inside
+
+    def _run(self) -> None:
+        number = 0
+        due_s = 0.0
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._closed or (self._viewers > 0 and self._sight is not None))
+                if not self._closed and (left_s := due_s - time.monotonic()) > 0:
+                    self._changed.wait_for(lambda: self._closed, left_s)
+                sight = self._sight
+                if self._closed:
+                    return
+                if sight is None:
+                    continue
+            due_s = max(due_s + 1.0 / self.rate_hz, time.monotonic())
+            number += 1
+            unix_s, outlook = sight
+            frame = Frame(number, unix_s, self._picture(outlook))
+            with self._changed:
+                if self._viewers:
+                    self._frame = frame
+                self._changed.notify_all()
+
+    def _picture(self, outlook: Outlook) -> bytes:
+        if self._renderer is None:
+            self._renderer = Renderer(self._heading_deg, self.camera)
+        self._renderer.mark(outlook.home_m, outlook.landings_m)
+        pose = Pose(*outlook[:6])
+        done, jpeg = cv2.imencode(".jpg", self._renderer.render(pose), (cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY))
+        if not done:
+            raise RuntimeError("OpenCV could not encode a picture as JPEG")
+        return jpeg.tobytes()
