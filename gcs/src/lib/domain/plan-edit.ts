@@ -10,6 +10,7 @@ import {
   altRelHome_m,
   type ApproachOptions,
   COMMAND,
+  type CommandSpec,
   DEFAULT_APPROACH,
   type EditableKind,
   type Fence,
@@ -22,12 +23,14 @@ import {
   kindOf,
   landingSequence,
   makeItem,
+  type NewItem,
   type Plan,
   type PlanItem,
   placeOf,
   type RallyPoint,
   routeOf,
   withAlt,
+  withCommand,
   withKind,
   withParam,
   withPlace,
@@ -261,13 +264,27 @@ export function changeKind(
   defaults: EditDefaults,
   at: LonLat | null = null,
 ): Draft {
+  const fallback = fallbackFor(draft, key, defaults, at);
+  return updateKey(draft, key, (item) => withKind(item, kind, fallback));
+}
+
+/** Makes an item any command; as `changeKind`. */
+export function changeCommand(
+  draft: Draft,
+  key: number,
+  spec: CommandSpec,
+  defaults: EditDefaults,
+  at: LonLat | null = null,
+): Draft {
+  const fallback = fallbackFor(draft, key, defaults, at);
+  return updateKey(draft, key, (item) => withCommand(item, spec, fallback));
+}
+
+function fallbackFor(draft: Draft, key: number, { alt_m, frame }: EditDefaults, at: LonLat | null): NewItem {
   const index = indexOfKey(draft, key);
   const before = draft.items.slice(0, Math.max(index, 0)).map(placeOf);
   const home = draft.home && { lon_deg: draft.home.lon_deg, lat_deg: draft.home.lat_deg };
-  const fallback = at ?? before.findLast((place) => place !== null) ?? home;
-  return updateKey(draft, key, (item) =>
-    withKind(item, kind, { at: fallback, alt_m: defaults.alt_m, frame: defaults.frame }),
-  );
+  return { at: at ?? before.findLast((place) => place !== null) ?? home, alt_m, frame };
 }
 
 /** Moves the items of `keys`, in their order, so that they stand before the item that is now at `index`. */

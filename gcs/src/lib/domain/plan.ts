@@ -153,6 +153,8 @@ const PLACED: ReadonlySet<EditableKind> = new Set([
 const KIND_BY_COMMAND: ReadonlyMap<number, EditableKind> = new Map(KINDS.map((kind) => [COMMAND[kind], kind]));
 
 export const kindOf = (item: PlanItem): ItemKind => KIND_BY_COMMAND.get(item.command) ?? 'other';
+/** Whether the editor has a kind for a MAV_CMD. */
+export const isKindCommand = (command: number): boolean => KIND_BY_COMMAND.has(command);
 export const isPlacedKind = (kind: ItemKind): boolean => kind !== 'other' && PLACED.has(kind);
 
 /** Whether x, y and z of the item are latitude, longitude and height. */
@@ -257,6 +259,36 @@ export function withKind(item: PlanItem, kind: EditableKind, fallback: NewItem):
     frame: isPlaced(item) ? heightFrameOf(item) : (fallback.frame ?? 'home'),
   });
   return kind === 'land' ? withAlt(made, 0) : made;
+}
+
+/** What is known of a command that the editor has no kind for. */
+export interface CommandSpec {
+  readonly number: number;
+  /** MAV_CMD name. */
+  readonly name: string;
+  readonly has_position: boolean;
+  /** Values that its seven parameters begin with; `null` where none is given. */
+  readonly defaults: readonly (number | null)[];
+}
+
+/** The item as any command. Place, height and frame stay where both have them; `fallback` stands in for the rest. */
+export function withCommand(item: PlanItem, spec: CommandSpec, fallback: NewItem): PlanItem {
+  const kind = KIND_BY_COMMAND.get(spec.number);
+  if (kind !== undefined) return withKind(item, kind, fallback);
+  if (item.command === spec.number) return item;
+  const at = placeOf(item) ?? fallback.at ?? null;
+  const place = at === null ? null : rounded(at);
+  const start = spec.defaults.map((value) => value ?? 0);
+  const [p1 = 0, p2 = 0, p3 = 0, p4 = 0, p5 = 0, p6 = 0, p7 = 0] = start;
+  return {
+    command: spec.number,
+    name: spec.name,
+    frame: !spec.has_position ? FRAME.mission : isPlaced(item) ? item.frame : FRAME[fallback.frame ?? 'home'],
+    params: spec.has_position
+      ? [p1, p2, p3, p4, place?.lat_deg ?? 0, place?.lon_deg ?? 0, altOf_m(item) ?? fallback.alt_m ?? 0]
+      : [p1, p2, p3, p4, p5, p6, p7],
+    autocontinue: item.autocontinue,
+  };
 }
 
 /** How the approach of a new landing is laid out. */

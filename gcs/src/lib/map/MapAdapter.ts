@@ -16,10 +16,12 @@ import MouseWheelZoom from 'ol/interaction/MouseWheelZoom';
 import PinchZoom from 'ol/interaction/PinchZoom';
 import PointerInteraction from 'ol/interaction/Pointer';
 import { toLonLat } from 'ol/proj';
+import type { AreaHandle } from '$lib/domain/area-edit';
 import { type LonLat, wrap180_deg } from '$lib/domain/lonlat';
 import type { Home, PlanItem } from '$lib/domain/plan';
 import { freeCentre, type Insets, widenFactor } from '$lib/domain/sight';
 import type { Trail } from '$lib/domain/track';
+import { AreaPainter, type AreaTexts, type AreaView } from './area-painter';
 import { coastLayer, coastStyle, tileLayer, xyzSource } from './base-map';
 import { CanvasLayer } from './canvas-layer';
 import { projection, type Projection, readTheme, type Theme, type XY } from './frame';
@@ -31,7 +33,7 @@ import { type TileSource, tileUrlFault } from './tile-source';
 import { TrailPainter } from './trail-painter';
 import { HomePainter, type VehicleMark, VehiclePainter } from './vehicle-painter';
 
-export type { RouteStatus, RouteTexts, VehicleMark };
+export type { AreaView, RouteStatus, RouteTexts, VehicleMark };
 
 /** How the view stands to the selected plane. */
 export type FollowMode = 'free' | 'follow' | 'sight';
@@ -51,6 +53,12 @@ export interface MapEvents {
   itemDrag?(number: number, from: LonLat, to: LonLat, isEnd: boolean): void;
   /** A handle was clicked, or drawn aside: then drags of the new item follow. Gives the number of the new item. */
   legInsert?(toIndex: number, at: LonLat): number | null;
+  /** A corner, circle, return or rally point was clicked. */
+  areaClick?(handle: AreaHandle): void;
+  /** Several in a row while one is dragged; the last has `isEnd`. Gives what is held from now on. */
+  areaDrag?(handle: AreaHandle, from: LonLat, to: LonLat, isEnd: boolean): AreaHandle;
+  /** The first corner of the polygon being drawn was clicked, or Enter pressed on it: it is done. */
+  sketchClose?(): void;
   boxSelect?(numbers: readonly number[], modifiers: Modifiers): void;
   /** Right click, long press, or the menu key. */
   menu?(at: LonLat, x: number, y: number): void;
@@ -61,7 +69,7 @@ export interface MapEvents {
   viewChange?(view: MapViewState): void;
 }
 
-export interface MapTexts extends RouteTexts {
+export interface MapTexts extends RouteTexts, AreaTexts {
   /** A round distance, for the grid. */
   distance(value_m: number): string;
   /** Length so far and bearing of the last piece. */
@@ -103,6 +111,7 @@ export class MapAdapter {
   readonly #grid = new GridPainter();
   readonly #trails = new TrailPainter();
   readonly #route = new RoutePainter();
+  readonly #areas = new AreaPainter();
   readonly #home = new HomePainter();
   readonly #vehicles = new VehiclePainter();
   readonly #ruler = new RulerPainter();
@@ -142,7 +151,7 @@ export class MapAdapter {
         this.#coast,
         this.#tiles,
         new CanvasLayer([this.#grid, this.#trails], look, 2),
-        new CanvasLayer([this.#route.lines, this.#home, this.#route.marks], look, 3, () => this.#version),
+        new CanvasLayer([this.#areas, this.#route.lines, this.#home, this.#route.marks], look, 3, () => this.#version),
         new CanvasLayer([this.#vehicles, this.#ruler], look, 4),
       ],
       controls: [this.#scale, attribution],
@@ -184,6 +193,12 @@ export class MapAdapter {
   setVehiclePlan(items: readonly PlanItem[] | null, home: Home | null): void {
     this.#version += 1;
     this.#route.vehicleRoute = items === null ? EMPTY_ROUTE : routeView(items, home);
+    this.#map.render();
+  }
+
+  setAreas(view: AreaView): void {
+    this.#version += 1;
+    this.#areas.view = view;
     this.#map.render();
   }
 
@@ -231,6 +246,7 @@ export class MapAdapter {
   setTexts(texts: MapTexts): void {
     this.#version += 1;
     this.#route.texts = texts;
+    this.#areas.texts = texts;
     this.#grid.formatDistance = texts.distance;
     this.#grid.letters = texts.letters;
     this.#ruler.format = texts.ruler;
@@ -418,6 +434,7 @@ export class MapAdapter {
       () => {
         this.#events.pointer?.(null);
         this.#ruler.pointer = null;
+        this.#setSketchPointer(null);
         map.render();
       },
       { signal },
@@ -485,6 +502,13 @@ export class MapAdapter {
     const [x = 0, y = 0] = event.pixel;
     const tolerance = toleranceOf(event.originalEvent);
     const modifiers = modifiersOf(event.originalEvent);
+    if (this.#areas.view.isEditing) {
+      if (this.#areas.closesSketch(frame, x, y, tolerance)) return this.#events.sketchClose?.();
+      const isDrawing = this.#areas.view.sketch.length > 0;
+      const found = isDrawing ? null : this.#areas.handleAt(frame, x, y, tolerance);
+      if (found !== null) return this.#events.areaClick?.(found.handle);
+      return this.#events.click?.(placeOf(event.coordinate), modifiers);
+    }
     const item = this.#route.itemAt(frame, x, y, tolerance);
     if (item !== null) return this.#events.itemClick?.(item.number, modifiers);
     const leg = this.#route.handleAt(frame, x, y, tolerance);
@@ -503,13 +527,23 @@ export class MapAdapter {
       this.#ruler.pointer = event.originalEvent.pointerType === 'touch' ? null : at;
       this.#map.render();
     }
+    const isTouch = event.originalEvent.pointerType === 'touch';
+    this.#setSketchPointer(isTouch || this.#areas.view.sketch.length === 0 ? null : at);
     const frame = this.#frame();
     if (frame === null) return;
     const [x = 0, y = 0] = event.pixel;
     const isHit =
+      (this.#areas.view.isEditing && this.#areas.handleAt(frame, x, y, MOUSE_TOLERANCE_PX) !== null) ||
       this.#route.itemAt(frame, x, y, MOUSE_TOLERANCE_PX) !== null ||
       this.#route.handleAt(frame, x, y, MOUSE_TOLERANCE_PX) !== null;
     this.#target.style.cursor = isHit ? 'pointer' : this.#cursor;
+  }
+
+  #setSketchPointer(at: LonLat | null): void {
+    if (at === this.#areas.pointer) return;
+    this.#areas.pointer = at;
+    this.#version += 1;
+    this.#map.render();
   }
 
   #key(event: KeyboardEvent): void {
@@ -542,9 +576,11 @@ export class MapAdapter {
   /** Dragging of items and of handles on legs, and the box that selects. */
   #editInteraction(): PointerInteraction {
     let drag: { number: number | null; from: LonLat; legIndex: number | null; isMoved: boolean } | null = null;
+    let area: { handle: AreaHandle; from: LonLat; isMoved: boolean } | null = null;
     let box: { x: number; y: number } | null = null;
     const end = (): void => {
       drag = null;
+      area = null;
       box = null;
       this.#ruler.box = null;
       this.#map.render();
@@ -553,10 +589,16 @@ export class MapAdapter {
       stopDown: (isHandled) => isHandled,
       handleDownEvent: (event) => {
         const frame = this.#frame();
-        if (frame === null || !this.#route.status.isEditing || !isMainButton(event)) return false;
+        if (frame === null || !isMainButton(event)) return false;
         const [x = 0, y = 0] = event.pixel;
         const original = event.originalEvent as PointerEvent;
         const tolerance = toleranceOf(original);
+        if (this.#areas.view.isEditing && this.#areas.view.sketch.length === 0) {
+          const found = this.#areas.handleAt(frame, x, y, tolerance);
+          area = found && { handle: found.handle, from: found.place, isMoved: false };
+          return area !== null;
+        }
+        if (!this.#route.status.isEditing) return false;
         const item = this.#route.itemAt(frame, x, y, tolerance);
         if (item !== null) {
           drag = { number: item.number, from: item.place, legIndex: null, isMoved: false };
@@ -580,8 +622,15 @@ export class MapAdapter {
           this.#map.render();
           return;
         }
-        if (drag === null) return;
         const to = placeOf(event.coordinate);
+        if (area !== null) {
+          this.#events.pointer?.(to);
+          area.handle = this.#events.areaDrag?.(area.handle, area.from, to, false) ?? area.handle;
+          area.from = to;
+          area.isMoved = true;
+          return;
+        }
+        if (drag === null) return;
         this.#events.pointer?.(to);
         if (!drag.isMoved && drag.legIndex !== null) {
           drag.number = this.#events.legInsert?.(drag.legIndex, to) ?? null;
@@ -597,6 +646,8 @@ export class MapAdapter {
         if (box !== null && frame !== null && Math.hypot(x - box.x, y - box.y) > MOVED_PX) {
           const numbers = this.#route.itemsWithin(frame, box.x, box.y, x, y);
           this.#events.boxSelect?.(numbers, modifiersOf(event.originalEvent as PointerEvent));
+        } else if (area?.isMoved) {
+          this.#events.areaDrag?.(area.handle, area.from, placeOf(event.coordinate), true);
         } else if (drag?.isMoved && drag.number !== null) {
           const to = placeOf(event.coordinate);
           this.#events.itemDrag?.(drag.number, drag.from, to, true);

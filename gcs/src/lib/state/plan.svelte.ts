@@ -1,5 +1,6 @@
 // The plan that is being edited, what of it the vehicle has, and the transfers between the two.
-import type { CommandInfo, Operation, Plan as ApiPlan, PlanFinding, Problem } from '$lib/api/types';
+import type { CommandInfo, Operation, Plan as ApiPlan, PlanFinding, PlanKind, Problem } from '$lib/api/types';
+import { type Areas, isFenceEmpty, isSameFence, isSameRally } from '$lib/domain/area-edit';
 import { commit, type History, historyOf, redo, seal, undo } from '$lib/domain/history';
 import type { LonLat } from '$lib/domain/lonlat';
 import {
@@ -8,6 +9,7 @@ import {
   emptyPlan,
   type HeightFrame,
   type Home,
+  isKindCommand,
   isPlacedKind,
   type Plan,
   type PlanItem,
@@ -16,6 +18,7 @@ import { type DiffEntry, diffMissions, isSameMission } from '$lib/domain/plan-di
 import {
   addAt,
   type Added,
+  changeCommand,
   changeKind,
   type Draft,
   type DraftItem,
@@ -34,6 +37,7 @@ import {
   shiftKeys,
 } from '$lib/domain/plan-edit';
 import { readPlan } from '$lib/domain/plan-read';
+import { onBoard, PLAN_PARTS } from './on-board.svelte';
 import type { DraftState, PlanDraft } from './plan-draft';
 import { api, operations, problemFrom } from './station.svelte';
 import { load, save } from './stored';
@@ -46,15 +50,9 @@ export type PlanTool = EditableKind | 'select';
 const CHECK_MS = 300;
 const SAVE_MS = 300;
 
-/** What a vehicle is known to have on board, by the fingerprint that the server gives of it. */
-interface OnBoard {
-  readonly vehicle: number;
-  readonly hash: string | null;
-  readonly plan: Plan;
-}
-
 interface Transfer {
   readonly kind: 'send' | 'read' | 'clear';
+  readonly part: PlanKind;
   readonly operation: Operation | null;
 }
 
@@ -66,21 +64,27 @@ interface Chosen {
 class PlanStore implements PlanDraft {
   #history = $state.raw<History<Draft>>(historyOf(draftOf(load('draft', emptyPlan(), readPlan))));
   #selection = $state.raw<ReadonlySet<number>>(new Set());
-  #onBoard = $state.raw<OnBoard | null>(load('onboard', null, readOnBoard));
   #isEditing = $state(false);
   #chosen = $state.raw<Chosen>(load('plan-defaults', { alt_m: 80, frame: 'home' }, readChosen));
   tool = $state<PlanTool>('waypoint');
+  /** Which part of the plan is being edited. */
+  part = $state<PlanKind>('mission');
   transfer = $state.raw<Transfer | null>(null);
   /** What went wrong with the last transfer or file. */
   problem = $state.raw<Problem | null>(null);
   findings = $state.raw<readonly PlanFinding[]>([]);
   checkState = $state<'none' | 'checking' | 'done' | 'unavailable'>('none');
   commands = $state.raw<readonly CommandInfo[]>([]);
+  /** Those of missions that the editor has no kind for. */
+  rareCommands = $derived(this.commands.filter(({ number, support }) => support !== 'list' && !isKindCommand(number)));
+  /** Whether each click or tap on an item adds it to the selection, for those who have no Shift key. */
+  isPickingMany = $state(false);
   #checkTimer: ReturnType<typeof setTimeout> | undefined;
   #checkRun = 0;
   #saveTimer: ReturnType<typeof setTimeout> | undefined;
   /** Plan states that were already answered by a reading of our own: one try each. */
   readonly #readFor = new Set<string>();
+  #discovery: 'idle' | 'running' | 'again' = 'idle';
 
   /** Where heights count from: the vehicle's home, else the one that the plan names. */
   home = $derived.by<Home | null>(() => {
@@ -103,26 +107,45 @@ class PlanStore implements PlanDraft {
   canRedo = $derived(this.#history.future.length > 0);
 
   /** What the selected vehicle has on board; `null` when that is not known. */
-  vehiclePlan = $derived.by<Plan | null>(() => {
-    const vehicle = vehicles.selected;
-    const known = vehicle?.planStates?.mission;
-    if (!vehicle || !known) return null;
-    if (known.state === 'empty') return emptyPlan();
-    const board = this.#onBoard;
-    if (known.state !== 'verified' || board?.vehicle !== vehicle.systemId) return null;
-    return board.hash === known.hash ? board.plan : null;
+  vehiclePlan = $derived<Plan | null>(onBoard.planOf('mission'));
+  vehicleAreas = $derived({
+    fence: onBoard.planOf('fence')?.fence ?? null,
+    rally: onBoard.planOf('rally')?.rally ?? null,
   });
 
-  state = $derived.by<DraftState>(() => {
-    if (this.transfer?.kind === 'send') return 'sending';
-    const onBoard = this.vehiclePlan;
-    const isEmpty = this.items.length === 0;
-    if (vehicles.selected === null) return isEmpty ? 'empty' : 'not-sent';
-    if (onBoard === null) return 'unknown';
-    if (isEmpty && onBoard.items.length === 0) return 'empty';
-    if (onBoard.items.length === 0) return 'not-sent';
-    return isSameMission(this.draft, onBoard) ? 'verified' : 'differs';
+  /** How each part of the draft stands to the selected vehicle. */
+  states = $derived.by<Readonly<Record<PlanKind, DraftState>>>(() => {
+    const { fence, rally } = this.vehicleAreas;
+    const mission = this.vehiclePlan;
+    const { draft } = this;
+    return {
+      mission: this.#stateOf('mission', mission && mission.items.length === 0, () => isSameMission(draft, mission!)),
+      fence: this.#stateOf('fence', fence && isFenceEmpty(fence), () => isSameFence(draft.fence, fence!)),
+      rally: this.#stateOf('rally', rally && rally.length === 0, () => isSameRally(draft.rally, rally!)),
+    };
   });
+  state = $derived<DraftState>(this.states.mission);
+
+  /** `isNothing`: whether nothing is on board; `null` when that is not known. */
+  #stateOf(part: PlanKind, isNothing: boolean | null, isSame: () => boolean): DraftState {
+    if (this.transfer?.kind === 'send' && this.transfer.part === part) return 'sending';
+    const isEmpty = this.isEmpty(part);
+    if (vehicles.selected === null) return isEmpty ? 'empty' : 'not-sent';
+    if (isNothing === null) return 'unknown';
+    if (isNothing) return isEmpty ? 'empty' : 'not-sent';
+    return isSame() ? 'verified' : 'differs';
+  }
+
+  /** Whether a part of the draft holds nothing. */
+  isEmpty(part: PlanKind): boolean {
+    if (part === 'mission') return this.items.length === 0;
+    return part === 'fence' ? isFenceEmpty(this.draft.fence) : this.draft.rally.length === 0;
+  }
+
+  /** The parts that the vehicle does not have as they are here, nothing included that is in neither place. */
+  unsent = $derived(
+    PLAN_PARTS.filter((part) => !this.isEmpty(part) && !['verified', 'sending'].includes(this.states[part])),
+  );
 
   /** How the draft differs from what is on board; empty when that is not known. */
   difference = $derived.by<readonly DiffEntry[]>(() =>
@@ -134,7 +157,11 @@ class PlanStore implements PlanDraft {
   }
   set isEditing(isEditing: boolean) {
     this.#isEditing = isEditing;
-    if (!isEditing) this.tool = 'waypoint';
+    if (!isEditing) {
+      this.tool = 'waypoint';
+      this.part = 'mission';
+      this.isPickingMany = false;
+    }
   }
 
   get defaults(): EditDefaults {
@@ -158,7 +185,7 @@ class PlanStore implements PlanDraft {
   }
 
   /** Selects one item; adds it to the selection, or takes it out, when `isAdding`. */
-  pick(key: number, isAdding = false): void {
+  pick(key: number, isAdding = this.isPickingMany): void {
     if (!isAdding) this.#selection = new Set([key]);
     else {
       const next = new Set(this.#selection);
@@ -204,7 +231,7 @@ class PlanStore implements PlanDraft {
   drag(number: number, from: LonLat, to: LonLat, isEnd: boolean): void {
     const key = this.items[number - 1]?.key;
     if (key === undefined) return;
-    if (!this.#selection.has(key)) this.pick(key);
+    if (!this.#selection.has(key)) this.pick(key, false);
     // what was just inserted by this very drag is one step with it
     const about = this.#history.about?.startsWith('insert-') ? this.#history.about : `drag-${key}`;
     this.#edit((draft) => shiftKeys(draft, this.#selection, from, to), about);
@@ -243,6 +270,15 @@ class PlanStore implements PlanDraft {
     this.#edit((draft) => changeKind(draft, key, kind, this.defaults, at));
   }
 
+  /** Makes an item any of the commands that the server knows. */
+  changeCommand(key: number, number: number, at: LonLat | null = null): void {
+    const command = this.commands.find((one) => one.number === number);
+    if (command === undefined) return;
+    const { has_position, params } = command;
+    const spec = { number, name: `MAV_CMD_${command.name}`, has_position, defaults: params.map((one) => one.default) };
+    this.#edit((draft) => changeCommand(draft, key, spec, this.defaults, at));
+  }
+
   remove(keys: ReadonlySet<number> = this.#selection): void {
     const first = this.items.findIndex((item) => keys.has(item.key));
     this.#edit((draft) => removeKeys(draft, keys));
@@ -259,9 +295,22 @@ class PlanStore implements PlanDraft {
     this.#edit((draft) => reorder(draft, keys, index));
   }
 
-  /** Empties the draft; undo brings it back. */
-  clear(): void {
-    this.#edit((draft) => ({ ...draftOf(emptyPlan()), nextKey: draft.nextKey }));
+  /** Changes fence or rally points. Changes with the same `about` are one step. */
+  editAreas(change: (areas: Areas) => Areas, about: string | null = null): void {
+    this.#edit((draft) => {
+      const { fence, rally } = change(draft);
+      return fence === draft.fence && rally === draft.rally ? draft : { ...draft, fence, rally };
+    }, about);
+  }
+
+  /** Empties a part of the draft, or all of it; undo brings it back. */
+  clear(part: PlanKind | 'all' = 'all'): void {
+    const empty = emptyPlan();
+    this.#edit((draft) => {
+      if (part === 'fence') return { ...draft, fence: empty.fence };
+      if (part === 'rally') return { ...draft, rally: empty.rally };
+      return part === 'mission' ? { ...draft, items: [] } : { ...draftOf(empty), nextKey: draft.nextKey };
+    });
     this.selectKeys([]);
   }
 
@@ -334,7 +383,7 @@ class PlanStore implements PlanDraft {
   checkSoon(): void {
     clearTimeout(this.#checkTimer);
     this.#checkRun += 1;
-    if (this.items.length === 0) {
+    if (PLAN_PARTS.every((part) => this.isEmpty(part))) {
       this.findings = [];
       this.checkState = 'none';
       return;
@@ -394,30 +443,42 @@ class PlanStore implements PlanDraft {
 
   // --- Transfers ----------------------------------------------------------------------------------------------------
 
-  /** Sends the draft's mission. It counts as on board only when the vehicle has been read back. */
-  async send(): Promise<void> {
+  /**
+   * Sends parts of the draft, one after the other, and stops at the first that fails. A part counts as on board only when
+   * the vehicle has been read back.
+   */
+  async send(...parts: readonly PlanKind[]): Promise<void> {
     const plan = this.#apiPlan();
-    await this.#transfer('send', async (vehicle) => {
-      await this.#follow('send', await api.sendPlan(vehicle.systemId, 'mission', plan));
+    for (const part of parts.length > 0 ? parts : (['mission'] as const)) {
+      const isDone = await this.#transfer('send', part, async (vehicle) => {
+        await this.#follow(await api.sendPlan(vehicle.systemId, part, plan));
+        return plan;
+      });
+      if (!isDone) return;
+    }
+  }
+
+  /** Reads a part of the vehicle's plan into the draft. */
+  async read(part: PlanKind = 'mission'): Promise<void> {
+    await this.#transfer('read', part, async (vehicle) => {
+      const plan = await this.#follow<ApiPlan>(await api.readPlan(vehicle.systemId, part));
+      this.#take(part, plan);
       return plan;
     });
   }
 
-  /** Reads the vehicle's mission into the draft. */
-  async read(): Promise<void> {
-    await this.#transfer('read', async (vehicle) => {
-      const plan = await this.#follow<ApiPlan>('read', await api.readPlan(vehicle.systemId, 'mission'));
-      this.replace({ ...plan, fence: this.draft.fence, rally: [...this.draft.rally] });
-      return plan;
-    });
-  }
-
-  /** Clears the mission on board; the draft stays. */
-  async clearVehicle(): Promise<void> {
-    await this.#transfer('clear', async (vehicle) => {
-      await this.#follow('clear', await api.clearPlan(vehicle.systemId, 'mission'));
+  /** Clears a part of the plan on board; the draft stays. */
+  async clearVehicle(part: PlanKind = 'mission'): Promise<void> {
+    await this.#transfer('clear', part, async (vehicle) => {
+      await this.#follow(await api.clearPlan(vehicle.systemId, part));
       return emptyPlan();
     });
+  }
+
+  #take(part: PlanKind, plan: Plan): void {
+    const { fence, rally } = this.draft;
+    if (part === 'mission') this.replace({ ...plan, fence, rally: [...rally] });
+    else this.editAreas((areas) => ({ ...areas, [part]: plan[part] }));
   }
 
   async cancelTransfer(): Promise<void> {
@@ -439,63 +500,68 @@ class PlanStore implements PlanDraft {
   });
 
   /**
-   * Finds out what the selected vehicle has on board when that is not known here: another station may have loaded a
+   * Finds out what the selected vehicle has on board where that is not known here: another station may have loaded a
    * mission that this one follows. Tries once for each state that the vehicle reports, and never disturbs a transfer.
    */
   async discover(): Promise<void> {
+    if (this.#discovery !== 'idle') {
+      this.#discovery = 'again';
+      return;
+    }
+    try {
+      do {
+        this.#discovery = 'running';
+        // a vehicle does one transfer at a time
+        for (const part of PLAN_PARTS) await this.#discover(part);
+      } while ((this.#discovery as string) === 'again');
+    } finally {
+      this.#discovery = 'idle';
+    }
+  }
+
+  async #discover(part: PlanKind): Promise<void> {
     const vehicle = vehicles.selected;
-    const known = vehicle?.planStates?.mission;
-    if (!vehicle || !known || known.state === 'empty' || this.transfer !== null || this.vehiclePlan !== null) return;
-    if (/transfer runs/.test(known.detail)) return;
-    const about = `${vehicle.systemId}/${known.state}/${known.hash}/${known.detail}`;
+    const told = vehicle?.planStates?.[part];
+    if (!vehicle || !told || told.state === 'empty' || this.transfer !== null || onBoard.planOf(part) !== null) return;
+    if (/transfer runs/.test(told.detail)) return;
+    const about = `${vehicle.systemId}/${part}/${told.state}/${told.hash}/${told.detail}`;
     if (this.#readFor.has(about)) return;
     this.#readFor.add(about);
     try {
-      const operation = await api.readPlan(vehicle.systemId, 'mission');
+      const operation = await api.readPlan(vehicle.systemId, part);
       const plan = await operations.finish<ApiPlan>(operation);
-      await this.#learn(vehicle, plan);
+      await onBoard.learn(vehicle, part, plan);
       // nothing is lost by it, so there is nothing to undo
-      if (this.items.length === 0 && !this.canUndo && plan.items.length > 0) this.#set(historyOf(draftOf(plan)));
+      if (this.isEmpty(part) && !this.canUndo) {
+        const { fence, rally } = this.draft;
+        if (part === 'mission') this.#set(historyOf({ ...draftOf(plan), fence, rally }));
+        else this.#set(historyOf({ ...this.draft, [part]: plan[part] }));
+      }
     } catch {
       // it stays unknown, and says so
     }
   }
 
-  async #transfer(kind: Transfer['kind'], run: (vehicle: Vehicle) => Promise<Plan>): Promise<void> {
+  async #transfer(kind: Transfer['kind'], part: PlanKind, run: (vehicle: Vehicle) => Promise<Plan>): Promise<boolean> {
     const vehicle = vehicles.selected;
-    if (vehicle === null || this.transfer !== null) return;
+    if (vehicle === null || this.transfer !== null) return false;
     this.problem = null;
-    this.transfer = { kind, operation: null };
+    this.transfer = { kind, part, operation: null };
     try {
-      await this.#learn(vehicle, await run(vehicle));
+      await onBoard.learn(vehicle, part, await run(vehicle));
+      return true;
     } catch (error) {
       this.problem = problemFrom(error);
+      return false;
     } finally {
       this.transfer = null;
     }
   }
 
-  async #follow<Result = unknown>(kind: Transfer['kind'], operation: Operation): Promise<Result> {
-    this.transfer = { kind, operation };
+  async #follow<Result = unknown>(operation: Operation): Promise<Result> {
+    if (this.transfer !== null) this.transfer = { ...this.transfer, operation };
     return operations.finish<Result>(operation);
   }
-
-  /** Notes what the vehicle has, with the fingerprint that the server now gives of it. */
-  async #learn(vehicle: Vehicle, plan: Plan): Promise<void> {
-    const { plan_states } = await api.vehicle(vehicle.systemId);
-    vehicle.applyPlanState('mission', plan_states.mission);
-    if (plan_states.mission.state !== 'verified') return;
-    this.#onBoard = { vehicle: vehicle.systemId, hash: plan_states.mission.hash, plan };
-    save('onboard', this.#onBoard);
-  }
-}
-
-function readOnBoard(value: unknown): OnBoard | null {
-  if (typeof value !== 'object' || value === null) return null;
-  const { vehicle, hash, plan } = value as Record<string, unknown>;
-  const read = readPlan(plan);
-  if (typeof vehicle !== 'number' || read === null) return null;
-  return { vehicle, hash: typeof hash === 'string' ? hash : null, plan: read };
 }
 
 function readChosen(value: unknown): Chosen | null {

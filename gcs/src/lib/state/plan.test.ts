@@ -25,7 +25,7 @@ function serve() {
       hash += 1;
       return done(onBoard);
     }),
-    read: vi.fn(() => done(onBoard)),
+    read: vi.fn((_id: number, _kind: string) => done(onBoard)),
     clear: vi.fn(() => {
       onBoard = { ...onBoard, items: [] };
       return done(onBoard);
@@ -89,7 +89,11 @@ describe('the plan store', () => {
     vehicles.ensure(1).applyPlanState('mission', { ...NEVER_READ, detail: 'unknown: another station changed it' });
     await plan.discover();
     await plan.discover();
-    expect(server.read).toHaveBeenCalledOnce();
+    expect(server.read.mock.calls).toEqual([
+      [1, 'mission'],
+      [1, 'fence'],
+      [1, 'rally'],
+    ]);
     expect(plan.vehiclePlan?.items).toHaveLength(2);
     expect(plan.items).toHaveLength(1);
     expect(plan.state).toBe('differs');

@@ -1,8 +1,13 @@
-// Which of an item's parameters 1 to 4 are shown for each kind, under which name and in which unit.
+// Which of an item's parameters 1 to 4 are shown for each kind, under which name, in which unit, with which choices.
 import type { EditableKind } from '$lib/domain/plan';
 import type { MessageKey } from '$lib/i18n/index.svelte';
 
 export type FieldUnit = 'length' | 'speed' | 'deg' | 's' | '%' | 'none';
+
+export interface Choice {
+  readonly value: number;
+  readonly label: MessageKey;
+}
 
 export interface Field {
   /** Index in `params`. */
@@ -12,9 +17,11 @@ export interface Field {
   readonly min: number;
   readonly max: number;
   readonly isWhole?: boolean;
+  /** Its sign is the sense of a circle, negative counter-clockwise: shown as two fields. */
+  readonly isSigned?: boolean;
 }
 
-const RADIUS = { label: 'param.radius', unit: 'length', min: -2550, max: 2550 } as const;
+const RADIUS = { label: 'param.circleRadius', unit: 'length', min: 0, max: 2550, isSigned: true } as const;
 const EXIT = { index: 3, label: 'param.exit', unit: 'none', min: 0, max: 1, isWhole: true } as const;
 
 /** Ranges are those of ArduPlane's storage; the server's checks have the last word. */
@@ -28,15 +35,15 @@ export const FIELDS: Record<EditableKind, readonly Field[]> = {
   loiter_turns: [{ index: 0, label: 'param.turns', unit: 'none', min: 0, max: 255 }, { index: 2, ...RADIUS }, EXIT],
   loiter_time: [
     { index: 0, label: 'param.time', unit: 's', min: 0, max: 65_535, isWhole: true },
-    { index: 2, label: 'param.direction', unit: 'none', min: -1, max: 1, isWhole: true },
+    { index: 2, label: 'param.sense', unit: 'none', min: -1, max: 1, isWhole: true },
     EXIT,
   ],
-  loiter_unlimited: [{ index: 2, ...RADIUS }],
-  loiter_to_height: [{ index: 1, ...RADIUS }, EXIT],
+  loiter_unlimited: [{ index: 2, ...RADIUS, max: 65_535 }],
+  loiter_to_height: [{ index: 1, ...RADIUS, max: 65_535 }, EXIT],
   arc_waypoint: [{ index: 0, label: 'param.arcAngle', unit: 'deg', min: -359, max: 359, isWhole: true }],
   return_to_launch: [],
   change_speed: [
-    { index: 0, label: 'param.speedType', unit: 'none', min: 0, max: 1, isWhole: true },
+    { index: 0, label: 'param.speedType', unit: 'none', min: 0, max: 3, isWhole: true },
     { index: 1, label: 'param.speed', unit: 'speed', min: 0, max: 200 },
     { index: 2, label: 'param.throttle', unit: '%', min: 0, max: 100, isWhole: true },
   ],
@@ -45,3 +52,73 @@ export const FIELDS: Record<EditableKind, readonly Field[]> = {
     { index: 1, label: 'param.repeats', unit: 'none', min: -1, max: 32_767, isWhole: true },
   ],
 };
+
+const ON_OFF: readonly Choice[] = [
+  { value: 0, label: 'choice.off' },
+  { value: 1, label: 'choice.on' },
+];
+const EXITS: readonly Choice[] = [
+  { value: 0, label: 'choice.centre' },
+  { value: 1, label: 'choice.tangent' },
+];
+
+/** Values with a meaning each, by MAV_CMD and index in `params` (MAVLink common dialect, as ArduPlane takes them). */
+const CHOICES: Readonly<Record<number, Readonly<Record<number, readonly Choice[]>>>> = {
+  18: { 3: EXITS },
+  19: {
+    2: [
+      { value: 1, label: 'choice.clockwise' },
+      { value: -1, label: 'choice.counterClockwise' },
+    ],
+    3: EXITS,
+  },
+  30: {
+    0: [
+      { value: 0, label: 'choice.whenever' },
+      { value: 1, label: 'choice.above' },
+      { value: 2, label: 'choice.below' },
+    ],
+  },
+  31: { 3: EXITS },
+  178: {
+    0: [
+      { value: 0, label: 'choice.airspeed' },
+      { value: 1, label: 'choice.groundspeed' },
+      { value: 2, label: 'choice.climb' },
+      { value: 3, label: 'choice.descent' },
+    ],
+  },
+  181: { 1: ON_OFF },
+  206: { 2: ON_OFF },
+  207: { 0: [...ON_OFF, { value: 2, label: 'choice.floorOff' }] },
+  208: { 0: [...ON_OFF, { value: 2, label: 'choice.deploy' }] },
+  210: { 0: ON_OFF },
+  211: {
+    1: [
+      { value: 0, label: 'choice.release' },
+      { value: 1, label: 'choice.grab' },
+    ],
+  },
+  212: { 0: ON_OFF },
+  216: { 0: ON_OFF },
+  218: {
+    1: [
+      { value: 0, label: 'choice.low' },
+      { value: 1, label: 'choice.middle' },
+      { value: 2, label: 'choice.high' },
+    ],
+  },
+  223: { 0: ON_OFF, 1: ON_OFF },
+  3000: {
+    0: [
+      { value: 3, label: 'choice.hover' },
+      { value: 4, label: 'choice.cruise' },
+    ],
+  },
+};
+
+/** The choices of a parameter; `null` when it is a number, or has a value that is none of them. */
+export function choicesOf(command: number, index: number, value: number | null): readonly Choice[] | null {
+  const choices = CHOICES[command]?.[index];
+  return choices?.some((choice) => choice.value === value) ? choices : null;
+}

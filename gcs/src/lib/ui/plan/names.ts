@@ -1,12 +1,29 @@
-// What items are called.
+// What items, commands and their parameters are called, in the language in use.
+import type { CommandInfo } from '$lib/api/types';
 import { kindOf, type PlanItem } from '$lib/domain/plan';
-import { t } from '$lib/i18n/index.svelte';
+import { commandsEs, paramsEs } from '$lib/i18n/commands.es';
+import { i18n, t } from '$lib/i18n/index.svelte';
 import { plan } from '$lib/state/plan.svelte';
 
-/** Name of an item's kind; rare commands by the title that the server gives them. Reactive. */
+/** Name of an item's kind; rarer commands by the title in the server's table. Reactive. */
 export function kindName(item: PlanItem): string {
   const kind = kindOf(item);
   if (kind !== 'other') return t(`kind.${kind}`);
   const known = plan.commands.find((command) => command.number === item.command);
-  return known?.title ?? (item.name.replace(/^MAV_CMD_/, '') || t('kind.other', { number: item.command }));
+  if (known !== undefined) return titleOf(known);
+  return item.name.replace(/^MAV_CMD_/, '') || t('kind.other', { number: item.command });
 }
+
+function titleOf({ title }: CommandInfo): string {
+  return i18n.language === 'es' ? (commandsEs[title] ?? title) : title;
+}
+
+/** Name of a command, with what an ordinary ArduPlane makes of it. */
+export function commandName(command: CommandInfo): string {
+  const name = titleOf(command);
+  if (command.support === 'ignored') return t('plan.ignored', { name });
+  return command.support === 'needs_vtol' ? t('plan.needsVtol', { name }) : name;
+}
+
+/** Name of a parameter that the server's table gives in English. */
+export const paramName = (label: string): string => (i18n.language === 'es' ? (paramsEs[label] ?? label) : label);

@@ -1,0 +1,131 @@
+// Fence and rally points while they are edited: what a click on the map makes, the polygon being drawn, and what is selected.
+import {
+  addCircle,
+  addPolygon,
+  addRally,
+  type AreaHandle,
+  fenceHandles,
+  isPolygon,
+  moveHandle,
+  rallyHandles,
+  removeHandle,
+  withRally,
+  withReturnPoint,
+  withZone,
+} from '$lib/domain/area-edit';
+import type { LonLat } from '$lib/domain/lonlat';
+import type { FenceZone, RallyPoint, ReturnPoint } from '$lib/domain/plan';
+import { plan } from './plan.svelte';
+
+/** What a click on the map makes while the fence is edited; "in" is stayed in, "out" is stayed out of. */
+export const FENCE_TOOLS = ['select', 'in-polygon', 'in-circle', 'out-polygon', 'out-circle', 'return'] as const;
+export type FenceTool = (typeof FENCE_TOOLS)[number];
+
+/** Radius of a new circle, metres. */
+const NEW_RADIUS_M = 200;
+
+class AreaStore {
+  #tool = $state<FenceTool>('in-polygon');
+  /** Corners so far of the polygon that is being drawn. */
+  sketch = $state.raw<readonly LonLat[]>([]);
+  selected = $state.raw<AreaHandle | null>(null);
+
+  /** Whether clicks on the map are for fence or rally points. */
+  isEditing = $derived(plan.isEditing && plan.part !== 'mission');
+  /** What the map lets one move. */
+  handles = $derived.by(() => {
+    if (!this.isEditing) return [];
+    return plan.part === 'fence' ? fenceHandles(plan.draft.fence) : rallyHandles(plan.draft.rally);
+  });
+  isSketching = $derived(plan.part === 'fence' && this.#tool.endsWith('polygon') && this.sketch.length > 0);
+  canFinish = $derived(isPolygon(this.sketch));
+
+  get tool(): FenceTool {
+    return this.#tool;
+  }
+  set tool(tool: FenceTool) {
+    this.#tool = tool;
+    this.sketch = [];
+  }
+  get isInclusion(): boolean {
+    return this.#tool.startsWith('in-');
+  }
+
+  /** A click on the map, beside everything. */
+  click(at: LonLat): void {
+    if (plan.part === 'rally') this.addRallyPoint(at);
+    else if (this.#tool === 'select') this.selected = null;
+    else if (this.#tool.endsWith('polygon')) this.sketch = [...this.sketch, at];
+    else if (this.#tool.endsWith('circle')) {
+      plan.editAreas((areas) => ({ ...areas, fence: addCircle(areas.fence, this.isInclusion, at, NEW_RADIUS_M) }));
+      this.selected = { kind: 'centre', zone: plan.draft.fence.zones.length - 1 };
+      this.tool = 'select';
+    } else {
+      const alt_m = plan.draft.fence.return_point?.alt_rel_home_m ?? plan.defaults.alt_m;
+      plan.editAreas((areas) => ({ ...areas, fence: withReturnPoint(areas.fence, at, alt_m) }));
+      this.selected = { kind: 'return' };
+      this.tool = 'select';
+    }
+  }
+
+  /** Closes the polygon that is being drawn; with fewer than three corners there is none. */
+  finish(): void {
+    if (!this.canFinish) return;
+    const corners = this.sketch;
+    plan.editAreas((areas) => ({ ...areas, fence: addPolygon(areas.fence, this.isInclusion, corners) }));
+    this.selected = { kind: 'centre', zone: plan.draft.fence.zones.length - 1 };
+    this.tool = 'select';
+  }
+
+  /** Takes the last corner of the drawing back. */
+  unsketch(): void {
+    this.sketch = this.sketch.slice(0, -1);
+  }
+
+  cancelSketch(): void {
+    this.sketch = [];
+  }
+
+  /** As a pointer drags; gives what is held from now on. */
+  drag(handle: AreaHandle, from: LonLat, to: LonLat, isEnd: boolean): AreaHandle {
+    let held = handle;
+    plan.editAreas((areas) => {
+      const moved = moveHandle(areas, handle, from, to);
+      held = moved.handle;
+      return moved.areas;
+    }, `area-${plan.part}`);
+    if (isEnd) plan.seal();
+    this.selected = held;
+    return held;
+  }
+
+  remove(handle: AreaHandle | null = this.selected): void {
+    if (handle === null) return;
+    plan.editAreas((areas) => removeHandle(areas, handle));
+    this.selected = null;
+  }
+
+  addRallyPoint(at: LonLat): void {
+    const { alt_m, frame } = plan.defaults;
+    plan.editAreas((areas) => ({ ...areas, rally: addRally(areas.rally, at, alt_m, frame) }));
+    this.selected = { kind: 'rally', index: plan.draft.rally.length - 1 };
+  }
+
+  changeZone(index: number, change: Partial<FenceZone>): void {
+    plan.editAreas((areas) => ({ ...areas, fence: withZone(areas.fence, index, (zone) => ({ ...zone, ...change })) }));
+  }
+
+  changeReturn(change: Partial<ReturnPoint>): void {
+    plan.editAreas((areas) => {
+      const { fence } = areas;
+      if (fence.return_point === null) return areas;
+      return { ...areas, fence: { ...fence, return_point: { ...fence.return_point, ...change } } };
+    });
+  }
+
+  changeRally(index: number, change: Partial<RallyPoint>): void {
+    plan.editAreas((areas) => ({ ...areas, rally: withRally(areas.rally, index, change) }));
+  }
+}
+
+export const areas = new AreaStore();

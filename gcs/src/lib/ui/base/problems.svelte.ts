@@ -1,0 +1,61 @@
+// What went wrong, in the language in use: by the stable code and the fields of the cause that the server gives with a problem.
+// A code without a text, as of a newer server, is told in the server's own English.
+import type { Problem } from '$lib/api/types';
+import { hasText, t, type MessageKey } from '$lib/i18n/index.svelte';
+import { settings } from '$lib/state/settings.svelte';
+
+export interface ProblemWords {
+  readonly text: string;
+  /** What the server adds in English words, where a cause holds some; empty otherwise. */
+  readonly said: string;
+  /** What to do; empty when that is not known. */
+  readonly remedy: string;
+}
+
+type Fields = Readonly<Record<string, unknown>>;
+
+/** Fields of a cause that hold English words. */
+const WORDS = ['problem', 'expected', 'wanted', 'observed', 'reason', 'step', 'what', 'action'] as const;
+/** Causes whose own text tells these words already. */
+const TOLD = new Set(['recorder', 'not-found', 'plan-unknown', 'only-mission', 'too-many', 'command-refused']);
+
+export function problemWords(problem: Problem): ProblemWords {
+  const cause = causeOf(problem);
+  const key = `problem.${cause?.['code'] ?? ''}`;
+  if (cause === null || !hasText(key)) {
+    return { text: problem.detail || problem.title, said: '', remedy: problem.remedy ?? '' };
+  }
+  const remedyKey = `${key}.remedy`;
+  const said = TOLD.has(String(cause['code']))
+    ? ''
+    : WORDS.map((name) => cause[name])
+        .filter(isText)
+        .join(' · ');
+  return { text: t(key, wordsOf(cause)), said, remedy: hasText(remedyKey) ? t(remedyKey) : '' };
+}
+
+function causeOf(problem: Problem): Fields | null {
+  const { cause } = problem as { cause?: unknown };
+  return typeof cause === 'object' && cause !== null ? (cause as Fields) : null;
+}
+
+const isText = (value: unknown): value is string => typeof value === 'string' && value !== '';
+
+/** The fields as they are put into a text: names in the language in use, numbers as they are written in it. */
+function wordsOf(cause: Fields): Record<string, string> {
+  const named: Readonly<Record<string, string>> = { plan: 'planName', what: 'thing', result: 'mavResult' };
+  return Object.fromEntries(
+    Object.entries(cause).map(([name, value]) => {
+      const key = `${named[name] ?? ''}.${String(value)}`;
+      if (hasText(key)) return [name, t(key)];
+      if (typeof value === 'number') return [name, value.toLocaleString(settings.locale, { maximumFractionDigits: 7 })];
+      return [name, value === null ? t('value.none') : String(value)];
+    }),
+  );
+}
+
+/** A word of a closed list that the server gives in English; another word is told as it is. */
+export function wordOf(list: 'system' | 'uncertainty', word: string): string {
+  const key = `${list}.${word}`;
+  return hasText(key) ? t(key as MessageKey) : word;
+}
