@@ -6,12 +6,12 @@ use std::path::Path;
 
 use axum::extract::{Request, State};
 use axum::http::uri::Authority;
-use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, Uri, header};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 
-use crate::dto::Role;
+use crate::dto::{Cause, Role};
 use crate::problem::Problem;
 use crate::state::App;
 
@@ -160,24 +160,28 @@ impl Access {
 
     /// What is wrong with where a request comes from, if anything.
     pub fn check(&self, uri: &Uri, headers: &HeaderMap) -> Result<(), Problem> {
-        let refused = |kind, detail: String| Problem::new(StatusCode::FORBIDDEN, kind, "Not from there", detail);
         // HTTP/1.1 says it in a header, HTTP/2 in the address; whoever says both says the same.
         let said = headers.get_all(header::HOST).iter().map(|host| host.to_str().unwrap_or_default());
         let mut said = said.chain(uri.authority().map(Authority::as_str));
         let authority = match said.next() {
             Some(authority) if said.all(|other| other == authority) => authority,
-            _ => return Err(refused("host", "the request has no single `Host` that can be read".into())),
+            _ => {
+                let cause = Cause::Host { host: None };
+                return Err(Problem::new(cause, "the request has no single `Host` that can be read"));
+            }
         };
         if !self.is_our_host(authority) {
             let detail = format!("`Host` is {authority:?}, which is not a name of this server");
-            return Err(refused("host", detail).remedy("use its address, or start it with --allow-host NAME"));
+            let cause = Cause::Host { host: Some(authority.to_owned()) };
+            return Err(Problem::new(cause, detail).remedy("use its address, or start it with --allow-host NAME"));
         }
         let origin = headers.get(header::ORIGIN);
         if let Some(origin) = origin
             && !origin.to_str().is_ok_and(|origin| self.is_our_origin(origin, authority))
         {
             let detail = format!("`Origin` is {origin:?}, and only this server's own pages may use it");
-            return Err(refused("origin", detail).remedy("open the address that the server shows in its terminal"));
+            let cause = Cause::Origin { origin: String::from_utf8_lossy(origin.as_bytes()).into_owned() };
+            return Err(Problem::new(cause, detail).remedy("open the address that the server shows in its terminal"));
         }
         Ok(())
     }

@@ -131,7 +131,20 @@ pub(crate) fn plan_state(state: Option<vehicle::PlanState>) -> dto::PlanState {
         _ => (dto::PlanCertainty::Unknown, None, None),
     };
     let detail = state.map_or_else(|| "unknown".to_owned(), |state| state.to_string());
-    dto::PlanState { state: certainty, count, hash, detail }
+    dto::PlanState { state: certainty, count, hash, reason: state.and_then(uncertainty), detail }
+}
+
+/// Why a plan is not known; `None` when it is.
+pub(crate) fn uncertainty(state: vehicle::PlanState) -> Option<dto::PlanUncertainty> {
+    let vehicle::PlanState::Unknown(why) = state else { return None };
+    Some(match why {
+        vehicle::Unknown::NeverRead => dto::PlanUncertainty::NeverRead,
+        vehicle::Unknown::Transferring => dto::PlanUncertainty::Transferring,
+        vehicle::Unknown::TransferFailed => dto::PlanUncertainty::TransferFailed,
+        vehicle::Unknown::Rebooted => dto::PlanUncertainty::Rebooted,
+        vehicle::Unknown::ChangedElsewhere => dto::PlanUncertainty::ChangedElsewhere,
+        _ => return None,
+    })
 }
 
 pub(crate) fn vehicle_state(vehicle: &VehicleHandle) -> dto::VehicleState {

@@ -11,6 +11,7 @@ use utoipa::ToSchema;
 
 pub use telemetry::TelemetryGroups;
 
+pub use cause::{Cause, PlanUncertainty};
 /// What answers.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Info {
@@ -22,10 +23,11 @@ pub struct Info {
     pub needs_token: bool,
 }
 
-/// An error (RFC 9457), served as `application/problem+json`.
+/// An error (RFC 9457), served as `application/problem+json`. Its texts are English; `cause` says the same to programs, so that
+/// they can say it in another language.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Problem {
-    /// Stable kind, such as `urn:vencejo:command-refused`.
+    /// Stable kind: `urn:vencejo:` and the code of `cause`, such as `urn:vencejo:command-refused`.
     pub r#type: String,
     /// The kind in words.
     pub title: String,
@@ -43,6 +45,8 @@ pub struct Problem {
     pub remedy: Option<String>,
 }
 
+    /// The same for programs.
+    pub cause: Cause,
 /// State of a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -211,7 +215,11 @@ pub struct PlanState {
     /// Fingerprint of the items as the vehicle holds them.
     #[schema(required = true)]
     pub hash: Option<String>,
-    /// In words.
+    /// Why it is not known; absent when it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    pub reason: Option<PlanUncertainty>,
+    /// All that in English words.
     pub detail: String,
 }
 
@@ -880,10 +888,12 @@ pub enum ServerMessage {
     },
     /// What the client said could not be done.
     Error {
-        /// Why.
+        /// Why, in English.
         detail: String,
     },
 }
+        /// The same for programs.
+        cause: Cause,
 
 /// A detail of an event.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]

@@ -9,6 +9,7 @@ use vencejo_proto::SystemId;
 use vencejo_station::VehicleHandle;
 
 use crate::dto::Role;
+use crate::dto::cause::Thing;
 use crate::problem::Problem;
 use crate::sessions::SessionId;
 use crate::state::App;
@@ -72,7 +73,7 @@ async fn path_param(parts: &mut Parts, app: &App, name: &str) -> Result<String, 
     let params = RawPathParams::from_request_parts(parts, app).await;
     let params = params.map_err(|_| Problem::invalid("the path is not UTF-8"))?;
     let found = params.iter().find(|(key, _)| *key == name).map(|(_, value)| value.to_owned());
-    found.ok_or_else(|| Problem::not_found(format!("the path has no {name}")))
+    found.ok_or_else(|| Problem::invalid(format!("the path has no {name}")))
 }
 
 /// The vehicle that the path names.
@@ -83,12 +84,11 @@ impl FromRequestParts<App> for Vehicle {
 
     async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
         let id = path_param(parts, app, "id").await?;
-        let system = id
-            .parse()
-            .map(SystemId)
-            .map_err(|_| Problem::not_found(format!("'{id}' is no system id; they go from 1 to 255")))?;
+        let system = id.parse().map(SystemId).map_err(|_| {
+            Problem::not_found(Thing::Vehicle, &id, format!("'{id}' is no system id; they go from 1 to 255"))
+        })?;
         app.station().vehicle(system).map(Self).ok_or_else(|| {
-            Problem::not_found(format!("no vehicle with system id {system} has been heard"))
+            Problem::not_found(Thing::Vehicle, system, format!("no vehicle with system id {system} has been heard"))
                 .remedy("GET /api/v1/vehicles lists those that were; check the link")
         })
     }
@@ -102,7 +102,7 @@ impl FromRequestParts<App> for Id {
 
     async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
         let id = path_param(parts, app, "id").await?;
-        id.parse().map(Self).map_err(|_| Problem::not_found(format!("'{id}' is no id; they are numbers")))
+        id.parse().map(Self).map_err(|_| Problem::invalid_value("id", &id, "ids are whole numbers"))
     }
 }
 

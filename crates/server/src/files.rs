@@ -4,6 +4,7 @@
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 use axum::response::{Html, IntoResponse, Response};
 
+use crate::dto::cause::{Cause, Thing};
 use crate::problem::Problem;
 
 /// Shown where the web app should be.
@@ -45,7 +46,7 @@ pub fn has_app() -> bool {
 pub async fn serve(method: Method, uri: Uri, headers: HeaderMap) -> Response {
     if method != Method::GET && method != Method::HEAD {
         let detail = "the app's pages are read with GET";
-        return Problem::new(StatusCode::METHOD_NOT_ALLOWED, "method", "Not with this method", detail).into_response();
+        return Problem::new(Cause::Method, detail).into_response();
     }
     answer(uri.path(), &headers, find)
 }
@@ -57,7 +58,7 @@ fn answer(path: &str, headers: &HeaderMap, find: impl Fn(&str) -> Option<File>) 
         Some(file) if !name.is_empty() => (name, Some(file)),
         // A page of the app, which finds its way by the path itself.
         _ if !is_file => ("index.html", find("index.html")),
-        _ => return Problem::not_found("there is no such file").into_response(),
+        _ => return Problem::not_found(Thing::File, path, "there is no such file").into_response(),
     };
     let Some(file) = file else {
         return (StatusCode::SERVICE_UNAVAILABLE, [(header::CACHE_CONTROL, "no-store")], Html(NO_APP)).into_response();

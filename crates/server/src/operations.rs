@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use vencejo_station::{Pending, RequestResult};
 
-use crate::dto::{Operation, OperationKind, OperationResult, OperationState, Problem};
+use crate::dto::{Cause, Operation, OperationKind, OperationResult, OperationState, Problem};
 
 /// Operations under way at most; more are refused.
 pub const MAX_RUNNING: usize = 32;
@@ -95,7 +95,7 @@ impl Operations {
                 operation.result = result;
             }
             Err(problem) => {
-                let was_cancelled = problem.r#type == "urn:vencejo:cancelled";
+                let was_cancelled = problem.cause == Cause::Cancelled;
                 operation.state = if was_cancelled { OperationState::Cancelled } else { OperationState::Failed };
                 operation.error = Some(problem);
             }

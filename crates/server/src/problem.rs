@@ -1,4 +1,4 @@
-//! The one table from the core's errors to `application/problem+json` (RFC 9457).
+//! The one table from the core's errors to `application/problem+json` (RFC 9457): a [`Cause`] for programs, English for people.
 
 use axum::extract::rejection::{BytesRejection, JsonRejection, QueryRejection};
 use axum::http::{HeaderValue, StatusCode, header};
@@ -8,12 +8,17 @@ use std::collections::BTreeMap;
 use utoipa::IntoResponses;
 use utoipa::openapi::{ContentBuilder, Ref, RefOr, Response as Described, ResponseBuilder};
 use vencejo_flight::FlightError;
-use vencejo_link::LinkError;
+use vencejo_flight::plan::PlanKind;
+use vencejo_link::{LinkError, MAX_LINKS};
+use vencejo_proto::message_name;
 use vencejo_station::StationError;
 use vencejo_vehicle::VehicleError;
-use vencejo_vehicle::transfer::TransferError;
+use vencejo_vehicle::command::CommandName;
+use vencejo_vehicle::transfer::{NoPlanKinds, TransferError};
 
+use crate::convert;
 use crate::dto;
+use crate::dto::cause::{Cause, Crowd, OnlyMissionReason, Thing, finite};
 
 /// Differences of a plan that are listed at most.
 const MAX_REASONS: usize = 50;
@@ -32,15 +37,18 @@ impl IntoResponses for Problem {
 }
 
 impl Problem {
-    /// A problem of a kind: `kind` is the stable end of its `type`.
-    pub fn new(status: StatusCode, kind: &str, title: &str, detail: impl Into<String>) -> Self {
+    /// A problem: its kind, status and title follow from the cause; the detail says in English what was wrong, where, and what
+    /// to do.
+    pub fn new(cause: Cause, detail: impl Into<String>) -> Self {
+        let (status, title) = kind_of(&cause);
         Self(Box::new(dto::Problem {
-            r#type: format!("urn:vencejo:{kind}"),
+            r#type: format!("urn:vencejo:{}", cause.code()),
             title: title.to_owned(),
             status: status.as_u16(),
             detail: detail.into(),
             reasons: Vec::new(),
             remedy: None,
+            cause,
         }))
     }
 
@@ -51,7 +59,9 @@ impl Problem {
         self
     }
 
-    fn reasons(mut self, reasons: impl IntoIterator<Item = String>) -> Self {
+    /// With the lines that tell more.
+    #[must_use]
+    pub fn reasons(mut self, reasons: impl IntoIterator<Item = String>) -> Self {
         self.0.reasons = reasons.into_iter().take(MAX_REASONS).collect();
         let mut remedies: Vec<&str> = Vec::new();
         for remedy in self.0.reasons.iter().filter_map(|reason| remedy_for(reason)) {
@@ -59,52 +69,62 @@ impl Problem {
                 remedies.push(remedy);
             }
         }
-        self.0.remedy = (!remedies.is_empty()).then(|| remedies.join("; "));
+        if !remedies.is_empty() {
+            self.0.remedy = Some(remedies.join("; "));
+        }
         self
     }
 
     /// The request makes no sense.
     pub fn invalid(detail: impl Into<String>) -> Self {
-        Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-request", "Not a valid request", detail)
+        let detail = detail.into();
+        Self::new(Cause::InvalidRequest { problem: detail.clone() }, detail)
+    }
+
+    /// A value that may not be.
+    pub fn invalid_value(field: &str, value: impl ToString, expected: &str) -> Self {
+        let value = value.to_string();
+        let detail = format!("{field} is {value}: {expected}");
+        Self::new(Cause::InvalidValue { field: field.to_owned(), value, expected: expected.to_owned() }, detail)
     }
 
     /// There is no such thing.
-    pub fn not_found(detail: impl Into<String>) -> Self {
-        Self::new(StatusCode::NOT_FOUND, "not-found", "Not found", detail)
+    pub fn not_found(what: Thing, name: impl ToString, detail: impl Into<String>) -> Self {
+        Self::new(Cause::NotFound { what, name: name.to_string() }, detail)
     }
 
     /// Something that only a session may do.
     pub fn no_session() -> Self {
-        Self::new(StatusCode::UNAUTHORIZED, "no-session", "No session", "this needs a session, and yours is not known")
+        Self::new(Cause::NoSession, "this needs a session, and yours is not known")
             .remedy("open one with POST /api/v1/session, with the token that the server shows in its terminal")
     }
 
     /// A token that is none of ours.
     pub fn bad_token() -> Self {
-        Self::new(StatusCode::UNAUTHORIZED, "bad-token", "Wrong token", "this token is not one of this server's")
+        Self::new(Cause::BadToken, "this token is not one of this server's")
             .remedy("copy the whole address from the server's terminal")
     }
 
     /// Something that viewers may not do.
     pub fn viewer() -> Self {
-        Self::new(StatusCode::FORBIDDEN, "role", "Not allowed to a viewer", "this session may look but not command")
+        Self::new(Cause::Role, "this session may look but not command")
             .remedy("open a session with the operator's token")
     }
 
     /// Something that needs control, which another session has or nobody.
     pub fn no_control(holder: Option<&str>) -> Self {
-        let problem = |detail: String| Self::new(StatusCode::LOCKED, "control", "Control is elsewhere", detail);
+        let cause = Cause::Control { holder: holder.map(str::to_owned) };
         match holder {
             Some(holder) => {
-                problem(format!("{holder} holds control")).remedy("ask for it: POST /api/v1/control/request")
+                Self::new(cause, format!("{holder} holds control")).remedy("ask for it: POST /api/v1/control/request")
             }
-            None => problem("nobody holds control".into()).remedy("take it: POST /api/v1/control/take"),
+            None => Self::new(cause, "nobody holds control").remedy("take it: POST /api/v1/control/take"),
         }
     }
 
     /// Too much at once.
-    pub fn too_many(detail: impl Into<String>) -> Self {
-        Self::new(StatusCode::TOO_MANY_REQUESTS, "too-many", "Too much at once", detail)
+    pub fn too_many(what: Crowd, limit: usize, detail: impl Into<String>) -> Self {
+        Self::new(Cause::TooMany { what, limit: limit as u64 }, detail)
     }
 
     /// The server is on its way down, or a task of it has died.
@@ -138,106 +158,159 @@ impl IntoResponse for Problem {
 
 /// The problem for an error of the station.
 pub fn from_station(error: &StationError) -> Problem {
-    let problem = |status, kind, title| Problem::new(status, kind, title, error.to_string());
-    match error {
-        StationError::Vehicle(error) => from_vehicle(error),
-        StationError::Address(_) => problem(StatusCode::UNPROCESSABLE_ENTITY, "link-address", "Not a link string"),
-        StationError::Link(LinkError::UnknownLink(_)) => problem(StatusCode::NOT_FOUND, "not-found", "No such link"),
-        StationError::Link(_) => problem(StatusCode::CONFLICT, "link", "The link cannot be opened"),
-        StationError::NoVehicle { .. } => problem(StatusCode::NOT_FOUND, "no-vehicle", "No such vehicle"),
-        StationError::Closed => problem(StatusCode::SERVICE_UNAVAILABLE, "closed", "The station is closed"),
-        StationError::CannotRecord { .. } => {
-            problem(StatusCode::INTERNAL_SERVER_ERROR, "recorder", "Nothing can be recorded")
-        }
-        _ => problem(StatusCode::INTERNAL_SERVER_ERROR, "internal", "Something went wrong"),
-    }
+    let cause = match error {
+        StationError::Vehicle(error) => return from_vehicle(error),
+        StationError::Address(error) => Cause::LinkAddress { problem: error.to_string() },
+        StationError::Link(LinkError::UnknownLink(id)) => Cause::NotFound { what: Thing::Link, name: id.0.to_string() },
+        StationError::Link(LinkError::TooManyLinks) => Cause::TooMany { what: Crowd::Links, limit: MAX_LINKS as u64 },
+        StationError::NoVehicle { waited, .. } => Cause::NoVehicle { waited_s: waited.as_secs_f64() },
+        StationError::Closed => Cause::Closed,
+        StationError::CannotRecord { reason } => Cause::Recorder { reason: reason.clone() },
+        _ => Cause::Internal,
+    };
+    Problem::new(cause, error.to_string())
+}
+
+/// A command by its name, else by its number.
+fn name_of(command: CommandName) -> String {
+    command.name().map_or_else(|| command.0.to_string(), str::to_owned)
 }
 
 /// The problem for an error of a vehicle.
 pub fn from_vehicle(error: &VehicleError) -> Problem {
-    let problem = |status, kind, title| Problem::new(status, kind, title, error.to_string());
+    let cause = match error {
+        VehicleError::Transfer(error) => return from_transfer(error),
+        VehicleError::Plan(error) => return from_flight(error),
+        VehicleError::CommandRefused { command, result, .. } => Cause::CommandRefused {
+            command: name_of(*command),
+            result: result.name().trim_start_matches("MAV_RESULT_").to_owned(),
+        },
+        VehicleError::NotConfirmed { command, wanted, observed, within, .. } => Cause::NotConfirmed {
+            command: name_of(*command),
+            wanted: wanted.clone(),
+            observed: observed.clone(),
+            within_s: within.as_secs_f64(),
+        },
+        VehicleError::CommandTimeout { command, attempts, .. } => {
+            Cause::CommandTimeout { command: name_of(*command), attempts: *attempts }
+        }
+        VehicleError::MessageNotReceived { message_id } => Cause::MessageNotReceived {
+            message: message_name(*message_id).map_or_else(|| message_id.to_string(), str::to_owned),
+        },
+        VehicleError::NotHeard { age } => Cause::VehicleLost { age_s: age.as_secs_f64() },
+        VehicleError::CommandBusy { command } => Cause::CommandBusy { command: name_of(*command) },
+        VehicleError::TransferBusy { running } => Cause::TransferBusy { running: (*running).to_owned() },
+        VehicleError::TooManyRequests { limit } => Cause::TooMany { what: Crowd::Requests, limit: *limit as u64 },
+        VehicleError::UnknownMode(unknown) => Cause::UnknownMode {
+            mode: unknown.name.clone(),
+            suggestions: unknown.suggestions.iter().map(|mode| (*mode).to_owned()).collect(),
+        },
+        VehicleError::NoModeFor { action } => Cause::NoModeFor { action: (*action).to_owned() },
+        VehicleError::InvalidValue { field, value, expected } => {
+            Cause::InvalidValue { field: (*field).to_owned(), value: value.clone(), expected: (*expected).to_owned() }
+        }
+        VehicleError::PlanUnknown { kind, state } => {
+            Cause::PlanUnknown { plan: convert::plan_kind(*kind), reason: convert::uncertainty(*state) }
+        }
+        VehicleError::TooOld { what, .. } => Cause::TooOld { what: (*what).to_owned() },
+        VehicleError::Armed { action } => Cause::Armed { action: (*action).to_owned() },
+        VehicleError::HomeUnknown => Cause::HomeUnknown,
+        VehicleError::Rebooted => Cause::Rebooted,
+        VehicleError::Cancelled => Cause::Cancelled,
+        _ => Cause::Internal,
+    };
+    let problem = Problem::new(cause, error.to_string());
     match error {
-        VehicleError::CommandRefused { reasons, .. } => {
-            problem(StatusCode::CONFLICT, "command-refused", "The vehicle refused").reasons(reasons.iter().cloned())
+        VehicleError::CommandRefused { reasons, .. } | VehicleError::NotConfirmed { reasons, .. } => {
+            problem.reasons(reasons.iter().cloned())
         }
-        VehicleError::NotConfirmed { reasons, .. } => {
-            problem(StatusCode::GATEWAY_TIMEOUT, "not-confirmed", "The vehicle does not show it")
-                .reasons(reasons.iter().cloned())
-        }
-        VehicleError::CommandTimeout { .. } | VehicleError::MessageNotReceived { .. } => {
-            problem(StatusCode::GATEWAY_TIMEOUT, "timeout", "The vehicle did not answer")
-        }
-        VehicleError::NotHeard { .. } => {
-            problem(StatusCode::GATEWAY_TIMEOUT, "vehicle-lost", "The vehicle is not heard")
-        }
-        VehicleError::CommandBusy { .. } | VehicleError::TransferBusy { .. } => {
-            problem(StatusCode::CONFLICT, "busy", "Something else is under way")
-        }
-        VehicleError::TooManyRequests { .. } => problem(StatusCode::TOO_MANY_REQUESTS, "too-many", "Too much at once"),
-        VehicleError::Transfer(error) => from_transfer(error),
-        VehicleError::UnknownMode(_) | VehicleError::NoModeFor { .. } => {
-            problem(StatusCode::UNPROCESSABLE_ENTITY, "unknown-mode", "No such mode")
-        }
-        VehicleError::InvalidValue { .. } => {
-            problem(StatusCode::UNPROCESSABLE_ENTITY, "invalid-request", "Not a valid request")
-        }
-        VehicleError::Plan(error) => from_flight(error),
-        VehicleError::PlanUnknown { .. } => {
-            problem(StatusCode::CONFLICT, "plan-unknown", "The plan on board is not known")
-        }
-        VehicleError::TooOld { .. } => problem(StatusCode::CONFLICT, "too-old", "The vehicle's firmware is too old"),
-        VehicleError::Armed { .. } => problem(StatusCode::CONFLICT, "armed", "The vehicle is armed"),
-        VehicleError::HomeUnknown => problem(StatusCode::CONFLICT, "home-unknown", "Home is not known"),
-        VehicleError::Rebooted => problem(StatusCode::CONFLICT, "rebooted", "The vehicle restarted"),
-        VehicleError::Cancelled => problem(StatusCode::CONFLICT, "cancelled", "Cancelled"),
-        _ => problem(StatusCode::INTERNAL_SERVER_ERROR, "internal", "Something went wrong"),
+        _ => problem,
     }
 }
 
 /// The problem for an error of a transfer.
 pub fn from_transfer(error: &TransferError) -> Problem {
-    let problem = |status, kind, title| Problem::new(status, kind, title, error.to_string());
-    match error {
-        TransferError::Timeout { .. } | TransferError::NoProgress { .. } => {
-            problem(StatusCode::GATEWAY_TIMEOUT, "timeout", "The vehicle did not answer")
+    let plan = |kind: &PlanKind| convert::plan_kind(*kind);
+    let cause = match error {
+        TransferError::Item(error) => return from_flight(error),
+        TransferError::Timeout { step, waited } => {
+            Cause::TransferTimeout { step: (*step).to_owned(), waited_s: waited.as_secs_f64() }
         }
-        TransferError::Refused { .. } => problem(StatusCode::CONFLICT, "plan-refused", "The vehicle refused the plan"),
-        TransferError::NotAsSent { differences, .. } => {
-            problem(StatusCode::CONFLICT, "plan-mismatch", "The vehicle holds another plan")
-                .reasons(differences.iter().map(ToString::to_string))
+        TransferError::NoProgress { step, attempts } => {
+            Cause::NoProgress { step: (*step).to_owned(), attempts: *attempts }
         }
-        TransferError::Unverified { .. } => {
-            problem(StatusCode::GATEWAY_TIMEOUT, "unverified", "What the vehicle holds is unknown")
+        TransferError::Refused { kind, result, seq } => Cause::PlanRefused {
+            plan: plan(kind),
+            result: result.name().trim_start_matches("MAV_MISSION_").to_owned(),
+            seq: seq.map(|seq| seq.0),
+        },
+        TransferError::NotAsSent { kind, differences } => {
+            let cause = Cause::PlanMismatch { plan: plan(kind), differences: differences.len() as u64 };
+            return Problem::new(cause, error.to_string()).reasons(differences.iter().map(ToString::to_string));
         }
-        TransferError::OnlyMission { .. } => {
-            problem(StatusCode::CONFLICT, "only-mission", "The vehicle takes only its mission")
+        TransferError::Unverified { kind, .. } => Cause::Unverified { plan: plan(kind) },
+        TransferError::OnlyMission { kind, reason } => Cause::OnlyMission {
+            plan: plan(kind),
+            reason: match reason {
+                NoPlanKinds::OldFirmware => OnlyMissionReason::OldFirmware,
+                NoPlanKinds::Mavlink1 => OnlyMissionReason::Mavlink1,
+            },
+        },
+        TransferError::IntegerItemsIgnored => Cause::TooOld { what: "MISSION_ITEM_INT".to_owned() },
+        TransferError::NotCleared { kind, count } => Cause::NotCleared { plan: plan(kind), count: *count },
+        TransferError::TooMany { what, count, limit } => {
+            Cause::TooLarge { what: (*what).to_owned(), count: *count, limit: *limit }
         }
-        TransferError::IntegerItemsIgnored => problem(StatusCode::BAD_GATEWAY, "too-old", "The vehicle is too old"),
-        TransferError::NotCleared { .. } => problem(StatusCode::CONFLICT, "not-cleared", "The plan is still on board"),
-        TransferError::TooMany { .. } => problem(StatusCode::UNPROCESSABLE_ENTITY, "too-large", "Too large"),
-        TransferError::BadList { .. } => {
-            problem(StatusCode::UNPROCESSABLE_ENTITY, "invalid-request", "Not a valid request")
+        TransferError::BadList { .. } => Cause::InvalidRequest { problem: error.to_string() },
+        TransferError::Ftp { path, .. } | TransferError::BadFile { path, .. } => {
+            Cause::VehicleFile { path: path.clone() }
         }
-        TransferError::Item(error) => from_flight(error),
-        TransferError::Ftp { .. } | TransferError::BadFile { .. } => {
-            problem(StatusCode::BAD_GATEWAY, "vehicle-file", "The vehicle's file cannot be used")
+        TransferError::FtpBusy { path } => Cause::FilesBusy { path: path.clone() },
+        TransferError::Param(error) => Cause::InvalidParam { problem: error.to_string() },
+        TransferError::UnknownParam { name, told } => {
+            Cause::UnknownParam { name: name.as_str().to_owned(), told: *told }
         }
-        TransferError::FtpBusy { .. } => problem(StatusCode::CONFLICT, "busy", "Something else is under way"),
-        TransferError::Param(_) => {
-            problem(StatusCode::UNPROCESSABLE_ENTITY, "invalid-request", "Not a valid parameter")
+        TransferError::ParamRefused { name, reason } => {
+            Cause::ParamRefused { name: name.as_str().to_owned(), reason: (*reason).to_owned() }
         }
-        TransferError::UnknownParam { .. } => problem(StatusCode::NOT_FOUND, "unknown-param", "No such parameter"),
-        TransferError::ParamRefused { .. } | TransferError::ParamNotKept { .. } => {
-            problem(StatusCode::CONFLICT, "param-refused", "The vehicle did not take the value")
+        TransferError::ParamNotKept { name, asked, kept } => {
+            Cause::ParamNotKept { name: name.as_str().to_owned(), asked: asked.as_f64(), kept: kept.as_f64() }
         }
-        TransferError::Cancelled => problem(StatusCode::CONFLICT, "cancelled", "Cancelled"),
-        _ => problem(StatusCode::INTERNAL_SERVER_ERROR, "internal", "Something went wrong"),
-    }
+        TransferError::Cancelled => Cause::Cancelled,
+        _ => Cause::Internal,
+    };
+    Problem::new(cause, error.to_string())
 }
 
 /// The problem for a plan or file that is none.
 pub fn from_flight(error: &FlightError) -> Problem {
-    Problem::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-plan", "Not a valid plan", error.to_string())
+    let bad_plan = |plan, index: &usize, problem: &String| Cause::BadPlan {
+        plan: Some(plan),
+        item: Some(*index as u64 + 1),
+        problem: problem.clone(),
+    };
+    let bad_file = |place: Option<String>, problem: &String| Cause::BadFile { place, problem: problem.clone() };
+    let cause = match error {
+        FlightError::NotOnEarth { lat_deg, lon_deg } => {
+            Cause::NotOnEarth { lat_deg: finite(*lat_deg), lon_deg: finite(*lon_deg) }
+        }
+        FlightError::BadItem { seq, command, field, value, problem } => Cause::BadItem {
+            seq: *seq,
+            command: command.to_string(),
+            field: (*field).to_owned(),
+            value: finite(*value),
+            problem: (*problem).to_owned(),
+        },
+        FlightError::UnknownPlanKind(_) => Cause::BadPlan { plan: None, item: None, problem: error.to_string() },
+        FlightError::BadMission { index, problem } => bad_plan(dto::PlanKind::Mission, index, problem),
+        FlightError::BadFence { index, problem } => bad_plan(dto::PlanKind::Fence, index, problem),
+        FlightError::BadRally { index, problem } => bad_plan(dto::PlanKind::Rally, index, problem),
+        FlightError::BadLine { line, problem } => bad_file(Some(format!("line {line}")), problem),
+        FlightError::BadJson { path, problem } => bad_file(Some(path.clone()), problem),
+        FlightError::BadFile(problem) => bad_file(None, problem),
+        _ => Cause::Internal,
+    };
+    Problem::new(cause, error.to_string())
 }
 
 impl From<StationError> for Problem {
@@ -254,14 +327,16 @@ impl From<FlightError> for Problem {
 
 fn unreadable(status: StatusCode, text: String) -> Problem {
     match status {
-        StatusCode::PAYLOAD_TOO_LARGE => {
-            Problem::new(status, "too-large", "Too large", "the request's body is too large")
-        }
+        StatusCode::PAYLOAD_TOO_LARGE => Problem::new(Cause::BodyTooLarge, "the request's body is too large"),
         StatusCode::UNSUPPORTED_MEDIA_TYPE => {
-            Problem::new(status, "media-type", "Not JSON", "send JSON with `Content-Type: application/json`")
+            Problem::new(Cause::MediaType, "send JSON with `Content-Type: application/json`")
         }
-        StatusCode::UNPROCESSABLE_ENTITY => Problem::invalid(text),
-        _ => Problem::new(status, "bad-request", "The request cannot be read", text),
+        _ => {
+            let mut problem = Problem::invalid(text);
+            // Not even JSON is another status, for whoever looks at that alone.
+            problem.0.status = status.as_u16();
+            problem
+        }
     }
 }
 

@@ -14,6 +14,7 @@ use vencejo_vehicle::VehicleEvent;
 
 use crate::access::Access;
 use crate::convert;
+use crate::dto::cause::Crowd;
 use crate::dto::telemetry::landed_name;
 use crate::dto::{EventDetail, Operation, OperationKind, ServerMessage};
 use crate::operations::{MAX_RUNNING, Operations};
@@ -158,7 +159,8 @@ impl App {
         let Some(alive) = self.alive() else { return Err(Problem::closed()) };
         let Some(operation) = self.shared.operations.add(vehicle, kind, pending.clone()) else {
             pending.cancel();
-            return Err(Problem::too_many(format!("{MAX_RUNNING} operations are under way; wait for some of them")));
+            let detail = format!("{MAX_RUNNING} operations are under way; wait for some of them");
+            return Err(Problem::too_many(Crowd::Operations, MAX_RUNNING, detail));
         };
         self.tell_operation(&operation);
         let (app, id) = (self.clone(), operation.id);

@@ -32,7 +32,7 @@ use crate::{Server, ServerConfig, ServerError, routes};
 /// A hang is a failure.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-fn station(heartbeat: bool) -> Station {
+pub fn station(heartbeat: bool) -> Station {
     let config = StationConfig { request_streams: false, heartbeat, ..StationConfig::default() };
     Station::start(config, Handle::current()).expect("a station")
 }
@@ -375,11 +375,15 @@ async fn plans_in_files_and_on_the_wire_are_the_same() {
     assert_eq!(server.send(parse(b"<kml/>".to_vec())).await.status, 422);
 }
 
-type Ws = WebSocketStream<TcpStream>;
+pub type Ws = WebSocketStream<TcpStream>;
 
 async fn connect(server: &Server, cookie: &str, origin: Option<&str>) -> Result<Ws, u16> {
+    connect_to(server, "/api/v1/ws", cookie, origin).await
+}
+
+pub async fn connect_to(server: &Server, path: &str, cookie: &str, origin: Option<&str>) -> Result<Ws, u16> {
     let address = server.address();
-    let mut request = format!("ws://{address}/api/v1/ws").into_client_request().expect("a request");
+    let mut request = format!("ws://{address}{path}").into_client_request().expect("a request");
     request.headers_mut().insert("cookie", cookie.parse().expect("a cookie"));
     if let Some(origin) = origin {
         request.headers_mut().insert("origin", origin.parse().expect("an origin"));
@@ -419,7 +423,7 @@ async fn next(socket: &mut Ws, kind: &str) -> Option<Value> {
     timeout(PATIENCE, find).await.unwrap_or_else(|_| panic!("no {kind}"))
 }
 
-async fn futures_next(socket: &mut Ws) -> Option<Result<WsMessage, tokio_tungstenite::tungstenite::Error>> {
+pub async fn futures_next(socket: &mut Ws) -> Option<Result<WsMessage, tokio_tungstenite::tungstenite::Error>> {
     use std::pin::Pin;
     std::future::poll_fn(|context| futures_core::Stream::poll_next(Pin::new(&mut *socket), context)).await
 }
@@ -433,13 +437,13 @@ async fn say(socket: &mut Ws, message: Value) {
     std::future::poll_fn(|context| Sink::poll_flush(Pin::new(&mut *socket), context)).await.expect("flushed");
 }
 
-async fn serve(station: &Station, config: ServerConfig) -> Server {
+pub async fn serve(station: &Station, config: ServerConfig) -> Server {
     let config = ServerConfig { bind: SocketAddr::from(([127, 0, 0, 1], 0)), ..config };
     Server::start(station.clone(), config, &Handle::current()).await.expect("a server")
 }
 
 /// A session as the server's own state makes it, without HTTP.
-fn cookie(server: &Server, name: &str) -> String {
+pub fn cookie(server: &Server, name: &str) -> String {
     let app = server.app();
     let now = app.now();
     let role = crate::dto::Role::Operator;

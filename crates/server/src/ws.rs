@@ -12,9 +12,11 @@ use tokio::time::{Instant, Interval, MissedTickBehavior, interval, sleep_until, 
 use vencejo_proto::SystemId;
 
 use crate::convert;
+use crate::dto::cause::Crowd;
 use crate::dto::telemetry::Sent;
-use crate::dto::{ClientMessage, MissionProgress, ServerMessage, TelemetryGroups};
+use crate::dto::{self, ClientMessage, MissionProgress, ServerMessage, TelemetryGroups};
 use crate::outbox::{Outbox, Outgoing, json};
+use crate::problem::Problem;
 use crate::sessions::SessionId;
 use crate::state::{App, closed};
 
@@ -202,30 +204,32 @@ impl Client {
         if self.messages_in_interval > MAX_MESSAGES_PER_S * PING_INTERVAL.as_secs() as u32 {
             return Err(End::Rude("too many messages"));
         }
-        let problem = match serde_json::from_str(&text) {
+        let done = match serde_json::from_str(&text) {
             Ok(ClientMessage::Subscribe { vehicle, rate_hz }) => self.subscribe(vehicle, rate_hz),
             Ok(ClientMessage::Unsubscribe { vehicle }) => {
                 self.subscriptions.remove(&vehicle);
-                None
+                Ok(())
             }
-            Err(error) => Some(format!("this is no message that is understood: {error}")),
+            Err(error) => Err(Problem::invalid(format!("this is no message that is understood: {error}"))),
         };
-        match problem {
-            Some(detail) => self.send(socket, Message::Text(json(&ServerMessage::Error { detail }))).await,
-            None => Ok(()),
+        match done {
+            Ok(()) => Ok(()),
+            Err(problem) => {
+                let dto::Problem { detail, cause, .. } = *problem.0;
+                self.send(socket, Message::Text(json(&ServerMessage::Error { detail, cause }))).await
+            }
         }
     }
 
-    /// Begins to follow a vehicle, or follows it at another rate; what is wrong with that, if anything.
-    fn subscribe(&mut self, vehicle: u8, rate_hz: f64) -> Option<String> {
-        if !RATES_HZ.contains(&rate_hz) {
-            return Some(format!("rate_hz is {rate_hz}: it goes from 1 to 50"));
-        }
+    /// Begins to follow a vehicle, or follows it at another rate.
+    fn subscribe(&mut self, vehicle: u8, rate_hz: f64) -> Result<(), Problem> {
+        let period = period_of(rate_hz)?;
         let is_new = !self.subscriptions.contains_key(&vehicle);
         if is_new && self.subscriptions.len() >= MAX_SUBSCRIPTIONS {
-            return Some(format!("{MAX_SUBSCRIPTIONS} vehicles are followed already; unsubscribe from one first"));
+            let detail = format!("{MAX_SUBSCRIPTIONS} vehicles are followed already; unsubscribe from one first");
+            return Err(Problem::too_many(Crowd::Subscriptions, MAX_SUBSCRIPTIONS, detail));
         }
-        let (period, due) = (Duration::from_secs_f64(rate_hz.recip()), Instant::now());
+        let due = Instant::now();
         let subscription = self.subscriptions.entry(vehicle).or_insert_with(|| Subscription {
             period,
             due,
@@ -233,7 +237,7 @@ impl Client {
             progress: None,
         });
         (subscription.period, subscription.due) = (period, due);
-        None
+        Ok(())
     }
 
     /// Sends what changed of every vehicle that is due.
@@ -264,6 +268,14 @@ impl Client {
         }
         Ok(())
     }
+}
+
+/// Time between two messages at a rate that a client may ask for.
+fn period_of(rate_hz: f64) -> Result<Duration, Problem> {
+    if RATES_HZ.contains(&rate_hz) {
+        return Ok(Duration::from_secs_f64(rate_hz.recip()));
+    }
+    Err(Problem::invalid_value("rate_hz", rate_hz, "it goes from 1 to 50"))
 }
 
 /// A moment that does not come.

@@ -88,10 +88,12 @@ const empty = { state: 'empty' as const, count: 0, hash: null, detail: 'none' };
 const KINDS: Record<string, Operation['kind']> = { PUT: 'upload_mission', GET: 'download_mission' };
 
 let nextOperation = 1;
-const operations = new Map<number, Operation>();
+/** Here none fails. */
+type Going = Omit<Operation, 'error'>;
+const operations = new Map<number, Going>();
 
-function begin(kind: Operation['kind'], result?: Plan): Operation {
-  const operation: Operation = {
+function begin(kind: Operation['kind'], result?: Plan): Going {
+  const operation: Going = {
     id: nextOperation++,
     vehicle: 1,
     kind,
@@ -104,7 +106,7 @@ function begin(kind: Operation['kind'], result?: Plan): Operation {
     const now = operations.get(operation.id)!;
     const done = Math.min(now.done + 1, now.total);
     const isDone = done === now.total;
-    const next: Operation = { ...now, done, state: isDone ? 'done' : 'running' };
+    const next: Going = { ...now, done, state: isDone ? 'done' : 'running' };
     operations.set(operation.id, isDone && result ? { ...next, result } : next);
     say({ type: 'operation', ...next });
     if (isDone) clearInterval(timer);

@@ -45,6 +45,44 @@ fn every_kind_of_error_has_a_row() {
 }
 
 #[test]
+fn each_kind_has_a_code_of_its_own_and_what_a_sentence_needs() {
+    let problems = all();
+    let mut kinds: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for (name, problem) in &problems {
+        let cause = serde_json::to_value(&problem.cause).expect("JSON");
+        let code = cause["code"].as_str().expect("a code");
+        assert_eq!(problem.r#type, format!("urn:vencejo:{code}"), "{name}");
+        assert!(code.chars().all(|c| c.is_ascii_lowercase() || c == '-'), "{code}");
+        kinds.entry(problem.r#type.as_str()).or_default().push(name);
+    }
+    let shared: Vec<_> = kinds.values().filter(|names| names.len() > 1).map(|names| names.join(" ")).collect();
+    // The same answer to a person, wherever it comes from.
+    assert_eq!(
+        shared,
+        [
+            "Transfer.Cancelled Vehicle.Cancelled Vehicle.Transfer",
+            "Transfer.Item Vehicle.Plan",
+            "Station.Link Vehicle.TooManyRequests",
+            "Transfer.IntegerItemsIgnored Vehicle.TooOld",
+            "Transfer.BadFile Transfer.Ftp",
+        ]
+    );
+    let of = |name: &str| serde_json::to_value(&problems[name].cause).expect("JSON");
+    assert_eq!(
+        of("Vehicle.CommandRefused"),
+        serde_json::json!({"code": "command-refused", "command": "COMPONENT_ARM_DISARM", "result": "FAILED"})
+    );
+    assert_eq!(
+        of("Transfer.Refused"),
+        serde_json::json!({"code": "plan-refused", "plan": "mission", "result": "DENIED", "seq": 3})
+    );
+    assert_eq!(
+        of("Vehicle.PlanUnknown"),
+        serde_json::json!({"code": "plan-unknown", "plan": "mission", "reason": "transfer_failed"})
+    );
+}
+
+#[test]
 fn statuses_are_those_of_the_contract() {
     let problems = all();
     for (name, status) in [

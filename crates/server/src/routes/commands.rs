@@ -90,7 +90,7 @@ fn alt_frame(frame: AltFrame) -> core::AltFrame {
 }
 
 fn seq(vehicle: &VehicleHandle, item: u16) -> Result<MissionSeq, Problem> {
-    vehicle.seq_of_item(item).ok_or_else(|| Problem::invalid("item is 0: items are counted from 1"))
+    vehicle.seq_of_item(item).ok_or_else(|| Problem::invalid_value("item", item, "items are counted from 1"))
 }
 
 fn home(home: SetHome) -> Result<Option<Home>, Problem> {

@@ -9,6 +9,7 @@ use vencejo_link::{LinkId, LinkOptions};
 use vencejo_station::StationError;
 
 use crate::convert;
+use crate::dto::cause::{Cause, Thing};
 use crate::dto::{LinkInfo, NewLink};
 use crate::extract::{Id, Json as Body, Pilot, Viewer};
 use crate::problem::Problem;
@@ -34,7 +35,10 @@ async fn open_link(
 ) -> Result<(StatusCode, Json<LinkInfo>), Problem> {
     // A recording is a file, and what a network may not name is a path.
     if new.address.trim_start().to_ascii_lowercase().starts_with("tlog") {
-        return Err(Problem::invalid("recordings are opened on the server's own command line, not over the network"));
+        return Err(Problem::new(
+            Cause::RecordingAsLink,
+            "recordings are opened on the server's own command line, not over the network",
+        ));
     }
     let options = LinkOptions { name: new.name, forwards: new.forward };
     let id = app.station().open_link(&new.address, options)?;
@@ -46,7 +50,7 @@ async fn open_link(
 #[utoipa::path(delete, path = "/links/{id}", tag = "links", params(("id" = u32, Path, description = "The link's id")),
     responses((status = 204), Problem))]
 async fn close_link(State(app): State<App>, _: Pilot, Id(id): Id) -> Result<StatusCode, Problem> {
-    let id = u32::try_from(id).map_err(|_| Problem::not_found("there is no such link"))?;
+    let id = u32::try_from(id).map_err(|_| Problem::not_found(Thing::Link, id, "there is no such link"))?;
     app.station().close_link(LinkId(id)).await.map_err(|error: StationError| Problem::from(error))?;
     Ok(StatusCode::NO_CONTENT)
 }

@@ -10,6 +10,7 @@ mod vehicles;
 
 use axum::extract::{DefaultBodyLimit, State};
 use axum::response::IntoResponse;
+use axum::http::Uri;
 use axum::routing::get;
 use axum::{Json, Router, middleware};
 use tower_http::compression::CompressionLayer;
@@ -20,6 +21,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::problem::Problem;
+use crate::dto::cause::{Cause, Thing};
 use crate::state::App;
 use crate::{access, dto, files};
 
@@ -83,18 +85,14 @@ pub fn router(app: App) -> Router {
         .with_state(app)
 }
 
-async fn no_such_path() -> impl IntoResponse {
-    Problem::not_found("there is no such path").remedy("GET /api/v1/openapi.json describes those that are")
+async fn no_such_path(uri: Uri) -> impl IntoResponse {
+    Problem::not_found(Thing::Path, uri.path(), "there is no such path")
+        .remedy("GET /api/v1/openapi.json describes those that are")
 }
 
 async fn no_such_method() -> impl IntoResponse {
-    Problem::new(
-        axum::http::StatusCode::METHOD_NOT_ALLOWED,
-        "method",
-        "Not with this method",
-        "this path is not used with this method",
-    )
-    .remedy("GET /api/v1/openapi.json describes how it is")
+    Problem::new(Cause::Method, "this path is not used with this method")
+        .remedy("GET /api/v1/openapi.json describes how it is")
 }
 
 /// What answers, and whether it needs a token. Needs no session.

@@ -7,6 +7,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::dto::Operation;
+use crate::dto::cause::Thing;
 use crate::extract::{Id, Pilot, Viewer};
 use crate::problem::Problem;
 use crate::state::App;
@@ -16,7 +17,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
 }
 
 fn gone(id: u64) -> Problem {
-    Problem::not_found(format!("there is no operation {id}, or it ended long ago"))
+    Problem::not_found(Thing::Operation, id, format!("there is no operation {id}, or it ended long ago"))
 }
 
 /// The operations under way and those that ended lately, without their results.

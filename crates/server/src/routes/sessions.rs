@@ -8,10 +8,11 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::access::random_secret;
+use crate::dto::cause::{Cause, Crowd};
 use crate::dto::{NewSession, Role, SessionInfo};
 use crate::extract::{InSession, Operator, OptionalJson};
 use crate::problem::Problem;
-use crate::sessions::{NotGiven, SessionId};
+use crate::sessions::{MAX_SESSIONS, NotGiven, SessionId};
 use crate::state::App;
 use crate::ws;
 
@@ -48,11 +49,12 @@ async fn open_session(
         return info(&app, id).map(IntoResponse::into_response);
     }
     let role = role.ok_or_else(Problem::no_session)?;
-    let secret = random_secret().map_err(|error| {
-        Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "internal", "No random numbers", error.to_string())
-    })?;
+    let secret = random_secret()
+        .map_err(|error| Problem::new(Cause::Internal, format!("the system has no random numbers: {error}")))?;
     let opened = app.change_sessions(|sessions| sessions.open(secret.clone(), role, new.name.as_deref(), now));
-    let opened = opened.ok_or_else(|| Problem::too_many("all places for sessions are taken; close one, or wait"))?;
+    let opened = opened.ok_or_else(|| {
+        Problem::too_many(Crowd::Sessions, MAX_SESSIONS, "all places for sessions are taken; close one, or wait")
+    })?;
     let cookie = app.access().set_cookie(&secret);
     Ok((AppendHeaders([(header::SET_COOKIE, cookie)]), Json(opened)).into_response())
 }
@@ -113,7 +115,8 @@ pub(super) async fn websocket(
     upgrade: WebSocketUpgrade,
 ) -> Result<Response, Problem> {
     if app.outboxes().count() >= ws::MAX_CLIENTS || !app.sessions().may_open_socket(id) {
-        return Err(Problem::too_many("all places for WebSockets are taken; close one"));
+        let detail = "all places for WebSockets are taken; close one";
+        return Err(Problem::too_many(Crowd::Sockets, ws::MAX_CLIENTS, detail));
     }
     let Some(alive) = app.alive() else { return Err(Problem::closed()) };
     let upgrade = upgrade.max_message_size(ws::MAX_MESSAGE_BYTES).max_frame_size(ws::MAX_MESSAGE_BYTES);

@@ -1,5 +1,5 @@
 // What went wrong with a request, in the server's words or, when there was no answer, in ours.
-import type { Problem } from './types';
+import type { Cause, Problem } from './types';
 
 /** What RFC 9457 says of a problem without a kind. */
 const NO_KIND = 'about:blank';
@@ -22,7 +22,7 @@ export async function problemOf(response: Response): Promise<Problem> {
   if (!/[/+]json\b/.test(response.headers.get('content-type') ?? '')) return fallback;
   const body: unknown = await response.json().catch(() => null);
   if (typeof body !== 'object' || body === null) return fallback;
-  const { title, detail, type, reasons, remedy } = body as Record<string, unknown>;
+  const { title, detail, type, reasons, remedy, cause } = body as Record<string, unknown>;
   return {
     type: typeof type === 'string' ? type : NO_KIND,
     title: typeof title === 'string' ? title : fallback.title,
@@ -32,7 +32,13 @@ export async function problemOf(response: Response): Promise<Problem> {
       ? { reasons: reasons.filter((reason): reason is string => typeof reason === 'string') }
       : {}),
     ...(typeof remedy === 'string' ? { remedy } : {}),
+    ...(isCause(cause) ? { cause } : {}),
   };
+}
+
+/** Whether it has a code; which fields belong to that is the server's word. */
+function isCause(value: unknown): value is Cause {
+  return typeof value === 'object' && value !== null && 'code' in value && typeof value.code === 'string';
 }
 
 /** A problem of our own making. */

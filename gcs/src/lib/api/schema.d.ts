@@ -829,6 +829,382 @@ export interface components {
              */
             voltage_v: number | null;
         };
+        /**
+         * @description What went wrong. `code` is stable, and is the end of the problem's `type`; the other fields hold what the English `detail`
+         *     says, so that it can be said in another language. A field in English words says so.
+         */
+        Cause: {
+            /** @enum {string} */
+            code: "host";
+            /** @description What it says; null when it cannot be read. */
+            host: string | null;
+        } | {
+            /** @enum {string} */
+            code: "origin";
+            /** @description That site. */
+            origin: string;
+        } | {
+            /** @enum {string} */
+            code: "no-session";
+        } | {
+            /** @enum {string} */
+            code: "bad-token";
+        } | {
+            /** @enum {string} */
+            code: "role";
+        } | {
+            /** @enum {string} */
+            code: "control";
+            /** @description Name of the session that holds it; null when nobody does. */
+            holder: string | null;
+        } | {
+            /** @enum {string} */
+            code: "too-many";
+            /**
+             * Format: int64
+             * @description How many are taken.
+             */
+            limit: number;
+            /** @description Of what. */
+            what: components["schemas"]["Crowd"];
+        } | {
+            /** @enum {string} */
+            code: "closed";
+        } | {
+            /** @enum {string} */
+            code: "invalid-request";
+            /** @description What is wrong, in English. */
+            problem: string;
+        } | {
+            /** @enum {string} */
+            code: "media-type";
+        } | {
+            /** @enum {string} */
+            code: "body-too-large";
+        } | {
+            /** @enum {string} */
+            code: "method";
+        } | {
+            /** @enum {string} */
+            code: "not-found";
+            /** @description What it was called. */
+            name: string;
+            /** @description What was looked for. */
+            what: components["schemas"]["Thing"];
+        } | {
+            /** @enum {string} */
+            code: "invalid-value";
+            /** @description What it must be, in English. */
+            expected: string;
+            /** @description Which. */
+            field: string;
+            /** @description What it was. */
+            value: string;
+        } | {
+            /** @enum {string} */
+            code: "recording-as-link";
+        } | {
+            /** @enum {string} */
+            code: "heartbeat-follows-operator";
+        } | {
+            /** @enum {string} */
+            code: "internal";
+        } | {
+            /** @enum {string} */
+            code: "link-address";
+            /** @description What is wrong, in English. */
+            problem: string;
+        } | {
+            /** @enum {string} */
+            code: "recorder";
+            /** @description What the system said. */
+            reason: string;
+        } | {
+            /** @enum {string} */
+            code: "no-vehicle";
+            /**
+             * Format: double
+             * @description For how long it was waited.
+             */
+            waited_s: number;
+        } | {
+            /** @enum {string} */
+            code: "not-sent";
+            /** @description Which. */
+            message: string;
+        } | {
+            /** @enum {string} */
+            code: "command-refused";
+            /** @description Name of the command without `MAV_CMD_`, else its number. */
+            command: string;
+            /** @description Name of the `MAV_RESULT` without that prefix, such as `DENIED`. */
+            result: string;
+        } | {
+            /**
+             * Format: int32
+             * @description How often it was sent.
+             */
+            attempts: number;
+            /** @enum {string} */
+            code: "command-timeout";
+            /** @description Name of the command without `MAV_CMD_`, else its number. */
+            command: string;
+        } | {
+            /** @enum {string} */
+            code: "not-confirmed";
+            /** @description Name of the command without `MAV_CMD_`, else its number. */
+            command: string;
+            /** @description What is seen, in English. */
+            observed: string;
+            /** @description What should be seen, in English. */
+            wanted: string;
+            /**
+             * Format: double
+             * @description How long it was waited for.
+             */
+            within_s: number;
+        } | {
+            /** @enum {string} */
+            code: "message-not-received";
+            /** @description Its name, else its id. */
+            message: string;
+        } | {
+            /**
+             * Format: double
+             * @description For how long.
+             */
+            age_s: number;
+            /** @enum {string} */
+            code: "vehicle-lost";
+        } | {
+            /** @enum {string} */
+            code: "command-busy";
+            /** @description Name of the command without `MAV_CMD_`, else its number. */
+            command: string;
+        } | {
+            /** @enum {string} */
+            code: "transfer-busy";
+            /** @description Which, in English. */
+            running: string;
+        } | {
+            /** @enum {string} */
+            code: "unknown-mode";
+            /** @description What was asked for. */
+            mode: string;
+            /** @description Names that come near. */
+            suggestions: string[];
+        } | {
+            /** @description For what, in English. */
+            action: string;
+            /** @enum {string} */
+            code: "no-mode-for";
+        } | {
+            /** @enum {string} */
+            code: "plan-unknown";
+            /** @description Which plan. */
+            plan: components["schemas"]["PlanKind"];
+            reason: components["schemas"]["PlanUncertainty"] | null;
+        } | {
+            /** @enum {string} */
+            code: "too-old";
+            /** @description For what, in English. */
+            what: string;
+        } | {
+            /** @description What is, in English. */
+            action: string;
+            /** @enum {string} */
+            code: "armed";
+        } | {
+            /** @enum {string} */
+            code: "home-unknown";
+        } | {
+            /** @enum {string} */
+            code: "rebooted";
+        } | {
+            /** @enum {string} */
+            code: "cancelled";
+        } | {
+            /** @enum {string} */
+            code: "transfer-timeout";
+            /** @description What it was asked, in English. */
+            step: string;
+            /**
+             * Format: double
+             * @description For how long.
+             */
+            waited_s: number;
+        } | {
+            /**
+             * Format: int32
+             * @description How often it was begun.
+             */
+            attempts: number;
+            /** @enum {string} */
+            code: "no-progress";
+            /** @description What was being done, in English. */
+            step: string;
+        } | {
+            /** @enum {string} */
+            code: "plan-refused";
+            /** @description Which plan. */
+            plan: components["schemas"]["PlanKind"];
+            /** @description Name of the `MAV_MISSION_RESULT` without `MAV_MISSION_`. */
+            result: string;
+            /**
+             * Format: int32
+             * @description Number on the wire of the item that it most likely refused.
+             */
+            seq: number | null;
+        } | {
+            /** @enum {string} */
+            code: "plan-mismatch";
+            /**
+             * Format: int64
+             * @description How many differences there are.
+             */
+            differences: number;
+            /** @description Which plan. */
+            plan: components["schemas"]["PlanKind"];
+        } | {
+            /** @enum {string} */
+            code: "unverified";
+            /** @description Which plan. */
+            plan: components["schemas"]["PlanKind"];
+        } | {
+            /** @enum {string} */
+            code: "only-mission";
+            /** @description Which plan was wanted. */
+            plan: components["schemas"]["PlanKind"];
+            /** @description Why not. */
+            reason: components["schemas"]["OnlyMissionReason"];
+        } | {
+            /** @enum {string} */
+            code: "not-cleared";
+            /**
+             * Format: int32
+             * @description How many.
+             */
+            count: number;
+            /** @description Which plan. */
+            plan: components["schemas"]["PlanKind"];
+        } | {
+            /** @enum {string} */
+            code: "too-large";
+            /**
+             * Format: int64
+             * @description How many.
+             */
+            count: number;
+            /**
+             * Format: int64
+             * @description How many are taken.
+             */
+            limit: number;
+            /** @description Of what, in English. */
+            what: string;
+        } | {
+            /** @enum {string} */
+            code: "vehicle-file";
+            /** @description Which. */
+            path: string;
+        } | {
+            /** @enum {string} */
+            code: "files-busy";
+            /** @description The file that was wanted. */
+            path: string;
+        } | {
+            /** @enum {string} */
+            code: "unknown-param";
+            /** @description Its name. */
+            name: string;
+            /** @description Whether the vehicle said so; otherwise it was silent. */
+            told: boolean;
+        } | {
+            /** @enum {string} */
+            code: "param-refused";
+            /** @description Its name. */
+            name: string;
+            /** @description Why, in English. */
+            reason: string;
+        } | {
+            /**
+             * Format: double
+             * @description What was sent.
+             */
+            asked: number;
+            /** @enum {string} */
+            code: "param-not-kept";
+            /**
+             * Format: double
+             * @description What it has.
+             */
+            kept: number;
+            /** @description Its name. */
+            name: string;
+        } | {
+            /** @enum {string} */
+            code: "invalid-param";
+            /** @description What is wrong, in English. */
+            problem: string;
+        } | {
+            /** @enum {string} */
+            code: "plan-unsound";
+            /**
+             * Format: int64
+             * @description How many errors.
+             */
+            errors: number;
+        } | {
+            /** @enum {string} */
+            code: "not-on-earth";
+            /**
+             * Format: double
+             * @description Latitude given; null when it is not a number.
+             */
+            lat_deg: number | null;
+            /**
+             * Format: double
+             * @description Longitude given; null when it is not a number.
+             */
+            lon_deg: number | null;
+        } | {
+            /** @enum {string} */
+            code: "bad-item";
+            /** @description Its command without `MAV_CMD_`. */
+            command: string;
+            /** @description Which field. */
+            field: string;
+            /** @description Why it is wrong, in English. */
+            problem: string;
+            /**
+             * Format: int32
+             * @description The item's number on the wire.
+             */
+            seq: number;
+            /**
+             * Format: double
+             * @description Its value; null when it is not a number.
+             */
+            value: number | null;
+        } | {
+            /** @enum {string} */
+            code: "bad-plan";
+            /**
+             * Format: int64
+             * @description The item or zone, counted from 1; null when it is about the whole.
+             */
+            item: number | null;
+            plan: components["schemas"]["PlanKind"] | null;
+            /** @description What is wrong, in English. */
+            problem: string;
+        } | {
+            /** @enum {string} */
+            code: "bad-file";
+            /** @description Where: `line 4`, or a path in JSON; null when it is about the whole. */
+            place: string | null;
+            /** @description What is wrong, in English. */
+            problem: string;
+        };
         /** @description What a client says on the WebSocket. */
         ClientMessage: {
             /**
@@ -914,6 +1290,11 @@ export interface components {
          * @enum {string}
          */
         CommandSupport: "flown" | "needs_vtol" | "ignored" | "list";
+        /**
+         * @description Of what there is too much at once.
+         * @enum {string}
+         */
+        Crowd: "sessions" | "sockets" | "operations" | "requests" | "links" | "subscriptions";
         /** @description Nothing more to say: the vehicle did it, and shows it where that can be seen. */
         Done: Record<string, never>;
         /** @description EKF_STATUS_REPORT; a variance of 1 is the limit. */
@@ -1512,6 +1893,11 @@ export interface components {
             /** @description The token from the server's terminal; needed when `GET /info` says so. */
             token?: string | null;
         };
+        /**
+         * @description Why a vehicle takes its mission only.
+         * @enum {string}
+         */
+        OnlyMissionReason: "old_firmware" | "mavlink1";
         /** @description Something that takes a while. */
         Operation: {
             /**
@@ -1631,10 +2017,12 @@ export interface components {
              * @description Items, home not counted.
              */
             count: number | null;
-            /** @description In words. */
+            /** @description All that in English words. */
             detail: string;
             /** @description Fingerprint of the items as the vehicle holds them. */
             hash: string | null;
+            /** @description Why it is not known; absent when it is. */
+            reason?: components["schemas"]["PlanUncertainty"];
             /** @description How sure we are. */
             state: components["schemas"]["PlanCertainty"];
         };
@@ -1647,6 +2035,11 @@ export interface components {
             /** @description The rally points. */
             rally: components["schemas"]["PlanState"];
         };
+        /**
+         * @description Why a plan on board is not known.
+         * @enum {string}
+         */
+        PlanUncertainty: "never_read" | "transferring" | "transfer_failed" | "rebooted" | "changed_elsewhere";
         /** @description GLOBAL_POSITION_INT: where the autopilot believes to be. */
         Position: {
             /**
@@ -1722,8 +2115,13 @@ export interface components {
              */
             temperature_c: number | null;
         };
-        /** @description An error (RFC 9457), served as `application/problem+json`. */
+        /**
+         * @description An error (RFC 9457), served as `application/problem+json`. Its texts are English; `cause` says the same to programs, so that
+         *     they can say it in another language.
+         */
         Problem: {
+            /** @description The same for programs. */
+            cause: components["schemas"]["Cause"];
             /** @description What was wrong, where, and what to do. */
             detail: string;
             /** @description What the vehicle wrote about it, or the differences that were found. */
@@ -1737,7 +2135,7 @@ export interface components {
             status: number;
             /** @description The kind in words. */
             title: string;
-            /** @description Stable kind, such as `urn:vencejo:command-refused`. */
+            /** @description Stable kind: `urn:vencejo:` and the code of `cause`, such as `urn:vencejo:command-refused`. */
             type: string;
         };
         /** @description RADIO_STATUS of the telemetry radio. */
@@ -1962,7 +2360,9 @@ export interface components {
             /** @enum {string} */
             type: "control";
         } | {
-            /** @description Why. */
+            /** @description The same for programs. */
+            cause: components["schemas"]["Cause"];
+            /** @description Why, in English. */
             detail: string;
             /** @enum {string} */
             type: "error";
@@ -2164,6 +2564,11 @@ export interface components {
              */
             time_s: number;
         };
+        /**
+         * @description Something that a request may name and that is not there.
+         * @enum {string}
+         */
+        Thing: "path" | "file" | "vehicle" | "link" | "operation" | "recording" | "message" | "command";
         /** @description Everything that is known of a vehicle. */
         VehicleState: {
             link: components["schemas"]["LinkInfo"] | null;

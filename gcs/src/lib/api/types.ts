@@ -52,8 +52,13 @@ export type CommandInfo = Schemas['CommandInfo'];
 export type Info = Schemas['Info'];
 export type Session = Schemas['SessionInfo'];
 export type NewSession = Schemas['NewSession'];
-export type Problem = Schemas['Problem'];
-export type Operation<Result = Schemas['OperationResult']> = Omit<Schemas['Operation'], 'result'> & { result?: Result };
+export type Cause = Schemas['Cause'];
+/** The server's problem says its cause; one of our own making has none. */
+export type Problem = Omit<Schemas['Problem'], 'cause'> & { cause?: Cause };
+export type Operation<Result = Schemas['OperationResult']> = Omit<Schemas['Operation'], 'result' | 'error'> & {
+  result?: Result;
+  error?: Problem;
+};
 
 /** What a vehicle can be told to do, with what it needs to know. */
 export interface VehicleCommands {

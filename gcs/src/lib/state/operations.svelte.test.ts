@@ -30,7 +30,8 @@ describe('Operations', () => {
 
   it('throws the problem of one that failed', async () => {
     const { operations } = make(running);
-    const error = { type: 'urn:x', title: 'No', status: 409, detail: 'because' };
+    const cause = { code: 'home-unknown' } as const;
+    const error = { type: 'urn:vencejo:home-unknown', title: 'No', status: 409, detail: 'because', cause };
     const finished = operations.finish(running);
     operations.update({ ...running, state: 'failed', error });
     await expect(finished).rejects.toThrowError(new ProblemError(error));
