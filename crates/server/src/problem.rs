@@ -133,6 +133,66 @@ impl Problem {
     }
 }
 
+/// Status and title of each kind.
+fn kind_of(cause: &Cause) -> (StatusCode, &'static str) {
+    match cause {
+        Cause::Host { .. } | Cause::Origin { .. } => (StatusCode::FORBIDDEN, "Not from there"),
+        Cause::NoSession => (StatusCode::UNAUTHORIZED, "No session"),
+        Cause::BadToken => (StatusCode::UNAUTHORIZED, "Wrong token"),
+        Cause::Role => (StatusCode::FORBIDDEN, "Not allowed to a viewer"),
+        Cause::Control { .. } => (StatusCode::LOCKED, "Control is elsewhere"),
+        Cause::TooMany { .. } => (StatusCode::TOO_MANY_REQUESTS, "Too much at once"),
+        Cause::Closed => (StatusCode::SERVICE_UNAVAILABLE, "The station is closed"),
+        Cause::InvalidRequest { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a valid request"),
+        Cause::InvalidValue { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a valid value"),
+        Cause::MediaType => (StatusCode::UNSUPPORTED_MEDIA_TYPE, "Not JSON"),
+        Cause::BodyTooLarge => (StatusCode::PAYLOAD_TOO_LARGE, "Too large"),
+        Cause::Method => (StatusCode::METHOD_NOT_ALLOWED, "Not with this method"),
+        Cause::NotFound { .. } => (StatusCode::NOT_FOUND, "Not found"),
+        Cause::RecordingAsLink => (StatusCode::UNPROCESSABLE_ENTITY, "Not over the network"),
+        Cause::Camera { .. } => (StatusCode::CONFLICT, "The camera cannot do that"),
+        Cause::HeartbeatFollowsOperator => (StatusCode::CONFLICT, "The heartbeat follows the operator"),
+        Cause::Internal => (StatusCode::INTERNAL_SERVER_ERROR, "Something went wrong"),
+        Cause::LinkAddress { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a link string"),
+        Cause::Recorder { .. } => (StatusCode::INTERNAL_SERVER_ERROR, "Nothing can be recorded"),
+        Cause::NoVehicle { .. } => (StatusCode::NOT_FOUND, "No such vehicle"),
+        Cause::NotSent { .. } => (StatusCode::CONFLICT, "Not sent"),
+        Cause::CommandRefused { .. } => (StatusCode::CONFLICT, "The vehicle refused"),
+        Cause::CommandTimeout { .. } | Cause::MessageNotReceived { .. } | Cause::TransferTimeout { .. } => {
+            (StatusCode::GATEWAY_TIMEOUT, "The vehicle did not answer")
+        }
+        Cause::NotConfirmed { .. } => (StatusCode::GATEWAY_TIMEOUT, "The vehicle does not show it"),
+        Cause::VehicleLost { .. } => (StatusCode::GATEWAY_TIMEOUT, "The vehicle is not heard"),
+        Cause::CommandBusy { .. } | Cause::TransferBusy { .. } | Cause::FilesBusy { .. } => {
+            (StatusCode::CONFLICT, "Something else is under way")
+        }
+        Cause::UnknownMode { .. } | Cause::NoModeFor { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "No such mode"),
+        Cause::PlanUnknown { .. } => (StatusCode::CONFLICT, "The plan on board is not known"),
+        Cause::TooOld { .. } => (StatusCode::CONFLICT, "The vehicle's firmware is too old"),
+        Cause::Armed { .. } => (StatusCode::CONFLICT, "The vehicle is armed"),
+        Cause::HomeUnknown => (StatusCode::CONFLICT, "Home is not known"),
+        Cause::Rebooted => (StatusCode::CONFLICT, "The vehicle restarted"),
+        Cause::Cancelled => (StatusCode::CONFLICT, "Cancelled"),
+        Cause::NoProgress { .. } => (StatusCode::GATEWAY_TIMEOUT, "The transfer got nowhere"),
+        Cause::PlanRefused { .. } => (StatusCode::CONFLICT, "The vehicle refused the plan"),
+        Cause::PlanMismatch { .. } => (StatusCode::CONFLICT, "The vehicle holds another plan"),
+        Cause::Unverified { .. } => (StatusCode::GATEWAY_TIMEOUT, "What the vehicle holds is unknown"),
+        Cause::OnlyMission { .. } => (StatusCode::CONFLICT, "The vehicle takes only its mission"),
+        Cause::NotCleared { .. } => (StatusCode::CONFLICT, "The plan is still on board"),
+        Cause::TooLarge { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Too large"),
+        Cause::VehicleFile { .. } => (StatusCode::BAD_GATEWAY, "The vehicle's file cannot be used"),
+        Cause::UnknownParam { .. } => (StatusCode::NOT_FOUND, "No such parameter"),
+        Cause::ParamRefused { .. } | Cause::ParamNotKept { .. } => {
+            (StatusCode::CONFLICT, "The vehicle did not take the value")
+        }
+        Cause::InvalidParam { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a valid parameter"),
+        Cause::PlanUnsound { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "The plan has errors"),
+        Cause::NotOnEarth { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not on Earth"),
+        Cause::BadItem { .. } | Cause::BadPlan { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a valid plan"),
+        Cause::BadFile { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a valid file"),
+    }
+}
+
 /// What helps against a vehicle's reason, where it is known. The texts are ArduPlane's.
 fn remedy_for(reason: &str) -> Option<&'static str> {
     const REMEDIES: [(&str, &str); 6] = [
