@@ -10,6 +10,7 @@ import vencejo
 from pymavlink import mavutil
 from vencejo import MissionItem, Plan
 
+from tests.flights.rival import load_with_pymavlink
 from tests.flights.track import Flight, assert_waypoints_passed, landing_error_m
 from tests.support import HOME, simulated_plane
 
@@ -106,27 +107,6 @@ def test_e1_a_mission_that_another_program_loaded_is_followed(plane: vencejo.Veh
         assert abs(telemetry.attitude.roll_rad) < 1.3
     finally:
         rival.close()
-
-
-def load_with_pymavlink(rival: mavutil.mavfile, plan: Plan) -> None:
-    """The mission protocol as the other program speaks it; item 0 is home."""
-    items = [MissionItem.waypoint(LAT, LON, alt_rel_home_m=0.0), *plan.items]
-    rival.mav.mission_count_send(1, 1, len(items), 0)
-    while True:
-        request = rival.recv_match(
-            type=["MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_ACK"], blocking=True, timeout=10
-        )
-        assert request is not None, "the plane stopped asking for items"
-        if request.get_type() == "MISSION_ACK":
-            assert request.type == 0
-            return
-        item = items[request.seq]
-        p1, p2, p3, p4, x, y, z = (value or 0.0 for value in item.params)
-        frame = 3 if item.has_position else 2
-        scale = 1e7 if item.has_position else 1
-        rival.mav.mission_item_int_send(
-            1, 1, request.seq, frame, item.command, 0, 1, p1, p2, p3, p4, round(x * scale), round(y * scale), z, 0
-        )
 
 
 def test_e2_a_mission_is_sent_to_a_plane_in_the_air(plane: vencejo.Vehicle) -> None:

@@ -1,0 +1,143 @@
+"""One Chromium for all tests of a worker; each test has its own pages, and mostly its own plane and server.
+
+Playwright's asynchronous API is used because its synchronous one leaves an event loop running, in which pytest could
+not run the asynchronous tests of the Python package. Everything here shares one loop for the session.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import AbstractAsyncContextManager
+from pathlib import Path
+from typing import Literal, Protocol
+
+import pytest
+import pytest_asyncio
+from playwright.async_api import Browser, ConsoleMessage, Page, async_playwright, expect
+
+from tests.browser.station_page import PATIENCE_S, StationPage
+from tests.browser.texts import Language
+from tests.server.client import Served, serving
+from tests.support import ROOT
+
+CHROMIUM = ("chromium", "chromium-browser", "google-chrome-stable", "google-chrome")
+ARGUMENTS = [
+    *("--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
+    *("--disable-background-networking", "--disable-component-update"),
+    # Several pages are open at once, and one that is covered is tested like any other.
+    *("--disable-renderer-backgrounding", "--disable-backgrounding-occluded-windows"),
+    "--disable-background-timer-throttling",
+]
+PICTURES = ROOT / ".cache" / "browser"
+"""Where the last look of a page whose test failed is kept."""
+WIDE = (1440, 900)
+PHONE = (390, 844)
+
+expect.set_options(timeout=PATIENCE_S * 1000)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """All tests here run in the loop that the browser belongs to."""
+    here = Path(__file__).parent
+    for item in items:
+        if here in item.path.parents:
+            item.add_marker(pytest.mark.asyncio(loop_scope="session"), append=False)
+            item.add_marker(pytest.mark.e2e)
+
+
+def chromium() -> str:
+    """Where the system's Chromium is."""
+    for name in filter(None, (os.environ.get("VENCEJO_CHROMIUM"), *CHROMIUM)):
+        if found := shutil.which(name):
+            return found
+    raise RuntimeError("no Chromium: sudo apt-get install -y chromium, or say where one is with VENCEJO_CHROMIUM")
+
+
+@pytest_asyncio.fixture(name="browser", scope="session", loop_scope="session")
+async def _browser() -> AsyncIterator[Browser]:
+    async with async_playwright() as playwright:
+        browser = await playwright.chromium.launch(
+            executable_path=chromium(), args=ARGUMENTS, chromium_sandbox=os.geteuid() != 0
+        )
+        yield browser
+        await browser.close()
+
+
+class OpenStation(Protocol):
+    """Opens the station in a browser of its own: storage and session are shared with nobody."""
+
+    def __call__(
+        self,
+        url: str,
+        *,
+        size: tuple[int, int] = WIDE,
+        touch: bool = False,
+        language: Language = "en",
+        theme: Literal["dark", "light"] = "dark",
+    ) -> AbstractAsyncContextManager[StationPage]: ...
+
+
+@pytest.fixture(name="open_station")
+def _open_station(browser: Browser, request: pytest.FixtureRequest) -> OpenStation:
+    @contextlib.asynccontextmanager
+    async def open_station(
+        url: str,
+        *,
+        size: tuple[int, int] = WIDE,
+        touch: bool = False,
+        language: Language = "en",
+        theme: Literal["dark", "light"] = "dark",
+    ) -> AsyncIterator[StationPage]:
+        context = await browser.new_context(
+            viewport={"width": size[0], "height": size[1]},
+            has_touch=touch,
+            is_mobile=touch,
+            locale={"en": "en-GB", "es": "es-ES"}[language],
+            reduced_motion="reduce",
+        )
+        faults: list[str] = []
+        try:
+            page = await context.new_page()
+            _listen(page, faults)
+            await page.goto(url)
+            station = StationPage(page, language)
+            await expect(station.map).to_be_visible()
+            if theme == "light":
+                await page.keyboard.press("t")
+            yield station
+        except BaseException:
+            PICTURES.mkdir(parents=True, exist_ok=True)
+            picture = PICTURES / f"{request.node.name}-{len(context.pages)}.png"
+            await context.pages[-1].screenshot(path=picture)
+            print(f"what the page showed: {picture}")  # noqa: T201  (beside the failure)
+            raise
+        finally:
+            await context.close()
+        assert not faults, f"the page complained: {faults}"
+
+    return open_station
+
+
+def _listen(page: Page, faults: list[str]) -> None:
+    """Note what goes wrong inside the page. That a server is away is told on the console by the browser itself."""
+
+    def on_console(message: ConsoleMessage) -> None:
+        is_network = message.text.startswith(("Failed to load resource", "WebSocket connection to"))
+        if message.type in {"error", "warning"} and not is_network:
+            faults.append(message.text)
+
+    page.on("console", on_console)
+    page.on("pageerror", lambda error: faults.append(str(error)))
+
+
+Serve = Callable[..., Served]
+
+
+@pytest.fixture(name="serve")
+def _serve(tmp_path: Path) -> Iterator[Serve]:
+    """Start `vencejo serve` with these options; it ends with the test."""
+    with contextlib.ExitStack() as running:
+        yield lambda *options: running.enter_context(serving(*options, data=tmp_path))

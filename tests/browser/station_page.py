@@ -1,0 +1,327 @@
+"""The ground station's page as a person uses it: by what is read on it, by clicks, taps and keys."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import re
+import time
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+
+from playwright.async_api import Locator, Page, expect
+
+from tests.browser import texts
+from tests.browser.texts import Language
+
+FLIGHT_MS = 120_000
+"""A flight longer than this is a failure."""
+PATIENCE_S = 30.0
+PANELS = ("fly", "instruments", "plan", "numbers", "sensors", "messages", "settings")
+
+
+@dataclass(frozen=True)
+class MapScale:
+    """Where positions are in the window, read off two points under the pointer (Web Mercator, EPSG:3857)."""
+
+    x0: float
+    lon0_deg: float
+    x_per_deg: float
+    y0: float
+    mercator0: float
+    y_per_mercator: float
+
+    def pixel(self, lat_deg: float, lon_deg: float) -> tuple[float, float]:
+        """The pixel of a position."""
+        return (
+            self.x0 + (lon_deg - self.lon0_deg) * self.x_per_deg,
+            self.y0 + (_mercator(lat_deg) - self.mercator0) * self.y_per_mercator,
+        )
+
+
+def _mercator(lat_deg: float) -> float:
+    return math.log(math.tan(math.pi / 4 + math.radians(lat_deg) / 2))
+
+
+class StationPage:
+    """A browser's page with the station open, in a language."""
+
+    def __init__(self, page: Page, language: Language = "en") -> None:
+        self.page = page
+        self.language: Language = language
+
+    def text(self, key: str, /, **values: object) -> str:
+        """A text of the app in the page's language."""
+        return texts.text(key, self.language, **values)
+
+    def like(self, key: str, /) -> re.Pattern[str]:
+        """A text of the app whose values are not known."""
+        return texts.pattern(texts.catalogues()[self.language][key])
+
+    # --- Finding ------------------------------------------------------------------------------------------------------
+
+    def bar(self, key: str) -> Locator:
+        """A value of the top bar by its name's key, such as ``bar.mode``."""
+        return self._described(self.state_bar, self.text(key))
+
+    @property
+    def state_bar(self) -> Locator:
+        """The top bar."""
+        return self.page.get_by_role("region", name=self.text("bar.label"), exact=True)
+
+    def number(self, key: str) -> Locator:
+        """A value of the numbers panel by its name's key, such as ``number.roll``."""
+        return self._described(self.panel("numbers"), self.text(key))
+
+    @staticmethod
+    def _described(inside: Locator, term: str) -> Locator:
+        return inside.locator(f"dt:text-is({term!r}) + dd")
+
+    def panel(self, name: str) -> Locator:
+        """A panel that is open."""
+        return self.page.get_by_role("region", name=self.text(f"panel.{name}"), exact=True)
+
+    def field(self, inside: Locator, key: str, /, **values: object) -> Locator:
+        """A field to type into, by its name."""
+        return inside.get_by_role("textbox", name=self.text(key, **values), exact=True)
+
+    def choice(self, inside: Locator, key: str, /, **values: object) -> Locator:
+        """A list to choose from, by its name."""
+        return inside.get_by_role("combobox", name=self.text(key, **values), exact=True)
+
+    def button(self, key: str, /, **values: object) -> Locator:
+        """A button by its name."""
+        return self.page.get_by_role("button", name=self.text(key, **values), exact=True)
+
+    @property
+    def map(self) -> Locator:
+        """The map."""
+        return self.page.get_by_role("application", name=self.text("map.label"), exact=True)
+
+    @property
+    def on_map(self) -> Locator:
+        """What is told of the planes on the map to those who do not see it."""
+        return self.page.get_by_role("list", name=self.text("map.planes"), exact=True)
+
+    @property
+    def lost(self) -> Locator:
+        """The line below the bar when somebody is not heard."""
+        return self.page.get_by_role("status").filter(
+            has_text=re.compile(f"^\\s*({self.text('bar.linkLost')}|{self.text('bar.serverAway')})")
+        )
+
+    @property
+    def items(self) -> Locator:
+        """The rows of the plan's table."""
+        return self.panel("plan").get_by_role("list", name=self.text("plan.items"), exact=True).get_by_role("listitem")
+
+    def item(self, number: int) -> Locator:
+        """The button that selects an item of the plan."""
+        return self.items.nth(number - 1).get_by_role("button").first
+
+    @property
+    def plan_state(self) -> Locator:
+        """How the plan stands to the vehicle."""
+        return self.panel("plan").get_by_role("status").first
+
+    # --- Reading ------------------------------------------------------------------------------------------------------
+
+    async def figure(self, value: Locator) -> float:
+        """The first number in a value, in the writing of either language."""
+        shown = (await value.inner_text()).replace("\u2212", "-")
+        found = re.search(r"-?\d+(?:[.,]\d+)?", shown)
+        return math.nan if found is None else float(found[0].replace(",", "."))
+
+    async def where(self) -> tuple[float, float]:
+        """The plane's position in the numbers panel."""
+        lat_deg, lon_deg = [
+            await self.number(key).inner_text(timeout=PATIENCE_S * 1000)
+            for key in ("number.latitude", "number.longitude")
+        ]
+        return float(lat_deg.split()[0]), float(lon_deg.split()[0])
+
+    async def map_scale(self) -> MapScale:
+        """Find out where positions are in the window, when the view has come to rest."""
+        before: MapScale | None = None
+        deadline = time.monotonic() + PATIENCE_S
+        while True:
+            scale = await self._read_scale()
+            if before is not None and is_same_view(scale, before):
+                return scale
+            before = scale
+            assert time.monotonic() < deadline, "the map does not come to rest"
+
+    async def _read_scale(self) -> MapScale:
+        left, top, right, bottom = await self.free_map()
+        corners = [(left + 60, top + 60), (right - 60, bottom - 60)]
+        (x0, y0, lat0, lon0), (x1, y1, lat1, lon1) = [(x, y, *(await self._point_at(x, y))) for x, y in corners]
+        return MapScale(
+            x0=x0,
+            lon0_deg=lon0,
+            x_per_deg=(x1 - x0) / (lon1 - lon0),
+            y0=y0,
+            mercator0=_mercator(lat0),
+            y_per_mercator=(y1 - y0) / (_mercator(lat1) - _mercator(lat0)),
+        )
+
+    async def _point_at(self, x: float, y: float) -> tuple[float, float]:
+        # off the map first, so that what is read is of this very point
+        await self.page.mouse.move(0, 0)
+        readout = self.page.get_by_label(self.text("map.pointer"), exact=True)
+        await expect(readout).to_have_count(0)
+        await self.page.mouse.move(x, y)
+        lat_deg, lon_deg = (await readout.inner_text()).split(", ")
+        return float(lat_deg), float(lon_deg)
+
+    async def free_map(self) -> tuple[float, float, float, float]:
+        """What panels leave free of the map: left, top, right and bottom pixel."""
+        return await self.map.evaluate(  # type: ignore[no-any-return]
+            """map => {
+                const box = map.getBoundingClientRect();
+                const inset = side => parseFloat(map.style.getPropertyValue('--map-inset-' + side)) || 0;
+                return [box.left + inset('left'), box.top + inset('top'),
+                        box.right - inset('right'), box.bottom - inset('bottom')];
+            }"""
+        )
+
+    async def eventually(self, holds: Callable[[], Awaitable[bool]], what: str, timeout_s: float = PATIENCE_S) -> None:
+        """Wait until a condition of the page holds, looking at it frame by frame."""
+        deadline = time.monotonic() + timeout_s
+        while not await holds():
+            assert time.monotonic() < deadline, f"{what}: not within {timeout_s:g} s"
+            await asyncio.sleep(0.02)
+
+    # --- Doing --------------------------------------------------------------------------------------------------------
+
+    async def open_panel(self, name: str) -> Locator:
+        """Open a panel by its button, if it is closed."""
+        if await self.panel(name).count() == 0:
+            await self._rail(name).click()
+        await expect(self.panel(name)).to_be_visible()
+        return self.panel(name)
+
+    async def close_panel(self, name: str) -> None:
+        """Close a panel, if it is open."""
+        if await self.panel(name).count() > 0:
+            await self.button("panel.close", panel=self.text(f"panel.{name}")).click()
+        await expect(self.panel(name)).to_have_count(0)
+
+    def _rail(self, name: str) -> Locator:
+        rail = self.page.get_by_role("navigation", name=self.text("panel.bar"))
+        # the button of the messages also counts those that are new
+        return rail.get_by_role("button", name=re.compile(f"^{re.escape(self.text(f'panel.{name}'))}(:|$)"))
+
+    async def hold(self, button: Locator, *, until: Locator) -> None:
+        """Press a button that wants to be held, and let go when what it does is seen."""
+        await expect(button).to_be_enabled()
+        await button.hover()
+        await self.page.mouse.down()
+        await expect(until).to_be_visible()
+        await self.page.mouse.up()
+
+    def answer(self, command: str, outcome: str = "accepted") -> Locator:
+        """The vehicle's answer to a command, such as ``arm``."""
+        title = self.text(f"answer.{outcome}", command=self.text(f"command.{command}"))
+        return self.page.get_by_label(self.text("answer.label"), exact=True).filter(has_text=title)
+
+    async def command(self, button: Locator, command: str) -> None:
+        """Hold the button of a command and see that the vehicle accepts it."""
+        answered = self.page.get_by_label(self.text("answer.label"), exact=True).filter(
+            has_text=re.compile(f"^\\s*{re.escape(self.text(f'command.{command}'))}: ")
+        )
+        if await answered.count() > 0:
+            await answered.get_by_role("button", name=self.text("answer.dismiss")).click()
+            await expect(answered).to_have_count(0)
+        await self.hold(button, until=answered)
+        await expect(self.answer(command)).to_be_visible()
+
+    async def set_mode(self, mode: str) -> None:
+        """Choose a mode in the fly panel."""
+        panel = await self.open_panel("fly")
+        await self.choice(panel, "fly.mode").select_option(value=mode)
+        change = f"{self.text('fly.set')}: {self.text('fly.changeMode')}"
+        await self.command(panel.get_by_role("button", name=change, exact=True), "mode")
+        await expect(self.bar("bar.mode")).to_have_text(re.compile(rf"^\s*{mode}"))
+
+    async def arm(self) -> None:
+        """Arm, once the plane is ready."""
+        panel = await self.open_panel("fly")
+        await expect(panel.get_by_text(self.text("fly.ready"), exact=True)).to_be_visible()
+        await self.command(panel.get_by_role("button", name=self.text("fly.arm"), exact=True), "arm")
+        await expect(self.bar("bar.motors")).to_contain_text(self.text("bar.armed"))
+
+    async def start_mission(self) -> None:
+        """Start the mission that is on board."""
+        panel = await self.open_panel("fly")
+        await self.command(panel.get_by_role("button", name=self.text("fly.start"), exact=True), "mission/start")
+        await expect(self.bar("bar.mode")).to_have_text(re.compile(r"^\s*AUTO"))
+
+    async def click_map(self, *places: tuple[float, float]) -> None:
+        """Click positions on the map, degrees, found by the coordinates under the pointer."""
+        scale = await self.map_scale()
+        for place in places:
+            x, y = scale.pixel(*place)
+            is_free = "([x, y]) => document.elementFromPoint(x, y)?.closest('[role=application]') != null"
+            assert await self.page.evaluate(is_free, [x, y]), f"{place} is not in sight, or something lies over it"
+            await self.page.mouse.click(x, y)
+
+    async def show_plane(self) -> None:
+        """Bring the plane into the middle of what is free of the map."""
+        await self.button("map.showPlane").click()
+
+    async def leave_view_alone(self) -> None:
+        """Have the map stay where it is, whatever the plane does."""
+        await self._choose_view("map.followFree")
+
+    async def keep_in_sight(self) -> None:
+        """Have the map widen when the plane comes near its edge."""
+        await self._choose_view("map.followSight")
+
+    async def _choose_view(self, key: str) -> None:
+        button = self.page.get_by_role("group", name=self.text("map.controls")).get_by_role(
+            "button", name=self.like("map.followNow")
+        )
+        wanted = self.button("map.followNow", mode=self.text(key))
+        for _ in range(3):
+            if await wanted.count() > 0:
+                return
+            await button.click()
+        raise AssertionError(f"the view cannot be set to {self.text(key)!r}")
+
+    async def choose_tool(self, key: str) -> None:
+        """Choose what a click on the map adds."""
+        tools = self.page.get_by_role("group", name=self.text("plan.tools"))
+        await tools.get_by_role("button", name=self.text(key), exact=True).click()
+
+    async def add_kind(self, kind: str) -> None:
+        """Choose one of the kinds that are not on the toolbar."""
+        await self.choice(self.panel("plan"), "plan.more").select_option(value=kind)
+
+    async def type_into(self, field: Locator, text: str) -> None:
+        """Type a value and leave the field."""
+        await field.fill(text)
+        await field.press("Tab")
+
+    async def send_plan(self) -> None:
+        """Send the plan and see that the vehicle has it."""
+        await self.panel("plan").get_by_role("button", name=self.text("plan.send"), exact=True).click()
+        await expect(self.plan_state).to_have_text(self.text("plan.state.verified"))
+
+    async def see_item(self, number: int) -> None:
+        """Wait until an item, or a later one, is in execution."""
+
+        async def is_there() -> bool:
+            shown = await self.bar("bar.item").inner_text()
+            found = re.match(r"\s*(\d+) ", shown)
+            return shown.strip().startswith(self.text("bar.itemsDone")) or (
+                found is not None and int(found[1]) >= number
+            )
+
+        await self.eventually(is_there, f"item {number}", FLIGHT_MS / 1000)
+
+
+def is_same_view(a: MapScale, b: MapScale) -> bool:
+    """Whether the map has not moved between two looks."""
+    return all(
+        math.isclose(one, other, rel_tol=1e-9) for one, other in zip(vars(a).values(), vars(b).values(), strict=True)
+    )

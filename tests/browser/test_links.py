@@ -1,0 +1,170 @@
+"""Flights E7 and E9: links that weaken and break, on the vehicle's, the server's and the browser's side."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from pathlib import Path
+
+from playwright.async_api import expect
+
+from tests.browser.conftest import OpenStation, Serve
+from tests.browser.plane import Plane
+from tests.browser.relay import LossyRelay, TcpRelay
+from tests.browser.station_page import StationPage
+from tests.server.client import Served, serving
+
+SPEEDUP = 5.0
+
+
+async def take_off(station: StationPage) -> None:
+    """Have a plane in the air, some way from where it stood."""
+    await station.set_mode("TAKEOFF")
+    await station.arm()
+    await station.open_panel("numbers")
+
+    async def flies() -> bool:
+        return await station.figure(station.number("number.altHome")) > 20.0
+
+    await station.eventually(flies, "flying")
+
+
+async def draw_two_waypoints(station: StationPage) -> None:
+    """Have a draft that nobody else knows."""
+    await station.open_panel("plan")
+    await station.leave_view_alone()
+    await station.show_plane()
+    await station.map_scale()
+    left, top, right, bottom = await station.free_map()
+    for part in (0.3, 0.7):
+        await station.page.mouse.click(left + (right - left) * part, top + (bottom - top) * 0.25)
+    await expect(station.items).to_have_count(2)
+
+
+async def flown_m(station: StationPage) -> float:
+    """Length of the first plane's trail."""
+    told = re.search(r"([\d.]+) (k?m) flown", await station.on_map.inner_text())
+    return 0.0 if told is None else float(told[1]) * (1000.0 if told[2] == "km" else 1.0)
+
+
+async def see_all_resumed(station: StationPage, before_m: float, *, mode: str = "LOITER") -> None:
+    """Telemetry flows, commands work, and nothing that a person made or saw is gone."""
+    await expect(station.lost).to_have_count(0)
+    await expect(station.on_map).not_to_contain_text("estimated")
+
+    async def flies_on() -> bool:
+        return await flown_m(station) > before_m
+
+    await station.eventually(flies_on, "a trail that goes on from what it was")
+    await expect(station.items).to_have_count(2)
+    await station.set_mode(mode)
+
+
+async def test_e7_a_link_is_weakened_until_it_breaks(open_station: OpenStation, serve: Serve) -> None:
+    with LossyRelay(seed=7) as relay, Plane(link=relay.plane_link, speedup=SPEEDUP):
+        served = serve("--link", relay.driver_link)
+        async with open_station(served.url) as station:
+            await take_off(station)
+            loss, rate, age, trip = (
+                station.number(f"number.{name}") for name in ("linkLoss", "linkRate", "lastHeard", "roundTrip")
+            )
+
+            async def is_well() -> bool:
+                return await station.figure(loss) < 1.0 and await station.figure(rate) > 50.0
+
+            await station.eventually(is_well, "a good link")
+            assert await station.figure(age) < 1.0
+            assert await station.figure(trip) >= 0.0
+            await expect(station.bar("bar.link")).to_contain_text("0.0 % lost")
+            full_rate = await station.figure(rate)
+
+            relay.loss = 0.4
+
+            async def is_weak() -> bool:
+                shown = await station.figure(station.bar("bar.link"))
+                return 25.0 <= shown <= 55.0 and 25.0 <= await station.figure(loss) <= 55.0
+
+            await station.eventually(is_weak, "the loss of a weak link")
+
+            async def is_slow() -> bool:
+                return 0.3 * full_rate <= await station.figure(rate) <= 0.85 * full_rate
+
+            await station.eventually(is_slow, "the rate of a weak link")
+
+            colour = "bar => getComputedStyle(bar).backgroundColor"
+            calm = await station.state_bar.evaluate(colour)
+            relay.loss = 1.0
+            await expect(station.lost).to_contain_text(station.like("bar.lostDetail"))
+            assert await station.state_bar.evaluate(colour) != calm, "the bar turns"
+            await expect(station.bar("bar.link")).to_contain_text(station.text("bar.linkLost"))
+            await expect(station.number("number.airspeed")).to_contain_text(station.like("bar.ago"))
+            # The plane goes on as a ghost, marked as estimated, along its path.
+            await expect(station.on_map).to_contain_text(station.like("map.estimated"))
+            estimate = await station.on_map.inner_text()
+            await expect(station.on_map).not_to_contain_text(place_of(estimate))
+            await expect(station.on_map).to_contain_text(station.like("map.estimated"))
+            # Nothing is allowed to pop up over what a pilot looks at.
+            assert await station.page.get_by_role("dialog").count() == 0
+
+            relay.loss = 0.0
+            await expect(station.lost).to_have_count(0)
+            await expect(station.on_map).not_to_contain_text("estimated")
+            await station.eventually(is_well, "a good link again")
+            assert await station.state_bar.evaluate(colour) == calm
+
+
+def place_of(told: str) -> str:
+    found = re.search(r"-?\d+\.\d+, -?\d+\.\d+", told)
+    assert found is not None, told
+    return found[0]
+
+
+async def test_e9_the_network_is_cut_on_the_browsers_side(open_station: OpenStation, serve: Serve) -> None:
+    with Plane(speedup=SPEEDUP) as plane:
+        served = serve("--link", plane.link)
+        with TcpRelay(port_of(served)) as relay:
+            async with open_station(f"http://127.0.0.1:{relay.port}") as station:
+                await take_off(station)
+                await draw_two_waypoints(station)
+                before_m = await flown_m(station)
+                relay.silence()
+                await expect(station.lost).to_contain_text(station.like("bar.serverAwayDetail"))
+                await expect(station.items).to_have_count(2)
+                relay.restore()
+                await see_all_resumed(station, before_m)
+                # The rest of what a person has made survives even the page.
+                before_m = await flown_m(station)
+                await station.page.reload()
+                await see_all_resumed(station, before_m, mode="CIRCLE")
+
+
+async def test_e9_the_server_is_killed_and_comes_back(open_station: OpenStation, tmp_path: Path) -> None:
+    with Plane(speedup=SPEEDUP) as plane, contextlib.ExitStack() as first:
+        served = first.enter_context(serving("--link", plane.link, data=tmp_path))
+        async with open_station(served.url) as station:
+            await take_off(station)
+            await draw_two_waypoints(station)
+            before_m = await flown_m(station)
+            served.process.kill()
+            first.close()
+            await expect(station.lost).to_contain_text(station.like("bar.serverAwayDetail"))
+            with serving("--link", plane.link, f"--port={port_of(served)}", data=tmp_path):
+                await see_all_resumed(station, before_m)
+
+
+async def test_e9_the_network_is_cut_on_the_vehicles_side(open_station: OpenStation, serve: Serve) -> None:
+    with Plane(speedup=SPEEDUP) as plane, TcpRelay(plane.port) as relay:
+        served = serve("--link", f"tcp:127.0.0.1:{relay.port}")
+        async with open_station(served.url) as station:
+            await take_off(station)
+            await draw_two_waypoints(station)
+            before_m = await flown_m(station)
+            relay.hang_up()
+            await expect(station.lost).to_contain_text(station.like("bar.lostDetail"))
+            await expect(station.on_map).to_contain_text(station.like("map.estimated"))
+            relay.restore()
+            await see_all_resumed(station, before_m)
+
+
+def port_of(served: Served) -> int:
+    return int(served.url.rpartition(":")[2])
