@@ -23,7 +23,7 @@ export type { CommandName, VehicleCommands } from './types';
 
 export class Api extends Http {
   info = () => this.json<Info>('GET', '/info');
-  openSession = (body: NewSession) => this.json<Session>('POST', '/session', body);
+  openSession = (body: NewSession, signal?: AbortSignal) => this.json<Session>('POST', '/session', body, signal);
   takeControl = () => this.json<Partial<Session>>('POST', '/control/take', {});
   releaseControl = () => this.json<Partial<Session>>('POST', '/control/release', {});
   requestControl = () => this.json<Partial<Session>>('POST', '/control/request', {});

@@ -17,15 +17,21 @@ export class Http {
     return this.#base + path;
   }
 
-  async json<T>(method: Method, path: string, body?: unknown): Promise<T> {
-    const response = await this.request(method, path, body);
+  async json<T>(method: Method, path: string, body?: unknown, signal?: AbortSignal): Promise<T> {
+    const response = await this.request(method, path, body, signal);
     const text = await response.text();
     // An empty answer stands for "done, nothing to tell".
     return (text === '' ? {} : JSON.parse(text)) as T;
   }
 
-  async request(method: Method, path: string, body?: unknown): Promise<Response> {
-    const init: RequestInit = { method, credentials: 'same-origin', headers: { accept: 'application/json' } };
+  /** `signal` ends a request that nobody waits for any more. */
+  async request(method: Method, path: string, body?: unknown, signal?: AbortSignal): Promise<Response> {
+    const init: RequestInit = {
+      method,
+      credentials: 'same-origin',
+      headers: { accept: 'application/json' },
+      ...(signal === undefined ? {} : { signal }),
+    };
     if (body instanceof Blob) {
       init.body = body;
       init.headers = { ...init.headers, 'content-type': 'application/octet-stream' };

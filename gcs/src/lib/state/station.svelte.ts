@@ -42,7 +42,7 @@ class Station {
   readonly #subscribed = new Map<number, number>();
 
   readonly #socket = new Socket({
-    address: () => this.#openSession(),
+    address: (signal) => this.#openSession(signal),
     message: (message) => this.receive(message),
     state: (state) => this.#setSocketState(state),
   });
@@ -188,9 +188,9 @@ class Station {
     }
   }
 
-  async #openSession(): Promise<string> {
+  async #openSession(signal: AbortSignal): Promise<string> {
     try {
-      this.session = await api.openSession(this.#token === null ? {} : { token: this.#token });
+      this.session = await api.openSession(this.#token === null ? {} : { token: this.#token }, signal);
       this.sessionProblem = null;
     } catch (error) {
       const problem = problemFrom(error);
