@@ -5,14 +5,16 @@ import { mapEn } from './map.en';
 import { mapEs } from './map.es';
 import { fenceEn } from './fence.en';
 import { fenceEs } from './fence.es';
+import { mapsEn } from './maps.en';
+import { mapsEs } from './maps.es';
 import { serverEn } from './server.en';
 import { serverEs } from './server.es';
 
 export type Language = 'en' | 'es';
 
-export const en = { ...shellEn, ...mapEn, ...fenceEn, ...serverEn } as const;
+export const en = { ...shellEn, ...mapEn, ...fenceEn, ...mapsEn, ...serverEn } as const;
 export type MessageKey = keyof typeof en;
 
-export const es: Record<MessageKey, string> = { ...shellEs, ...mapEs, ...fenceEs, ...serverEs };
+export const es: Record<MessageKey, string> = { ...shellEs, ...mapEs, ...fenceEs, ...mapsEs, ...serverEs };
 
 export const messages: Record<Language, Record<MessageKey, string>> = { en, es };

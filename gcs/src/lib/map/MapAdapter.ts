@@ -4,7 +4,6 @@ import OlMap from 'ol/Map';
 import type MapBrowserEvent from 'ol/MapBrowserEvent';
 import { unByKey } from 'ol/Observable';
 import View from 'ol/View';
-import Attribution from 'ol/control/Attribution';
 import ScaleLine from 'ol/control/ScaleLine';
 import { inAndOut, easeOut } from 'ol/easing';
 import type { EventsKey } from 'ol/events';
@@ -17,23 +16,26 @@ import PinchZoom from 'ol/interaction/PinchZoom';
 import PointerInteraction from 'ol/interaction/Pointer';
 import { toLonLat } from 'ol/proj';
 import type { AreaHandle } from '$lib/domain/area-edit';
+import type { TileLoader } from '$lib/api/maps-tiles';
 import { type LonLat, wrap180_deg } from '$lib/domain/lonlat';
 import type { Home, PlanItem } from '$lib/domain/plan';
 import { freeCentre, type Insets, widenFactor } from '$lib/domain/sight';
+import { type Box, boxAround, boxCorners } from '$lib/domain/tiling';
 import type { Trail } from '$lib/domain/track';
 import { AreaPainter, type AreaTexts, type AreaView } from './area-painter';
-import { coastLayer, coastStyle, tileLayer, xyzSource } from './base-map';
+import { coastLayer, coastStyle } from './base-map';
 import { CanvasLayer } from './canvas-layer';
-import { projection, type Projection, readTheme, type Theme, type XY } from './frame';
+import { projection, type Projection, readTheme, type Theme, WORLD_M, type XY } from './frame';
 import { GridPainter } from './grid-painter';
 import { RoutePainter, type RouteStatus, type RouteTexts } from './route-painter';
 import { EMPTY_ROUTE, routeView, toXY } from './route-view';
 import { RulerPainter } from './ruler-painter';
-import { type TileSource, tileUrlFault } from './tile-source';
+import { type ShownSource, type SourceEvents, SourceLayers } from './sources/SourceLayers';
+import { handleInteraction, type Placing, PlacingPainter } from './sources/placing';
 import { TrailPainter } from './trail-painter';
 import { HomePainter, type VehicleMark, VehiclePainter } from './vehicle-painter';
 
-export type { AreaView, RouteStatus, RouteTexts, VehicleMark };
+export type { AreaView, RouteStatus, RouteTexts, ShownSource, Placing, VehicleMark };
 
 /** How the view stands to the selected plane. */
 export type FollowMode = 'free' | 'follow' | 'sight';
@@ -85,6 +87,8 @@ export interface MapViewState {
 export interface MapOptions {
   readonly target: HTMLElement;
   readonly events: MapEvents;
+  readonly sources: SourceEvents;
+  readonly tiles: TileLoader;
   readonly view?: MapViewState | null;
 }
 
@@ -107,7 +111,8 @@ export class MapAdapter {
   readonly #events: MapEvents;
   readonly #target: HTMLElement;
   readonly #coast = coastLayer();
-  readonly #tiles = tileLayer();
+  readonly #sources: SourceLayers;
+  readonly #placing = new PlacingPainter();
   readonly #grid = new GridPainter();
   readonly #trails = new TrailPainter();
   readonly #route = new RoutePainter();
@@ -129,7 +134,7 @@ export class MapAdapter {
   #version = 0;
   #cursor = '';
 
-  constructor({ target, events, view }: MapOptions) {
+  constructor({ target, events, view, sources, tiles }: MapOptions) {
     this.#target = target;
     this.#events = events;
     this.#view = new View({
@@ -143,18 +148,17 @@ export class MapAdapter {
     });
     const look = (): { theme: Theme; insets: Insets } => ({ theme: this.#theme, insets: this.#insets });
     this.#scale = new ScaleLine({ units: 'metric', minWidth: 80, maxWidth: 160 });
-    const attribution = new Attribution({ collapsible: false });
     this.#map = new OlMap({
       target,
       view: this.#view,
       layers: [
         this.#coast,
-        this.#tiles,
         new CanvasLayer([this.#grid, this.#trails], look, 2),
         new CanvasLayer([this.#areas, this.#route.lines, this.#home, this.#route.marks], look, 3, () => this.#version),
+        new CanvasLayer([this.#placing], look, 2.5),
         new CanvasLayer([this.#vehicles, this.#ruler], look, 4),
       ],
-      controls: [this.#scale, attribution],
+      controls: [this.#scale],
       interactions: [
         new DragPan(),
         new PinchZoom(),
@@ -162,11 +166,13 @@ export class MapAdapter {
         new KeyboardPan({ pixelDelta: 96 }),
         new KeyboardZoom(),
         this.#editInteraction(),
+        handleInteraction(this.#placing, () => this.#frame(), toleranceOf),
       ],
       // an element that takes the keyboard: the map itself
       keyboardEventTarget: target,
       moveTolerance: 4,
     });
+    this.#sources = new SourceLayers(this.#map, tiles, sources, 1);
     this.#coast.setStyle(coastStyle(this.#theme));
     this.#themeObserver = new MutationObserver(() => this.refreshTheme());
     this.#themeObserver.observe(document.documentElement, { attributes: true, attributeFilter: ['data-theme'] });
@@ -176,6 +182,7 @@ export class MapAdapter {
   destroy(): void {
     this.#abort.abort();
     this.#themeObserver.disconnect();
+    this.#sources.destroy();
     unByKey(this.#keys);
     this.#map.setTarget(undefined);
     this.#map.dispose();
@@ -257,9 +264,18 @@ export class MapAdapter {
     this.#scale.setUnits(unit === 'm' ? 'metric' : 'nautical');
   }
 
-  setTiles(source: TileSource | null): void {
-    const isUsable = source !== null && tileUrlFault(source.url) === null;
-    this.#tiles.setSource(isUsable ? xyzSource(source) : null);
+  /** Base map and overlays, bottom to top; with `isFine` a dense screen gets the next finer tiles. */
+  setSources(stack: readonly ShownSource[], isFine: boolean): void {
+    this.#sources.set(stack, isFine);
+  }
+
+  /** Asks again for what did not come, now. */
+  retrySource(id: string): void {
+    this.#sources.retry(id);
+  }
+
+  setPlacing(placing: Placing): void {
+    this.#placing.placing = placing;
     this.#map.render();
   }
 
@@ -332,7 +348,10 @@ export class MapAdapter {
     const [width = 0, height = 0] = this.#map.getSize() ?? [];
     const { top, right, bottom, left } = this.#insets;
     const edge = Math.min(60, width * 0.1, height * 0.1);
-    this.#view.fit(boundingExtent(places.map((at) => [...toXY(at)])), {
+    // over the date line the shorter way is meant
+    const box = boxAround(places);
+    if (box === null) return;
+    this.#view.fit(boundingExtent(boxCorners(box).map((at) => [...toXY(at)])), {
       padding: [top + edge, right + edge + CONTROLS_PX, bottom + edge, left + edge],
       maxZoom: 17,
       duration: 300,
@@ -345,6 +364,22 @@ export class MapAdapter {
     if (frame === null) return null;
     const [x, y] = frame.pixel(toXY(at));
     return { x, y };
+  }
+
+  /** What panels leave free of the world; `null` before the first frame. */
+  visibleBox(): Box | null {
+    const [width = 0, height = 0] = this.#map.getSize() ?? [];
+    const { top, right, bottom, left } = this.#insets;
+    const [x0, y0, x1, y1] = [left, top, Math.max(width - right, left + 1), Math.max(height - bottom, top + 1)];
+    const [northWest, southEast] = [this.#placeAt([x0, y0]), this.#placeAt([x1, y1])];
+    if (northWest === null || southEast === null) return null;
+    const isWhole = (x1 - x0) * (this.#view.getResolution() ?? 1) >= WORLD_M;
+    return {
+      west_deg: isWhole ? -180 : northWest.lon_deg,
+      east_deg: isWhole ? 180 : southEast.lon_deg,
+      north_deg: northWest.lat_deg,
+      south_deg: southEast.lat_deg,
+    };
   }
 
   #keepInSight(at: LonLat): void {

@@ -1,16 +1,13 @@
-// What lies under everything: coastlines that need no network, and one source of map tiles.
+// What lies under everything: coastlines that need no network.
 import Feature from 'ol/Feature';
 import MultiPolygon from 'ol/geom/MultiPolygon';
-import TileLayer from 'ol/layer/Tile';
 import VectorImageLayer from 'ol/layer/VectorImage';
 import VectorSource from 'ol/source/Vector';
-import XYZ from 'ol/source/XYZ';
 import Fill from 'ol/style/Fill';
 import Stroke from 'ol/style/Stroke';
 import Style from 'ol/style/Style';
 import type { Topology } from 'topojson-specification';
 import type { Theme } from './frame';
-import { escapeMarkup, type TileSource } from './tile-source';
 
 /**
  * Nearer than this (metres per pixel) the coast is not drawn: its data are made for maps of the world, and a line that
@@ -20,7 +17,7 @@ const COAST_FROM_M_PER_PX = 250;
 
 /** Natural Earth's land at 1:110 million (public domain), as the package `world-atlas` ships it. */
 export function coastLayer(): VectorImageLayer<VectorSource> {
-  const source = new VectorSource<Feature>({ wrapX: true, attributions: 'Natural Earth' });
+  const source = new VectorSource<Feature>({ wrapX: true });
   const layer = new VectorImageLayer({
     source,
     minResolution: COAST_FROM_M_PER_PX,
@@ -51,20 +48,5 @@ export function coastStyle(theme: Theme): Style {
   return new Style({
     fill: new Fill({ color: theme.land }),
     stroke: new Stroke({ color: theme.coast, width: 1 }),
-  });
-}
-
-export function tileLayer(): TileLayer<XYZ> {
-  return new TileLayer<XYZ>({ zIndex: 1, preload: 1 });
-}
-
-export function xyzSource(source: TileSource): XYZ {
-  return new XYZ({
-    url: source.url,
-    maxZoom: source.maxZoom,
-    // the map puts attributions into the page as markup
-    attributions: escapeMarkup(source.attribution),
-    crossOrigin: 'anonymous',
-    transition: 150,
   });
 }

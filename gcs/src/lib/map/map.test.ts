@@ -4,7 +4,6 @@ import { makeItem, withParam } from '$lib/domain/plan';
 import { projection, WORLD_M } from './frame';
 import { RoutePainter } from './route-painter';
 import { routeView, toLine, toXY } from './route-view';
-import { escapeMarkup, tileUrlFault } from './tile-source';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
 const SIZE = { width: 800, height: 600 };
@@ -74,21 +73,5 @@ describe('route', () => {
     expect(painter.handleAt(view, x, y, 10)?.toIndex).toBe(2);
     const [hx, hy] = view.pixel(route.legs[2]!.middle);
     expect(painter.handleAt(view, hx, hy, 5)).toBeNull();
-  });
-});
-
-describe('tiles', () => {
-  it('takes addresses with places for x, y and z', () => {
-    expect(tileUrlFault('https://tile.openstreetmap.org/{z}/{x}/{y}.png')).toBeNull();
-    expect(tileUrlFault('/tiles/{z}/{x}/{-y}.png')).toBeNull();
-    expect(tileUrlFault('https://example.org/{z}/{x}.png')).toBe('placeholders');
-    expect(tileUrlFault('javascript:alert({x}{y}{z})')).toBe('scheme');
-    expect(tileUrlFault('//example.org/{z}/{x}/{y}.png')).toBe('scheme');
-  });
-
-  it('shows an attribution as text', () => {
-    expect(escapeMarkup('© <img src=x onerror="a(\'&\')">')).toBe(
-      '© &lt;img src=x onerror=&quot;a(&#39;&amp;&#39;)&quot;&gt;',
-    );
   });
 });

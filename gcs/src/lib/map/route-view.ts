@@ -13,6 +13,7 @@ import {
   type PlanItem,
   placeOf,
 } from '$lib/domain/plan';
+import { MERCATOR_LIMIT_DEG } from '$lib/domain/projection';
 import { shapedRoute } from '$lib/domain/route-shape';
 import type { XY } from './frame';
 
@@ -60,7 +61,10 @@ export interface RouteView {
 export const EMPTY_ROUTE: RouteView = { items: [], legs: [], circles: [], jumps: [], approaches: [] };
 
 export function toXY(at: LonLat): XY {
-  const [x = 0, y = 0] = fromLonLat([at.lon_deg, Math.max(-85, Math.min(85, at.lat_deg))]);
+  const [x = 0, y = 0] = fromLonLat([
+    at.lon_deg,
+    Math.max(-MERCATOR_LIMIT_DEG, Math.min(MERCATOR_LIMIT_DEG, at.lat_deg)),
+  ]);
   return [x, y];
 }
 

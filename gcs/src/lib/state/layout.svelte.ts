@@ -2,7 +2,7 @@
 import { load, save } from './stored';
 
 export const LEFT_PANELS = ['instruments', 'fly'] as const;
-export const RIGHT_PANELS = ['plan', 'numbers', 'sensors', 'messages', 'settings'] as const;
+export const RIGHT_PANELS = ['plan', 'numbers', 'sensors', 'messages', 'maps', 'settings'] as const;
 export type LeftPanel = (typeof LEFT_PANELS)[number];
 export type RightPanel = (typeof RIGHT_PANELS)[number];
 export type Panel = LeftPanel | RightPanel;

@@ -7,22 +7,12 @@ export type MapTool = 'none' | 'ruler';
 
 interface Look {
   follow: FollowMode;
-  /** Whether the tiles of the chosen source are shown; without, the map needs no network. */
-  hasTiles: boolean;
-  tileUrl: string;
-  tileAttribution: string;
   hasGrid: boolean;
   hasTrails: boolean;
 }
 
-export const OSM_URL = 'https://tile.openstreetmap.org/{z}/{x}/{y}.png';
-export const OSM_ATTRIBUTION = '© OpenStreetMap contributors';
-
 const defaults: Look = {
   follow: 'sight',
-  hasTiles: false,
-  tileUrl: OSM_URL,
-  tileAttribution: OSM_ATTRIBUTION,
   hasGrid: true,
   hasTrails: true,
 };
@@ -31,13 +21,8 @@ function read(value: unknown): Look | null {
   if (typeof value !== 'object' || value === null) return null;
   const stored = value as Partial<Record<keyof Look, unknown>>;
   const flag = (one: unknown, fallback: boolean): boolean => (typeof one === 'boolean' ? one : fallback);
-  const text = (one: unknown, fallback: string): string =>
-    typeof one === 'string' && one.length > 0 && one.length < 1000 ? one : fallback;
   return {
     follow: (['free', 'follow', 'sight'] as const).find((mode) => mode === stored.follow) ?? defaults.follow,
-    hasTiles: flag(stored.hasTiles, defaults.hasTiles),
-    tileUrl: text(stored.tileUrl, defaults.tileUrl),
-    tileAttribution: text(stored.tileAttribution, defaults.tileAttribution),
     hasGrid: flag(stored.hasGrid, defaults.hasGrid),
     hasTrails: flag(stored.hasTrails, defaults.hasTrails),
   };
@@ -63,21 +48,6 @@ class MapLook {
   }
   set follow(follow: FollowMode) {
     this.#set({ follow });
-  }
-  get hasTiles(): boolean {
-    return this.#look.hasTiles;
-  }
-  set hasTiles(hasTiles: boolean) {
-    this.#set({ hasTiles });
-  }
-  get tileUrl(): string {
-    return this.#look.tileUrl;
-  }
-  get tileAttribution(): string {
-    return this.#look.tileAttribution;
-  }
-  setTiles(tileUrl: string, tileAttribution: string): void {
-    this.#set({ tileUrl, tileAttribution });
   }
   get hasGrid(): boolean {
     return this.#look.hasGrid;

@@ -89,6 +89,11 @@ class Elevation {
     });
   }
 
+  /** Height above the ground under the plane, metres; `null` while either is not known. */
+  above(alt_amsl_m: number | null | undefined): number | null {
+    return alt_amsl_m == null || this.under_m === null ? null : alt_amsl_m - this.under_m;
+  }
+
   /** Tells what the plan is; its ground is known a little later. */
   setPlan(items: readonly PlanItem[], home: Home | null): void {
     this.#route = { items, home };

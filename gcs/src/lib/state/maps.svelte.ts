@@ -15,6 +15,7 @@ import {
   readChoice,
   stackOf,
 } from '$lib/domain/sources';
+import type { LonLat } from '$lib/domain/lonlat';
 import type { Box } from '$lib/domain/tiling';
 import { load, save } from './stored';
 
@@ -37,10 +38,14 @@ class Maps {
   file = $state('');
   fileError = $state<string | null>(null);
   isLoaded = $state(false);
+  /** Which part of the panel is looked at. */
+  tab = $state<'layers' | 'offline' | 'terrain'>('layers');
   /** Why the list is not known. */
   problem = $state.raw<Problem | null>(null);
   /** Asks the map for the tiles of a source again; the map sets it. */
   retryTiles: (id: string) => void = () => undefined;
+  /** Brings places into sight; the map sets it. */
+  show: (places: readonly LonLat[]) => void = () => undefined;
   /** What panels leave free of the world; the map sets it. */
   visibleBox: () => Box | null = () => null;
 

@@ -25,6 +25,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   panel('n', 'numbers'),
   panel('s', 'sensors'),
   panel('m', 'messages'),
+  panel('l', 'maps'),
   panel(',', 'settings'),
   { key: 'v', shown: 'V', text: () => t('key.vehicle'), run: () => vehicles.selectNext() },
   {
