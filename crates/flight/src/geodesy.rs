@@ -117,6 +117,26 @@ pub fn polyline_length_m(points: &[GeoPoint]) -> f64 {
     points.windows(2).map(|pair| distance_m(pair[0], pair[1])).sum()
 }
 
+/// Points along the geodesic leg `from` → `to`, both ends included, equally far apart and at most `step_m` metres: what a
+/// map must draw for a leg that bends.
+///
+/// At least one piece, at most [`MAX_PIECES`]; a `step_m` that is not above 0 gives that many.
+#[must_use]
+pub fn points_along(from: GeoPoint, to: GeoPoint, step_m: f64) -> Vec<GeoPoint> {
+    let leg = inverse(from, to);
+    let wanted = (leg.distance_m / step_m).ceil();
+    // written so that NaN and infinity give most
+    let pieces = if wanted <= f64::from(MAX_PIECES) && step_m > 0.0 { (wanted as u32).max(1) } else { MAX_PIECES };
+    let inner = (1..pieces).map(|piece| {
+        let part = f64::from(piece) / f64::from(pieces);
+        direct(from, leg.bearing_start_deg, leg.distance_m * part)
+    });
+    std::iter::once(from).chain(inner).chain(std::iter::once(to)).collect()
+}
+
+/// Most pieces into which [`points_along`] divides a leg: 20 km each for half the way around the Earth.
+pub const MAX_PIECES: u32 = 1_024;
+
 /// Where a position is with respect to a leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LegOffset {
@@ -369,6 +389,66 @@ mod tests {
         assert!(point_in_polygon(at(0.0, 0.0), &greenwich));
         assert!(!point_in_polygon(at(0.0, 180.0), &greenwich));
         assert!(!point_in_polygon(at(0.0, 0.0), &greenwich[..2]));
+    }
+
+    fn rows(csv: &str) -> Vec<(&str, Vec<f64>)> {
+        csv.lines().skip(1).map(|row| (row, row.split(',').filter_map(|value| value.parse().ok()).collect())).collect()
+    }
+
+    #[test]
+    fn geographiclib_measures_the_same_lines() {
+        let rows = rows(include_str!("../../../tests/fixtures/geodesy/geodesics.csv"));
+        assert!(rows.len() >= 500);
+        for (row, values) in rows {
+            let [lat1, lon1, lat2, lon2, azi1, _, s12, third_lat, third_lon] = values[..] else { panic!("{row}") };
+            let (from, to, third) = (at(lat1, lon1), at(lat2, lon2), at(third_lat, third_lon));
+            let line = inverse(from, to);
+            assert!((line.distance_m - s12).abs() < 1e-6, "{row}: {line:?}");
+            assert_eq!(distance_m(from, to), line.distance_m);
+            // Our direction leads there, and theirs too; nearly antipodal places have more than one.
+            for (bearing, onward) in [(line.bearing_start_deg, to), (wrap_360_deg(azi1), to)] {
+                assert!(distance_m(direct(from, bearing, s12), onward) < 1e-6, "{row}: {bearing}");
+            }
+            assert!(distance_m(direct(from, azi1, s12 / 3.0), third) < 1e-6, "{row}");
+            if wrap_180_deg(line.bearing_start_deg - azi1).abs() < 1e-6 {
+                let points = points_along(from, to, s12 / 2.5);
+                assert!(s12 == 0.0 || points.len() == 4, "{row}");
+                assert!(s12 == 0.0 || distance_m(points[1], third) < 1e-3, "{row}");
+                assert!((polyline_length_m(&points) - s12).abs() < 1e-6, "{row}");
+            }
+        }
+    }
+
+    #[test]
+    fn proj_sees_the_same_local_frames() {
+        let rows = rows(include_str!("../../../tests/fixtures/geodesy/local.csv"));
+        assert!(rows.len() >= 100);
+        let apart = |a: [f64; 3], b: [f64; 3]| (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt();
+        for (row, values) in rows {
+            let [lat0, lon0, h0, lat, lon, h, x, y, z, east, north, up] = values[..] else { panic!("{row}") };
+            let (frame, place) = (LocalFrame::new(at(lat0, lon0), h0), at(lat, lon));
+            assert!(apart(ecef_m(place, h), [x, y, z]) < 1e-8, "{row}");
+            assert!(apart(frame.enu_m(place, h), [east, north, up]) < 2e-8, "{row}");
+            for (back, height_m) in [geodetic_from_ecef([x, y, z]), frame.geodetic_from_enu([east, north, up])] {
+                assert!(distance_m(back, place) < 1e-6 && (height_m - h).abs() < 1e-6, "{row}: {back} {height_m}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_leg_is_divided_within_bounds() {
+        let (from, to) = (at(40.0, -4.0), at(40.0, 4.0));
+        assert_eq!(points_along(from, to, 1e9), [from, to]);
+        assert_eq!(points_along(from, from, 100.0), [from, from]);
+        let points = points_along(from, to, 20_000.0);
+        assert_eq!(points.len(), 36);
+        // The shortest way between places of one latitude leads nearer to the pole.
+        assert!(points[17].lat_deg() > 40.0);
+        for step_m in [0.0, -1.0, f64::NAN, 1e-9] {
+            assert_eq!(points_along(from, to, step_m).len(), MAX_PIECES as usize + 1);
+        }
+        let dateline = points_along(at(0.0, 179.0), at(0.0, -179.0), 50_000.0);
+        assert!(dateline.windows(2).all(|pair| distance_m(pair[0], pair[1]) < 50_000.0));
     }
 
     fn places() -> impl Strategy<Value = GeoPoint> {

@@ -10,6 +10,7 @@
 //! | [`checks`] | what is wrong or doubtful in a plan, before it is sent |
 //! | [`progress`] | how far and how long a mission still is |
 //! | [`geodesy`] | distances, bearings, legs, local frames, polygons on WGS-84 |
+//! | [`crs`] | coordinates of maps: Web Mercator and UTM |
 //! | [`guidance`] | the laws that steer a plane: lateral, height and speed, attitude |
 //!
 //! # From a file to the wire and back
@@ -54,6 +55,7 @@
 //!   which says where, what is wrong and how to mend it.
 
 pub mod checks;
+pub mod crs;
 pub mod error;
 pub mod formats;
 pub mod geodesy;
