@@ -1,12 +1,13 @@
 //! How far and how long a mission still is.
 //!
-//! The route is walked item by item as ArduPlane would fly it: legs are geodesics, circles count with their
-//! circumference, jumps are followed. What cannot be known is `None`, never a guess at zero.
+//! The route is walked item by item as the autopilot would fly it: legs are geodesics, circles count with their
+//! circumference, jumps are followed, and what an ArduPlane passes over has no length. What cannot be known is `None`,
+//! never a guess at zero.
 
 use std::collections::HashMap;
 
-use crate::geodesy::{GeoPoint, distance_m};
-use crate::plan::{Command, MavFrame, Mission, MissionItem};
+use crate::geodesy::{GeoPoint, LocalFrame, distance_m};
+use crate::plan::{Command, MavFrame, Mission, MissionItem, Support};
 
 /// Ground speed below which no time is given, metres per second: the plane stands or hangs in the wind.
 pub const MIN_GROUND_SPEED_M_S: f64 = 1.0;
@@ -21,11 +22,14 @@ pub struct ProgressOptions {
     pub loiter_radius_m: f64,
     /// Speed of climb and descent in a loiter-to-height, metres per second. Default 2.5.
     pub climb_rate_m_s: f64,
+    /// Whether it flies the arcs of `NAV_ARC_WAYPOINT`, as ArduCopter does from 4.7 on; ArduPlane passes them over.
+    /// Default `false`.
+    pub flies_arcs: bool,
 }
 
 impl Default for ProgressOptions {
     fn default() -> Self {
-        Self { loiter_radius_m: 60.0, climb_rate_m_s: 2.5 }
+        Self { loiter_radius_m: 60.0, climb_rate_m_s: 2.5, flies_arcs: false }
     }
 }
 
@@ -56,7 +60,11 @@ pub fn remaining(
     ground_speed_m_s: Option<f64>,
     options: &ProgressOptions,
 ) -> Remaining {
-    let leg_m = destination(mission, current_index).map(|point| distance_m(position, point));
+    let leg_m = destination(mission, current_index, options).map(|(index, point)| {
+        let item = &mission.items[index];
+        let start = mission.items[..index].iter().rev().find_map(|item| place(item, options));
+        way_m(item, start, position, point)
+    });
     let Some((distance_m, time_s)) = walk(mission, current_index, position, ground_speed_m_s, options) else {
         return Remaining { leg_m, ..Remaining::default() };
     };
@@ -68,18 +76,18 @@ pub fn remaining(
 #[must_use]
 pub fn mission_length_m(mission: &Mission, options: &ProgressOptions) -> Option<f64> {
     let home = mission.home.and_then(|home| home.point().ok());
-    let start = home.or_else(|| mission.items.iter().find_map(target))?;
+    let start = home.or_else(|| mission.items.iter().find_map(|item| place(item, options)))?;
     walk(mission, 0, start, None, options).map(|(distance_m, _)| distance_m)
 }
 
-/// Where the plane flies to at an item: its own place, or that of the next item that has one.
-fn destination(mission: &Mission, index: usize) -> Option<GeoPoint> {
-    for item in mission.items.get(index..)? {
-        if let Some(point) = target(item) {
-            return Some(point);
+/// Where the plane flies to at an item: its own place, or that of the next item that has one; with that item's index.
+fn destination(mission: &Mission, index: usize, options: &ProgressOptions) -> Option<(usize, GeoPoint)> {
+    for (offset, item) in mission.items.get(index..)?.iter().enumerate() {
+        if let Some(point) = place(item, options) {
+            return Some((index + offset, point));
         }
         if item.command == Command::NAV_RETURN_TO_LAUNCH {
-            return mission.home?.point().ok();
+            return Some((index + offset, mission.home?.point().ok()?));
         }
         if item.command == Command::DO_JUMP || item.command == Command::DO_JUMP_TAG {
             return None;
@@ -88,9 +96,50 @@ fn destination(mission: &Mission, index: usize) -> Option<GeoPoint> {
     None
 }
 
-/// The place of an item that a plane flies to.
+/// The place of an item that a plane flies to; what an ArduPlane stores and passes over has none.
 pub(crate) fn target(item: &MissionItem) -> Option<GeoPoint> {
-    if item.command.is_destination() { item.point() } else { None }
+    let info = item.command.info()?;
+    if info.is_destination && info.support != Support::Ignored { item.point() } else { None }
+}
+
+/// The place of an item that this vehicle flies to.
+fn place(item: &MissionItem, options: &ProgressOptions) -> Option<GeoPoint> {
+    if options.flies_arcs && item.command == Command::NAV_ARC_WAYPOINT { item.point() } else { target(item) }
+}
+
+/// Length of the way from a position to an item's place: of the rest of the arc that began at `start`, else straight.
+fn way_m(item: &MissionItem, start: Option<GeoPoint>, position: GeoPoint, to: GeoPoint) -> f64 {
+    let straight_m = distance_m(position, to);
+    if item.command != Command::NAV_ARC_WAYPOINT {
+        return straight_m;
+    }
+    let angle_deg = item.param(1).unwrap_or(0.0);
+    start.and_then(|start| rest_of_arc_m(start, to, angle_deg, position)).unwrap_or(straight_m)
+}
+
+/// Length along the arc from the point nearest to `position` to the end, metres. `None` where there is no arc (no
+/// angle, a full turn, both ends in one place), and for a position that is not beside it.
+///
+/// `NAV_ARC_WAYPOINT` in MAVLink's common.xml: a circular arc in the north-east plane that turns by param1 degrees,
+/// clockwise positive, from the place before to this one; its radius is the chord over 2 sin(angle / 2).
+fn rest_of_arc_m(from: GeoPoint, to: GeoPoint, angle_deg: f64, position: GeoPoint) -> Option<f64> {
+    let turn = angle_deg.to_radians();
+    let half_sin = (turn / 2.0).sin();
+    let frame = LocalFrame::new(to, 0.0);
+    let [north, east, _] = frame.ned_m(from, 0.0);
+    let chord_m = north.hypot(east);
+    if turn.abs() >= std::f64::consts::TAU || half_sin.abs() < 1e-3 || chord_m < 0.01 {
+        return None;
+    }
+    let radius_m = chord_m / 2.0 / half_sin.abs();
+    // The centre: at right angles to the way in which the end is left, on the side to which it turns.
+    let out = (-east).atan2(-north) + turn / 2.0 + std::f64::consts::FRAC_PI_2.copysign(turn);
+    let centre = [radius_m * out.cos(), radius_m * out.sin()];
+    let [north, east, _] = frame.ned_m(position, 0.0);
+    let bearing = |north: f64, east: f64| (east - centre[1]).atan2(north - centre[0]);
+    let left = ((bearing(0.0, 0.0) - bearing(north, east)) * turn.signum()).rem_euclid(std::f64::consts::TAU);
+    // The start is on the arc, whatever rounding says.
+    (left <= turn.abs() + 1e-6).then_some(left * radius_m)
 }
 
 /// Height above mean sea level of an item with a position, metres; `None` above terrain or without home.
@@ -113,6 +162,9 @@ fn walk(
 ) -> Option<(f64, Option<f64>)> {
     let home_alt_amsl_m = mission.home.map(|home| home.alt_amsl_m);
     let mut point = start;
+    // Where the leg begins that the position is on.
+    let before = mission.items.get(..start_index).unwrap_or_default();
+    let mut leg_start = before.iter().rev().find_map(|item| place(item, options)).or(Some(start));
     let mut alt_m = None;
     let mut speed_m_s = ground_speed_m_s.filter(|speed| *speed >= MIN_GROUND_SPEED_M_S);
     let mut distance_total_m = 0.0;
@@ -125,23 +177,24 @@ fn walk(
             return Some((distance_total_m, time_total_s));
         };
         index += 1;
-        let mut way_m = 0.0;
+        let mut leg_m = 0.0;
         let mut wait_s = 0.0;
         let mut ends = false;
-        if let Some(place) = target(item) {
-            way_m = distance_m(point, place);
-            point = place;
+        if let Some(there) = place(item, options) {
+            leg_m = way_m(item, leg_start, point, there);
+            point = there;
+            leg_start = Some(there);
         }
         match item.command {
             Command::NAV_RETURN_TO_LAUNCH => {
-                way_m = distance_m(point, mission.home?.point().ok()?);
+                leg_m = distance_m(point, mission.home?.point().ok()?);
                 ends = true;
             }
             Command::NAV_LAND | Command::NAV_VTOL_LAND | Command::NAV_LOITER_UNLIM => ends = true,
             Command::NAV_LOITER_TURNS => {
                 let radius_m = item.param(3).map(f64::abs).filter(|radius| *radius > 0.0);
                 let radius_m = radius_m.unwrap_or(options.loiter_radius_m);
-                way_m += item.param(1).unwrap_or(0.0).max(0.0) * std::f64::consts::TAU * radius_m;
+                leg_m += item.param(1).unwrap_or(0.0).max(0.0) * std::f64::consts::TAU * radius_m;
             }
             Command::NAV_LOITER_TIME | Command::NAV_DELAY => {
                 wait_s = item.param(1).unwrap_or(0.0).max(0.0);
@@ -154,7 +207,7 @@ fn walk(
                 if options.climb_rate_m_s > 0.0 {
                     let climb_s = change_m / options.climb_rate_m_s;
                     // it climbs on the leg already
-                    wait_s = speed_m_s.map_or(0.0, |speed| (climb_s - way_m / speed).max(0.0));
+                    wait_s = speed_m_s.map_or(0.0, |speed| (climb_s - leg_m / speed).max(0.0));
                 }
             }
             Command::NAV_CONTINUE_AND_CHANGE_ALT | Command::NAV_ALTITUDE_WAIT => return None,
@@ -180,8 +233,8 @@ fn walk(
             _ => {}
         }
         alt_m = alt_amsl_m(item, home_alt_amsl_m).or(alt_m);
-        distance_total_m += way_m + speed_m_s.map_or(0.0, |speed| speed * wait_s);
-        time_total_s = time_total_s.zip(speed_m_s).map(|(time_s, speed)| time_s + way_m / speed + wait_s);
+        distance_total_m += leg_m + speed_m_s.map_or(0.0, |speed| speed * wait_s);
+        time_total_s = time_total_s.zip(speed_m_s).map(|(time_s, speed)| time_s + leg_m / speed + wait_s);
         if ends {
             return Some((distance_total_m, time_total_s));
         }
@@ -291,6 +344,56 @@ mod tests {
         }
         let past_the_end = remaining(&mission, 7, here, Some(10.0), &ProgressOptions::default());
         assert_eq!(past_the_end, Remaining { distance_m: Some(0.0), time_s: Some(0.0), leg_m: None });
+    }
+
+    #[test]
+    fn arcs_have_the_length_of_arcs_where_they_are_flown() {
+        let arc = |distance_m: f64, angle_deg: f64| MissionItem {
+            command: Command::NAV_ARC_WAYPOINT,
+            params: [
+                Some(angle_deg),
+                None,
+                None,
+                None,
+                waypoint(distance_m).params[4],
+                waypoint(distance_m).params[5],
+                Some(100.0),
+            ],
+            ..waypoint(distance_m)
+        };
+        let pi = std::f64::consts::PI;
+        let copter = ProgressOptions { flies_arcs: true, ..ProgressOptions::default() };
+        // From 1 km to 2 km north of home: chord 1,000 m.
+        for (angle_deg, length_m) in [
+            (180.0, pi * 500.0),
+            (-180.0, pi * 500.0),
+            (90.0, pi / 2.0 * 1_000.0 / 2.0_f64.sqrt()),
+            (-270.0, pi * 1.5 * 1_000.0 / 2.0_f64.sqrt()),
+            (1.0, 1_000.0),
+            (0.0, 1_000.0),
+            (360.0, 1_000.0),
+        ] {
+            let items = vec![waypoint(1_000.0), arc(2_000.0, angle_deg), waypoint(3_000.0)];
+            let mission = Mission { home: Some(HOME), items };
+            let found = mission_length_m(&mission, &copter).unwrap();
+            assert!((found - 2_000.0 - length_m).abs() < 0.05, "{angle_deg}: {found}");
+            // On the way: the rest of the arc. It turns right, so half-way lies to the west of the chord.
+            if angle_deg == 180.0 {
+                let (lat_deg, lon_deg) = north(1_500.0);
+                let middle = direct(GeoPoint::new(lat_deg, lon_deg).unwrap(), 270.0, 500.0);
+                let left = remaining(&mission, 1, middle, None, &copter);
+                assert!((left.leg_m.unwrap() - length_m / 2.0).abs() < 0.1, "{left:?}");
+                assert!((left.distance_m.unwrap() - length_m / 2.0 - 1_000.0).abs() < 0.1, "{left:?}");
+                // Beside the arc, before its start: nothing better than straight.
+                let away = direct(middle, 90.0, 5_000.0);
+                let left = remaining(&mission, 1, away, None, &copter);
+                assert!((left.leg_m.unwrap() - distance_m(away, arc(2_000.0, 0.0).point().unwrap())).abs() < 0.01);
+            }
+            // ArduPlane goes straight from the first to the last.
+            assert!((mission_length_m(&mission, &ProgressOptions::default()).unwrap() - 3_000.0).abs() < 0.01);
+            let left = remaining(&mission, 1, HOME.point().unwrap(), None, &ProgressOptions::default());
+            assert!((left.leg_m.unwrap() - 3_000.0).abs() < 0.01);
+        }
     }
 
     #[test]

@@ -29,7 +29,7 @@ use vencejo_flight::progress::ProgressOptions;
 use vencejo_proto::{Address, MavVersion, MonoTime};
 
 use crate::command::{CommandConfig, Commands};
-use crate::modes::FlightMode;
+use crate::modes::{FlightMode, ModeFamily};
 use crate::plan_state::{PlanState, PlanStates};
 use crate::progress::{MissionProgress, ProgressTracker};
 use crate::request::{Output, VehicleEvent};
@@ -187,7 +187,8 @@ impl Vehicle {
     /// Where it stands in its mission.
     #[must_use]
     pub fn progress(&self) -> MissionProgress {
-        self.tracker.progress(&self.telemetry, self.mission.as_deref(), self.first_seq(), &self.progress_options)
+        let options = ProgressOptions { flies_arcs: self.flies_arcs(), ..self.progress_options };
+        self.tracker.progress(&self.telemetry, self.mission.as_deref(), self.first_seq(), &options)
     }
 
     /// When anything of its autopilot was heard last.
@@ -250,6 +251,12 @@ impl Vehicle {
 
     fn is_ardupilot(&self) -> bool {
         self.telemetry.is_ardupilot()
+    }
+
+    /// Of the ArduPilots it is ArduCopter that knows `NAV_ARC_WAYPOINT`.
+    fn flies_arcs(&self) -> bool {
+        let heartbeat = self.telemetry.heartbeat.map(|heartbeat| heartbeat.value);
+        heartbeat.is_some_and(|heard| ModeFamily::of(heard.autopilot, heard.mav_type) == ModeFamily::ArduCopter)
     }
 
     /// Seq of a mission's first item: on ArduPilot item 0 is home.
