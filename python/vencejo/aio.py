@@ -220,6 +220,27 @@ class AsyncVehicle(VehicleState):
         """Change the height of the present target."""
         await _finished(self._native.change_altitude(*_frame_of(alt_rel_home_m, alt_amsl_m, None)))
 
+    async def fly_course(self, course_deg: float, *, accel_m_s2: float = 5.0) -> None:
+        """Turn to a course over ground; see `vencejo.Vehicle.fly_course`."""
+        await _finished(self._native.guided_course(course_deg, accel_m_s2))
+
+    async def climb_to(
+        self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None, rate_m_s: float
+    ) -> None:
+        """Climb or sink to a height at a rate; see `vencejo.Vehicle.climb_to`."""
+        await _finished(self._native.guided_climb(*_frame_of(alt_rel_home_m, alt_amsl_m, None), rate_m_s))
+
+    async def set_velocity(
+        self,
+        *,
+        forward_m_s: float = 0.0,
+        right_m_s: float = 0.0,
+        down_m_s: float = 0.0,
+        yaw_rate_rad_s: float = 0.0,
+    ) -> None:
+        """Fly at a velocity relative to the heading; see `vencejo.Vehicle.set_velocity`."""
+        await _finished(self._native.velocity(forward_m_s, right_m_s, down_m_s, yaw_rate_rad_s))
+
     async def loiter(self) -> None:
         """Circle here (mode LOITER)."""
         await _finished(self._native.loiter())
@@ -285,6 +306,12 @@ class AsyncVehicle(VehicleState):
         await self.upload(plan, progress=progress)
         await self.arm()
         await self.start_mission()
+
+    async def note(self, text: str, *, severity: int = 6) -> None:
+        """Put a text of ours beside the vehicle's own; see `vencejo.Vehicle.note`."""
+        if not 0 <= severity <= 7:
+            raise InvalidRequest(f"severity is {severity}: it goes from 0, an emergency, to 7, debug")
+        await _finished(self._native.note(severity, text))
 
     @property
     def params(self) -> AsyncParameters:

@@ -565,6 +565,51 @@ class Vehicle(VehicleState):
         """Change the height of the present target."""
         self._wait(self._native.change_altitude(*_frame_of(alt_rel_home_m, alt_amsl_m, None)))
 
+    def fly_course(self, course_deg: float, *, accel_m_s2: float = 5.0) -> None:
+        """Turn to a course over ground and stay on it. Only for an ArduPlane that is in GUIDED.
+
+        Parameters
+        ----------
+        course_deg : float
+            Degrees from true north, 0 to below 360.
+        accel_m_s2 : float, optional
+            Centripetal acceleration of the turn at most, 0.05 to 20; 5 is a bank of 27 degrees.
+        """
+        self._wait(self._native.guided_course(course_deg, accel_m_s2))
+
+    def climb_to(
+        self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None, rate_m_s: float
+    ) -> None:
+        """Climb or sink to a height at a rate (above 0 to 50 m/s). Only for an ArduPlane that is in GUIDED."""
+        self._wait(self._native.guided_climb(*_frame_of(alt_rel_home_m, alt_amsl_m, None), rate_m_s))
+
+    def set_velocity(
+        self,
+        *,
+        forward_m_s: float = 0.0,
+        right_m_s: float = 0.0,
+        down_m_s: float = 0.0,
+        yaw_rate_rad_s: float = 0.0,
+    ) -> None:
+        """Fly at a velocity relative to the heading. Only for an ArduCopter in GUIDED or a PX4 in OFFBOARD.
+
+        It has no answer: it returns when it is sent. Repeat it; the vehicle stops by itself when it hears no more of it,
+        ArduCopter after 3 s (GUID_TIMEOUT), PX4 after 0.5 s.
+
+        Parameters
+        ----------
+        forward_m_s, right_m_s, down_m_s : float, optional
+            From -50 to 50.
+        yaw_rate_rad_s : float, optional
+            Clockwise seen from above, from -10 to 10.
+
+        Raises
+        ------
+        InvalidRequest
+            For a vehicle that does not hover, or is in another mode.
+        """
+        self._wait(self._native.velocity(forward_m_s, right_m_s, down_m_s, yaw_rate_rad_s))
+
     def loiter(self) -> None:
         """Circle here (mode LOITER)."""
         self._wait(self._native.loiter())
@@ -659,6 +704,22 @@ class Vehicle(VehicleState):
         self.upload(plan, progress=progress)
         self.arm()
         self.start_mission()
+
+    # Texts ---------------------------------------------------------------------------------------------------------
+
+    def note(self, text: str, *, severity: int = 6) -> None:
+        """Put a text of ours beside the vehicle's own, for whoever watches it through this station. Nothing is sent.
+
+        Parameters
+        ----------
+        text : str
+            Cut to 500 characters.
+        severity : int, optional
+            MAV_SEVERITY: 3 error, 4 warning, 5 notice, 6 info (default).
+        """
+        if not 0 <= severity <= 7:
+            raise InvalidRequest(f"severity is {severity}: it goes from 0, an emergency, to 7, debug")
+        self._wait(self._native.note(severity, text))
 
     # Parameters ----------------------------------------------------------------------------------------------------
 

@@ -9,6 +9,7 @@ use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Address, CommandInt, CommandLong, Message, MissionSeq};
 use vencejo_station::{StationError, VehicleHandle};
 use vencejo_vehicle::modes::ModeFamily;
+use vencejo_vehicle::telemetry::Severity;
 use vencejo_vehicle::{AltFrame, ModeChoice, PlanState, Request, SpeedKind, Turn};
 
 use crate::pending::PyPending;
@@ -250,6 +251,25 @@ impl PyVehicle {
         Ok(self.start(py, Request::ChangeAltitude { alt_m, alt_frame: alt_frame_of(alt_frame)? }))
     }
 
+    fn guided_course(&self, py: Python<'_>, course_deg: f64, accel_m_s2: f64) -> PyPending {
+        self.start(py, Request::GuidedCourse { course_deg, accel_m_s2 })
+    }
+
+    fn guided_climb(&self, py: Python<'_>, alt_m: f64, alt_frame: &str, rate_m_s: f64) -> PyResult<PyPending> {
+        Ok(self.start(py, Request::GuidedClimb { alt_m, alt_frame: alt_frame_of(alt_frame)?, rate_m_s }))
+    }
+
+    fn velocity(
+        &self,
+        py: Python<'_>,
+        forward_m_s: f64,
+        right_m_s: f64,
+        down_m_s: f64,
+        yaw_rate_rad_s: f64,
+    ) -> PyPending {
+        self.start(py, Request::Velocity { forward_m_s, right_m_s, down_m_s, yaw_rate_rad_s })
+    }
+
     fn loiter(&self, py: Python<'_>) -> PyPending {
         self.start(py, Request::LoiterHere)
     }
@@ -349,6 +369,10 @@ impl PyVehicle {
 
     fn param_set(&self, py: Python<'_>, name: String, value: f64) -> PyPending {
         self.start(py, Request::ParamSet { name, value })
+    }
+
+    fn note(&self, py: Python<'_>, severity: u8, text: String) -> PyPending {
+        self.start(py, Request::Note { severity: Severity(severity), text })
     }
 
     fn reboot(&self, py: Python<'_>) -> PyPending {

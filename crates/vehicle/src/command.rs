@@ -38,6 +38,7 @@ pub mod cmd {
     pub const REQUEST_AUTOPILOT_CAPABILITIES: u16 = 520;
     pub const MISSION_START: u16 = 300;
     pub const GUIDED_CHANGE_ALTITUDE: u16 = 43001;
+    pub const GUIDED_CHANGE_HEADING: u16 = 43002;
 }
 
 /// A command by number, shown by name.
@@ -52,6 +53,8 @@ impl CommandName {
             cmd::DO_SET_MODE => Some("DO_SET_MODE"),
             cmd::DO_CHANGE_ALTITUDE => Some("DO_CHANGE_ALTITUDE"),
             cmd::DO_REPOSITION => Some("DO_REPOSITION"),
+            cmd::GUIDED_CHANGE_ALTITUDE => Some("GUIDED_CHANGE_ALTITUDE"),
+            cmd::GUIDED_CHANGE_HEADING => Some("GUIDED_CHANGE_HEADING"),
             cmd::DO_SET_MISSION_CURRENT => Some("DO_SET_MISSION_CURRENT"),
             cmd::PREFLIGHT_REBOOT_SHUTDOWN => Some("PREFLIGHT_REBOOT_SHUTDOWN"),
             cmd::COMPONENT_ARM_DISARM => Some("COMPONENT_ARM_DISARM"),

@@ -8,7 +8,7 @@ use vencejo_proto::{CommandInt, CommandLong, Message, MissionSeq};
 use crate::error::VehicleError;
 use crate::modes::FlightMode;
 use crate::plan_state::PlanState;
-use crate::telemetry::{LandedState, Text};
+use crate::telemetry::{LandedState, Severity, Text};
 use crate::transfer::Param;
 
 /// Names a request of one [`crate::Vehicle`], to cancel it and to know its result.
@@ -133,6 +133,36 @@ pub enum Request {
         /// What `alt_m` is counted from.
         alt_frame: AltFrame,
     },
+    /// Turns to a course over ground and stays on it: MAV_CMD_GUIDED_CHANGE_HEADING. Only for an ArduPlane in GUIDED, which
+    /// no request enters for it.
+    GuidedCourse {
+        /// Course over ground, degrees from true north, 0 to below 360.
+        course_deg: f64,
+        /// Centripetal acceleration of the turn at most, m/s², 0.05 to 20; 5 is a bank of 27 degrees.
+        accel_m_s2: f64,
+    },
+    /// Climbs or sinks to a height at a rate: MAV_CMD_GUIDED_CHANGE_ALTITUDE. Only for an ArduPlane in GUIDED.
+    GuidedClimb {
+        /// Height, counted as `alt_frame` says; ArduPlane takes neither 0 nor −1.
+        alt_m: f64,
+        /// What `alt_m` is counted from.
+        alt_frame: AltFrame,
+        /// How fast, up or down, m/s, above 0 to 50.
+        rate_m_s: f64,
+    },
+    /// Flies at a velocity: SET_POSITION_TARGET_LOCAL_NED, relative to the heading. Only for an ArduCopter in GUIDED or a PX4 in
+    /// OFFBOARD, which no request enters for it. It has no answer: done when it is sent. The vehicle stops by itself when it is
+    /// not repeated (ArduCopter after GUID_TIMEOUT, 3 s; PX4 after 0.5 s).
+    Velocity {
+        /// Forward, m/s, −50 to 50.
+        forward_m_s: f64,
+        /// To the right, m/s, −50 to 50.
+        right_m_s: f64,
+        /// Down, m/s, −50 to 50.
+        down_m_s: f64,
+        /// Clockwise seen from above, rad/s, −10 to 10.
+        yaw_rate_rad_s: f64,
+    },
     /// Circles (or hovers) here: mode LOITER.
     LoiterHere,
     /// Returns to launch: mode RTL.
@@ -207,6 +237,14 @@ pub enum Request {
         name: String,
         /// Value; must be finite.
         value: f64,
+    },
+    /// Puts a text of ours beside those of the vehicle, as component 190: for whoever watches this vehicle through this station.
+    /// Nothing is sent.
+    Note {
+        /// How serious it is.
+        severity: Severity,
+        /// The text; cut to 500 characters.
+        text: String,
     },
     /// Reboots the autopilot. Only when a fresh HEARTBEAT shows it disarmed.
     Reboot,

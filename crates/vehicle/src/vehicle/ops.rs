@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use vencejo_flight::plan::PlanKind;
-use vencejo_proto::{Message, MonoTime};
+use vencejo_proto::{ComponentId, Message, MonoTime, StatusText};
 
 use super::Vehicle;
 use super::steps::{Effect, Fallback, Step};
@@ -288,6 +288,15 @@ impl Vehicle {
                     mode_before: self.telemetry.mode(),
                 };
                 self.tell(index, command, message, now);
+            }
+            Step::Send(message) => {
+                self.outputs.push_back(Output::Send(message));
+                self.advance(id, now);
+            }
+            Step::Note(severity, text) => {
+                let text = StatusText { severity: severity.0, text, id: 0, chunk_seq: 0 };
+                self.on_text(ComponentId::GROUND_STATION, &text, now);
+                self.advance(id, now);
             }
             Step::ParamRead(_) | Step::ParamSet(..) if self.param_lane_is_busy() => {
                 self.ops[index].state = State::WaitingForLane(step);

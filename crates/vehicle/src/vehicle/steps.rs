@@ -4,7 +4,10 @@ use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
 use vencejo_flight::plan::{Command, Home, Mission, PlanKind, items_to_wire};
-use vencejo_proto::dialect::{MISSION_SET_CURRENT_DATA, MavMessage, MavModeFlag, SET_MODE_DATA};
+use vencejo_proto::dialect::{
+    MISSION_SET_CURRENT_DATA, MavFrame, MavMessage, MavModeFlag, PositionTargetTypemask, SET_MODE_DATA,
+    SET_POSITION_TARGET_LOCAL_NED_DATA,
+};
 use vencejo_proto::{Address, CommandInt, Message, MissionItemFloat, MissionItemInt};
 
 use crate::command::{CommandMessage, Unanswered, WhenBusy, cmd};
@@ -12,7 +15,7 @@ use crate::error::VehicleError;
 use crate::modes::{Action, FlightMode, ModeFamily};
 use crate::request::{AltFrame, ModeChoice, Request, SpeedKind, Turn};
 use crate::streams::interval_params;
-use crate::telemetry::{Freshness, Telemetry};
+use crate::telemetry::{Freshness, Severity, Telemetry};
 use crate::transfer::ParamName;
 use vencejo_proto::MonoTime;
 
@@ -22,6 +25,9 @@ const FORCE_MAGIC: f32 = 21_196.0;
 const REPOSITION_CHANGE_MODE: f32 = 1.0;
 /// ArduPlane's height of an automatic take-off in mode TAKEOFF, metres above home.
 const TAKEOFF_ALT_PARAM: &str = "TKOFF_ALT";
+
+/// Characters of a text of ours.
+const MAX_NOTE: usize = 500;
 
 /// What shows that a command had its effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,6 +77,10 @@ pub(super) enum Step {
         message: Message,
         effect: Effect,
     },
+    /// A message that nothing answers: done when it is sent.
+    Send(Message),
+    /// A text of ours.
+    Note(Severity, String),
     Upload(PlanKind, Vec<MissionItemInt>),
     Download(PlanKind),
     Clear(PlanKind),
@@ -284,6 +294,72 @@ impl Context<'_> {
         Ok([Step::Tell { command, message, effect: Effect::Acknowledged }].into())
     }
 
+    /// A target that only exists in ArduPlane's GUIDED. Checked here, because ArduPlane's answer in another mode says only FAILED.
+    fn in_guided(&self, command: u16, frame: u8, params: [f32; 4], z: f32) -> Result<Step, VehicleError> {
+        let guided = Action::Guided.mode(ModeFamily::ArduPlane);
+        self.require_mode(guided, "a course or climb needs an ArduPlane in mode GUIDED; enter it first")?;
+        if !self.has_command_int {
+            return Err(VehicleError::TooOld { what: "courses and climbs", instead: "send it to a position instead" });
+        }
+        Ok(Step::command(CommandMessage::Int(CommandInt {
+            target: self.vehicle,
+            frame,
+            command,
+            current: 0,
+            autocontinue: 0,
+            params,
+            x: 0,
+            y: 0,
+            z,
+        })))
+    }
+
+    fn require_mode(&self, mode: Option<FlightMode>, expected: &'static str) -> Result<(), VehicleError> {
+        self.family()?;
+        let shown = self.telemetry.mode();
+        if mode.is_some() && shown == mode {
+            return Ok(());
+        }
+        Err(invalid("the mode", shown.map_or_else(|| "unknown".to_owned(), |mode| mode.to_string()), expected))
+    }
+
+    fn velocity(&self, body_m_s: [f64; 3], yaw_rate_rad_s: f64) -> Result<Step, VehicleError> {
+        let family = self.family()?;
+        let (mode, frame) = match family {
+            // ArduCopter turns this frame by the heading alone, so that "down" is down at any tilt.
+            ModeFamily::ArduCopter => (Action::Guided.mode(family), MavFrame::MAV_FRAME_BODY_OFFSET_NED),
+            ModeFamily::Px4 => (family.parse("OFFBOARD").ok(), MavFrame::MAV_FRAME_BODY_NED),
+            _ => (None, MavFrame::MAV_FRAME_BODY_NED),
+        };
+        self.require_mode(
+            mode,
+            "a velocity needs a vehicle that hovers, in mode GUIDED (PX4: OFFBOARD); enter it first",
+        )?;
+        let speed = |field, value| in_range(field, value, -50.0..=50.0, "a speed, -50 to 50 m/s");
+        let ignored = [
+            PositionTargetTypemask::POSITION_TARGET_TYPEMASK_X_IGNORE,
+            PositionTargetTypemask::POSITION_TARGET_TYPEMASK_Y_IGNORE,
+            PositionTargetTypemask::POSITION_TARGET_TYPEMASK_Z_IGNORE,
+            PositionTargetTypemask::POSITION_TARGET_TYPEMASK_AX_IGNORE,
+            PositionTargetTypemask::POSITION_TARGET_TYPEMASK_AY_IGNORE,
+            PositionTargetTypemask::POSITION_TARGET_TYPEMASK_AZ_IGNORE,
+            PositionTargetTypemask::POSITION_TARGET_TYPEMASK_YAW_IGNORE,
+        ];
+        let data = SET_POSITION_TARGET_LOCAL_NED_DATA {
+            time_boot_ms: u32::try_from(self.now.as_duration().as_millis()).unwrap_or_default(),
+            target_system: self.vehicle.system.0,
+            target_component: self.vehicle.component.0,
+            coordinate_frame: frame,
+            type_mask: ignored.into_iter().collect(),
+            vx: speed("forward_m_s", body_m_s[0])?,
+            vy: speed("right_m_s", body_m_s[1])?,
+            vz: speed("down_m_s", body_m_s[2])?,
+            yaw_rate: in_range("yaw_rate_rad_s", yaw_rate_rad_s, -10.0..=10.0, "a turn rate, -10 to 10 rad/s")?,
+            ..Default::default()
+        };
+        Ok(Step::Send(Message::Dialect(MavMessage::SET_POSITION_TARGET_LOCAL_NED(data))))
+    }
+
     /// The steps of a request.
     #[allow(clippy::too_many_lines, reason = "one arm for each request")]
     pub fn steps(&self, request: Request) -> Result<VecDeque<Step>, VehicleError> {
@@ -351,6 +427,27 @@ impl Context<'_> {
                 });
                 let command = self.long(cmd::DO_CHANGE_ALTITUDE, [alt, f32::from(frame), 0.0, 0.0, 0.0, 0.0, 0.0]);
                 Step::command(command).or(Fallback::Command(older))
+            }
+            Request::GuidedCourse { course_deg, accel_m_s2 } => {
+                if !(0.0..360.0).contains(&course_deg) {
+                    return Err(invalid("course_deg", course_deg, "a course, 0 to below 360 degrees from true north"));
+                }
+                let accel = in_range("accel_m_s2", accel_m_s2, 0.05..=20.0, "an acceleration, 0.05 to 20 m/s²")?;
+                // HEADING_TYPE_COURSE_OVER_GROUND. Rounding to 32 bits must not make 360 of it.
+                let course = (course_deg as f32).min(359.999);
+                self.in_guided(cmd::GUIDED_CHANGE_HEADING, 0, [0.0, course, accel, 0.0], 0.0)?
+            }
+            Request::GuidedClimb { alt_m, alt_frame, rate_m_s } => {
+                let alt = height("alt_m", alt_m)?;
+                if alt == 0.0 || alt == -1.0 {
+                    return Err(invalid("alt_m", alt_m, "a height that ArduPlane takes; it does not take 0 and -1"));
+                }
+                let rate = in_range("rate_m_s", rate_m_s, 0.01..=50.0, "a rate, 0.01 to 50 m/s")?;
+                let params = [0.0, 0.0, rate, 0.0];
+                self.in_guided(cmd::GUIDED_CHANGE_ALTITUDE, alt_frame.mav_frame(), params, alt)?
+            }
+            Request::Velocity { forward_m_s, right_m_s, down_m_s, yaw_rate_rad_s } => {
+                self.velocity([forward_m_s, right_m_s, down_m_s], yaw_rate_rad_s)?
             }
             Request::LoiterHere | Request::MissionPause => self.mode_for(Action::Loiter)?,
             Request::ReturnToLaunch => self.mode_for(Action::ReturnToLaunch)?,
@@ -441,6 +538,7 @@ impl Context<'_> {
                 }
                 Step::ParamSet(param_name(&name)?, value)
             }
+            Request::Note { severity, text } => Step::Note(severity, text.chars().take(MAX_NOTE).collect()),
             Request::Reboot => {
                 let unheard = VehicleError::NotHeard { age: self.now.as_duration() };
                 let heartbeat = self.telemetry.heartbeat.ok_or(unheard)?;

@@ -1,5 +1,6 @@
 //! The aggregate against an imitated ArduPlane over a bad link, and against what a real one was recorded to answer.
 
+mod guided;
 mod old_firmware;
 
 use std::collections::{BTreeMap, VecDeque};
@@ -11,7 +12,7 @@ use vencejo_flight::plan::{Home, MissionItem, PlanKind};
 use vencejo_proto::dialect::{
     ATTITUDE_DATA, AUTOPILOT_VERSION_DATA, EXTENDED_SYS_STATE_DATA, GLOBAL_POSITION_INT_DATA, HOME_POSITION_DATA,
     MISSION_COUNT_DATA, MISSION_CURRENT_DATA, MavLandedState, MavMessage, MavProtocolCapability, MissionState,
-    TIMESYNC_DATA,
+    SET_POSITION_TARGET_LOCAL_NED_DATA, TIMESYNC_DATA,
 };
 use vencejo_proto::param::{Param, ParamName, ParamType, ParamValue};
 use vencejo_proto::{
@@ -97,6 +98,9 @@ struct Plane {
     /// Commands that came, repetitions included.
     commands: Vec<CommandLong>,
     ints: Vec<CommandInt>,
+    velocities: Vec<SET_POSITION_TARGET_LOCAL_NED_DATA>,
+    /// MAV_TYPE: a plane, when nobody says otherwise.
+    mav_type: u8,
     streams_asked: usize,
     /// Arming is refused, with these texts.
     refuses: Option<Vec<&'static str>>,
@@ -131,6 +135,8 @@ impl Plane {
             landed: MavLandedState::MAV_LANDED_STATE_ON_GROUND,
             commands: Vec::new(),
             ints: Vec::new(),
+            velocities: Vec::new(),
+            mav_type: 1,
             streams_asked: 0,
             refuses: None,
             is_lazy: false,
@@ -152,7 +158,7 @@ impl Plane {
         let armed = if self.is_armed { Heartbeat::ARMED } else { 0 };
         self.out.push_back(Message::Heartbeat(Heartbeat {
             custom_mode: self.mode,
-            mav_type: 1,
+            mav_type: self.mav_type,
             autopilot: 3,
             base_mode: armed | Heartbeat::CUSTOM_MODE,
             system_status: 3,
@@ -257,6 +263,14 @@ impl Plane {
             | cmd::DO_CHANGE_ALTITUDE
             | cmd::DO_SET_HOME
             | cmd::DO_GO_AROUND => 0,
+            // Only in GUIDED; FAILED elsewhere.
+            cmd::GUIDED_CHANGE_ALTITUDE | cmd::GUIDED_CHANGE_HEADING => {
+                if self.mode == 15 {
+                    0
+                } else {
+                    4
+                }
+            }
             cmd::PREFLIGHT_REBOOT_SHUTDOWN => 0,
             _ => 3,
         }
@@ -296,6 +310,7 @@ impl Endpoint for Plane {
                 self.command(from, int.command, int.params);
             }
             Message::Dialect(MavMessage::SET_MODE(mode)) => self.mode = mode.custom_mode,
+            Message::Dialect(MavMessage::SET_POSITION_TARGET_LOCAL_NED(target)) => self.velocities.push(target.clone()),
             Message::Dialect(MavMessage::TIMESYNC(sync)) if sync.tc1 == 0 => {
                 self.out.push_back(Message::Dialect(MavMessage::TIMESYNC(TIMESYNC_DATA {
                     tc1: now.since(self.booted).as_nanos() as i64,

@@ -66,7 +66,9 @@ impl Vehicle {
             Step::ParamList => (None, Machine::List(Box::new(ParamList::new(&config, now)))),
             Step::ParamRead(name) => (None, Machine::Read(Box::new(ParamRead::new(&config, name, now)))),
             Step::ParamSet(name, value) => (None, Machine::Set(Box::new(ParamSet::new(&config, name, value, now)))),
-            Step::Command { .. } | Step::Tell { .. } => unreachable!("invariant: commands do not go by a lane"),
+            Step::Command { .. } | Step::Tell { .. } | Step::Send(_) | Step::Note(..) => {
+                unreachable!("invariant: commands do not go by a lane")
+            }
         };
         if let (Some((kind, _)), true) = (plan_before, machine.writes_plan()) {
             self.set_plan(kind, PlanState::Unknown(Unknown::Transferring));
