@@ -9,9 +9,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+pub use cause::{Cause, PlanUncertainty};
 pub use telemetry::TelemetryGroups;
 
-pub use cause::{Cause, PlanUncertainty};
 /// What answers.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct Info {
@@ -43,10 +43,10 @@ pub struct Problem {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     pub remedy: Option<String>,
-}
-
     /// The same for programs.
     pub cause: Cause,
+}
+
 /// State of a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -890,10 +890,10 @@ pub enum ServerMessage {
     Error {
         /// Why, in English.
         detail: String,
-    },
-}
         /// The same for programs.
         cause: Cause,
+    },
+}
 
 /// A detail of an event.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]

@@ -9,8 +9,8 @@ mod sessions;
 mod vehicles;
 
 use axum::extract::{DefaultBodyLimit, State};
-use axum::response::IntoResponse;
 use axum::http::Uri;
+use axum::response::IntoResponse;
 use axum::routing::get;
 use axum::{Json, Router, middleware};
 use tower_http::compression::CompressionLayer;
@@ -20,8 +20,8 @@ use utoipa::openapi::OpenApi as Description;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use crate::problem::Problem;
 use crate::dto::cause::{Cause, Thing};
+use crate::problem::Problem;
 use crate::state::App;
 use crate::{access, dto, files};
 
