@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
 import re
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass
 
 from playwright.async_api import Locator, Page, expect
@@ -117,12 +118,12 @@ class StationPage:
 
     def item(self, number: int) -> Locator:
         """The button that selects an item of the plan."""
-        return self.items.nth(number - 1).get_by_role("button").first
+        return self.items.nth(number - 1).get_by_role("button", name=re.compile(rf"^{number}\b"))
 
     @property
     def plan_state(self) -> Locator:
         """How the plan stands to the vehicle."""
-        return self.panel("plan").get_by_role("status").first
+        return self.panel("plan").get_by_role("tabpanel").get_by_role("status").first
 
     # --- Reading ------------------------------------------------------------------------------------------------------
 
@@ -199,6 +200,23 @@ class StationPage:
             await self._rail(name).click()
         await expect(self.panel(name)).to_be_visible()
         return self.panel(name)
+
+    async def tap_panel(self, name: str) -> Locator:
+        """Open a panel by a touch on its button."""
+        await self._rail(name).tap()
+        await expect(self.panel(name)).to_be_visible()
+        return self.panel(name)
+
+    @contextlib.asynccontextmanager
+    async def touching(self, x: float, y: float) -> AsyncIterator[None]:
+        """A finger that stays on a spot."""
+        touches = await self.page.context.new_cdp_session(self.page)
+        await touches.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y}]})
+        try:
+            yield
+        finally:
+            await touches.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+            await touches.detach()
 
     async def close_panel(self, name: str) -> None:
         """Close a panel, if it is open."""

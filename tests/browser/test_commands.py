@@ -1,0 +1,146 @@
+"""Commands: refused with reasons and remedies, given by keyboard alone, by a screen reader's presses, and by touch."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from playwright.async_api import Locator, expect
+from vencejo import MissionItem, Plan
+
+from tests.browser.conftest import PHONE, OpenStation, Serve
+from tests.browser.plane import Plane, offset
+from tests.browser.station_page import StationPage
+from tests.browser.test_plan import open_file
+
+TABS = 150
+"""More presses of the Tab key than this to reach something is not within reach."""
+
+
+async def test_a_refusal_to_arm_lists_reasons_and_remedies(
+    open_station: OpenStation, serve: Serve, tmp_path: Path
+) -> None:
+    landing = (
+        MissionItem.land_start(*offset(0, 900), alt_rel_home_m=60.0),
+        MissionItem.waypoint(*offset(0, 450), alt_rel_home_m=35.0),
+        MissionItem.land(*offset(0, 0)),
+    )
+    path = tmp_path / "landing.waypoints"
+    Plan(items=(MissionItem.takeoff(*offset(0, -200), alt_rel_home_m=50.0), *landing)).save(path)
+    with Plane(speedup=20.0, params={"RTL_AUTOLAND": 0}) as plane:
+        served = serve("--link", plane.link)
+        async with open_station(served.url) as station:
+            fly = await station.open_panel("fly")
+            await expect(fly.get_by_text(station.text("fly.ready"), exact=True)).to_be_visible()
+            arm = fly.get_by_role("button", name=station.text("fly.arm"), exact=True)
+            await station.set_mode("RTL")
+            refused = station.answer("arm", "refused")
+            await station.hold(arm, until=refused)
+            for part in ("refusal.mode-not-armable", "refusal.mode-not-armable.remedy"):
+                await expect(refused).to_contain_text(station.text(part))
+            await refused.get_by_role("button", name=station.text("answer.dismiss")).click()
+            await expect(refused).to_have_count(0)
+            await station.set_mode("MANUAL")
+
+            await station.open_panel("plan")
+            await open_file(station, path)
+            await station.send_plan()
+            await expect(fly.get_by_text(station.text("fly.notReady"), exact=True)).to_be_visible()
+            await station.hold(arm, until=refused)
+            for part in ("refusal.landing-needs-rtl-autoland", "refusal.landing-needs-rtl-autoland.remedy"):
+                await expect(refused).to_contain_text(station.text(part))
+            await expect(refused).to_contain_text(re.compile("The vehicle says: .*RTL_AUTOLAND"))
+            await expect(station.bar("bar.motors")).to_contain_text(station.text("bar.disarmed"))
+
+
+async def test_a_mission_is_flown_by_keyboard_alone(open_station: OpenStation, serve: Serve) -> None:
+    with Plane(speedup=10.0) as plane:
+        served = serve("--link", plane.link)
+        async with open_station(served.url) as station:
+            keys = station.page.keyboard
+            await expect(station.page.get_by_text(station.text("fly.ready"), exact=True)).to_be_visible()
+            await keys.press("p")
+            await expect(station.panel("plan")).to_be_visible()
+            await tab_to(station, station.button("map.showPlane"))
+            await keys.press("Enter")
+            # The middle of the map is where Enter adds; the arrows move the map.
+            await tab_to(station, station.map)
+            for _ in range(2):
+                await keys.press("ArrowLeft")
+                before = await station.items.count() if await station.item(1).count() > 0 else 0
+                await keys.press("Enter")
+                await expect(station.item(before + 1)).to_be_visible()
+            await tab_to(
+                station, station.panel("plan").get_by_role("button", name=station.text("plan.send"), exact=True)
+            )
+            await keys.press("Enter")
+            await expect(station.plan_state).to_have_text(station.text("plan.state.verified"))
+            fly = station.panel("fly")
+            for key, command in (("fly.arm", "arm"), ("fly.start", "mission/start")):
+                await tab_to(station, fly.get_by_role("button", name=station.text(key), exact=True))
+                # Too short a press does nothing but say what is wanted.
+                await keys.press("Enter")
+                await expect(fly.get_by_text(station.text("fly.hold"), exact=True).first).to_be_visible()
+                await expect(fly.get_by_role("button", name=station.text(key), exact=True)).to_be_visible()
+                await keys.down("Enter")
+                await expect(station.answer(command)).to_be_visible()
+                await keys.up("Enter")
+            await expect(station.bar("bar.mode")).to_have_text(re.compile(r"^\s*AUTO"))
+
+
+async def tab_to(station: StationPage, wanted: Locator) -> None:
+    """Go with the Tab key until something has the focus."""
+    for _ in range(TABS):
+        if await wanted.evaluate("element => element === document.activeElement"):
+            return
+        await station.page.keyboard.press("Tab")
+    raise AssertionError(f"{wanted} cannot be reached with the Tab key")
+
+
+async def test_a_screen_reader_presses_twice(open_station: OpenStation, serve: Serve) -> None:
+    with Plane(speedup=20.0) as plane:
+        served = serve("--link", plane.link)
+        async with open_station(served.url) as station:
+            fly = station.panel("fly")
+            await expect(fly.get_by_text(station.text("fly.ready"), exact=True)).to_be_visible()
+            # Such a press is a click without pointer or key.
+            await fly.get_by_role("button", name=station.text("fly.arm"), exact=True).dispatch_event("click")
+            await expect(station.bar("bar.motors")).to_contain_text(station.text("bar.disarmed"))
+            await fly.get_by_role("button", name=station.text("fly.pressAgain"), exact=True).dispatch_event("click")
+            await expect(station.answer("arm")).to_be_visible()
+            await expect(station.bar("bar.motors")).to_contain_text(station.text("bar.armed"))
+
+
+async def test_a_phone_plans_and_flies_by_touch(open_station: OpenStation, serve: Serve) -> None:
+    with Plane(speedup=10.0) as plane:
+        served = serve("--link", plane.link)
+        async with open_station(served.url, size=PHONE, touch=True) as station:
+            await expect(station.bar("bar.gps")).to_contain_text("RTK")
+            await station.tap_panel("plan")
+            await station.button("map.showPlane").tap()
+            left, top, right, bottom = await station.free_map()
+            for part in (0.3, 0.6):
+                before = await station.items.count()
+                await station.page.touchscreen.tap(left + (right - left) * part, top + (bottom - top) * 0.3)
+                await expect(station.item(before if before > 1 else 1)).to_be_visible()
+            await expect(station.items).to_have_count(2)
+            await station.panel("plan").get_by_role("button", name=station.text("plan.send"), exact=True).tap()
+            await expect(station.plan_state).to_have_text(station.text("plan.state.verified"))
+            # A long touch on the map opens its menu.
+            menu = station.page.get_by_role("dialog", name=station.text("menu.title"))
+            async with station.touching(left + 40, top + 40):
+                await expect(menu).to_be_visible()
+            await station.button("menu.close").tap()
+            await expect(menu).to_have_count(0)
+
+            await station.tap_panel("fly")
+            fly = station.panel("fly")
+            await expect(fly.get_by_text(station.text("fly.ready"), exact=True)).to_be_visible()
+            for key, command in (("fly.arm", "arm"), ("fly.start", "mission/start")):
+                button = fly.get_by_role("button", name=station.text(key), exact=True)
+                await button.scroll_into_view_if_needed()
+                box = await button.bounding_box()
+                assert box is not None
+                async with station.touching(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2):
+                    await expect(station.answer(command)).to_be_visible()
+            await expect(station.bar("bar.mode")).to_have_text(re.compile(r"^\s*AUTO"))
