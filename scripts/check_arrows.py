@@ -61,6 +61,7 @@ IMPURE = re.compile(r"\bstd::(?:fs|net|process|thread)\b|\bInstant::now\b|\bSyst
 ROOMS: dict[str, frozenset[str]] = {
     "sdk": frozenset({"_native"}),
     "cli": frozenset({"sdk"}),
+    "jderobot": frozenset({"sdk"}),
     "sim": frozenset({"guidance"}),
 }
 
@@ -68,6 +69,7 @@ ROOMS: dict[str, frozenset[str]] = {
 #: one file named. The command runs the simulated plane; the plane stays an honest peer on a link.
 STARTS: dict[tuple[str, str], frozenset[str]] = {
     ("cli", "sim"): frozenset({"sim.py", "demo.py"}),
+    ("cli", "jderobot"): frozenset({"ice.py"}),
 }
 
 #: Third-party modules that only these rooms may import.
@@ -77,6 +79,7 @@ FENCED_MODULES: dict[str, frozenset[str]] = {
     "typer": frozenset({"cli"}),
     "rich": frozenset({"cli"}),
     "segno": frozenset({"cli"}),
+    "Ice": frozenset({"jderobot"}),
 }
 
 #: What a room may import of those all the same: inside a function, by the one file named, so that whoever
@@ -171,7 +174,7 @@ def room_of(module: str) -> str | None:
     parts = module.split(".")
     if parts[0] != "vencejo":
         return None
-    if len(parts) > 1 and parts[1] in {"cli", "sim"}:
+    if len(parts) > 1 and parts[1] in {"cli", "jderobot", "sim"}:
         return parts[1]
     if module in NATIVE_GUIDANCE:
         return "guidance"

@@ -253,6 +253,11 @@ class VehicleState:
         return Telemetry(self._native.telemetry())
 
     @property
+    def change_count(self) -> int:
+        """A number that is another one as soon as something new has come from the vehicle."""
+        return self._native.change_count()
+
+    @property
     def texts(self) -> list[StatusText]:
         """The newest texts that it wrote, oldest first."""
         return [StatusText(*text) for text in self._native.texts()]

@@ -5,12 +5,25 @@ from __future__ import annotations
 import contextlib
 import sys
 import threading
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from vencejo.cli.common import DEFAULT_LINK, ForwardOption, JsonOption, RecordOption, put_json, say
+from vencejo.cli.ice import (
+    IceAllowOption,
+    IceConfigOption,
+    IceDialectOption,
+    IceHostOption,
+    IceMissionsOption,
+    IceOption,
+    IceOptions,
+    IceSetOption,
+    ice_server,
+    tell_ice,
+)
 
 if TYPE_CHECKING:
     from vencejo.serve import Server
@@ -65,6 +78,13 @@ def serve(
     open_browser: Annotated[bool, typer.Option("--open", help="Open a browser here.")] = False,
     record: RecordOption = True,
     forward: ForwardOption = None,
+    ice: IceOption = False,
+    ice_host: IceHostOption = None,
+    ice_missions: IceMissionsOption = None,
+    ice_dialect: IceDialectOption = None,
+    ice_allow: IceAllowOption = None,
+    ice_config: IceConfigOption = None,
+    ice_set: IceSetOption = None,
     json: JsonOption = False,
 ) -> None:
     """Serve the ground station to browsers until Ctrl-C.
@@ -79,6 +99,8 @@ def serve(
     from vencejo import Station
     from vencejo.serve import Server
 
+    options = IceOptions(ice, ice_host, ice_missions, ice_dialect, ice_allow or (), ice_config, ice_set or ())
+    settings = options.settings()
     system_id, component_id = (255, 190) if on_board is None else (on_board, ON_BOARD_COMPONENT)
     with (
         Station(
@@ -94,21 +116,23 @@ def serve(
             station,
             host=host,
             port=port,
-            tokens=token,
+            # Whoever lets others in anywhere has tokens everywhere.
+            tokens=token or (settings is not None and settings.lets_others_in),
             allow_hosts=allow_host or (),
             allow_origins=allow_origin or (),
             certificate=cert,
             key=key,
             on_board=on_board is not None,
         ) as server,
+        ice_server(station, settings, server.tokens) as interfaces,
     ):
-        tell(server, json=json)
+        tell(server, json=json, ice=None if interfaces is None else interfaces.proxies)
         if open_browser:
             open_page(server)
         wait()
 
 
-def tell(server: Server, *, json: bool = False) -> None:
+def tell(server: Server, *, json: bool = False, ice: Mapping[str, str] | None = None) -> None:
     """Say where the server is: a line of JSON, or addresses with their tokens and a QR code."""
     from vencejo.serve import has_app
 
@@ -116,7 +140,15 @@ def tell(server: Server, *, json: bool = False) -> None:
     operator = with_token(server.urls[0], tokens.operator if tokens else None)
     if json:
         viewer = with_token(server.urls[0], tokens.viewer if tokens else None)
-        put_json({"url": server.url, "operator_url": operator, "viewer_url": viewer, "has_app": has_app()})
+        put_json(
+            {
+                "url": server.url,
+                "operator_url": operator,
+                "viewer_url": viewer,
+                "has_app": has_app(),
+                **({"ice": ice} if ice else {}),
+            }
+        )
         return
     if not has_app():
         say("The pages are not in this build; the API is: see /api/v1/openapi.json")
@@ -130,6 +162,7 @@ def tell(server: Server, *, json: bool = False) -> None:
         print(qr_code(operator), end="", flush=True)
         if operator.startswith("http:"):
             say("Without TLS others in the network can read along; give --cert and --key where that matters.")
+    tell_ice(ice)
     say("Ctrl-C ends it.")
 
 

@@ -1,0 +1,134 @@
+"""The options `--ice…` of `vencejo serve`: the JdeRobot interfaces beside the browser's."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vencejo.cli.common import say
+
+if TYPE_CHECKING:
+    from vencejo import Station
+    from vencejo.jderobot import IceServer, IceSettings
+    from vencejo.serve import Tokens
+
+_PANEL = "JdeRobot (ZeroC Ice)"
+
+IceOption = Annotated[
+    bool,
+    typer.Option("--ice", rich_help_panel=_PANEL, help="Serve the JdeRobot interfaces too; needs vencejo[ice]."),
+]
+IceHostOption = Annotated[
+    str | None,
+    typer.Option(
+        "--ice-host",
+        metavar="ADDRESS",
+        rich_help_panel=_PANEL,
+        help="Where they listen (default 127.0.0.1); another one lets other machines in, with a token.",
+    ),
+]
+IceMissionsOption = Annotated[
+    str | None,
+    typer.Option(
+        "--ice-missions",
+        metavar="fly|upload",
+        rich_help_panel=_PANEL,
+        help="Whether a mission is flown at once, as JdeRobot programs expect (the default), or only sent.",
+    ),
+]
+IceDialectOption = Annotated[
+    str | None,
+    typer.Option(
+        "--ice-dialect",
+        metavar="data|sequence",
+        rich_help_panel=_PANEL,
+        help="How missions are passed: in MissionData (the default), or as the bare sequence of poses.",
+    ),
+]
+IceAllowOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--ice-allow",
+        metavar="NETWORK",
+        rich_help_panel=_PANEL,
+        help="Who needs no token, such as 192.168.1.0/24: existing programs cannot send one; repeatable.",
+    ),
+]
+IceConfigOption = Annotated[
+    Path | None,
+    typer.Option("--ice-config", metavar="FILE", rich_help_panel=_PANEL, help="An Ice .cfg file with settings."),
+]
+IceSetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--ice-set",
+        metavar="NAME=VALUE",
+        rich_help_panel=_PANEL,
+        help="Any setting of docs/jderobot.md, such as Pose3D.Endpoints='tcp -p 9998' or Mission.Name=m; repeatable.",
+    ),
+]
+
+
+@dataclass(frozen=True)
+class IceOptions:
+    """The options as they were given."""
+
+    enabled: bool
+    host: str | None
+    missions: str | None
+    dialect: str | None
+    allow: Sequence[str]
+    config: Path | None
+    set: Sequence[str]
+
+    def settings(self) -> IceSettings | None:
+        """What they come to, with the configuration and the `.cfg` file below them; ``None`` without `--ice`."""
+        from vencejo import InvalidRequest
+        from vencejo.jderobot import IceSettings, default_config_file, read_cfg, read_config
+
+        if not self.enabled:
+            if self.config or self.set or self.allow or self.host or self.missions or self.dialect:
+                raise InvalidRequest("the options --ice-… need --ice")
+            return None
+        settings = IceSettings()
+        if default_config_file().is_file():
+            settings = read_config(default_config_file(), settings)
+        if self.config is not None:
+            settings = read_cfg(self.config, settings)
+        given = {"Host": self.host, "Missions": self.missions, "Dialect": self.dialect}
+        if self.allow:
+            given["Allow"] = ",".join(self.allow)
+        for text in self.set:
+            name, separator, value = text.partition("=")
+            if not separator:
+                raise InvalidRequest(f"--ice-set {text!r}: write NAME=VALUE")
+            given[name.strip()] = value
+        known = {name: value for name, value in given.items() if value is not None}
+        return settings.with_settings(known, where="the command line")
+
+
+@contextlib.contextmanager
+def ice_server(
+    station: Station, settings: IceSettings | None, tokens: Tokens | None, **cameras: Any
+) -> Iterator[IceServer | None]:
+    """The interfaces while the server runs; ``None`` without `--ice`."""
+    if settings is None:
+        yield None
+        return
+    from vencejo.jderobot import IceServer
+
+    with IceServer(station, settings, tokens=tokens, **cameras) as server:
+        yield server
+
+
+def tell_ice(proxies: Mapping[str, str] | None) -> None:
+    """Say where the interfaces are."""
+    if proxies is not None:
+        say("The JdeRobot interfaces (ZeroC Ice) are at")
+        for proxy in proxies.values():
+            say(f"  {proxy}")

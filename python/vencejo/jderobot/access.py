@@ -1,0 +1,183 @@
+"""Who may use the Ice interfaces, and how many connections there may be."""
+
+from __future__ import annotations
+
+import contextlib
+import hmac
+import ipaddress
+import os
+import socket
+import threading
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import Any, Final
+
+from vencejo.jderobot.settings import Network
+from vencejo.jderobot.subject import LOG
+
+__all__ = ["ConnectionLimit", "Gate", "raise_file_limit", "remote_address"]
+
+_DESCRIPTORS: Final = Path("/proc/self/fd")
+_LOOK_S: Final = 0.5
+_SPARE_FILES: Final = 512
+"""Descriptors for everything but Ice's connections."""
+READS: Final = frozenset(
+    {
+        "getPose3DData", "getNavdata", "getMissionData", "getImageData", "getImageFormat", "getImageDescription",
+        "getCameraDescription", "startCameraStreaming", "stopCameraStreaming",
+        "vehicles", "getPose", "getNavigation", "subscribe", "subscribeHere", "unsubscribe",
+        "check", "download", "getPlanState", "getProgress", "modes",
+        "ice_ping", "ice_isA", "ice_id", "ice_ids",
+    }
+)  # fmt: skip
+"""Operations that a viewer may call."""
+
+
+class Gate:
+    """Decides for each request.
+
+    Parameters
+    ----------
+    viewer, operator : str or None
+        Tokens, in the request's context under ``token``; ``None``: everybody may.
+    allow : collection of networks
+        Whoever comes from there needs none: existing programs cannot send one.
+    """
+
+    def __init__(self, viewer: str | None, operator: str | None, allow: Collection[Network]) -> None:
+        self._viewer = viewer
+        self._operator = operator
+        self._allow = allow
+
+    @property
+    def is_open(self) -> bool:
+        """Whether everybody may."""
+        return self._operator is None
+
+    def refusal(self, remote: str | None, token: str, operation: str) -> str | None:
+        """Why a request is refused, ``None`` when it is not.
+
+        Parameters
+        ----------
+        remote : str or None
+            Address that it comes from; ``None`` when it is none of IP.
+        token : str
+            What it brought, or nothing.
+        operation : str
+        """
+        if self._operator is None or self._viewer is None:
+            return None
+        with contextlib.suppress(ValueError):
+            address = ipaddress.ip_address((remote or "").removeprefix("::ffff:"))
+            if any(address in network for network in self._allow):
+                return None
+        given = token.encode()
+        # Both are compared, whole.
+        is_operator = hmac.compare_digest(given, self._operator.encode())
+        is_viewer = hmac.compare_digest(given, self._viewer.encode())
+        if is_operator or (is_viewer and operation in READS):
+            return None
+        if is_viewer:
+            return f"{operation} needs the operator's token; this is the viewer's"
+        return (
+            "this driver demands a token: put it into the request's context as 'token', "
+            "or let your network in with --ice-allow"
+        )
+
+
+def remote_address(connection: Any) -> str | None:
+    """Where a connection comes from; ``None`` for one within the process."""
+    info = None if connection is None else connection.getInfo()
+    while info is not None:
+        remote = getattr(info, "remoteAddress", None)
+        if remote:
+            return str(remote)
+        info = info.underlying
+    return None
+
+
+def raise_file_limit(connections: int) -> None:
+    """Let this process have so many connections and what else it needs, as far as the system lets it."""
+    try:
+        import resource
+    except ImportError:
+        return  # Windows has no such limit
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = connections + _SPARE_FILES
+    if soft != resource.RLIM_INFINITY and soft < wanted:
+        most = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
+        with contextlib.suppress(ValueError, OSError):
+            resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
+
+
+class ConnectionLimit:
+    """Closes connections beyond a number. Ice 3.7 has no such limit, and a connection that says nothing never reaches a servant.
+
+    Twice a second it counts this process's sockets on our ports (Linux) and shuts the newest down where there are too many; Ice
+    sees their end as any other. Elsewhere Ice's own closing of idle connections (60 s) has to do.
+    """
+
+    def __init__(self, ports: Collection[int], most: int) -> None:
+        self._ports = frozenset(ports)
+        self._most = most
+        self._closed = threading.Event()
+        self._known: dict[int, int] = {}
+        """Inode of a socket → when it was first seen, by number."""
+        self._count = 0
+        self._thread: threading.Thread | None = None
+        if _DESCRIPTORS.is_dir():
+            self._thread = threading.Thread(target=self._run, name="vencejo-ice-limit", daemon=True)
+            self._thread.start()
+
+    def close(self) -> None:
+        """End the watch."""
+        self._closed.set()
+        if self._thread is not None:
+            self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        while not self._closed.wait(_LOOK_S):
+            self.look()
+
+    def look(self) -> int:
+        """Count, and shut down what is too much; how many were."""
+        present: list[tuple[int, int]] = []
+        for inode, descriptor in self._connections():
+            if inode not in self._known:
+                self._count += 1
+                self._known[inode] = self._count
+            present.append((self._known[inode], descriptor))
+        present.sort()
+        ages = {age for age, _ in present}
+        self._known = {inode: age for inode, age in self._known.items() if age in ages}
+        excess = present[self._most :]
+        for _, descriptor in excess:
+            self._shut(descriptor)
+        if excess:
+            LOG.warning("%d connections beyond %d were closed", len(excess), self._most)
+        return len(excess)
+
+    def _connections(self) -> Iterator[tuple[int, int]]:
+        for descriptor in _DESCRIPTORS.iterdir():
+            try:
+                target = str(descriptor.readlink())
+            except OSError:
+                continue
+            if target.startswith("socket:[") and self._is_ours(int(descriptor.name)):
+                yield int(target[8:-1]), int(descriptor.name)
+
+    def _is_ours(self, descriptor: int) -> bool:
+        """Whether it is a connection to one of our ports. Looked at through a copy: the number may be another file's by now."""
+        try:
+            with socket.socket(fileno=os.dup(descriptor)) as copy:
+                if copy.family not in (socket.AF_INET, socket.AF_INET6) or copy.type != socket.SOCK_STREAM:
+                    return False
+                copy.getpeername()  # a listening socket has none
+                return copy.getsockname()[1] in self._ports
+        except OSError:
+            return False
+
+    def _shut(self, descriptor: int) -> None:
+        with contextlib.suppress(OSError), socket.socket(fileno=os.dup(descriptor)) as copy:
+            if copy.getsockname()[1] in self._ports:
+                copy.shutdown(socket.SHUT_RDWR)

@@ -1,0 +1,195 @@
+"""Pushes telemetry and events to subscribers. A slow one loses the older ones and delays nobody."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+from vencejo.errors import Busy, InvalidRequest, VencejoError
+from vencejo.jderobot.access import remote_address
+from vencejo.jderobot.runtime import Slices
+from vencejo.jderobot.subject import LOG
+from vencejo.vehicle import Event, Vehicle
+
+if TYPE_CHECKING:
+    from vencejo import Subscription
+    from vencejo.jderobot.precise import States
+
+__all__ = ["Feed"]
+
+_MAX_SUBSCRIPTIONS: Final = 256
+_MAX_EVENTS: Final = 256
+"""Events that wait for one subscriber; the oldest are dropped."""
+_MAX_UNSENT: Final = 16
+"""Calls to one subscriber that its connection has not taken yet."""
+_LOOK_S: Final = 0.2
+
+
+@dataclass
+class _Subscriber:
+    number: int
+    vehicle: Vehicle
+    observer: Any
+    period_s: float
+    due_s: float
+    seen: int = -1
+    events: deque[Event] = field(default_factory=lambda: deque(maxlen=_MAX_EVENTS))
+    unsent: deque[Any] = field(default_factory=deque)
+    watch: Subscription | None = None
+
+
+class Feed:
+    """Calls observers, from one thread.
+
+    Parameters
+    ----------
+    slices : Slices
+    states : States
+    clock : function, optional
+        Seconds that do not jump.
+    """
+
+    def __init__(self, slices: Slices, states: States, *, clock: Callable[[], float] = time.monotonic) -> None:
+        self._ice = slices.ice
+        self._precise = slices.precise
+        self._states = states
+        self._clock = clock
+        self._changed = threading.Condition()
+        self._subscribers: dict[int, _Subscriber] = {}
+        self._next = 1
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="vencejo-ice-feed", daemon=True)
+        self._thread.start()
+
+    def subscribe(self, vehicle: Vehicle, observer: Any, rate_hz: float, connection: Any) -> int:
+        """Call an observer that we connect to: only at the address that it asks from, so that nobody aims us at others.
+
+        Raises
+        ------
+        InvalidRequest, Busy
+        """
+        if observer is None:
+            raise InvalidRequest("the observer is null")
+        remote = remote_address(connection)
+        mine = []
+        for endpoint in observer.ice_getEndpoints():
+            info = endpoint.getInfo()
+            while info is not None and not hasattr(info, "host"):
+                info = info.underlying
+            if info is not None and info.host == remote:
+                mine.append(endpoint)
+        if not mine:
+            raise InvalidRequest(
+                f"the observer has no endpoint at {remote}, where the request comes from; use subscribeHere instead"
+            )
+        return self._add(vehicle, observer.ice_endpoints(mine).ice_oneway(), rate_hz)
+
+    def subscribe_here(self, vehicle: Vehicle, identity: str, rate_hz: float, connection: Any) -> int:
+        """Call an observer over its own connection.
+
+        Raises
+        ------
+        InvalidRequest, Busy
+        """
+        try:
+            name = self._ice.stringToIdentity(identity)
+        except self._ice.IdentityParseException as error:
+            raise InvalidRequest(f"{identity[:80]!r} is no identity; write name or category/name") from error
+        if not name.name or connection is None:
+            raise InvalidRequest("an observer has a name and a connection")
+        proxy = self._precise.ObserverPrx.uncheckedCast(connection.createProxy(name)).ice_oneway()
+        return self._add(vehicle, proxy, rate_hz)
+
+    def _add(self, vehicle: Vehicle, observer: Any, rate_hz: float) -> int:
+        if not 0.1 <= rate_hz <= 50.0:
+            raise InvalidRequest(f"rateHz is {rate_hz}: it goes from 0.1 to 50")
+        with self._changed:
+            if len(self._subscribers) >= _MAX_SUBSCRIPTIONS:
+                raise Busy(f"there are {_MAX_SUBSCRIPTIONS} subscriptions already")
+            number, self._next = self._next, self._next + 1
+            subscriber = _Subscriber(number, vehicle, observer, 1.0 / rate_hz, self._clock())
+            subscriber.watch = vehicle.on_event(lambda event: self._on_event(subscriber, event))
+            self._subscribers[number] = subscriber
+            self._changed.notify_all()
+        return number
+
+    def unsubscribe(self, number: int) -> None:
+        """End a subscription."""
+        with self._changed:
+            subscriber = self._subscribers.pop(number, None)
+        if subscriber is not None and subscriber.watch is not None:
+            subscriber.watch.close()
+
+    def close(self) -> None:
+        """End all."""
+        with self._changed:
+            self._closed = True
+            numbers = list(self._subscribers)
+            self._changed.notify_all()
+        for number in numbers:
+            self.unsubscribe(number)
+        self._thread.join(timeout=5.0)
+
+    def _on_event(self, subscriber: _Subscriber, event: Event) -> None:
+        with self._changed:
+            subscriber.events.append(event)
+            self._changed.notify_all()
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                if self._closed:
+                    return
+                now = self._clock()
+                ready = [s for s in self._subscribers.values() if s.events or s.due_s <= now]
+                if not ready:
+                    dues = [s.due_s for s in self._subscribers.values()]
+                    self._changed.wait(min((due - now for due in dues), default=None))
+                    continue
+            for subscriber in ready:
+                if not self._serve(subscriber, now):
+                    LOG.info("subscription %d ended: its observer cannot be reached", subscriber.number)
+                    self.unsubscribe(subscriber.number)
+
+    def _serve(self, subscriber: _Subscriber, now_s: float) -> bool:
+        """Send what is due; False when the observer cannot be reached any more."""
+        while subscriber.unsent and subscriber.unsent[0].is_sent():
+            subscriber.unsent.popleft()
+        try:
+            if any(call.done() and call.exception() is not None for call in subscriber.unsent):
+                return False
+            has_room = len(subscriber.unsent) < _MAX_UNSENT
+            while has_room and subscriber.events:
+                event = self._states.event(subscriber.vehicle, subscriber.events.popleft())
+                subscriber.unsent.append(subscriber.observer.happenedAsync(event))
+                has_room = len(subscriber.unsent) < _MAX_UNSENT
+            if not has_room:
+                # A connection that takes nothing: look again later.
+                subscriber.due_s = now_s + _LOOK_S
+                with self._changed:
+                    subscriber.events.clear()
+                return True
+            if subscriber.due_s <= now_s:
+                subscriber.due_s = max(subscriber.due_s + subscriber.period_s, now_s)
+                # Latest wins: while one is on its way, no other is sent.
+                if not subscriber.unsent and self._is_new(subscriber):
+                    telemetry = subscriber.vehicle.telemetry
+                    subscriber.unsent.append(
+                        subscriber.observer.movedAsync(
+                            self._states.pose(subscriber.vehicle, telemetry),
+                            self._states.navigation(subscriber.vehicle, telemetry),
+                        )
+                    )
+        except (self._ice.Exception, VencejoError):
+            return False
+        return True
+
+    @staticmethod
+    def _is_new(subscriber: _Subscriber) -> bool:
+        count = subscriber.vehicle.change_count
+        is_new, subscriber.seen = count != subscriber.seen, count
+        return is_new

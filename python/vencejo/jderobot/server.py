@@ -1,0 +1,245 @@
+"""Serves a station's vehicle over ZeroC Ice: the communicator, one adapter for each interface, and the end of all that."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Callable, Mapping, Sequence
+from types import TracebackType
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vencejo.errors import InvalidRequest, VencejoError
+from vencejo.jderobot.access import ConnectionLimit, Gate, raise_file_limit, remote_address
+from vencejo.jderobot.camera import Camera, FrameSource
+from vencejo.jderobot.cmdvel import CMDVel
+from vencejo.jderobot.extra import Extra
+from vencejo.jderobot.faults import Faults
+from vencejo.jderobot.feed import Feed
+from vencejo.jderobot.marks import Marks
+from vencejo.jderobot.mission import Mission
+from vencejo.jderobot.navdata import Navdata
+from vencejo.jderobot.pose import Pose3D
+from vencejo.jderobot.precise import Control, Missions, States, TelemetryServant
+from vencejo.jderobot.runtime import Slices, load
+from vencejo.jderobot.settings import INTERFACES, IceSettings, is_loopback
+from vencejo.jderobot.subject import Subject
+from vencejo.jderobot.workers import Workers
+from vencejo.serve import Tokens
+from vencejo.station import Station
+
+__all__ = ["IceServer"]
+
+_DISPATCH_THREADS: Final = 4
+"""Requests are short; what takes long has threads of its own (`vencejo.jderobot.workers`)."""
+
+
+class IceServer:
+    """The Ice interfaces of a station, from their making until they are closed. The station goes on afterwards.
+
+    Parameters
+    ----------
+    station : Station
+        What to serve.
+    settings : IceSettings, optional
+    cameras : sequence of FrameSource, optional
+    jpeg : function of an RGB picture, optional
+        Encodes pictures of format ``"JPEG"``.
+    tokens : Tokens, optional
+        What requests need when others than this machine are let in: those of the browser's server.
+
+    Raises
+    ------
+    VencejoError
+        When Ice is not installed, an address is taken, or a property is wrong.
+    InvalidRequest
+        When others are let in and there are no tokens.
+    """
+
+    def __init__(
+        self,
+        station: Station,
+        settings: IceSettings | None = None,
+        *,
+        cameras: Sequence[FrameSource] = (),
+        jpeg: Callable[[NDArray[np.uint8]], bytes] | None = None,
+        tokens: Tokens | None = None,
+    ) -> None:
+        self._settings = settings = settings or IceSettings()
+        slices = load(settings.dialect)
+        raise_file_limit(settings.max_connections)
+        self._ice = slices.ice
+        self._closing = contextlib.ExitStack()
+        try:
+            self._communicator = self._closing.enter_context(_communicator(slices, settings))
+            self._adapters = self._serve(slices, station, cameras, jpeg, tokens)
+        except BaseException:
+            self._closing.close()
+            raise
+
+    def _serve(
+        self,
+        slices: Slices,
+        station: Station,
+        cameras: Sequence[FrameSource],
+        jpeg: Callable[[NDArray[np.uint8]], bytes] | None,
+        tokens: Tokens | None,
+    ) -> dict[str, Any]:
+        settings, closing = self._settings, self._closing
+        subject = Subject(station, settings.system_id)
+        workers = Workers()
+        closing.callback(workers.close)
+        marks = Marks(settings.alone_after_s)
+        jderobot, precise = slices.jderobot, slices.precise
+        # Each servant is a class of ours with the skeleton of the Slice file behind it.
+        camera = slices.servant(Camera, jderobot.Camera)(slices, cameras, settings, jpeg)
+        extra = slices.servant(Extra, jderobot.ArDroneExtra)(subject, workers, marks, settings, camera)
+        closing.callback(extra.close)
+        velocity = slices.servant(CMDVel, jderobot.CMDVel)(subject, settings.watchdog_s)
+        closing.callback(velocity.close)
+        states = States(slices)
+        feed = Feed(slices, states)
+        closing.callback(feed.close)
+        faults = Faults(slices, workers)
+        mission = slices.servant(Mission, jderobot.Mission)
+        servants: dict[str, dict[str, object]] = {
+            "Camera": {"": camera},
+            "Pose3D": {"": slices.servant(Pose3D, jderobot.Pose3D)(slices, subject, workers)},
+            "Navdata": {"": slices.servant(Navdata, jderobot.Navdata)(slices, subject)},
+            "CMDVel": {"": velocity},
+            "Extra": {"": extra},
+            "Mission": {"": mission(slices, subject, workers, marks, settings.missions)},
+            "Precise": {
+                "_telemetry": slices.servant(TelemetryServant, precise.Telemetry)(subject, states, faults, feed),
+                "_missions": slices.servant(Missions, precise.Missions)(slices, subject, faults),
+                "_control": slices.servant(Control, precise.Control)(subject, faults),
+            },
+        }
+        adapters = {}
+        for interface, objects in servants.items():
+            endpoints = settings.endpoint(interface)
+            if not endpoints:
+                continue
+            adapter = self._adapter(interface, endpoints)
+            named = {settings.identity(interface) + suffix: servant for suffix, servant in objects.items()}
+            gate = self._gate(adapter, tokens)
+            adapter.addServantLocator(slices.servant(Locator, slices.ice.ServantLocator)(slices, gate, named), "")
+            adapters[interface] = adapter
+        ports = {port for adapter in adapters.values() for _, port in _listening(adapter)}
+        limit = ConnectionLimit(ports, settings.max_connections)
+        closing.callback(limit.close)
+        for adapter in adapters.values():
+            adapter.activate()
+        return adapters
+
+    def _adapter(self, interface: str, endpoints: str) -> Any:
+        ice = self._ice
+        try:
+            return self._communicator.createObjectAdapterWithEndpoints(f"Vencejo.{interface}", endpoints)
+        except (ice.SocketException, ice.DNSException) as error:
+            why = os.strerror(error.error) if getattr(error, "error", 0) > 0 else type(error).__name__
+            raise VencejoError(f"{interface} cannot listen on {endpoints!r}: {why}") from error
+        except ice.EndpointParseException as error:
+            raise InvalidRequest(f"{interface}.Endpoints is {endpoints!r}: {error.str}") from error
+
+    def _gate(self, adapter: Any, tokens: Tokens | None) -> Gate:
+        if all(is_loopback(host) for host, _ in _listening(adapter)):
+            return Gate(None, None, ())
+        if tokens is None:
+            raise InvalidRequest("others than this machine are let in, and there are no tokens that they could need")
+        return Gate(tokens.viewer, tokens.operator, self._settings.allow)
+
+    @property
+    def endpoints(self) -> dict[str, str]:
+        """Where each interface listens, with the ports that were taken."""
+        return {interface: ":".join(map(str, adapter.getEndpoints())) for interface, adapter in self._adapters.items()}
+
+    @property
+    def proxies(self) -> dict[str, str]:
+        """The proxy of each interface's object, as a client's configuration has it."""
+        suffix = {"Precise": "_telemetry"}
+        return {
+            interface: f"{self._settings.identity(interface)}{suffix.get(interface, '')}:{endpoints}"
+            for interface, endpoints in self.endpoints.items()
+        }
+
+    def close(self) -> None:
+        """End all connections; a vehicle that flies by velocity is stopped. Can be called again."""
+        self._closing.close()
+
+    def __enter__(self) -> IceServer:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class Locator:
+    """Finds the servant of each request that the gate lets through (Ice's ServantLocator)."""
+
+    def __init__(self, slices: Slices, gate: Gate, servants: Mapping[str, object]) -> None:
+        self._ice = slices.ice
+        self._gate = gate
+        self._servants = servants
+
+    def locate(self, current: Any) -> tuple[object | None, None]:
+        """The servant; ``None`` for an object that is not here."""
+        if not self._gate.is_open:
+            refusal = self._gate.refusal(remote_address(current.con), current.ctx.get("token", ""), current.operation)
+            if refusal is not None:
+                raise self._ice.UnknownException(refusal)
+        return (None if current.id.category else self._servants.get(current.id.name)), None
+
+    def finished(self, current: Any, servant: object, cookie: None) -> None:
+        """Nothing is held for a request."""
+
+    def deactivate(self, category: str) -> None:
+        """Nothing is held."""
+
+
+def _listening(adapter: Any) -> list[tuple[str, int]]:
+    """Addresses and ports of an adapter."""
+    found = []
+    for endpoint in adapter.getEndpoints():
+        info = endpoint.getInfo()
+        while info is not None and not hasattr(info, "port"):
+            info = info.underlying
+        if info is not None:
+            found.append((info.host, info.port))
+    return found
+
+
+@contextlib.contextmanager
+def _communicator(slices: Slices, settings: IceSettings) -> Any:
+    ice = slices.ice
+    properties = ice.createProperties()
+    ours = {
+        "Ice.ThreadPool.Server.Size": str(_DISPATCH_THREADS),
+        "Ice.ThreadPool.Server.SizeMax": str(_DISPATCH_THREADS),
+        "Ice.MessageSizeMax": str(settings.max_message_kib),
+        # A connection that nobody uses is closed after a minute; clients open a new one by themselves.
+        "Ice.ACM.Server.Timeout": "60",
+        "Ice.Warn.Connections": "0",
+        "Ice.Warn.Dispatch": "0",
+        # A server that ends does not wait for what a client does not take.
+        "Ice.ACM.Server.Close": "3",
+    }
+    for name, value in {**ours, **settings.properties}.items():
+        properties.setProperty(name, value)
+    data = ice.InitializationData()
+    data.properties = properties
+    try:
+        communicator = ice.initialize(data)
+    except (ice.Exception, RuntimeError) as error:
+        raise InvalidRequest(f"Ice does not start with these properties: {error}") from error
+    try:
+        yield communicator
+    finally:
+        communicator.destroy()
+
+
+assert set(INTERFACES) == {"Camera", "Pose3D", "Navdata", "CMDVel", "Extra", "Mission", "Precise"}

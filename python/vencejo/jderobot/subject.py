@@ -1,0 +1,93 @@
+"""The vehicle that the interfaces speak of, and what it last said."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from typing import TypeVar
+
+from vencejo.errors import NoVehicleError, VencejoError
+from vencejo.station import Station
+from vencejo.vehicle import Vehicle
+
+__all__ = ["LOG", "Held", "Subject"]
+
+LOG = logging.getLogger("vencejo.jderobot")
+_T = TypeVar("_T")
+
+
+class Subject:
+    """Chooses among the vehicles of a station.
+
+    Parameters
+    ----------
+    station : Station
+    system_id : int, optional
+        Which one by default; the first that was heard when not given. That stays the one.
+    """
+
+    def __init__(self, station: Station, system_id: int | None = None) -> None:
+        self._station = station
+        self._system_id = system_id
+        self._lock = threading.Lock()
+        self._vehicles: dict[int, Vehicle] = {}
+
+    @property
+    def station(self) -> Station:
+        """The station."""
+        return self._station
+
+    def vehicles(self) -> list[int]:
+        """System ids of the vehicles heard so far."""
+        return [vehicle.system_id for vehicle in self._station.vehicles]
+
+    def find(self, system_id: int = 0) -> Vehicle | None:
+        """A vehicle by its system id, 0 for the default one; ``None`` when it was not heard yet."""
+        with self._lock:
+            wanted = system_id or self._system_id
+            if wanted in self._vehicles:
+                return self._vehicles[wanted]
+            for vehicle in self._station.vehicles:
+                if wanted is None or vehicle.system_id == wanted:
+                    self._system_id = self._system_id or vehicle.system_id
+                    self._vehicles[vehicle.system_id] = vehicle
+                    return vehicle
+            return None
+
+    def need(self, system_id: int = 0) -> Vehicle:
+        """The same, or an exception.
+
+        Raises
+        ------
+        NoVehicleError
+        """
+        vehicle = self.find(system_id)
+        if vehicle is None:
+            which = f"vehicle {system_id}" if system_id else "no vehicle"
+            raise NoVehicleError(
+                f"{which} has {'not ' if system_id else ''}been heard yet; see the links of the driver"
+            )
+        return vehicle
+
+    def tell(self, text: str, *, is_problem: bool = True) -> None:
+        """Write a text to the log, and beside the vehicle's own in the station."""
+        LOG.log(logging.WARNING if is_problem else logging.INFO, "%s", text)
+        try:
+            vehicle = self.find()
+            if vehicle is not None:
+                vehicle.note(f"JdeRobot: {text}", severity=4 if is_problem else 6)
+        except VencejoError:
+            pass  # a station that ends; the log has it
+
+
+class Held:
+    """The last value of each name: interfaces without a word for "unknown" keep giving that."""
+
+    def __init__(self) -> None:
+        self._values: dict[str, float] = {}
+
+    def __call__(self, name: str, value: float | None) -> float:
+        """The value; when it is not known the last that was, and 0 before any."""
+        if value is not None:
+            self._values[name] = value
+        return self._values.get(name, 0.0)
