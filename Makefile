@@ -73,6 +73,7 @@ run-env:
 dev-env:
 	@scripts/setup.sh rust
 	@scripts/setup.sh dev
+	@scripts/setup.sh ice
 app:
 	@scripts/setup.sh app
 native: app

@@ -18,3 +18,6 @@ compile() { # output, arguments
 # run: what `make demo` needs. dev: that, the extras and the tools; constrained, so that the two agree.
 compile requirements/run.lock pyproject.toml --group build "$@"
 compile requirements/dev.lock pyproject.toml --group tools --extra camera --constraint requirements/run.lock "$@"
+# ice: what the tests compile where Debian has no ZeroC Ice for this Python; ice-build: what compiles it.
+sed -n 's/^ice = \["\(zeroc-ice[^"]*\)".*/\1/p' pyproject.toml | compile requirements/ice.lock - "$@"
+echo 'setuptools>=77' | compile requirements/ice-build.lock - "$@"

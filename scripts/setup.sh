@@ -6,6 +6,7 @@
 #   scripts/setup.sh dev      that, the tools, the peers that the tests talk to, and Chromium
 #   scripts/setup.sh app      the web app (gcs/dist), which the native module carries
 #   scripts/setup.sh native   the Rust core as vencejo._native, and the `vencejo` command
+#   scripts/setup.sh ice      ZeroC Ice and what else the tests of the JdeRobot interfaces need
 #   scripts/setup.sh rust     only check that Rust and a C linker are there
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -105,6 +106,56 @@ python_env() { # run | dev
     echo "$want" >"$STAMPS/$1"
 }
 
+# Debian's own ZeroC Ice, linked into the environment, when it was built for a Python like this one: 20 seconds in place of
+# minutes of compiling. Fails when there is none.
+debian_ice() {
+    local system=/usr/lib/python3/dist-packages site suffix part
+    suffix=$("$VENV/bin/python" -c 'import sysconfig; print(sysconfig.get_config_var("EXT_SUFFIX"))')
+    [ -x /usr/bin/python3 ] && [ -r /etc/debian_version ] || return 1
+    [ "$(/usr/bin/python3 -c 'import sysconfig; print(sysconfig.get_config_var("EXT_SUFFIX"))')" = "$suffix" ] || return 1
+    if [ ! -e "$system/IcePy$suffix" ]; then
+        [ "$(id -u)" = 0 ] || return 1
+        apt python3-zeroc-ice
+        [ -e "$system/IcePy$suffix" ] || return 1
+    fi
+    site=$("$VENV/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
+    for part in Ice IceMX "IcePy$suffix"; do ln -sfn "$system/$part" "$site/$part"; done
+    "$VENV/bin/python" -c 'import Ice' 2>/dev/null
+}
+
+# ZeroC Ice as a wheel of our own, from source, compiled once on a machine for each Python and lock.
+compiled_ice() {
+    local cache build tag
+    tag=$("$VENV/bin/python" -c 'import sys, sysconfig; print(sys.implementation.cache_tag + "-" + sysconfig.get_platform())')
+    cache=${XDG_CACHE_HOME:-$HOME/.cache}/vencejo/wheels/$tag-$(printf 'requirements/ice.lock\n' | fingerprint | cut -c1-12)
+    if ! compgen -G "$cache/zeroc_ice-*.whl" >/dev/null; then
+        command -v c++ >/dev/null || apt build-essential
+        say "compiling ZeroC Ice (once on this machine, five to ten minutes)"
+        build=$(mktemp -d)
+        "$VENV/bin/python" -m venv "$build/venv"
+        "$build/venv/bin/python" -m pip install --quiet --require-hashes --no-deps -r requirements/ice-build.lock
+        # Not optimised for speed: compiling takes half the time, and what is slow is not in it.
+        CFLAGS=-O1 "$build/venv/bin/python" -m pip wheel --quiet --require-hashes --no-deps --no-build-isolation \
+            --wheel-dir "$build/wheels" -r requirements/ice.lock >"$build/log" 2>&1 \
+            || { cat "$build/log" >&2; fail "ZeroC Ice did not compile; it needs the headers of OpenSSL and bzip2 (libssl-dev, libbz2-dev)"; }
+        mkdir -p "$cache"
+        mv "$build"/wheels/zeroc_ice-*.whl "$cache/"
+        rm -rf "$build"
+    fi
+    "$VENV/bin/python" -m pip install --quiet --no-deps --no-index "$cache"/zeroc_ice-*.whl
+}
+
+ice() {
+    "$VENV/bin/python" -c 'import Ice' 2>/dev/null || debian_ice || compiled_ice
+    local want folder=examples/jderobot
+    want=$(printf '%s\n' "$folder/package.json" "$folder/package-lock.json" | fingerprint)
+    [ "$(cat "$folder/node_modules/.house" 2>/dev/null)" = "$want" ] && return
+    need_node
+    say "installing $folder/package-lock.json"
+    npm --prefix "$folder" ci --silent
+    echo "$want" >"$folder/node_modules/.house"
+}
+
 need_node() {
     local have
     command -v node >/dev/null && command -v npm >/dev/null \
@@ -162,6 +213,7 @@ case "${1:-}" in
     dev) need_chromium; python_env dev ;;
     app) app; node_modules ;;
     native) need_rust; native ;;
+    ice) ice ;;
     rust) need_rust ;;
-    *) fail "say what: run, dev, app, native or rust" ;;
+    *) fail "say what: run, dev, app, native, ice or rust" ;;
 esac
