@@ -55,7 +55,7 @@ function wordsOf(cause: Fields): Record<string, string> {
 }
 
 /** A word of a closed list that the server gives in English; another word is told as it is. */
-export function wordOf(list: 'system' | 'uncertainty', word: string): string {
+export function wordOf(list: 'system' | 'failing' | 'uncertainty', word: string): string {
   const key = `${list}.${word}`;
   return hasText(key) ? t(key as MessageKey) : word;
 }
