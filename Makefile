@@ -14,8 +14,9 @@ CARGO_TEST := --workspace --exclude vencejo-py --locked
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 BENCH_ARGS ?=
+SCREENSHOT_ARGS ?=
 
-.PHONY: help demo test lint fmt bench wheel lock clean run-env dev-env app native
+.PHONY: help demo test lint fmt bench screenshots wheel lock clean run-env dev-env app native
 
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -54,6 +55,9 @@ fmt: dev-env ## Format Rust and Python
 bench: dev-env native ## Measure, side by side with the peers, into bench/RESULTS.md (about 20 minutes)
 	cargo build --release --locked --quiet -p vencejo-link --examples
 	$(PY) bench/run.py $(BENCH_ARGS)
+
+screenshots: dev-env native ## Take the pictures of the ground station into docs/images
+	@$(PY) scripts/screenshots.py $(SCREENSHOT_ARGS)
 
 wheel: dev-env app ## Build the wheel into dist/
 	@scripts/setup.sh rust

@@ -7,8 +7,6 @@ not run the asynchronous tests of the Python package. Everything here shares one
 from __future__ import annotations
 
 import contextlib
-import os
-import shutil
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import AbstractAsyncContextManager
 from pathlib import Path
@@ -16,25 +14,16 @@ from typing import Literal, Protocol
 
 import pytest
 import pytest_asyncio
-from playwright.async_api import Browser, ConsoleMessage, Page, async_playwright, expect
+from playwright.async_api import Browser, ConsoleMessage, Page, expect
 
+from tests.browser.chromium import WIDE, running
 from tests.browser.station_page import PATIENCE_S, StationPage
 from tests.browser.texts import Language
 from tests.server.client import Served, serving
 from tests.support import ROOT
 
-CHROMIUM = ("chromium", "chromium-browser", "google-chrome-stable", "google-chrome")
-ARGUMENTS = [
-    *("--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
-    *("--disable-background-networking", "--disable-component-update"),
-    # Several pages are open at once, and one that is covered is tested like any other.
-    *("--disable-renderer-backgrounding", "--disable-backgrounding-occluded-windows"),
-    "--disable-background-timer-throttling",
-]
 PICTURES = ROOT / ".cache" / "browser"
 """Where the last look of a page whose test failed is kept."""
-WIDE = (1440, 900)
-PHONE = (390, 844)
 
 expect.set_options(timeout=PATIENCE_S * 1000)
 
@@ -48,22 +37,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.e2e)
 
 
-def chromium() -> str:
-    """Where the system's Chromium is."""
-    for name in filter(None, (os.environ.get("VENCEJO_CHROMIUM"), *CHROMIUM)):
-        if found := shutil.which(name):
-            return found
-    raise RuntimeError("no Chromium: sudo apt-get install -y chromium, or say where one is with VENCEJO_CHROMIUM")
-
-
 @pytest_asyncio.fixture(name="browser", scope="session", loop_scope="session")
 async def _browser() -> AsyncIterator[Browser]:
-    async with async_playwright() as playwright:
-        browser = await playwright.chromium.launch(
-            executable_path=chromium(), args=ARGUMENTS, chromium_sandbox=os.geteuid() != 0
-        )
+    async with running() as browser:
         yield browser
-        await browser.close()
 
 
 class OpenStation(Protocol):

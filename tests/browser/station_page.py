@@ -201,6 +201,11 @@ class StationPage:
         await expect(self.panel(name)).to_be_visible()
         return self.panel(name)
 
+    async def see_plane(self) -> None:
+        """Wait until the plane tells all about itself."""
+        await expect(self.bar("bar.gps")).to_contain_text("RTK")
+        await expect(self.bar("bar.battery")).to_contain_text("%")
+
     async def tap_panel(self, name: str) -> Locator:
         """Open a panel by a touch on its button."""
         await self._rail(name).tap()

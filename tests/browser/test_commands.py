@@ -8,7 +8,8 @@ from pathlib import Path
 from playwright.async_api import Locator, expect
 from vencejo import MissionItem, Plan
 
-from tests.browser.conftest import PHONE, OpenStation, Serve
+from tests.browser.chromium import PHONE
+from tests.browser.conftest import OpenStation, Serve
 from tests.browser.plane import Plane, offset
 from tests.browser.station_page import StationPage
 from tests.browser.test_plan import open_file

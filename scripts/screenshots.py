@@ -1,0 +1,244 @@
+#!/usr/bin/env python3
+"""Takes the pictures of the ground station in docs/images: a real server, the simulated plane, and the system's Chromium.
+
+The same seed gives the same flight, and simulated time stands still while a picture is taken. Each is taken in both
+themes, and some in Spanish.
+
+Usage: ``.venv/bin/python scripts/screenshots.py [--png FOLDER] [SCENE ...]``
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import base64
+import contextlib
+import datetime
+import sys
+import tempfile
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from playwright.async_api import Browser, expect  # noqa: E402
+from vencejo import MissionItem, Plan  # noqa: E402
+
+from tests.browser.chromium import PHONE, WIDE, running  # noqa: E402
+from tests.browser.plane import Plane, offset  # noqa: E402
+from tests.browser.relay import LossyRelay  # noqa: E402
+from tests.browser.station_page import PATIENCE_S, StationPage  # noqa: E402
+from tests.browser.texts import Language  # noqa: E402
+from tests.server.client import serving  # noqa: E402
+
+OUTPUT = ROOT / "docs" / "images"
+LIMIT_BYTES = 2_000_000
+"""All pictures together."""
+QUALITY = 0.9
+DEMO = ROOT / "python" / "vencejo" / "data" / "demo.waypoints"
+NOW = datetime.datetime(2026, 6, 21, 10, 0, tzinfo=datetime.timezone.utc)
+"""The time of day on every picture."""
+SPEEDUP = 10.0
+
+
+def plane_in_wind(*, rtl_autoland: int, link: str = "tcp:127.0.0.1:0") -> Plane:
+    """The plane of every picture: the same seed, the same air."""
+    params = {"RTL_AUTOLAND": rtl_autoland}
+    return Plane(link=link, speedup=SPEEDUP, wind_m_s=4.0, wind_from_deg=240.0, gust_m_s=0.5, params=params)
+
+
+class Camera:
+    """Takes pictures of pages, as WebP into docs/images, and on demand as PNG elsewhere."""
+
+    def __init__(self, browser: Browser, png: Path | None) -> None:
+        self.browser = browser
+        self._png = png
+
+    @contextlib.asynccontextmanager
+    async def station(
+        self, url: str, *, size: tuple[int, int] = WIDE, language: Language = "en", touch: bool = False
+    ) -> AsyncIterator[StationPage]:
+        """A page with the station open."""
+        context = await self.browser.new_context(
+            viewport={"width": size[0], "height": size[1]},
+            device_scale_factor=2 if touch else 1,
+            has_touch=touch,
+            is_mobile=touch,
+            locale={"en": "en-GB", "es": "es-ES"}[language],
+            timezone_id="Europe/Madrid",
+            reduced_motion="reduce",
+        )
+        page = await context.new_page()
+        await page.clock.set_fixed_time(NOW)
+        await page.goto(url)
+        station = StationPage(page, language)
+        await station.see_plane()
+        yield station
+        await context.close()
+
+    async def take(self, station: StationPage, name: str) -> None:
+        """Take a picture in both themes."""
+        await station.page.mouse.move(0, 0)
+        await station.page.evaluate("() => document.activeElement?.blur()")
+        for theme in ("dark", "light"):
+            await expect(station.page.locator("html")).to_have_attribute("data-theme", theme)
+            picture = await station.page.screenshot()
+            if self._png is not None:
+                (self._png / f"{name}-{theme}.png").write_bytes(picture)
+            (OUTPUT / f"{name}-{theme}.webp").write_bytes(await self._as_webp(picture))
+            await station.page.keyboard.press("t")
+        print(f"{name}: taken", flush=True)
+
+    async def _as_webp(self, picture: bytes) -> bytes:
+        """The browser itself turns a picture into WebP."""
+        page = await self.browser.new_page()
+        url: str = await page.evaluate(
+            """async ([png, quality]) => {
+                const picture = new Image();
+                picture.src = 'data:image/png;base64,' + png;
+                await picture.decode();
+                const canvas = Object.assign(document.createElement('canvas'), picture.naturalWidth && {
+                    width: picture.naturalWidth, height: picture.naturalHeight });
+                canvas.getContext('2d').drawImage(picture, 0, 0);
+                return canvas.toDataURL('image/webp', quality);
+            }""",
+            [base64.b64encode(picture).decode(), QUALITY],
+        )
+        await page.close()
+        return base64.b64decode(url.partition(",")[2])
+
+
+async def load(station: StationPage, path: Path) -> None:
+    """Load a plan file and send it."""
+    panel = await station.open_panel("plan")
+    async with station.page.expect_file_chooser() as choosing:
+        await panel.get_by_role("button", name=station.text("plan.open"), exact=True).click()
+    await (await choosing.value).set_files(path)
+    await station.send_plan()
+    await station.button("map.showPlan").click()
+
+
+async def flight(camera: Camera, url: str, plane: Plane) -> None:
+    """The demo mission in flight: overview, plan, sensors, in English and Spanish, and on a phone."""
+    async with (
+        camera.station(url) as station,
+        camera.station(url, language="es") as spanish,
+        camera.station(url, size=PHONE, touch=True) as phone,
+    ):
+        await load(station, DEMO)
+        await station.arm()
+        await station.start_mission()
+        await station.close_panel("plan")
+        for one in (station, spanish):
+            await one.button("map.showPlan").click()
+        await station.see_item(6)
+        for one, name in ((station, "station"), (spanish, "station-es"), (phone, "phone")):
+            if one is phone:
+                await phone.tap_panel("instruments")
+                await phone.button("map.showPlan").tap()
+            with plane.frozen():
+                await one.map_scale() if one is not phone else None
+                await camera.take(one, name)
+        for panel, name in (("plan", "plan"), ("sensors", "sensors")):
+            await station.open_panel(panel)
+            await station.button("map.showPlan").click()
+            if panel == "plan":
+                await station.item(9).click()
+            with plane.frozen():
+                await station.map_scale()
+                await camera.take(station, name)
+
+
+async def refused(camera: Camera, url: str, folder: Path) -> None:
+    """The fly panel after a refusal to arm, with the reasons and what to do."""
+    landing = (
+        MissionItem.land_start(*offset(0, 900), alt_rel_home_m=60.0),
+        MissionItem.waypoint(*offset(0, 450), alt_rel_home_m=35.0),
+        MissionItem.land(*offset(0, 0)),
+    )
+    path = folder / "landing.waypoints"
+    Plan(items=(MissionItem.takeoff(*offset(0, -200), alt_rel_home_m=50.0), *landing)).save(path)
+    async with camera.station(url) as station:
+        await load(station, path)
+        fly = await station.open_panel("fly")
+        await expect(fly.get_by_text(station.text("fly.notReady"), exact=True)).to_be_visible()
+        await station.hold(
+            fly.get_by_role("button", name=station.text("fly.arm"), exact=True), until=station.answer("arm", "refused")
+        )
+        await station.close_panel("instruments")
+        await station.open_panel("messages")
+        await station.map_scale()
+        await camera.take(station, "refused")
+
+
+async def lost(camera: Camera, relay: LossyRelay, url: str) -> None:
+    """A plane that is not heard any more: the bar, old values, and the ghost."""
+    async with camera.station(url) as station:
+        await load(station, DEMO)
+        await station.arm()
+        await station.start_mission()
+        await station.open_panel("numbers")
+        await station.see_item(3)
+        await station.button("map.showPlan").click()
+        relay.loss = 1.0
+        await expect(station.lost).to_be_visible()
+
+        async def is_old() -> bool:
+            return await station.figure(station.number("number.lastHeard")) >= 12.0
+
+        await station.eventually(is_old, "an old position", PATIENCE_S)
+        await camera.take(station, "lost")
+
+
+async def take_all(scenes: list[str], png: Path | None) -> None:
+    """Take the pictures of these scenes."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        async with running() as browser:
+            camera = Camera(browser, png)
+            if "flight" in scenes:
+                with (
+                    plane_in_wind(rtl_autoland=2) as plane,
+                    serving("--link", plane.link, "--rate", "20", data=folder) as served,
+                ):
+                    await flight(camera, served.url, plane)
+            if "refused" in scenes:
+                with (
+                    plane_in_wind(rtl_autoland=0) as plane,
+                    serving("--link", plane.link, data=folder) as served,
+                ):
+                    await refused(camera, served.url, folder)
+            if "lost" in scenes:
+                with (
+                    LossyRelay(seed=7) as relay,
+                    plane_in_wind(rtl_autoland=2, link=relay.plane_link),
+                    serving("--link", relay.driver_link, data=folder) as served,
+                ):
+                    await lost(camera, relay, served.url)
+
+
+def main() -> int:
+    """Take the pictures and see that they are not too large together."""
+    every = ["flight", "refused", "lost"]
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "scenes", nargs="*", choices=[*every, []], default=every, metavar="SCENE", help=", ".join(every)
+    )
+    parser.add_argument("--png", type=Path, help="a folder for the same pictures as PNG")
+    options = parser.parse_args()
+    OUTPUT.mkdir(parents=True, exist_ok=True)
+    if options.png is not None:
+        options.png.mkdir(parents=True, exist_ok=True)
+    expect.set_options(timeout=PATIENCE_S * 1000)
+    asyncio.run(take_all(list(options.scenes), options.png))
+    size = sum(path.stat().st_size for path in OUTPUT.glob("*.webp"))
+    print(f"{size / 1e6:.2f} MB in {OUTPUT.relative_to(ROOT)}")
+    if size > LIMIT_BYTES:
+        print(f"screenshots: more than {LIMIT_BYTES / 1e6:g} MB together", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,42 @@
+"""The system's Chromium: where it is and how it is started. Playwright's own is never downloaded."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+from collections.abc import AsyncIterator
+
+from playwright.async_api import Browser, async_playwright
+
+NAMES = ("chromium", "chromium-browser", "google-chrome-stable", "google-chrome")
+ARGUMENTS = [
+    *("--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
+    *("--disable-background-networking", "--disable-component-update"),
+    # Several pages are open at once, and one that is covered is tested like any other.
+    *("--disable-renderer-backgrounding", "--disable-backgrounding-occluded-windows"),
+    "--disable-background-timer-throttling",
+]
+WIDE = (1440, 900)
+PHONE = (390, 844)
+
+
+def chromium() -> str:
+    """Where it is."""
+    for name in filter(None, (os.environ.get("VENCEJO_CHROMIUM"), *NAMES)):
+        if found := shutil.which(name):
+            return found
+    raise RuntimeError("no Chromium: sudo apt-get install -y chromium, or say where one is with VENCEJO_CHROMIUM")
+
+
+@contextlib.asynccontextmanager
+async def running() -> AsyncIterator[Browser]:
+    """Chromium without a window; as root, as in a container, also without its sandbox."""
+    async with async_playwright() as playwright:
+        browser = await playwright.chromium.launch(
+            executable_path=chromium(), args=ARGUMENTS, chromium_sandbox=os.geteuid() != 0
+        )
+        try:
+            yield browser
+        finally:
+            await browser.close()
