@@ -10,6 +10,7 @@ import type {
   VehicleSummary,
 } from '../../src/lib/api/types';
 import { home, mission, telemetryAt } from './flight';
+import { mapsAnswer } from './maps';
 
 const scene = new URLSearchParams(window.location.search).get('scene') ?? 'fly';
 const start_ms = performance.now();
@@ -136,7 +137,9 @@ const refusal = () =>
     409,
   );
 
-async function answer(method: string, path: string): Promise<Response> {
+async function answer(method: string, path: string, body: string): Promise<Response> {
+  const ofMaps = await mapsAnswer(method, path, body, json);
+  if (ofMaps !== null) return ofMaps;
   await new Promise((resolve) => setTimeout(resolve, 120));
   const plans = /^\/vehicles\/\d+\/plan\/(\w+)$/.exec(path);
   if (plans) return json(begin(KINDS[method] ?? 'clear_mission', method === 'GET' ? plan : undefined), 202);
@@ -237,7 +240,8 @@ export function install(): void {
   window.fetch = (input, init) => {
     const { pathname } = new URL(input instanceof Request ? input.url : input, window.location.href);
     if (!pathname.startsWith('/api/v1')) return real(input, init);
-    return answer(init?.method ?? 'GET', pathname.slice('/api/v1'.length));
+    const body = typeof init?.body === 'string' ? init.body : '';
+    return answer(init?.method ?? 'GET', pathname.slice('/api/v1'.length), body);
   };
   window.WebSocket = MockSocket as unknown as typeof WebSocket;
 }

@@ -55,8 +55,13 @@ describe('ground', () => {
     expect(ground.lowest?.clearance_m).toBeCloseTo(15, 0);
   });
 
+  it('does not take the error of terrain data at home for a hill', () => {
+    const off = points.map(() => 698);
+    expect(groundOf(ITEMS, HOME, points, off, 30).tooLow).toHaveLength(0);
+  });
+
   it('warns of a climb into a hill', () => {
-    const hill = points.map(({ distance_m }) => (distance_m > 100 && distance_m < 200 ? 740 : 690));
+    const hill = points.map(({ distance_m }) => (distance_m > 100 && distance_m < 200 ? 760 : 690));
     expect(groundOf(ITEMS, HOME, points, hill, 30).tooLow).toHaveLength(1);
   });
 

@@ -5,6 +5,12 @@ import type { LonLat } from './lonlat';
 import { altRelHome_m, type Home, heightFrameOf, type PlanItem } from './plan';
 import { type ShapedLeg, shapedRoute } from './route-shape';
 
+/**
+ * So much may terrain data be off, metres: SRTM's absolute error stays below 16 m for nine of ten points and is mostly half of that
+ * (Rodríguez et al. 2006). A take-off that it puts into the ground by less says nothing.
+ */
+const TERRAIN_ERROR_M = 10;
+
 /** A place of the route, at which the ground's height is asked for. */
 export interface RoutePoint {
   readonly at: LonLat;
@@ -117,7 +123,7 @@ export function groundOf(
       begin = { rel_home_m, ground_m: rel_home_m === null || ground_m === null ? null : rel_home_m - ground_m };
     }
     const above_m = ground_m === null ? null : clearanceAt(item, home, begin, point.part, ground_m);
-    const isTooLow = above_m !== null && above_m < (point.isLow ? 0 : clearance_m);
+    const isTooLow = above_m !== null && above_m < (point.isLow ? -TERRAIN_ERROR_M : clearance_m);
     const one: GroundPoint = {
       distance_m: point.distance_m,
       ground_rel_home_m: ground_m,

@@ -189,7 +189,7 @@ export const mapsEn = {
   'maps.area.undo': 'Remove the last corner',
   'maps.area.from': 'Coarsest',
   'maps.area.to': 'Finest',
-  'maps.area.level': '{level} · {resolution} per pixel',
+  'maps.area.level': '{level} · {resolution}/px',
   'maps.area.name': 'Name',
   'maps.area.named': '{source}, {date}',
   'maps.area.estimating': 'Counting…',

@@ -191,7 +191,7 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.area.undo': 'Quitar la última esquina',
   'maps.area.from': 'Más basto',
   'maps.area.to': 'Más fino',
-  'maps.area.level': '{level} · {resolution} por píxel',
+  'maps.area.level': '{level} · {resolution}/px',
   'maps.area.name': 'Nombre',
   'maps.area.named': '{source}, {date}',
   'maps.area.estimating': 'Contando…',

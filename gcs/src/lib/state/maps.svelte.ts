@@ -38,6 +38,8 @@ class Maps {
   file = $state('');
   fileError = $state<string | null>(null);
   isLoaded = $state(false);
+  /** The line of attributions lies along the map's lower edge; everything else stays above it. Pixels. */
+  attributionHeight_px = $state(0);
   /** Which part of the panel is looked at. */
   tab = $state<'layers' | 'offline' | 'terrain'>('layers');
   /** Why the list is not known. */
