@@ -3,7 +3,7 @@
 # (.venv) with locked packages, and the native module. Does nothing when nothing changed.
 #
 #   scripts/setup.sh run      what `vencejo` needs
-#   scripts/setup.sh dev      that, the tools, the peers that the tests talk to, and Chromium
+#   scripts/setup.sh dev      that, the tools, the peers that the tests talk to, Chromium and MapServer
 #   scripts/setup.sh app      the web app (gcs/dist), which the native module carries
 #   scripts/setup.sh native   the Rust core as vencejo._native, and the `vencejo` command
 #   scripts/setup.sh ice      ZeroC Ice and what else the tests of the JdeRobot interfaces need
@@ -81,6 +81,12 @@ need_chromium() {
         if command -v "$candidate" >/dev/null; then return; fi
     done
     apt chromium
+}
+
+# The map server that tests/maps and tests/browser fetch from.
+need_mapserver() {
+    if [ -x /usr/lib/cgi-bin/mapserv ] || command -v mapserv >/dev/null; then return; fi
+    apt cgi-mapserver
 }
 
 # Hash of the content of the files named on standard input, one a line.
@@ -210,7 +216,7 @@ native() {
 
 case "${1:-}" in
     run) python_env run ;;
-    dev) need_chromium; python_env dev ;;
+    dev) need_chromium; need_mapserver; python_env dev ;;
     app) app; node_modules ;;
     native) need_rust; native ;;
     ice) ice ;;
