@@ -313,6 +313,47 @@ def test_a_delay_does_not_wait_for_a_time_that_is_not_known() -> None:
     assert ground.run(1, ground.saying("Delaying 0 sec")), ground.texts
 
 
+def interrupted(repeat_m: float) -> Flight:
+    """Off the way 120 m beyond the third waypoint for a while, then on in AUTO."""
+    flight = make(
+        mission(
+            TAKEOFF,
+            item(0, 215, params=(repeat_m,)),
+            waypoint(0, 0, -500, 60),
+            waypoint(0, 0, -1100, 90),
+            waypoint(0, 600, -1100, 90),
+            waypoint(0, 600, -500, 90),
+        )
+    )
+    flight.plane.set_mode(Mode.AUTO)
+    flight.plane.arm()
+    assert flight.run(200, lambda: flight.plane.mission.current_seq == 5 and flight.position()[0] > 120)
+    flight.plane.set_mode(Mode.LOITER)
+    flight.run(10)
+    assert flight.plane.set_mode(Mode.AUTO) is MavResult.ACCEPTED
+    return flight
+
+
+def test_a_resumed_mission_repeats_the_last_metres() -> None:
+    flight = interrupted(300)
+    # 120 m to the corner, and 180 m before it on the leg that climbs there: the item before the corner, moved.
+    assert flight.plane.mission.current_seq == 3
+    target = flight.plane.nav.next
+    assert (target.n_m, target.e_m) == pytest.approx((0, -920), abs=8)
+    assert target.alt_m - flight.plane.home.alt_m == pytest.approx(81, abs=1)
+    assert flight.run(200, flight.saying("Mission: Returned to interrupted WP")), flight.texts
+    assert flight.plane.mission.current_seq == 5
+    assert flight.run(200, flight.saying("Reached waypoint #6"))
+
+
+def test_a_resumed_mission_repeats_no_more_than_it_flew() -> None:
+    flight = interrupted(5000)
+    assert flight.plane.mission.current_seq == 3
+    assert (flight.plane.nav.next.n_m, flight.plane.nav.next.e_m) == pytest.approx((0, -500), abs=1)
+    # Without the order it goes on where it was.
+    assert interrupted(0).plane.mission.current_seq == 5
+
+
 @pytest.mark.parametrize("command", sorted(PASSED_OVER))
 def test_what_arduplane_cannot_begin_is_announced_and_passed_over(command: int) -> None:
     """The plane goes on from where it is to the next item, and tells no MISSION_ITEM_REACHED."""
@@ -352,6 +393,7 @@ EXERCISED_BY = {
     178: test_change_of_airspeed_and_back,
     179: test_home_is_set_on_the_way,
     188: test_land_start_is_passed_over_in_the_flow,
+    215: test_a_resumed_mission_repeats_the_last_metres,
     189: test_land_start_is_passed_over_in_the_flow,
     600: test_jump_tags,
     601: test_jump_tags,
@@ -359,7 +401,7 @@ EXERCISED_BY = {
     42702: test_a_script_that_is_not_there_is_waited_for_a_second,
 } | dict.fromkeys(map(int, PASSED_OVER), test_what_arduplane_cannot_begin_is_announced_and_passed_over)
 """Which test flies each navigation, condition and flow command."""
-FLOW = {177, 178, 179, 188, 189, 600, 601, 3000}
+FLOW = {177, 178, 179, 188, 189, 215, 600, 601, 3000}
 TAGS = {600, 601}
 """ArduPlane stores them; the facts were taken without."""
 

@@ -381,6 +381,7 @@ class Commands:
         self._ap.say(Severity.INFO, "Gripper Grabbed" if item.p2 == 1 else "Gripper Released")
 
     def _repeat_dist(self, item: StoredItem) -> None:
+        self._ap.mission.repeat_on_resume(max(0.0, item.p1))
         self._ap.say(Severity.INFO, f"Resume repeat dist set to {int(item.p1)} m")
 
     def _trigger_distance(self, item: StoredItem) -> None:

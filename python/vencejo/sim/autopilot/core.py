@@ -577,6 +577,10 @@ class Autopilot:
             self.change_mode(Mode.RTL, "mission end")
             self.say(Severity.INFO, "Mission complete, changing mode to RTL")
 
+    def where(self) -> tuple[float, float]:
+        """Latitude and longitude where the plane believes it is."""
+        return self.frame.to_earth(self.est.n_m, self.est.e_m)
+
     # saying
 
     def say(self, severity: Severity, text: str) -> None:

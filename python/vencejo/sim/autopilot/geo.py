@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-__all__ = ["LocalFrame", "Spot", "bearing_rad", "distance_m", "wrap_pi"]
+__all__ = ["LocalFrame", "Spot", "bearing_rad", "distance_m", "ground_distance_m", "wrap_pi"]
 
 _A = 6_378_137.0
 _E2 = 6.694_379_990_14e-3
@@ -55,6 +55,13 @@ def distance_m(a: Spot, b: Spot) -> float:
 def bearing_rad(a: Spot, b: Spot) -> float:
     """Bearing from ``a`` to ``b``, −π to π."""
     return math.atan2(b.e_m - a.e_m, b.n_m - a.n_m)
+
+
+def ground_distance_m(lat1_deg: float, lon1_deg: float, lat2_deg: float, lon2_deg: float) -> float:
+    """Distance as ArduPilot counts it (Location::get_distance): on a sphere, with the meridians' width half-way."""
+    north = lat2_deg - lat1_deg
+    east = ((lon2_deg - lon1_deg + 180.0) % 360.0 - 180.0) * math.cos(math.radians((lat1_deg + lat2_deg) / 2.0))
+    return 111_318.845 * math.hypot(north, east)
 
 
 class LocalFrame:

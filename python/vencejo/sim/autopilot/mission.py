@@ -7,10 +7,13 @@ after another meanwhile; those not reached when it completes are skipped, as Ard
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from enum import Enum
 from typing import Protocol
 
+from .geo import ground_distance_m
 from .interface import PlanView, Severity, StoredItem
 from .names import AT_ONCE, Cmd, is_nav, word
 
@@ -18,6 +21,8 @@ __all__ = ["MissionHost", "MissionRunner", "RunState"]
 
 _FIRST = 1
 _FOREVER = -1
+_HISTORY = 7
+"""How many places are remembered (AP_MISSION_MAX_WP_HISTORY)."""
 _LANDINGS = (Cmd.NAV_LAND, Cmd.NAV_VTOL_LAND)
 _TAKEOFFS = (Cmd.NAV_TAKEOFF, Cmd.NAV_VTOL_TAKEOFF)
 
@@ -49,6 +54,10 @@ class MissionHost(Protocol):
         """Announce something."""
         ...
 
+    def where(self) -> tuple[float, float]:
+        """Latitude and longitude of the plane, degrees."""
+        ...
+
 
 class MissionRunner:
     """Runs the stored mission.
@@ -78,6 +87,12 @@ class MissionRunner:
         self._do_all_done = False
         self._previous_wp_seq: int | None = None
         self._jumps: dict[int, int] = {}
+        self._way: deque[StoredItem] = deque(maxlen=_HISTORY)
+        """The last places that were made for, the present one last."""
+        self._repeat_m = 0.0
+        self._resume: StoredItem | None = None
+        self._resuming = False
+        self._left_at: tuple[float, float] | None = None
 
     # reading
 
@@ -123,6 +138,8 @@ class MissionRunner:
             self._start()
             return
         self.state = RunState.RUNNING
+        if self._rewind():
+            return
         if self._do_loaded and self._do is not None:
             self.set_current(self._do.seq)
         elif self._nav_loaded:
@@ -142,12 +159,18 @@ class MissionRunner:
         self._nav_loaded = self._do_loaded = self._do_all_done = False
         self._do = None
         self._jumps.clear()
+        self._forget_way()
+
+    def repeat_on_resume(self, distance_m: float) -> None:
+        """DO_SET_RESUME_REPEAT_DIST: when the mission is interrupted, it goes on so far back along its way."""
+        self._repeat_m = distance_m
 
     def update(self) -> list[int]:
         """Look after the running commands, 10 times a second; returns the items that were completed."""
         reached: list[int] = []
         if self.state is not RunState.RUNNING or self.total == 0:
             return reached
+        self._left_at = self._host.where()
         if not self._nav_loaded or self.nav is None:
             if not self._advance_nav(None):
                 self._complete()
@@ -180,6 +203,7 @@ class MissionRunner:
     def set_current(self, seq: int) -> bool:
         """Go to an item; False when there is none."""
         self.in_landing_sequence = self.in_return_path = False
+        self._forget_way()
         items = self._plan.mission
         if not 0 <= seq < len(items) or self.total == 0:
             return False
@@ -348,6 +372,7 @@ class MissionRunner:
                 if self._begin(item):
                     self._nav_loaded = True
                     self._do_all_done = not self._do_loaded
+                    self._remember(item)
                     return True
                 if not self._running():
                     return True
@@ -356,6 +381,57 @@ class MissionRunner:
                 self._begin(item)
             seq = item.seq + 1
         return False
+
+    # the way back (AP_Mission::calc_rewind_pos)
+
+    def _forget_way(self) -> None:
+        self._way.clear()
+        self._repeat_m = 0.0
+        self._resume = self._left_at = None
+        self._resuming = False
+
+    def _remember(self, item: StoredItem) -> None:
+        if self._repeat_m > 0 and not self._resuming and (item.lat_deg != 0.0 or item.lon_deg != 0.0):
+            self._way.append(item)
+        if self._resuming and self._way and item.seq == self._way[-1].seq:
+            self._host.say(Severity.INFO, "Mission: Returned to interrupted WP")
+            self._resuming = False
+
+    def _rewind(self) -> bool:
+        """Go on from a point behind on the way flown; False when nothing asks for that or nothing was flown."""
+        if self._repeat_m <= 0 or len(self._way) < 2 or self._left_at is None:
+            return False
+        if not self._resuming:
+            self._resume = self._behind(self._left_at)
+        if self._resume is None or not self._begin(self._resume):
+            return False
+        self.nav, self._nav_loaded = self._resume, True
+        self._resuming = True
+        return True
+
+    def _behind(self, here: tuple[float, float]) -> StoredItem:
+        """Where the plane was so many metres before: between two places that it passed, or the first that is remembered."""
+        *passed, _ = self._way
+        left_m = self._repeat_m
+        following: StoredItem | None = None
+        for item in reversed(passed):
+            leg_m = ground_distance_m(item.lat_deg, item.lon_deg, *here)
+            left_m -= leg_m
+            if left_m <= 0.0:
+                # On the leg just passed the mark is between this place and where the mission was left: as ArduPlane, the
+                # share is of the leg between the places.
+                after = self._way[-1] if following is None else following
+                whole_m = ground_distance_m(item.lat_deg, item.lon_deg, after.lat_deg, after.lon_deg)
+                part = -left_m / whole_m if whole_m > 0.0 else 0.0
+                return replace(
+                    item,
+                    lat_deg=item.lat_deg + (after.lat_deg - item.lat_deg) * part,
+                    lon_deg=item.lon_deg + (after.lon_deg - item.lon_deg) * part,
+                    alt_m=item.alt_m + (after.alt_m - item.alt_m) * part,
+                )
+            here = (item.lat_deg, item.lon_deg)
+            following = item
+        return passed[0]
 
     def _advance_do(self) -> None:
         if self._do_all_done or self._do is None:
