@@ -6,6 +6,8 @@ export const fenceEn = {
   'part.rally': 'Rally points',
   'part.withState': '{part}: {state}',
   'part.sendAll': 'Everything to the vehicle ({count})',
+  'part.empty.fence': 'No fence here',
+  'part.empty.rally': 'No rally points here',
 
   'fence.tools': 'What a click on the map adds to the fence',
   'fence.select': 'Select zones',

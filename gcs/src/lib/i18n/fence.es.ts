@@ -8,6 +8,8 @@ export const fenceEs: Record<keyof typeof fenceEn, string> = {
   'part.rally': 'Puntos de reunión',
   'part.withState': '{part}: {state}',
   'part.sendAll': 'Todo al vehículo ({count})',
+  'part.empty.fence': 'Aquí no hay geovalla',
+  'part.empty.rally': 'Aquí no hay puntos de reunión',
 
   'fence.tools': 'Qué añade un clic en el mapa a la geovalla',
   'fence.select': 'Elegir zonas',

@@ -7,6 +7,7 @@ import Fill from 'ol/style/Fill';
 import Stroke from 'ol/style/Stroke';
 import Style from 'ol/style/Style';
 import type { Topology } from 'topojson-specification';
+import { type Corner, unwrapPolygon } from '$lib/domain/coast';
 import type { Theme } from './frame';
 
 /**
@@ -40,7 +41,8 @@ async function loadCoast(source: VectorSource<Feature>): Promise<void> {
   const parts = shape.type === 'FeatureCollection' ? shape.features : [shape];
   for (const { geometry } of parts) {
     if (geometry.type !== 'MultiPolygon') continue;
-    source.addFeature(new Feature(new MultiPolygon(geometry.coordinates).transform('EPSG:4326', 'EPSG:3857')));
+    const polygons = (geometry.coordinates as unknown as Corner[][][]).flatMap(unwrapPolygon);
+    source.addFeature(new Feature(new MultiPolygon(polygons).transform('EPSG:4326', 'EPSG:3857')));
   }
 }
 

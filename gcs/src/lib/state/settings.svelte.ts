@@ -1,4 +1,5 @@
 // What a person chose: theme, language, units, rate. Survives a reload.
+import { type CoordinateFormat, COORDINATES } from '$lib/domain/coordinates';
 import type { LengthUnit, SpeedUnit, Units } from '$lib/domain/units';
 import { i18n, type Language } from '$lib/i18n/index.svelte';
 import { load, save } from './stored';
@@ -13,6 +14,7 @@ interface Chosen {
   language: Language;
   length: LengthUnit;
   speed: SpeedUnit;
+  coordinates: CoordinateFormat;
   rate_hz: number;
 }
 
@@ -32,6 +34,7 @@ const defaults: Chosen = {
   language: browserLanguage(globalThis.navigator?.languages ?? []),
   length: 'm',
   speed: 'm_s',
+  coordinates: 'decimal',
   rate_hz: 20,
 };
 
@@ -43,6 +46,7 @@ function read(value: unknown): Chosen | null {
     language: oneOf(stored.language, ['en', 'es'] as const, defaults.language),
     length: oneOf(stored.length, ['m', 'ft'] as const, defaults.length),
     speed: oneOf(stored.speed, ['m_s', 'kt', 'km_h'] as const, defaults.speed),
+    coordinates: oneOf(stored.coordinates, COORDINATES, defaults.coordinates),
     rate_hz: oneOf(stored.rate_hz, RATES_HZ, defaults.rate_hz as (typeof RATES_HZ)[number]),
   };
 }
@@ -72,6 +76,12 @@ class Settings {
   }
   set units(units: Units) {
     this.#set(units);
+  }
+  get coordinates(): CoordinateFormat {
+    return this.#chosen.coordinates;
+  }
+  set coordinates(coordinates: CoordinateFormat) {
+    this.#set({ coordinates });
   }
   get rate_hz(): number {
     return this.#chosen.rate_hz;

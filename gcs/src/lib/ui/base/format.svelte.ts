@@ -1,4 +1,6 @@
 // Values as people read them, in the language and the units that were chosen. Reactive.
+import { formatPlace } from '$lib/domain/coordinates';
+import type { LonLat } from '$lib/domain/lonlat';
 import {
   formatDistance,
   formatDuration,
@@ -9,6 +11,7 @@ import {
   SPEED_SYMBOL,
 } from '$lib/domain/units';
 import { t } from '$lib/i18n/index.svelte';
+import { projectUtm } from '$lib/map/utm';
 import { settings } from '$lib/state/settings.svelte';
 
 type Maybe = number | null | undefined;
@@ -37,6 +40,9 @@ export const age = (value_s: Maybe): string =>
     if (value < 10) return number(value, 1, 's');
     return value < 90 ? number(value, 0, 's') : formatDuration(value);
   });
+
+/** A position as it was chosen to be written: degrees, degrees with minutes and seconds, or UTM. */
+export const place = (at: LonLat): string => formatPlace(at, settings.coordinates, projectUtm);
 
 export const lengthUnit = (): string => LENGTH_SYMBOL[settings.units.length];
 export const speedUnit = (): string => SPEED_SYMBOL[settings.units.speed];

@@ -1,5 +1,6 @@
 // Keys for what is often done. None of them tells the vehicle to do anything: that takes a button, held.
 import { t } from '$lib/i18n/index.svelte';
+import { help } from '$lib/state/help.svelte';
 import { layout, type Panel } from '$lib/state/layout.svelte';
 import { settings } from '$lib/state/settings.svelte';
 import { vehicles } from '$lib/state/vehicles.svelte';
@@ -34,6 +35,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
     text: () => t('key.theme'),
     run: () => (settings.theme = settings.theme === 'dark' ? 'light' : 'dark'),
   },
+  { key: '?', shown: '?', text: () => t('key.help'), run: () => (help.isOpen = !help.isOpen) },
   {
     key: 'Escape',
     shown: 'Esc',
@@ -58,6 +60,8 @@ function isTyping(target: EventTarget | null): boolean {
 export function onShortcut(event: KeyboardEvent): void {
   if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
   if (isTyping(event.target)) return;
+  // the dialog closes itself by Esc, and what lies below it is not seen
+  if (help.isOpen && event.key !== '?') return;
   const shortcut = SHORTCUTS.find(({ key }) => key === event.key || key === event.key.toLowerCase());
   if (shortcut === undefined) return;
   event.preventDefault();

@@ -1,0 +1,48 @@
+/** How people choose to have positions written. */
+
+import { formatDecimal, formatDms, type LonLat } from './lonlat';
+
+export const COORDINATES = ['decimal', 'dms', 'utm'] as const;
+export type CoordinateFormat = (typeof COORDINATES)[number];
+
+/** Letters of the UTM bands from 80° S to 84° N, 8° each (the last 12°), without I and O. */
+const BANDS = 'CDEFGHJKLMNPQRSTUVWX';
+
+export interface UtmZone {
+  readonly zone: number;
+  /** MGRS latitude band. */
+  readonly band: string;
+  readonly isNorth: boolean;
+}
+
+/**
+ * The UTM zone of a position, with the exceptions of Norway and Svalbard (DMA TM 8358.1, 1989); `null` beyond 80° S and
+ * 84° N, where UTM ends.
+ */
+export function utmZone({ lon_deg, lat_deg }: LonLat): UtmZone | null {
+  if (lat_deg < -80 || lat_deg > 84) return null;
+  let zone = Math.min(60, Math.floor((lon_deg + 180) / 6) + 1);
+  if (lat_deg >= 56 && lat_deg < 64 && lon_deg >= 3 && lon_deg < 12) zone = 32;
+  if (lat_deg >= 72 && lon_deg >= 0 && lon_deg < 42) {
+    zone = lon_deg < 9 ? 31 : lon_deg < 21 ? 33 : lon_deg < 33 ? 35 : 37;
+  }
+  const band = BANDS[Math.min(BANDS.length - 1, Math.floor((lat_deg + 80) / 8))] ?? 'X';
+  return { zone, band, isNorth: lat_deg >= 0 };
+}
+
+/** Easting and northing of a position in a zone, metres: given by whoever can project. */
+export type UtmProjection = (at: LonLat, zone: UtmZone) => readonly [east_m: number, north_m: number];
+
+/** `30T 432412 4465123`; where UTM ends, in decimal degrees. */
+export function formatUtm(at: LonLat, project: UtmProjection): string {
+  const zone = utmZone(at);
+  if (zone === null) return formatDecimal(at, 6);
+  const [east_m, north_m] = project(at, zone);
+  const metres = (value_m: number): string => String(Math.round(value_m));
+  return `${zone.zone}${zone.band} ${metres(east_m).padStart(6, '0')} ${metres(north_m).padStart(7, '0')}`;
+}
+
+export function formatPlace(at: LonLat, format: CoordinateFormat, project: UtmProjection): string {
+  if (format === 'dms') return formatDms(at);
+  return format === 'utm' ? formatUtm(at, project) : formatDecimal(at, 6);
+}
