@@ -1,6 +1,4 @@
 // The shapes of the maps' API, where the server's description explains each field.
-import type { Plan } from '$lib/domain/plan';
-
 export interface Attribution {
   text: string;
   url?: string | null;
@@ -18,7 +16,7 @@ export interface Place {
   lon_deg: number;
 }
 
-export type SourceKind = 'xyz' | 'wms' | 'wmts' | 'mbtiles' | 'pmtiles' | 'geotiff' | 'image' | 'google' | 'hgt';
+export type SourceKind = 'xyz' | 'wms' | 'wmts' | 'mbtiles' | 'pmtiles' | 'geotiff' | 'image' | 'google' | 'dem';
 export type SourceRole = 'base' | 'overlay' | 'elevation';
 
 export interface TileLevel {
@@ -112,7 +110,6 @@ export interface SourceSettings {
   layer?: string | null;
   matrix_set?: string | null;
   style?: string | null;
-  dimensions?: Record<string, string>;
   map_type?: 'satellite' | 'roadmap' | 'terrain' | null;
   language?: string | null;
   region?: string | null;
@@ -127,6 +124,8 @@ export interface SourceSettings {
   offline_reason?: string | null;
   parallel?: number | null;
   terms_url?: string | null;
+  attribution_url?: string | null;
+  local_network?: boolean;
 }
 
 export interface MapConfig {
@@ -191,8 +190,7 @@ export interface UploadedFile {
 export type AreaShape =
   | ({ kind: 'box' } & Bounds)
   | { kind: 'polygon'; points: Place[] }
-  | { kind: 'route'; points: Place[]; buffer_m: number }
-  | { kind: 'plan'; plan: Plan; buffer_m: number };
+  | { kind: 'route'; points: Place[]; buffer_m: number };
 
 export interface AreaRequest {
   source: string;

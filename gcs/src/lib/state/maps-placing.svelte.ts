@@ -117,8 +117,6 @@ function outlineOf(shape: Shape): { corners: readonly LonLat[]; buffer_m: number
       return { corners: shape.points, buffer_m: null };
     case 'route':
       return { corners: shape.points, buffer_m: shape.buffer_m };
-    case 'plan':
-      return { corners: [], buffer_m: null };
   }
 }
 

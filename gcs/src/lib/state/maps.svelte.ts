@@ -77,7 +77,6 @@ class Maps {
               grid: source.grid,
               opacity,
               minZoom: source.min_zoom ?? null,
-              maxZoom: source.max_zoom ?? null,
             },
           ],
     ),

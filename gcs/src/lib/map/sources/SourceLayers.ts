@@ -35,9 +35,8 @@ export interface ShownSource {
   readonly tilesUrl: string;
   readonly grid: Grid;
   readonly opacity: number;
-  /** Zooms of the map between which it is shown; `null`: always. */
+  /** Zoom of the map from which it is shown; `null`: always. */
   readonly minZoom: number | null;
-  readonly maxZoom: number | null;
 }
 
 export interface SourceEvents {
@@ -113,7 +112,6 @@ export class SourceLayers {
       layer.setOpacity(source.opacity);
       // a layer is hidden at its least zoom itself
       layer.setMinZoom(source.minZoom === null ? Number.NEGATIVE_INFINITY : source.minZoom - 1e-6);
-      layer.setMaxZoom(source.maxZoom === null ? Number.POSITIVE_INFINITY : source.maxZoom + 1);
     });
   }
 
