@@ -206,6 +206,24 @@ class StationPage:
         await expect(self.bar("bar.gps")).to_contain_text("RTK")
         await expect(self.bar("bar.battery")).to_contain_text("%")
 
+    async def have_control(self) -> None:
+        """Have control, or take it as soon as whoever had it has gone."""
+        arm = self.panel("fly").get_by_role("button", name=self.text("fly.arm"), exact=True)
+        if await self.page.get_by_role("region", name=self.text("panel.fly"), exact=True).count() == 0:
+            await self.open_panel("fly")
+        ready = arm.and_(self.page.locator(":enabled"))
+        await expect(ready.or_(self.button("control.take")).first).to_be_visible()
+        if await self.button("control.take").count() > 0:
+            await self.button("control.take").click()
+        await expect(arm).to_be_enabled()
+
+    async def choose_language(self, language: Language) -> None:
+        """Have the page speak a language."""
+        settings = await self.open_panel("settings")
+        await settings.get_by_role("button", name={"en": "English", "es": "Español"}[language], exact=True).click()
+        self.language = language
+        await expect(self.panel("settings")).to_be_visible()
+
     async def tap_panel(self, name: str) -> Locator:
         """Open a panel by a touch on its button."""
         await self._rail(name).tap()
