@@ -52,7 +52,7 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'menu.guided': 'El avión deja su misión y pasa al modo GUIDED.',
 
   'plan.tools': 'Qué añade un clic en el mapa',
-  'plan.select': 'Seleccionar',
+  'plan.select': 'Elegir',
   'plan.toolHint.select': 'Haz clic en los puntos para seleccionarlos. Mayús y arrastrar selecciona varios.',
   'plan.toolHint.waypoint': 'Haz clic en el mapa para añadir puntos. Arrastra para mover; + en un tramo inserta.',
   'plan.toolHint.takeoff': 'Haz clic hacia donde debe ascender el avión.',

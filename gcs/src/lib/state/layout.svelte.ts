@@ -9,6 +9,8 @@ export type Panel = LeftPanel | RightPanel;
 
 /** Below this width one panel at a time opens, as a sheet from the bottom. */
 export const NARROW_PX = 900;
+/** Below this width one dock at a time opens. */
+export const TIGHT_PX = 1180;
 
 export interface Insets {
   top: number;
@@ -45,7 +47,11 @@ class Layout {
   insets = $state.raw<Insets>({ top: 0, right: 0, bottom: 0, left: 0 });
 
   isNarrow = $derived(this.width_px < NARROW_PX);
-  left = $derived<readonly LeftPanel[]>(this.isNarrow ? [] : this.#open.left);
+  /** Between two docks no map would be left to work on: the right one covers the left one meanwhile. */
+  #isTight = $derived(!this.isNarrow && this.width_px < TIGHT_PX);
+  left = $derived<readonly LeftPanel[]>(
+    this.isNarrow || (this.#isTight && this.#open.right !== null) ? [] : this.#open.left,
+  );
   right = $derived<RightPanel | null>(this.isNarrow ? null : this.#open.right);
   sheet = $derived<Panel | null>(this.isNarrow ? this.#open.sheet : null);
 
@@ -65,7 +71,9 @@ class Layout {
   toggle(panel: Panel): void {
     const open = this.#open;
     if (this.isNarrow) this.#set({ ...open, sheet: open.sheet === panel ? null : panel });
-    else if (isLeft(panel)) {
+    else if (isLeft(panel) && this.#isTight && open.right !== null) {
+      this.#set({ ...open, right: null, left: open.left.includes(panel) ? open.left : [...open.left, panel] });
+    } else if (isLeft(panel)) {
       const others = open.left.filter((other) => other !== panel);
       this.#set({ ...open, left: others.length < open.left.length ? others : [...others, panel] });
     } else this.#set({ ...open, right: open.right === panel ? null : panel });
