@@ -9,7 +9,7 @@ from typing import Any, Final, TypeVar
 
 from vencejo.jderobot.runtime import Slices
 from vencejo.jderobot.subject import Held, Subject
-from vencejo.telemetry import Telemetry
+from vencejo.telemetry import STALE_AFTER_S, Telemetry
 
 __all__ = ["Navdata", "State", "state_of"]
 
@@ -103,4 +103,4 @@ class Navdata:
         data.vy = held("vy", _of(position, lambda group: group.velocity_east_m_s, _MILLI))
         data.vz = held("vz", _of(position, lambda group: group.velocity_down_m_s, _MILLI))
         clock = telemetry.system_time
-        data.tm = held("tm", None if clock is None else clock.boot_ms / _MILLI + clock.age_s)
+        data.tm = held("tm", None if clock is None else clock.boot_ms / _MILLI + min(clock.age_s, STALE_AFTER_S))

@@ -1,0 +1,238 @@
+"""A driver with its Ice interfaces as a process of its own, and a client that knows only the Slice files."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import socket
+import sys
+import threading
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tests.server.client import Served, serving
+from tests.support import ROOT, wait_for
+
+SLICE = ROOT / "slice"
+INTERFACES = ("Camera", "Pose3D", "Navdata", "CMDVel", "Extra", "Mission", "Precise")
+ANY_PORT = {f"{name}.Endpoints": "tcp -h 127.0.0.1 -p 0" for name in INTERFACES}
+READY_S = 90.0
+NODE = ROOT / "examples" / "jderobot"
+
+
+@contextlib.contextmanager
+def driver(link: str, *options: str, data: Path, ports: Mapping[str, str] = ANY_PORT) -> Iterator[Served]:
+    """`vencejo serve --ice` on free ports."""
+    settings = [part for name, value in ports.items() for part in ("--ice-set", f"{name}={value}")]
+    with serving("--link", link, "--ice", *settings, *options, data=data) as served:
+        yield served
+
+
+@dataclass
+class Client:
+    """A client: types that Ice made of the Slice files, and proxies as a configuration has them."""
+
+    ice: Any
+    jderobot: Any
+    precise: Any
+    communicator: Any
+    proxies: Mapping[str, str]
+
+    def proxy(self, interface: str, type_name: str | None = None, *, facet: str = "") -> Any:
+        """A proxy of an interface, checked by asking the server what it is."""
+        text = self.proxies[interface]
+        if interface == "Precise":
+            module, type_name = self.precise, type_name or "Telemetry"
+            text = text.replace("_telemetry", f"_{type_name.lower()}")
+        else:
+            module, type_name = self.jderobot, {"Extra": "ArDroneExtra"}.get(interface, interface)
+        found = getattr(module, f"{type_name}Prx").checkedCast(self.communicator.stringToProxy(text))
+        assert found is not None, f"{text} is no {type_name}"
+        return found
+
+    @property
+    def pose(self) -> Any:
+        """Pose3D."""
+        return self.proxy("Pose3D")
+
+    @property
+    def navdata(self) -> Any:
+        """Navdata."""
+        return self.proxy("Navdata")
+
+    @property
+    def extra(self) -> Any:
+        """ArDroneExtra."""
+        return self.proxy("Extra")
+
+    @property
+    def velocity(self) -> Any:
+        """CMDVel."""
+        return self.proxy("CMDVel")
+
+    @property
+    def mission(self) -> Any:
+        """Mission."""
+        return self.proxy("Mission")
+
+    @property
+    def camera(self) -> Any:
+        """Camera."""
+        return self.proxy("Camera")
+
+    @property
+    def telemetry(self) -> Any:
+        """Precise telemetry."""
+        return self.proxy("Precise", "Telemetry")
+
+    @property
+    def missions(self) -> Any:
+        """Precise missions."""
+        return self.proxy("Precise", "Missions")
+
+    @property
+    def control(self) -> Any:
+        """Precise control."""
+        return self.proxy("Precise", "Control")
+
+    def mission_data(self, *poses: tuple[float, float, float]) -> Any:
+        """A mission of latitudes, longitudes and heights above home."""
+        return self.jderobot.MissionData(
+            [self.jderobot.Pose3DData(x=lat, y=lon, h=height, q0=1.0) for lat, lon, height in poses]
+        )
+
+    def wait_ready(self) -> None:
+        """Wait until the vehicle is heard and its own checks pass; JdeRobot's interfaces cannot tell."""
+        control, jderobot_ready = self.control, self.telemetry
+        wait_for(lambda: 1 in jderobot_ready.vehicles(), "a vehicle", READY_S)
+
+        def passes() -> bool:
+            # MAV_CMD_RUN_PREARM_CHECKS makes the vehicle write what fails; GPS is what takes its time.
+            navigation = jderobot_ready.getNavigation(0)
+            return navigation.gpsFix is not self.ice.Unset and navigation.gpsFix >= 3 and _is_set(self, navigation)
+
+        wait_for(passes, "a position", READY_S)
+        assert control.modes(0), "its modes are known"
+
+
+def _is_set(client: Client, navigation: Any) -> bool:
+    return navigation.homeLatDeg is not client.ice.Unset
+
+
+def load_slices(*names: str) -> tuple[Any, Any, Any]:
+    """What any Python client does: ``Ice.loadSlice``. Gives Ice, module jderobot and module vencejo."""
+    import Ice
+
+    files = [str(SLICE / "jderobot" / f"{name}.ice") for name in names]
+    Ice.loadSlice("", ["--all", f"-I{SLICE}", *files, str(SLICE / "vencejo" / "vencejo.ice")])
+    return Ice, sys.modules["jderobot"], sys.modules["vencejo_ice.vencejo"]
+
+
+@contextlib.contextmanager
+def client_of(proxies: Mapping[str, str], **properties: str) -> Iterator[Client]:
+    """A client in this process."""
+    ice, jderobot, precise = load_slices("camera", "pose3d", "navdata", "ardroneextra", "cmdvel", "mission")
+    data = ice.InitializationData()
+    data.properties = ice.createProperties()
+    for name, value in properties.items():
+        data.properties.setProperty(name.replace("_", "."), value)
+    with ice.initialize(data) as communicator:
+        yield Client(ice, jderobot, precise, communicator, proxies)
+
+
+OPERATION = re.compile(
+    r'^\s*(?:\["amd"\]\s*)?(?:idempotent\s+)?(?:void|int|string|\w+)\s+(\w+)\(([^)]*)\)', re.MULTILINE
+)
+
+
+def operations() -> set[str]:
+    """Every operation of the Slice files, as ``Interface.operation``; callbacks that clients implement left out."""
+    found = set()
+    for path in sorted(SLICE.rglob("*.ice")):
+        text = re.sub(r"/\*.*?\*/|//[^\n]*", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+        for interface, body in re.findall(r"interface (\w+)[^{]*\{(.*?)\n    \}", text, re.DOTALL):
+            if interface != "Observer":
+                found |= {f"{interface}.{name}" for name, _ in OPERATION.findall(body)}
+    return found
+
+
+class Relay:
+    """A network between two programs that can be cut: what is connected through it hangs up, and nobody gets in."""
+
+    def __init__(self, to: tuple[str, int]) -> None:
+        self._to = to
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self._lock = threading.Lock()
+        self._open: list[socket.socket] = []
+        self._is_cut = False
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    @property
+    def port(self) -> int:
+        """Where to connect to."""
+        return int(self._listener.getsockname()[1])
+
+    def cut(self) -> None:
+        """Cut it."""
+        with self._lock:
+            self._is_cut = True
+            for end in self._open:
+                with contextlib.suppress(OSError):
+                    end.shutdown(socket.SHUT_RDWR)
+            self._open.clear()
+
+    def restore(self) -> None:
+        """Bring it back."""
+        with self._lock:
+            self._is_cut = False
+
+    def close(self) -> None:
+        """End it."""
+        self.cut()
+        self._listener.close()
+
+    def __enter__(self) -> Relay:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                here, _ = self._listener.accept()
+            except OSError:
+                return
+            with self._lock:
+                if self._is_cut:
+                    here.close()
+                    continue
+                try:
+                    there = socket.create_connection(self._to)
+                except OSError:
+                    here.close()
+                    continue
+                self._open += [here, there]
+            for one, other in ((here, there), (there, here)):
+                threading.Thread(target=self._pass_on, args=(one, other), daemon=True).start()
+
+    @staticmethod
+    def _pass_on(one: socket.socket, other: socket.socket) -> None:
+        with contextlib.suppress(OSError):
+            while data := one.recv(65536):
+                other.sendall(data)
+        with contextlib.suppress(OSError):
+            other.shutdown(socket.SHUT_RDWR)
+        with contextlib.suppress(OSError):
+            one.close()
+
+
+def address_of(link: str) -> tuple[str, int]:
+    """Host and port of a link string or an Ice proxy."""
+    ice = re.search(r"-h (\S+) -p (\d+)", link)
+    if ice is not None:
+        return ice[1], int(ice[2])
+    host, _, port = link.removeprefix("tcp:").rpartition(":")
+    return host, int(port)

@@ -1,0 +1,356 @@
+"""The parts that need no Ice: marks, missions of poses, approaches, velocities, settings, who may, and tables of errors."""
+
+from __future__ import annotations
+
+import ipaddress
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from vencejo import Command, InvalidRequest, MissionItem, Plan, _native, errors
+from vencejo.jderobot import IceSettings, read_cfg, read_config
+from vencejo.jderobot.access import READS, Gate
+from vencejo.jderobot.answers import ANSWERS, answer_of
+from vencejo.jderobot.camera import _shrunk
+from vencejo.jderobot.cmdvel import PlaneTargets, Targets, Velocity
+from vencejo.jderobot.faults import FAULTS
+from vencejo.jderobot.landing import FINAL_ALT_M, FINAL_M, LOITER_RADIUS_M, approach
+from vencejo.jderobot.marks import Marks, Taken
+from vencejo.jderobot.mission import MAX_POSES, mission_of, poses_of
+from vencejo.jderobot.pose import quaternion
+from vencejo.jderobot.settings import INTERFACES, setting_names
+
+from tests.jderobot.support import SLICE, operations
+from tests.support import HOME, ROOT
+
+LAT, LON, _ = HOME
+PLACES = [(LAT + 0.002 * number, LON, 60.0) for number in range(4)]
+
+
+# Marks -------------------------------------------------------------------------------------------------------------
+
+
+def test_marks_are_used_up_by_a_mission_or_act_alone() -> None:
+    marks = Marks(5.0)
+    assert marks.take() == Taken()
+    marks.mark(0.0, takeoff=True)
+    marks.mark(3.0, land=True)
+    assert marks.due_s == 8.0, "the wait begins anew with each mark"
+    assert marks.take_due(7.9) == Taken()
+    assert marks.take() == Taken(takeoff=True, land=True)
+    assert marks.take() == Taken()
+    assert marks.take_due(100.0) == Taken(), "a mission used them up"
+    marks.mark(100.0, land=True)
+    assert marks.take_due(105.0) == Taken(land=True)
+    assert marks.due_s is None
+
+
+# Missions of poses -------------------------------------------------------------------------------------------------
+
+
+def test_poses_become_a_mission_as_the_marks_say() -> None:
+    plain = mission_of(PLACES, Taken())
+    assert [item.command for item in plain] == [Command.NAV_WAYPOINT] * 4
+    both = mission_of(PLACES, Taken(takeoff=True, land=True))
+    commands = [item.command for item in both]
+    assert commands == [
+        Command.NAV_TAKEOFF,
+        Command.NAV_WAYPOINT,
+        Command.NAV_WAYPOINT,
+        Command.DO_LAND_START,
+        Command.NAV_LOITER_TO_ALT,
+        Command.NAV_LAND,
+    ]
+    assert (both.items[0].lat_deg, both.items[0].alt_m) == (LAT, 60.0)
+    assert (both.items[-1].lat_deg, both.items[-1].alt_m) == (PLACES[-1][0], 0.0), "a landing is at home's height"
+    assert not [finding for finding in both.check(on_ground=True) if finding.severity == "error"]
+
+
+@pytest.mark.parametrize(
+    ("poses", "marks", "says"),
+    [
+        ([], Taken(), "no pose"),
+        ([(math.nan, LON, 60.0)], Taken(), "pose 1 of 1: x, y and h must be numbers"),
+        ([(LAT, math.inf, 60.0)], Taken(), "must be numbers"),
+        ([PLACES[0], (91.0, LON, 60.0)], Taken(), "pose 2 of 2: .* off the globe"),
+        ([(LAT, 180.5, 60.0)], Taken(), "off the globe"),
+        ([(0.0, 0.0, 60.0)], Taken(), "no place"),
+        ([(LAT, LON, 1e6)], Taken(), "h is 1e.06 m"),
+        ([(LAT, LON, -5.0)], Taken(), "h is -5 m"),
+        ([(LAT, LON, 0.0)], Taken(takeoff=True), "h is 0 m"),
+        ([PLACES[0], (LAT, LON, -2e4)], Taken(land=True), "h is -20000 m"),
+        ([PLACES[0]], Taken(takeoff=True, land=True), "both take-off and landing"),
+        ([PLACES[0]] * (MAX_POSES + 1), Taken(), "701 poses"),
+    ],
+)  # fmt: skip
+def test_bad_missions_are_refused(poses: list[Any], marks: Taken, says: str) -> None:
+    with pytest.raises(InvalidRequest, match=says):
+        mission_of(poses, marks)
+
+
+def test_a_landing_below_home_or_with_any_height_is_taken() -> None:
+    plan = mission_of([PLACES[0], (LAT, LON, -30.0)], Taken(land=True))
+    assert plan.items[-1].alt_m == 0.0
+
+
+def test_poses_of_a_mission_are_its_places_above_home() -> None:
+    plan = Plan(
+        items=(
+            MissionItem.takeoff(LAT, LON, alt_rel_home_m=50.0),
+            MissionItem(Command.NAV_WAYPOINT, 0, (0.0, 0.0, 0.0, 0.0, LAT, LON, 700.0)),
+            MissionItem(Command.NAV_WAYPOINT, 10, (0.0, 0.0, 0.0, 0.0, LAT, LON, 70.0)),
+            MissionItem.change_airspeed(18.0),
+            MissionItem.land_start(LAT, LON, alt_rel_home_m=40.0),
+            MissionItem.land(LAT, LON),
+        )
+    )
+    assert poses_of(plan, 600.0) == [(LAT, LON, 50.0), (LAT, LON, 100.0), (LAT, LON, 0.0)]
+    assert poses_of(plan, None) == [(LAT, LON, 50.0), (LAT, LON, 0.0)], "without home nobody knows what 700 m are"
+
+
+@pytest.mark.parametrize("before", [(LAT, LON - 0.01), (LAT + 0.01, LON), (LAT - 0.002, LON + 0.001), None])
+@pytest.mark.parametrize("point", [(LAT, LON), (-33.9, 179.9999), (68.0, 0.0)])
+def test_the_approach_leads_along_the_leg_to_the_point(
+    before: tuple[float, float] | None, point: tuple[float, float]
+) -> None:
+    if before is not None:
+        before = (point[0] + before[0] - LAT, (point[1] + before[1] - LON + 540.0) % 360.0 - 180.0)
+    start, circle, land = approach(before, point)
+    assert (land.lat_deg, land.lon_deg) == point
+    assert start.lat_deg is not None
+    assert start.lon_deg is not None
+    assert circle.lat_deg is not None
+    assert circle.lon_deg is not None
+    final = _native.distance_m(start.lat_deg, start.lon_deg, *point)
+    assert final == pytest.approx(FINAL_M, rel=0.01)
+    assert _native.distance_m(start.lat_deg, start.lon_deg, circle.lat_deg, circle.lon_deg) == pytest.approx(
+        LOITER_RADIUS_M, rel=0.01
+    )
+    # The circle touches the leg where it is left: its centre is a radius off it, at a right angle.
+    to_centre = _native.distance_m(circle.lat_deg, circle.lon_deg, *point)
+    assert to_centre == pytest.approx(math.hypot(FINAL_M, LOITER_RADIUS_M), rel=0.01)
+    assert circle.alt_m == FINAL_ALT_M
+    if before is not None and _native.distance_m(*before, *point) > FINAL_M:
+        # On the way from there to the point, not beyond it.
+        assert _native.distance_m(*before, start.lat_deg, start.lon_deg) < _native.distance_m(*before, *point)
+
+
+# Poses and pictures ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("angles", "expected"),
+    [
+        ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
+        ((math.pi / 2, 0.0, 0.0), (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)),
+        ((0.0, math.pi / 2, 0.0), (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)),
+        ((0.0, 0.0, math.pi / 2), (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))),
+        ((0.1, -0.2, 3.0), None),
+    ],
+)
+def test_quaternions(angles: tuple[float, float, float], expected: tuple[float, ...] | None) -> None:
+    w, x, y, z = quaternion(*angles)
+    assert w * w + x * x + y * y + z * z == pytest.approx(1.0)
+    if expected is not None:
+        assert (w, x, y, z) == pytest.approx(expected)
+    # Back again (Diebel 2006, eq. 290): the same turns in the other direction.
+    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
+    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    if abs(angles[1]) < 1.5:
+        assert (roll, pitch, yaw) == pytest.approx(angles)
+
+
+def test_pictures_shrink_to_the_limit_and_keep_their_shape() -> None:
+    rgb = np.arange(720 * 1280 * 3, dtype=np.uint32).astype(np.uint8).reshape(720, 1280, 3)
+    assert _shrunk(rgb, 640, 480).shape == (360, 640, 3)
+    assert _shrunk(rgb, 1280, 720) is rgb
+    assert _shrunk(rgb, 1, 1).shape[2] == 3
+
+
+# Velocities --------------------------------------------------------------------------------------------------------
+
+FLYING = {"course_rad": math.radians(90.0), "groundspeed_m_s": 20.0, "alt_amsl_m": 700.0}
+
+
+def test_a_plane_turns_and_climbs_by_leading_targets_and_flies_straight_and_level_without_commands() -> None:
+    plane = PlaneTargets()
+    first = plane.targets(Velocity(18.0, 0.0, 2.0, 0.25), 0.0, **FLYING)
+    assert first.airspeed_m_s == 18.0
+    assert first.course is not None
+    assert first.course[0] == pytest.approx(90.0 - math.degrees(1.0)), "to the left, a fourth of a radian a second"
+    assert first.course[1] == 5.0
+    assert first.climb == (708.0, 2.0)
+    again = plane.targets(Velocity(18.0, 0.0, 2.0, 0.25), 0.1, **FLYING)
+    assert again == Targets(), "nothing is sent ten times a second"
+    assert plane.targets(Velocity(18.0, 0.0, 2.0, 0.25), 0.6, **FLYING).course is not None
+    over = plane.targets(None, 0.7, **FLYING)
+    assert over.course == (90.0, 5.0)
+    assert over.climb is not None
+    assert over.climb[0] == 700.0
+    assert plane.targets(None, 5.0, **FLYING).course is None, "once is enough"
+
+
+def test_a_plane_told_to_turn_hard_never_turns_the_other_way() -> None:
+    course = PlaneTargets().targets(Velocity(left_rad_s=-3.0), 0.0, **FLYING).course
+    assert course is not None
+    turn = (course[0] - 90.0 + 540.0) % 360.0 - 180.0
+    assert 0.0 < turn < 180.0
+    assert course[1] == 20.0, "as steep as a command may be"
+
+
+@pytest.mark.parametrize("bad", [Velocity(math.nan), Velocity(0.0, 51.0), Velocity(left_rad_s=math.inf)])
+def test_velocities_that_cannot_be(bad: Velocity) -> None:
+    assert not bad.is_possible
+    assert Velocity(20.0, 0.0, -3.0, 0.5).is_possible
+
+
+# Settings ----------------------------------------------------------------------------------------------------------
+
+
+def test_defaults_are_the_ports_and_identities_of_existing_configurations() -> None:
+    settings = IceSettings()
+    assert {name: (entry.identity, entry.port) for name, entry in INTERFACES.items() if name != "Precise"} == {
+        "Camera": ("cameraA", 9999),
+        "Pose3D": ("ardrone_pose3d", 9998),
+        "Navdata": ("ardrone_navdata", 9996),
+        "CMDVel": ("ardrone_cmdvel", 9995),
+        "Extra": ("ardrone_extra", 9994),
+        "Mission": ("ardrone_mission", 10008),
+    }
+    assert settings.endpoint("Camera") == "tcp -h 127.0.0.1 -p 9999"
+    assert not settings.lets_others_in
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "lets_in"),
+    [
+        ("tcp -h 127.0.0.1 -p 1", False),
+        ("tcp -h ::1 -p 1:ws -h localhost -p 2", False),
+        ('tcp -h "::1" -p 1', False),
+        ("tcp -h 127.0.0.1 -p 1:ssl -h 10.0.0.1 -p 2", True),
+        ("default -p 9998", True),
+        ("tcp -h 0.0.0.0 -p 1", True),
+        ("", False),
+    ],
+)
+def test_endpoints_that_let_others_in(endpoint: str, lets_in: bool) -> None:
+    assert IceSettings(endpoints={"Pose3D": endpoint}).lets_others_in is lets_in
+
+
+def test_a_cfg_file_of_an_older_driver_is_understood(tmp_path: Path) -> None:
+    path = tmp_path / "ardrone.cfg"
+    path.write_text(
+        "# An older driver's\nArDrone.Camera.Endpoints=default -h 0.0.0.0 -p 9999\nArDrone.Camera.Name=ardrone_camera\n"
+        "ArDrone.RemoteConfig.Name=ardrone_remoteConfig\n\nVencejo.Missions = upload # stop there\nIce.Trace.Network=1\n"
+    )
+    settings = read_cfg(path, IceSettings(host="10.0.0.1"))
+    assert settings.endpoint("Camera") == "default -h 0.0.0.0 -p 9999"
+    assert settings.identity("Camera") == "ardrone_camera"
+    assert settings.endpoint("Pose3D") == "tcp -h 10.0.0.1 -p 9998"
+    assert (settings.missions, settings.properties) == ("upload", {"Ice.Trace.Network": "1"})
+
+
+def test_vencejos_own_configuration_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "config.toml"
+    path.write_text(
+        '[ice]\nHost = "192.168.1.2"\nAloneAfter = 8\nAllow = ["192.168.1.0/24", "::1"]\n'
+        '[ice.Mission]\nName = "m"\n[ice.Camera]\nRate = 5\nEndpoints = ""\n[other]\nx = 1\n'
+    )
+    settings = read_config(path, IceSettings())
+    assert settings.alone_after_s == 8.0
+    assert settings.identity("Mission") == "m"
+    assert settings.camera_rate_hz == 5.0
+    assert settings.endpoint("Camera") == "", "an empty one switches it off"
+    assert settings.allow == (ipaddress.ip_network("192.168.1.0/24"), ipaddress.ip_network("::1"))
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("[ice]\nNoSuch = 1", r"\[ice\]: 'NoSuch' is no setting; they are Host, "),
+        ("[ice]\nAloneAfter = 'soon'", "AloneAfter is 'soon'"),
+        ("[ice]\nAloneAfter = 0.1", "alone_after_s is 0.1: it goes from 0.5 to 600"),
+        ("[ice]\nMissions = 'hover'", "it is fly or upload"),
+        ("[ice]\nAllow = 'everybody'", "Allow is 'everybody'"),
+        ("ice = 3", "ice is a table"),
+        ("[ice", "config.toml: "),
+    ],
+)
+def test_mistakes_in_settings_are_named(tmp_path: Path, text: str, says: str) -> None:
+    path = tmp_path / "config.toml"
+    path.write_text(text)
+    with pytest.raises(InvalidRequest, match=says):
+        read_config(path, IceSettings())
+
+
+def test_mistakes_in_a_cfg_file_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "vencejo.cfg"
+    path.write_text("Vencejo.Pose3D.Endpoints tcp\n")
+    with pytest.raises(InvalidRequest, match=r"vencejo.cfg, line 1: write NAME=VALUE"):
+        read_cfg(path, IceSettings())
+    with pytest.raises(InvalidRequest, match="No such file"):
+        read_cfg(tmp_path / "none.cfg", IceSettings())
+
+
+def test_the_documentation_names_every_setting_and_answer() -> None:
+    page = (ROOT / "docs" / "jderobot.md").read_text(encoding="utf-8")
+    for name in setting_names():
+        interface, _, what = name.rpartition(".")
+        named = f"`{what}`" if interface and what in ("Endpoints", "Name") else f"`{name}`"
+        assert named in page or f".{what}`" in page, f"docs/jderobot.md does not name {name}"
+    for answer in ANSWERS.values():
+        assert f"| {int(answer)} |" in page, f"docs/jderobot.md does not name answer {answer!r}"
+
+
+# Who may -----------------------------------------------------------------------------------------------------------
+
+
+def test_others_need_a_token_of_their_role_or_a_network_that_is_let_in() -> None:
+    gate = Gate("v" * 32, "o" * 32, [ipaddress.ip_network("192.168.1.0/24")])
+    assert Gate(None, None, ()).refusal("203.0.113.1", "", "arm") is None
+    assert gate.refusal("192.168.1.7", "", "setMissionData") is None
+    assert gate.refusal("::ffff:192.168.1.7", "", "setMissionData") is None
+    assert gate.refusal("203.0.113.1", "o" * 32, "setMissionData") is None
+    assert gate.refusal("203.0.113.1", "v" * 32, "getPose3DData") is None
+    for remote, token, operation in (
+        ("203.0.113.1", "", "getPose3DData"),
+        ("203.0.113.1", "v" * 32, "setMissionData"),
+        ("203.0.113.1", "o" * 31, "ice_ping"),
+        (None, "ö", "ice_ping"),
+    ):
+        assert gate.refusal(remote, token, operation), (remote, token, operation)
+
+
+def test_what_a_viewer_may_call_exists_and_commands_nothing() -> None:
+    names = {name.partition(".")[2] for name in operations()}
+    assert len(names) > 40
+    builtin = {name for name in READS if name.startswith("ice_")}
+    assert builtin < READS
+    assert READS - builtin <= names
+    # Whatever changes the vehicle, the driver or what others see is the operator's.
+    assert not {name for name in READS if re.match(r"set|clear|upload|start$|arm|land|take|go|fly|climb|command", name)}
+
+
+# Errors ------------------------------------------------------------------------------------------------------------
+
+
+def test_every_error_has_an_answer_and_an_exception_of_the_slice_file() -> None:
+    kinds = {kind for kind in vars(errors).values() if isinstance(kind, type) and issubclass(kind, errors.VencejoError)}
+    assert len(kinds) > 10
+    assert set(ANSWERS) == kinds
+    assert set(FAULTS) == kinds
+    slice_file = (SLICE / "vencejo" / "vencejo.ice").read_text(encoding="utf-8")
+    declared = set(re.findall(r"^\s*exception (\w+)", slice_file, re.MULTILINE))
+    assert set(FAULTS.values()) == declared
+
+    class Newer(errors.Busy):
+        pass
+
+    assert answer_of(Newer("a subclass has its base's")) == answer_of(errors.Busy("x")) == 3
+    walked = {answer_of(error) for _, error in _native.error_examples() if isinstance(error, errors.VencejoError)}
+    assert len(walked) > 4
+    assert 0 not in walked

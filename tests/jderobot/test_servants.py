@@ -1,0 +1,343 @@
+"""Servants one by one over a real connection, with a camera and a hovering vehicle that the test holds in its hand."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+import time
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+import vencejo
+from numpy.typing import NDArray
+from vencejo import VencejoError
+from vencejo.jderobot import IceServer, IceSettings
+from vencejo.jderobot.cmdvel import CMDVel
+from vencejo.jderobot.extra import Extra
+from vencejo.jderobot.marks import Marks, Taken
+from vencejo.jderobot.navdata import State, state_of
+from vencejo.jderobot.subject import Subject
+from vencejo.jderobot.workers import Workers
+
+from tests.jderobot.support import ANY_PORT, Client, client_of
+from tests.support import wait_for
+
+
+@dataclass
+class Picture:
+    rgb: NDArray[np.uint8]
+    captured_unix_s: float
+    width: int = 0
+    height: int = 0
+
+
+@dataclass
+class Source:
+    """A camera."""
+
+    name: str
+    picture: Picture | None = None
+    fault: str | None = None
+    recording: list[bool] = field(default_factory=list)
+
+    def latest(self) -> Picture | None:
+        if self.fault is not None:
+            raise VencejoError(self.fault)
+        return self.picture
+
+    def record(self, wanted: bool) -> None:
+        self.recording.append(wanted)
+
+
+def picture(columns: int = 64, rows: int = 48) -> Picture:
+    rgb = np.zeros((rows, columns, 3), np.uint8)
+    rgb[0, 0], rgb[-1, -1] = (255, 128, 1), (2, 3, 4)
+    return Picture(rgb, time.time(), columns, rows)
+
+
+@pytest.fixture
+def cameras() -> list[Source]:
+    return [Source("nose"), Source("tail")]
+
+
+@pytest.fixture
+def client(cameras: list[Source]) -> Iterator[Client]:
+    settings = IceSettings(camera_width=64, camera_height=48, camera_rate_hz=10.0)
+    settings = settings.with_settings(ANY_PORT, where="here")
+    with (
+        vencejo.Station(record=False) as station,
+        IceServer(station, settings, cameras=cameras, jpeg=lambda rgb: b"\xff\xd8" + rgb.tobytes()[:8]) as server,
+        client_of(server.proxies) as client,
+    ):
+        yield client
+
+
+def test_pictures_come_as_they_are_deflated_or_as_jpeg(client: Client, cameras: list[Source]) -> None:
+    camera = client.camera
+    assert camera.getImageFormat() == ["RGB8", "RGB8_Z", "JPEG"]
+    cameras[0].picture = taken = picture()
+    data = camera.getImageData("RGB8")
+    raw = taken.rgb.tobytes()
+    assert bytes(data.pixelData) == raw
+    assert (data.description.width, data.description.height, data.description.size) == (64, 48, len(raw))
+    assert data.description.md5sum == hashlib.md5(raw).hexdigest()
+    assert data.timeStamp.seconds + data.timeStamp.useconds / 1e6 == pytest.approx(taken.captured_unix_s, abs=1e-5)
+    assert zlib.decompress(bytes(camera.getImageData("RGB8_Z").pixelData)) == raw
+    assert bytes(camera.getImageData("JPEG").pixelData).startswith(b"\xff\xd8")
+    assert camera.getImageData("").description.format == "RGB8"
+    assert camera.getImageDescription().size == len(raw)
+
+
+def test_a_large_picture_is_given_at_the_size_that_is_set(client: Client, cameras: list[Source]) -> None:
+    cameras[0].picture = picture(640, 480)
+    description = client.camera.getImageData("RGB8").description
+    assert (description.width, description.height, description.size) == (64, 48, 64 * 48 * 3)
+
+
+def test_pictures_come_no_faster_than_the_rate_that_is_set(client: Client, cameras: list[Source]) -> None:
+    first = cameras[0].picture = picture()
+    shown = client.camera.getImageData("RGB8").timeStamp
+    cameras[0].picture = Picture(first.rgb, first.captured_unix_s + 0.05)
+    assert client.camera.getImageData("RGB8").timeStamp == shown, "ten a second"
+    cameras[0].picture = Picture(first.rgb, first.captured_unix_s + 0.1)
+    assert client.camera.getImageData("RGB8").timeStamp != shown
+
+
+def test_no_picture_and_a_dead_camera_are_told_apart(client: Client, cameras: list[Source]) -> None:
+    missing, dead = client.jderobot.DataNotExistException, client.jderobot.HardwareFailedException
+    with pytest.raises(missing) as caught:
+        client.camera.getImageData("RGB8")
+    assert caught.value.what == "camera nose has given no picture yet"
+    with pytest.raises(missing) as caught:
+        client.camera.getImageData("GIF")
+    assert "the formats are RGB8, RGB8_Z, JPEG" in caught.value.what
+    cameras[0].fault = "the cable is out"
+    with pytest.raises(dead) as caught:
+        client.camera.getImageData("RGB8")
+    assert caught.value.what == "the cable is out"
+    assert client.camera.getImageDescription().width == 0
+    cameras[0].fault = None
+    old = cameras[0].picture = picture()
+    old.captured_unix_s -= 10.0
+    with pytest.raises(dead) as caught:
+        client.camera.getImageData("RGB8")
+    assert "no picture for 10 s" in caught.value.what
+    cameras[0].picture = picture()
+    assert client.camera.getImageData("RGB8").description.width == 64, "and back again"
+
+
+def test_the_next_camera_and_its_recording(client: Client, cameras: list[Source]) -> None:
+    cameras[0].picture = cameras[1].picture = picture()
+    assert client.camera.getCameraDescription().name == "nose"
+    client.extra.toggleCam()
+    assert client.camera.getCameraDescription().name == "tail"
+    client.extra.recordOnUsb(True)
+    wait_for(lambda: cameras[1].recording == [True], "recording")
+    client.camera.reset()
+    assert client.camera.getCameraDescription().name == "nose"
+
+
+def test_before_a_vehicle_is_heard_there_are_zeros_where_no_exception_is(client: Client) -> None:
+    pose, navdata = client.pose.getPose3DData(), client.navdata.getNavdata()
+    assert (pose.x, pose.y, pose.z, pose.q0) == (0.0, 0.0, 0.0, 1.0)
+    assert (navdata.state, navdata.batteryPercent, navdata.tm) == (0, 0.0, 0.0)
+    assert client.velocity.setCMDVelData(client.jderobot.CMDVelData()) == 2
+    assert client.mission.setMissionData(client.mission_data((40.0, -3.0, 50.0))) == 2
+    assert client.mission.getMissionData().mission == []
+    with pytest.raises(client.precise.NoVehicle):
+        client.telemetry.getPose(0)
+    assert client.telemetry.vehicles() == []
+
+
+# A vehicle that hovers ----------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Hoverer:
+    """Stands in for `vencejo.Vehicle`: a copter that keeps what it is told."""
+
+    mode: str = "GUIDED"
+    is_on_ground: bool = False
+    is_armed: bool = True
+    told: list[tuple[str, Any]] = field(default_factory=list)
+
+    @property
+    def telemetry(self) -> Any:
+        heartbeat = SimpleNamespace(mode=self.mode, mav_type=2, freshness="fresh", is_armed=self.is_armed)
+        return SimpleNamespace(
+            heartbeat=heartbeat,
+            mode=self.mode,
+            is_on_ground=self.is_on_ground,
+            is_armed=self.is_armed,
+            extended=SimpleNamespace(landed="on ground" if self.is_on_ground else "in air"),
+        )
+
+    def __getattr__(self, name: str) -> Any:
+        def tell(*arguments: Any, **named: Any) -> None:
+            self.told.append((name, arguments or named))
+
+        return tell
+
+
+class TheOne:
+    """Stands in for `Subject`."""
+
+    def __init__(self, vehicle: Hoverer) -> None:
+        self.vehicle = vehicle
+        self.said: list[str] = []
+
+    def find(self) -> Hoverer:
+        return self.vehicle
+
+    need = find
+
+    def tell(self, text: str, *, is_problem: bool = True) -> None:
+        self.said.append(text)
+
+
+class Clock:
+    def __init__(self) -> None:
+        self.now_s = 100.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+def velocity(forward: float, left: float = 0.0, up: float = 0.0, turn: float = 0.0) -> Any:
+    return SimpleNamespace(linearX=forward, linearY=left, linearZ=up, angularX=9.0, angularY=9.0, angularZ=turn)
+
+
+def test_what_hovers_follows_velocities_and_stops_when_none_comes_any_more() -> None:
+    vehicle, clock = Hoverer(), Clock()
+    servant = CMDVel(cast("Subject", TheOne(vehicle)), 0.5, clock=clock)
+    try:
+        assert servant.setCMDVelData(velocity(2.0, 1.0, 0.5, 0.25)) == 0
+        wanted = {"forward_m_s": 2.0, "right_m_s": -1.0, "down_m_s": -0.5, "yaw_rate_rad_s": -0.25}
+        wait_for(lambda: ("set_velocity", wanted) in vehicle.told, "the velocity in MAVLink's axes")
+        still = dict.fromkeys(wanted, 0.0)
+        count = len(vehicle.told)
+        wait_for(lambda: len(vehicle.told) > count, "it is repeated while it holds")
+        assert ("set_velocity", still) not in vehicle.told
+        clock.now_s += 0.5
+        wait_for(lambda: vehicle.told[-1] == ("set_velocity", still), "the stop")
+        vehicle.mode = "LOITER"
+        assert servant.setCMDVelData(velocity(1.0)) == 7
+    finally:
+        servant.close()
+    assert vehicle.told[-1] == ("set_velocity", still)
+
+
+def test_what_hovers_is_stopped_when_the_driver_ends() -> None:
+    vehicle = Hoverer()
+    servant = CMDVel(cast("Subject", TheOne(vehicle)), 5.0, clock=Clock())
+    assert servant.setCMDVelData(velocity(2.0)) == 0
+    servant.close()
+    assert vehicle.told[-1][1]["forward_m_s"] == 0.0
+
+
+def test_a_pilot_who_takes_over_is_left_alone() -> None:
+    vehicle, clock = Hoverer(), Clock()
+    servant = CMDVel(cast("Subject", TheOne(vehicle)), 0.5, clock=clock)
+    try:
+        assert servant.setCMDVelData(velocity(2.0)) == 0
+        wait_for(lambda: bool(vehicle.told), "the velocity")
+        vehicle.mode = "STABILIZE"
+        clock.now_s += 1.0
+        seen = len(vehicle.told)
+        wait_for(lambda: servant._newest is None, "the watchdog")
+        assert len(vehicle.told) <= seen + 1, "nothing is sent to the pilot's mode"
+    finally:
+        servant.close()
+
+
+@pytest.fixture
+def extra() -> Iterator[tuple[Extra, Hoverer, TheOne, Clock]]:
+    vehicle, clock = Hoverer(), Clock()
+    subject = TheOne(vehicle)
+    servant = Extra(
+        cast("Subject", subject), Workers(), Marks(5.0), IceSettings(), cast("Any", SimpleNamespace()), clock=clock
+    )
+    yield servant, vehicle, subject, clock
+    servant.close()
+
+
+def test_take_off_and_landing_alone_of_what_hovers(extra: tuple[Extra, Hoverer, TheOne, Clock]) -> None:
+    servant, vehicle, subject, _ = extra
+    vehicle.is_on_ground = True
+    servant.act_alone(Taken(takeoff=True))
+    assert [name for name, _ in vehicle.told] == ["set_mode", "arm", "takeoff"]
+    vehicle.told.clear()
+    servant.act_alone(Taken(land=True))
+    assert vehicle.told == [], "it is on the ground"
+    vehicle.is_on_ground = False
+    servant.act_alone(Taken(land=True))
+    assert [name for name, _ in vehicle.told] == ["land"]
+    servant.act_alone(Taken(takeoff=True))
+    assert [name for name, _ in vehicle.told] == ["land"], "it is in the air"
+    servant.act_alone(Taken(takeoff=True, land=True))
+    assert "nothing was done" in subject.said[-1]
+
+
+def test_marks_act_alone_after_the_wait_and_not_before(extra: tuple[Extra, Hoverer, TheOne, Clock]) -> None:
+    servant, vehicle, _, clock = extra
+    servant.land()
+    clock.now_s += 4.9
+    servant.land()
+    clock.now_s += 4.9
+    with servant._changed:
+        servant._changed.notify_all()
+    assert vehicle.told == []
+    clock.now_s += 0.1
+    with servant._changed:
+        servant._changed.notify_all()
+    wait_for(lambda: [name for name, _ in vehicle.told] == ["land"], "landing alone")
+
+
+def test_flat_trim_only_when_disarmed(extra: tuple[Extra, Hoverer, TheOne, Clock]) -> None:
+    servant, vehicle, subject, _ = extra
+    servant.flatTrim()
+    wait_for(lambda: any("disarmed" in text for text in subject.said), "the refusal")
+    vehicle.is_armed = False
+    servant.flatTrim()
+    wait_for(lambda: bool(vehicle.told), "levelling")
+    assert vehicle.told == [("command", ("PREFLIGHT_CALIBRATION", 0.0, 0.0, 0.0, 0.0, 2.0))]
+
+
+def telemetry(landed: str | None, mode: str) -> Any:
+    return SimpleNamespace(extended=None if landed is None else SimpleNamespace(landed=landed), mode=mode)
+
+
+@pytest.mark.parametrize(
+    ("landed", "mode", "state"),
+    [
+        (None, "AUTO", State.UNKNOWN),
+        ("undefined", "AUTO", State.UNKNOWN),
+        ("on ground", "AUTO", State.LANDED),
+        ("taking off", "AUTO", State.TAKING_OFF),
+        ("in air", "TAKEOFF", State.TAKING_OFF),
+        ("in air", "AUTO", State.TO_POINT),
+        ("in air", "LOITER", State.HOVERING),
+        ("in air", "FBWA", State.FLYING),
+        ("landing", "AUTO", State.LANDING),
+    ],
+)
+def test_states(landed: str | None, mode: str, state: State) -> None:
+    assert state_of(telemetry(landed, mode)) is state
+
+
+def test_too_many_operations_at_once_are_refused() -> None:
+    workers, go = Workers(), threading.Event()
+    futures = [workers.later(lambda: go.wait(30.0)) for _ in range(64)]
+    with pytest.raises(vencejo.Busy):
+        workers.later(lambda: None)
+    go.set()
+    assert all(future.result(30.0) for future in futures)
+    wait_for(lambda: workers.later(lambda: 1).result(30.0) == 1, "room again")
+    workers.close()
+    with pytest.raises(vencejo.Busy, match="ending"):
+        workers.later(lambda: None)
