@@ -1,5 +1,6 @@
 // Keys for what is often done. None of them tells the vehicle to do anything: that takes a button, held.
 import { t } from '$lib/i18n/index.svelte';
+import { cameras } from '$lib/state/camera.svelte';
 import { help } from '$lib/state/help.svelte';
 import { layout, type Panel } from '$lib/state/layout.svelte';
 import { settings } from '$lib/state/settings.svelte';
@@ -28,6 +29,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   panel('m', 'messages'),
   panel('l', 'maps'),
   panel(',', 'settings'),
+  { key: 'c', shown: 'C', text: () => t('key.camera'), run: () => cameras.toggle() },
   { key: 'v', shown: 'V', text: () => t('key.vehicle'), run: () => vehicles.selectNext() },
   {
     key: 't',

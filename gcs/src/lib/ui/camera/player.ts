@@ -1,0 +1,134 @@
+// Draws pictures on a canvas as soon as they are decoded. H.264 by WebCodecs, JPEG by the browser's own decoder; both work
+// beside the page's thread. Pictures that come faster than they can be decoded are dropped.
+import { h264Codec, type Picture } from '$lib/domain/video';
+
+/** Pictures in the decoder from which on drawing each would only make it later. */
+const BUSY = 3;
+/** Pictures in the decoder from which on it begins again at the next key frame. */
+const OVERRUN = 60;
+
+export interface PlayerEvents {
+  /** A picture is on the canvas. */
+  shown(captured_unix_us: number): void;
+  /** H.264 cannot be decoded here. */
+  cannotDecode(): void;
+}
+
+/** Whether this browser decodes H.264: without a secure context (https or localhost) none does. */
+export async function showsH264(): Promise<boolean> {
+  if (typeof VideoDecoder === 'undefined') return false;
+  try {
+    const { supported } = await VideoDecoder.isConfigSupported({ codec: 'avc1.64001F' });
+    return supported === true;
+  } catch {
+    return false;
+  }
+}
+
+export class Player {
+  readonly #canvas: HTMLCanvasElement;
+  readonly #context: CanvasRenderingContext2D | null;
+  readonly #events: PlayerEvents;
+  #decoder: VideoDecoder | null = null;
+  #codec: string | null = null;
+  /** Whether this decoder has shown anything yet. */
+  #hasShown = false;
+  #needsKey = true;
+  /** The newest JPEG picture that waits for the one before it. */
+  #waiting: Picture | null = null;
+  #isDecoding = false;
+  #isClosed = false;
+
+  constructor(canvas: HTMLCanvasElement, events: PlayerEvents) {
+    this.#canvas = canvas;
+    this.#context = canvas.getContext('2d', { alpha: false });
+    this.#events = events;
+  }
+
+  push(picture: Picture): void {
+    if (this.#isClosed) return;
+    if (picture.codec === 'h264') this.#decode(picture);
+    else if (this.#isDecoding) this.#waiting = picture;
+    else void this.#still(picture);
+  }
+
+  close(): void {
+    this.#isClosed = true;
+    this.#drop();
+  }
+
+  #decode(picture: Picture): void {
+    if (picture.isKey) {
+      const codec = h264Codec(picture.data);
+      if (codec === null) return;
+      const isBehind = (this.#decoder?.decodeQueueSize ?? 0) > OVERRUN;
+      if (codec !== this.#codec || isBehind || this.#decoder?.state !== 'configured') this.#configure(codec);
+      this.#needsKey = false;
+    }
+    const decoder = this.#decoder;
+    if (decoder === null || decoder.state !== 'configured' || this.#needsKey) return;
+    if (decoder.decodeQueueSize > OVERRUN) {
+      this.#needsKey = true;
+      return;
+    }
+    const { isKey, captured_unix_us, data } = picture;
+    decoder.decode(new EncodedVideoChunk({ type: isKey ? 'key' : 'delta', timestamp: captured_unix_us, data }));
+  }
+
+  #configure(codec: string): void {
+    this.#drop();
+    const decoder = new VideoDecoder({
+      output: (frame) => {
+        if (decoder === this.#decoder && decoder.decodeQueueSize <= BUSY) {
+          this.#draw(frame, frame.displayWidth, frame.displayHeight, frame.timestamp);
+        }
+        frame.close();
+      },
+      error: () => {
+        if (decoder !== this.#decoder) return;
+        // A broken picture ends a decoder; one that never showed anything cannot decode this at all.
+        const hasShown = this.#hasShown;
+        this.#drop();
+        if (!hasShown) this.#events.cannotDecode();
+      },
+    });
+    this.#decoder = decoder;
+    this.#codec = codec;
+    decoder.configure({ codec, optimizeForLatency: true });
+  }
+
+  async #still(picture: Picture): Promise<void> {
+    this.#isDecoding = true;
+    try {
+      const bitmap = await createImageBitmap(new Blob([picture.data], { type: 'image/jpeg' }));
+      if (!this.#isClosed) this.#draw(bitmap, bitmap.width, bitmap.height, picture.captured_unix_us);
+      bitmap.close();
+    } catch {
+      // A broken picture: the next one may be whole.
+    }
+    this.#isDecoding = false;
+    const next = this.#waiting;
+    this.#waiting = null;
+    if (next !== null && !this.#isClosed) void this.#still(next);
+  }
+
+  #draw(image: CanvasImageSource, width: number, height: number, captured_unix_us: number): void {
+    const canvas = this.#canvas;
+    if (canvas.width !== width || canvas.height !== height) {
+      canvas.width = width;
+      canvas.height = height;
+    }
+    this.#context?.drawImage(image, 0, 0);
+    this.#hasShown = true;
+    this.#events.shown(captured_unix_us);
+  }
+
+  #drop(): void {
+    const decoder = this.#decoder;
+    this.#decoder = null;
+    this.#codec = null;
+    this.#hasShown = false;
+    this.#needsKey = true;
+    if (decoder !== null && decoder.state !== 'closed') decoder.close();
+  }
+}
