@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use rand::rngs::SmallRng;
 use rand::{Rng, SeedableRng};
-use vencejo_flight::plan::{Home, MissionItem, PlanKind};
+use vencejo_flight::plan::{Command, Home, MissionItem, PlanKind};
 use vencejo_proto::dialect::{
     ATTITUDE_DATA, AUTOPILOT_VERSION_DATA, EXTENDED_SYS_STATE_DATA, GLOBAL_POSITION_INT_DATA, HOME_POSITION_DATA,
     MISSION_COUNT_DATA, MISSION_CURRENT_DATA, MavLandedState, MavMessage, MavProtocolCapability, MissionState,
@@ -584,6 +584,28 @@ fn an_upload_is_known_only_when_it_was_read_back() {
     let empty = Request::UploadPlan { kind: PlanKind::Rally, items: vec![], home: None };
     assert!(ask(&mut world, empty).is_ok());
     assert_eq!(world.station.vehicle.plan_state(PlanKind::Rally), PlanState::Empty);
+}
+
+#[test]
+fn an_arc_counts_where_it_is_flown() {
+    let arc = MissionItem {
+        command: Command::NAV_ARC_WAYPOINT,
+        params: [Some(180.0), None, None, None, Some(40.3432), Some(-3.8078), Some(80.0)],
+        ..MissionItem::waypoint(40.3432, -3.8078, 80.0)
+    };
+    let items = vec![MissionItem::waypoint(40.3432, -3.7978, 80.0), arc];
+    // 1,110 m north to the waypoint; from there the arc over a chord of 849 m, which ArduPlane passes over.
+    for (mav_type, distance_m) in [(1, 1_110.0), (2, 1_110.0 + std::f64::consts::PI / 2.0 * 849.4)] {
+        let mut plane = Plane::new();
+        plane.mav_type = mav_type;
+        let mut world = World::new(Station::new(), plane, Faults::default(), 1);
+        wait(&mut world, 2_000);
+        let request = Request::UploadPlan { kind: PlanKind::Mission, items: items.clone(), home: None };
+        assert!(ask(&mut world, request).is_ok());
+        wait(&mut world, 500);
+        let to_go_m = world.station.vehicle.progress().distance_to_go_m.expect("known");
+        assert!((to_go_m - distance_m).abs() < 2.0, "{mav_type}: {to_go_m}");
+    }
 }
 
 #[test]
