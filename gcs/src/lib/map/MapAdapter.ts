@@ -351,7 +351,9 @@ export class MapAdapter {
     // over the date line the shorter way is meant
     const box = boxAround(places);
     if (box === null) return;
-    this.#view.fit(boundingExtent(boxCorners(box).map((at) => [...toXY(at)])), {
+    const corners = boxCorners(box).map(toXY);
+    const shift = this.#worldShift(corners[0]?.[0] ?? 0);
+    this.#view.fit(boundingExtent(corners.map(([x, y]) => [x + shift, y])), {
       padding: [top + edge, right + edge + CONTROLS_PX, bottom + edge, left + edge],
       maxZoom: 17,
       duration: 300,
@@ -419,9 +421,14 @@ export class MapAdapter {
     const resolution = this.#view.getResolution() ?? 1;
     const [px = 0, py = 0] = this.#freeCentrePixel();
     const [x, y] = toXY(at);
-    const center = [x - (px - width / 2) * resolution, y + (py - height / 2) * resolution];
+    const center = [x + this.#worldShift(x) - (px - width / 2) * resolution, y + (py - height / 2) * resolution];
     if (duration === 0) this.#view.setCenter(center);
     else this.#view.animate({ center, duration, easing: inAndOut });
+  }
+
+  /** How far the copy of the world that is looked at lies from the first: beyond the date line the view goes on. */
+  #worldShift(x: number): number {
+    return Math.round(((this.#view.getCenter()?.[0] ?? 0) - x) / WORLD_M) * WORLD_M;
   }
 
   #freeCentrePixel(): [number, number] {

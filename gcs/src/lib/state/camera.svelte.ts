@@ -26,7 +26,9 @@ class Cameras {
   list = $state.raw<readonly CameraInfo[]>([]);
 
   /** The one that is shown: the chosen one while it is there, else the first. */
-  selected = $derived<CameraInfo | null>(this.list.find(({ name }) => name === this.#kept.name) ?? this.list[0] ?? null);
+  selected = $derived<CameraInfo | null>(
+    this.list.find(({ name }) => name === this.#kept.name) ?? this.list[0] ?? null,
+  );
   isOpen = $derived(this.#kept.isOpen && this.list.length > 0);
   /** Whether the video fills the window, and the map is the small one. */
   isSwapped = $derived(this.isOpen && this.#isSwapped);
