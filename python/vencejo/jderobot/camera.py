@@ -7,15 +7,17 @@ import threading
 import time
 import zlib
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any, Final, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vencejo.errors import InvalidRequest, VencejoError
+from vencejo.errors import Busy, InvalidRequest, VencejoError
 from vencejo.jderobot.runtime import Slices
 from vencejo.jderobot.settings import IceSettings
+from vencejo.jderobot.workers import Workers
 from vencejo.telemetry import LOST_AFTER_S
 
 __all__ = ["Camera", "Frame", "FrameSource", "Recording"]
@@ -101,6 +103,8 @@ class Camera:
     slices : Slices
     sources : sequence of FrameSource
     settings : IceSettings
+    workers : Workers
+        Waiting for a picture, and encoding it, holds up no other call.
     jpeg : function of an RGB picture, optional
         Encodes it; format ``"JPEG"`` is offered when there is one.
     clock : function, optional
@@ -112,6 +116,7 @@ class Camera:
         slices: Slices,
         sources: Sequence[FrameSource],
         settings: IceSettings,
+        workers: Workers,
         jpeg: Callable[[NDArray[np.uint8]], bytes] | None = None,
         *,
         clock: Callable[[], float] = time.time,
@@ -119,6 +124,7 @@ class Camera:
         self._slices = slices
         self._sources = sources
         self._settings = settings
+        self._workers = workers
         self._clock = clock
         self._lock = threading.Lock()
         self._index = 0
@@ -157,8 +163,11 @@ class Camera:
 
     # ImageProvider -----------------------------------------------------------------------------------------------------
 
-    def getImageDescription(self, current: Any = None) -> Any:
+    def getImageDescription(self, current: Any = None) -> Future[Any]:
         """What pictures are like; all zeros while there is none, because this operation has no exception."""
+        return self._workers.later(self._description)
+
+    def _description(self) -> Any:
         description = self._slices.jderobot.ImageDescription(format="RGB8")
         try:
             frame = self._frame()
@@ -173,8 +182,14 @@ class Camera:
         """Names of the formats."""
         return list(self._encoders)
 
-    def getImageData(self, format: str, current: Any = None) -> Any:
+    def getImageData(self, format: str, current: Any = None) -> Future[Any]:
         """The newest picture; one that was given is given again until a newer one may be (Camera.Rate)."""
+        try:
+            return self._workers.later(lambda: self._image(format))
+        except Busy as error:
+            raise self._slices.jderobot.DataNotExistException(str(error)) from error
+
+    def _image(self, format: str) -> Any:
         jderobot = self._slices.jderobot
         name = format or "RGB8"
         if name not in self._encoders:

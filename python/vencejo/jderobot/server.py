@@ -94,7 +94,7 @@ class IceServer:
         marks = Marks(settings.alone_after_s)
         jderobot, precise = slices.jderobot, slices.precise
         # Each servant is a class of ours with the skeleton of the Slice file behind it.
-        camera = slices.servant(Camera, jderobot.Camera)(slices, cameras, settings, jpeg)
+        camera = slices.servant(Camera, jderobot.Camera)(slices, cameras, settings, workers, jpeg)
         extra = slices.servant(Extra, jderobot.ArDroneExtra)(subject, workers, marks, settings, camera)
         closing.callback(extra.close)
         velocity = slices.servant(CMDVel, jderobot.CMDVel)(subject, settings.watchdog_s)

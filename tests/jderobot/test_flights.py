@@ -1,0 +1,273 @@
+"""Flights E1 to E4 of an existing JdeRobot program, through Ice alone; what ArDroneExtra and CMDVel do alone; and E9: cut off, and back.
+
+The plane is the simulated one, faster than time. The client knows only the Slice files.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pymavlink import mavutil
+from vencejo import MissionItem, Plan
+
+from tests.flights.rival import load_with_pymavlink
+from tests.jderobot.support import INTERFACES, Client, Relay, address_of, client_of, driver
+from tests.support import HOME, simulated_plane, wait_for
+
+pytestmark = pytest.mark.e2e
+
+LAT, LON, _ = HOME
+FLIGHT_S = 150.0
+SPEEDUP = ("--speedup", "20", "--seed", "7", "--param", "RTL_AUTOLAND=2")
+EARTH_M = 6_371_008.8
+
+
+def place(north_m: float, east_m: float) -> tuple[float, float]:
+    return LAT + north_m / 111_050.0, LON + east_m / 84_980.0
+
+
+def pose(north_m: float, east_m: float, height_m: float) -> tuple[float, float, float]:
+    return (*place(north_m, east_m), height_m)
+
+
+CIRCUIT = [pose(0, -500, 80), pose(450, -600, 80), pose(600, 0, 80), pose(450, 600, 80)]
+
+
+def distance_m(a: tuple[float, float], b: tuple[float, float]) -> float:
+    """Haversine: exact enough for some hundred metres, and nothing of ours."""
+    lat1, lon1, lat2, lon2 = map(math.radians, (*a, *b))
+    half = math.sin((lat2 - lat1) / 2) ** 2 + math.cos(lat1) * math.cos(lat2) * math.sin((lon2 - lon1) / 2) ** 2
+    return 2 * EARTH_M * math.asin(math.sqrt(half))
+
+
+class Follower:
+    """Polls Pose3D and Navdata as a viewer does, and keeps the track."""
+
+    def __init__(self, client: Client) -> None:
+        self._pose, self._navdata = client.pose, client.navdata
+        self.track: list[tuple[float, float]] = []
+        self.roll_deg: list[float] = []
+        self.states: list[int] = []
+
+    def look(self) -> Any:
+        data, navdata = self._pose.getPose3DData(), self._navdata.getNavdata()
+        self.track.append((data.x, data.y))
+        self.roll_deg.append(navdata.rotX)
+        if not self.states or self.states[-1] != navdata.state:
+            self.states.append(navdata.state)
+        return navdata
+
+    def until(self, condition: Any, what: str) -> None:
+        wait_for(lambda: condition(self.look()), what, FLIGHT_S)
+
+    def passed_m(self, where: tuple[float, ...]) -> float:
+        return min(distance_m(seen, (where[0], where[1])) for seen in self.track)
+
+    def fly_past(self, poses: list[tuple[float, float, float]], within_m: float = 60.0) -> None:
+        for where in poses:
+            self.until(lambda _, where=where: self.passed_m(where) <= within_m, f"passing {where}")
+
+
+@pytest.fixture
+def flight(tmp_path: Path) -> Iterator[tuple[str, Client]]:
+    """A plane and a driver; gives the plane's link and a client."""
+    with (
+        simulated_plane(*SPEEDUP) as link,
+        driver(link, "--ice-set", "AloneAfter=0.5", data=tmp_path) as served,
+        client_of(served.said["ice"]) as client,
+    ):
+        client.wait_ready()
+        yield link, client
+
+
+def assert_true_at_rest(client: Client, rival: Any) -> None:
+    """Position and attitude are what another program hears of the plane itself, while it stands."""
+    rival.mav.request_data_stream_send(1, 1, 0, 10, 1)
+    truth = rival.recv_match(type="GLOBAL_POSITION_INT", blocking=True, timeout=30)
+    lies = rival.recv_match(type="ATTITUDE", blocking=True, timeout=30)
+    assert truth is not None
+    assert lies is not None
+    seen, navdata = client.pose.getPose3DData(), client.navdata.getNavdata()
+    assert distance_m((truth.lat / 1e7, truth.lon / 1e7), (seen.x, seen.y)) < 2.0
+    assert seen.z == pytest.approx(truth.alt / 1e3, abs=2.0)
+    assert (navdata.rotX, navdata.rotY, navdata.rotZ) == pytest.approx(
+        tuple(map(math.degrees, (lies.roll, lies.pitch, lies.yaw))), abs=2.0
+    )
+    # The quaternion's own angles, with the pitch's sign turned (Diebel 2006, eq. 290).
+    w, x, y, z = seen.q0, seen.q1, seen.q2, seen.q3
+    assert math.asin(2 * (w * y - z * x)) == pytest.approx(-lies.pitch, abs=0.03)
+    assert math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)) == pytest.approx(lies.roll, abs=0.03)
+
+
+def test_e1_a_mission_that_another_program_loaded_is_followed(flight: tuple[str, Client]) -> None:
+    link, client = flight
+    circuit = [MissionItem.waypoint(lat, lon, alt_rel_home_m=alt) for lat, lon, alt in CIRCUIT[:2]]
+    plan = Plan(items=(MissionItem.takeoff(*place(0, -250), alt_rel_home_m=50.0), *circuit))
+    rival = mavutil.mavlink_connection(link, source_system=250, source_component=190)
+    try:
+        assert rival.wait_heartbeat(timeout=30) is not None
+        load_with_pymavlink(rival, plan)
+        assert_true_at_rest(client, rival)
+        rival.mav.command_long_send(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)
+        wait_for(lambda: client.telemetry.getNavigation(0).isArmed is True, "arming by the other program")
+        rival.set_mode_auto()
+        follower = Follower(client)
+        follower.fly_past(CIRCUIT[:2])
+        on_board = client.mission.getMissionData().mission
+        assert [round(one.h) for one in on_board] == [50, 80, 80]
+        assert [(one.x, one.y) for one in on_board[1:]] == [
+            (pytest.approx(lat, abs=1e-5), pytest.approx(lon, abs=1e-5)) for lat, lon, _ in CIRCUIT[:2]
+        ]
+        assert max(map(abs, follower.roll_deg)) > 15.0, "it banked in its turns"
+        assert follower.states[0] == 2
+        assert 7 in follower.states
+    finally:
+        rival.close()
+
+
+def test_e2_a_mission_is_sent_to_a_plane_in_the_air(flight: tuple[str, Client]) -> None:
+    """Take-off by ArDroneExtra alone, after the wait for a mission; then a mission, which needs no take-off."""
+    _, client = flight
+    follower = Follower(client)
+    deadline = time.monotonic() + FLIGHT_S
+    while follower.look().state == 2 and time.monotonic() < deadline:
+        client.extra.takeoff()
+        wait_for(
+            lambda: follower.look().state != 2 or int(time.monotonic() * 2) % 5 == 4, "taking off, or trying again"
+        )
+    follower.until(lambda navdata: navdata.altd > 40_000, "climbing to the height that is set")
+    assert client.mission.setMissionData(client.mission_data(*CIRCUIT[2:])) == 0
+    follower.fly_past(CIRCUIT[2:])
+    # Landing alone: this mission has no landing, so the plane returns home, and that is said.
+    client.extra.land()
+    wait_for(lambda: client.telemetry.getNavigation(0).mode == "RTL", "returning instead of landing")
+
+
+@pytest.mark.parametrize("wind", [(), ("--wind", "5", "--wind-from", "240")], ids=["calm", "wind"])
+def test_e3_e4_from_take_off_to_landing_near_the_point(wind: tuple[str, ...], tmp_path: Path) -> None:
+    """The last pose is where it lands, whatever heights the poses before have: they are not tuned."""
+    landing = pose(0, 0, 80)
+    poses = [pose(0, -250, 50), *CIRCUIT, pose(100, 700, 110), landing]
+    with (
+        simulated_plane(*SPEEDUP, *wind) as link,
+        driver(link, data=tmp_path) as served,
+        client_of(served.said["ice"]) as client,
+    ):
+        client.wait_ready()
+        client.extra.takeoff()
+        client.extra.land()
+        answer = client.mission.setMissionData(client.mission_data(*poses))
+        while answer == 5:
+            client.extra.takeoff()
+            client.extra.land()
+            answer = client.mission.setMissionData(client.mission_data(*poses))
+        assert answer == 0
+        follower = Follower(client)
+        follower.fly_past(poses[1:-1], within_m=90.0)
+        follower.until(lambda navdata: navdata.state == 2, "landing")
+        wait_for(lambda: client.telemetry.getNavigation(0).isArmed is False, "disarming after the landing", FLIGHT_S)
+        rest = client.telemetry.getPose(0)
+        assert distance_m((rest.latDeg, rest.lonDeg), place(0, 0)) <= 20.0
+        assert {6, 7, 8} <= set(follower.states), "taking off, flying, landing"
+        on_board = client.mission.getMissionData().mission
+        assert [one.h for one in on_board] == [height for *_, height in poses], "as it was sent"
+
+
+def test_missions_that_are_only_sent(tmp_path: Path) -> None:
+    with (
+        simulated_plane(*SPEEDUP) as link,
+        driver(link, "--ice-missions", "upload", "--ice-set", "AloneAfter=0.5", data=tmp_path) as served,
+        client_of(served.said["ice"]) as client,
+    ):
+        client.wait_ready()
+        client.extra.takeoff()
+        assert client.mission.setMissionData(client.mission_data(pose(0, -250, 50), *CIRCUIT)) == 0
+        navigation = client.telemetry.getNavigation(0)
+        assert (navigation.isArmed, navigation.mode) == (False, "MANUAL")
+        assert client.missions.download(0, client.precise.PlanKind.MissionPlan).items[0].command == 22
+        assert client.extra.takeoff() is None
+        browser = served.client(name="onlooker")
+        wait_for(
+            lambda: "nothing is armed over these interfaces" in str(browser.done("GET", "vehicles/1/texts")),
+            "the reason in the station",
+        )
+        assert client.telemetry.getNavigation(0).isArmed is False
+
+
+def test_velocities_steer_a_plane_in_guided(flight: tuple[str, Client]) -> None:
+    _, client = flight
+    data = client.jderobot.CMDVelData
+    control, velocity, follower = client.control, client.velocity, Follower(client)
+    control.takeoff(0, 60.0)
+    wait_for(lambda: armed(client), "arming", FLIGHT_S)
+    follower.until(lambda navdata: navdata.altd > 50_000, "climbing")
+    control.goTo(0, *place(800, 0), 80.0, True)
+
+    def steer(condition: Any, what: str, **linear: float) -> None:
+        def step() -> bool:
+            assert velocity.setCMDVelData(data(**linear)) in (0, 6)
+            return bool(condition(follower.look()))
+
+        wait_for(step, what, FLIGHT_S)
+
+    steer(lambda navdata: navdata.rotX < -8.0, "a bank to the left", linearX=18.0, angularZ=0.3)
+    steer(lambda navdata: navdata.rotX > 8.0, "a bank to the right", linearX=18.0, angularZ=-0.3)
+    height = follower.look().altd
+    steer(lambda navdata: navdata.altd > height + 15_000, "a climb", linearX=18.0, linearZ=2.0)
+    # Without new commands it flies straight and level.
+    follower.until(lambda navdata: abs(navdata.rotX) < 5.0 and abs(navdata.vz) < 700.0, "straight and level")
+    assert client.telemetry.getNavigation(0).mode == "GUIDED"
+    control.setMode(0, "LOITER")
+    assert velocity.setCMDVelData(data(linearX=18.0)) == 7, "no velocity changes the mode"
+
+
+def armed(client: Client) -> bool:
+    """Whether it is armed now; its own checks may not pass yet."""
+    try:
+        client.control.arm(0)
+    except client.precise.CommandRefused:
+        return False
+    return True
+
+
+# E9 ----------------------------------------------------------------------------------------------------------------
+
+
+def test_e9_client_and_driver_and_plane_are_cut_off_and_all_resumes(tmp_path: Path) -> None:
+    with simulated_plane("--speedup", "5") as link, Relay(address_of(link)) as to_plane:
+        with driver(f"tcp:127.0.0.1:{to_plane.port}", data=tmp_path) as served:
+            proxies = dict(served.said["ice"])
+            with Relay(address_of(proxies["Pose3D"])) as to_driver:
+                through = f"ardrone_pose3d:tcp -h 127.0.0.1 -p {to_driver.port}"
+                with client_of({**proxies, "Pose3D": through}) as client:
+                    client.wait_ready()
+                    one = client.pose
+                    before = one.getPose3DData()
+                    # The client's network goes, and comes back: the same proxy goes on.
+                    to_driver.cut()
+                    with pytest.raises(client.ice.LocalException):
+                        one.getPose3DData()
+                    to_driver.restore()
+                    assert one.getPose3DData().x == pytest.approx(before.x, abs=1e-4)
+                    # The plane's link goes: the last value stays, the precise interface tells its age, and commands fail in time.
+                    to_plane.cut()
+                    wait_for(lambda: client.telemetry.getPose(0).positionAgeS > 5.0, "an old position", 30.0)
+                    assert one.getPose3DData().x == pytest.approx(before.x, abs=1e-4)
+                    poses = client.mission_data(pose(0, -250, 50))
+                    client.extra.takeoff()
+                    assert client.mission.setMissionData(poses) in (2, 4, 6)
+                    to_plane.restore()
+                    wait_for(lambda: client.telemetry.getPose(0).positionAgeS < 2.0, "new positions", 60.0)
+        # The driver ends and starts again at the same ports: the old proxies reach the new one.
+        ports = {f"{name}.Endpoints": f"tcp -h 127.0.0.1 -p {address_of(proxies[name])[1]}" for name in INTERFACES}
+        with client_of(proxies) as client:
+            pose3d = client.jderobot.Pose3DPrx.uncheckedCast(client.communicator.stringToProxy(proxies["Pose3D"]))
+            with pytest.raises(client.ice.LocalException):
+                pose3d.getPose3DData()
+            with driver(f"tcp:127.0.0.1:{to_plane.port}", data=tmp_path, ports=ports):
+                wait_for(lambda: pose3d.getPose3DData().x != 0.0, "the plane through the new driver", 60.0)
