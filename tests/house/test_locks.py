@@ -34,6 +34,11 @@ def test_every_package_is_pinned_and_hashed(name: str) -> None:
     assert "index-url" not in text
 
 
+@pytest.mark.parametrize(("name", "package"), [("ice", "zeroc-ice"), ("ice-build", "setuptools")])
+def test_what_is_compiled_for_the_tests_is_pinned_and_hashed(name: str, package: str) -> None:
+    assert [found for found, _, _ in pins(name)] == [package]
+
+
 def test_the_development_lock_holds_all_of_the_other() -> None:
     # Which Pythons a package is for may be said differently; what is installed must not differ.
     run = {(package, version) for package, version, _ in pins("run")}

@@ -91,6 +91,11 @@ def test_bad_missions_are_refused(poses: list[Any], marks: Taken, says: str) -> 
         mission_of(poses, marks)
 
 
+def test_what_hovers_lands_without_an_approach() -> None:
+    plan = mission_of(PLACES, Taken(takeoff=True, land=True), hovers=True)
+    assert [item.command for item in plan][-2:] == [Command.NAV_WAYPOINT, Command.NAV_LAND]
+
+
 def test_a_landing_below_home_or_with_any_height_is_taken() -> None:
     plan = mission_of([PLACES[0], (LAT, LON, -30.0)], Taken(land=True))
     assert plan.items[-1].alt_m == 0.0

@@ -137,7 +137,8 @@ class ConnectionLimit:
 
     def _run(self) -> None:
         while not self._closed.wait(_LOOK_S):
-            self.look()
+            with contextlib.suppress(OSError):  # no descriptor left to look with
+                self.look()
 
     def look(self) -> int:
         """Count, and shut down what is too much; how many were."""

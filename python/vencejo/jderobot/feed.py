@@ -27,6 +27,8 @@ _MAX_EVENTS: Final = 256
 _MAX_UNSENT: Final = 16
 """Calls to one subscriber that its connection has not taken yet."""
 _LOOK_S: Final = 0.2
+_AT_LEAST_S: Final = 5.0
+"""Without news the observer hears that there is none: values grow old, and its connection does not go idle."""
 
 
 @dataclass
@@ -37,6 +39,7 @@ class _Subscriber:
     period_s: float
     due_s: float
     seen: int = -1
+    told_s: float = 0.0
     events: deque[Event] = field(default_factory=lambda: deque(maxlen=_MAX_EVENTS))
     unsent: deque[Any] = field(default_factory=deque)
     watch: Subscription | None = None
@@ -176,7 +179,7 @@ class Feed:
             if subscriber.due_s <= now_s:
                 subscriber.due_s = max(subscriber.due_s + subscriber.period_s, now_s)
                 # Latest wins: while one is on its way, no other is sent.
-                if not subscriber.unsent and self._is_new(subscriber):
+                if not subscriber.unsent and self._is_worth_telling(subscriber, now_s):
                     telemetry = subscriber.vehicle.telemetry
                     subscriber.unsent.append(
                         subscriber.observer.movedAsync(
@@ -189,7 +192,9 @@ class Feed:
         return True
 
     @staticmethod
-    def _is_new(subscriber: _Subscriber) -> bool:
+    def _is_worth_telling(subscriber: _Subscriber, now_s: float) -> bool:
         count = subscriber.vehicle.change_count
-        is_new, subscriber.seen = count != subscriber.seen, count
-        return is_new
+        if count == subscriber.seen and now_s - subscriber.told_s < _AT_LEAST_S:
+            return False
+        subscriber.seen, subscriber.told_s = count, now_s
+        return True

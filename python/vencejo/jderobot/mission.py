@@ -26,6 +26,8 @@ MIN_HEIGHT_M: Final = 1.0
 """A waypoint lower than this is on the ground."""
 MAX_HEIGHT_M: Final = 10_000.0
 TAKEOFF_PITCH_DEG: Final = 15.0
+HOVERING: Final = frozenset({2, 3, 4, 13, 14, 15, 29, 35})
+"""MAV_TYPE of what hovers: rotors of any number, coaxial, helicopter. The rest is taken for a plane, VTOL too."""
 _NAV_LAST: Final = 95
 """MAV_CMD_NAV_LAST: commands above it are flown to nowhere."""
 
@@ -33,7 +35,7 @@ Pose = tuple[float, float, float]
 """Latitude, longitude in degrees, height above home in metres."""
 
 
-def mission_of(poses: Sequence[Pose], marks: Taken) -> Plan:
+def mission_of(poses: Sequence[Pose], marks: Taken, *, hovers: bool = False) -> Plan:
     """The mission of some poses.
 
     Parameters
@@ -42,6 +44,8 @@ def mission_of(poses: Sequence[Pose], marks: Taken) -> Plan:
     marks : Taken
         Whether the first is the take-off, and the last the landing. The height of a landing is home's, and its approach
         is made for it (`vencejo.jderobot.landing`).
+    hovers : bool, optional
+        For a vehicle that lands without an approach.
 
     Raises
     ------
@@ -64,6 +68,8 @@ def mission_of(poses: Sequence[Pose], marks: Taken) -> Plan:
     for number, (lat, lon, height) in enumerate(poses):
         if marks.takeoff and number == 0:
             items.append(MissionItem.takeoff(lat, lon, alt_rel_home_m=height, pitch_deg=TAKEOFF_PITCH_DEG))
+        elif marks.land and number == last and hovers:
+            items.append(MissionItem.land(lat, lon))
         elif marks.land and number == last:
             before = (poses[number - 1][0], poses[number - 1][1]) if number else None
             items += approach(before, (lat, lon))
@@ -134,8 +140,11 @@ class Mission:
             if any(pose is None for pose in poses or ()):
                 raise InvalidRequest("a pose is null")
             sent = [(pose.x, pose.y, pose.h) for pose in poses or ()]
-            plan = mission_of(sent, marks)
+            plan = mission_of(sent, marks)  # a bad one is refused whether or not there is a vehicle
             vehicle = self._subject.need()
+            heartbeat = vehicle.telemetry.heartbeat
+            if heartbeat is not None and heartbeat.mav_type in HOVERING:
+                plan = mission_of(sent, marks, hovers=True)
             on_ground = vehicle.telemetry.is_on_ground
             if on_ground and not marks.takeoff and self._policy == "fly":
                 raise InvalidRequest("the vehicle is on the ground; call takeoff() of ArDroneExtra before the mission")
