@@ -80,7 +80,7 @@ def _open_station(browser: Browser, request: pytest.FixtureRequest) -> OpenStati
             page = await context.new_page()
             _listen(page, faults)
             await page.goto(url)
-            station = StationPage(page, language)
+            station = StationPage(page, language, is_touch=touch)
             await expect(station.map).to_be_visible()
             if theme == "light":
                 await page.keyboard.press("t")

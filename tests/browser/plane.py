@@ -60,6 +60,13 @@ class Plane:
         """TCP port to reach it."""
         return self._sim.port
 
+    @property
+    def camera(self) -> str:
+        """Address of the first plane's nose camera, when there is one."""
+        address = self._sim.camera
+        assert address is not None, "Plane(camera=…) makes one"
+        return address
+
     def truth(self, number: int = 0) -> Truth:
         """The truth of this instant about a plane, the first by default."""
         return self._sim.call(lambda world: _truth(world, number))

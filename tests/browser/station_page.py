@@ -47,8 +47,9 @@ def _mercator(lat_deg: float) -> float:
 class StationPage:
     """A browser's page with the station open, in a language."""
 
-    def __init__(self, page: Page, language: Language = "en") -> None:
+    def __init__(self, page: Page, language: Language = "en", *, is_touch: bool = False) -> None:
         self.page = page
+        self.is_touch = is_touch
         self.language: Language = language
 
     def text(self, key: str, /, **values: object) -> str:

@@ -67,6 +67,18 @@ async def small_targets(page: Page) -> list[str]:
     return small
 
 
+async def scrolled(page: Page) -> list[str]:
+    """What goes out of sight when something that is only heard takes the focus or is looked for."""
+    moved: list[str] = await page.evaluate(
+        """() => {
+            for (const element of document.querySelectorAll('main *')) element.scrollIntoView();
+            const bar = document.querySelector('main [role=region]').getBoundingClientRect();
+            return bar.top === 0 ? [] : [`the bar is at ${bar.top} px`];
+        }"""
+    )
+    return moved
+
+
 async def views(station: StationPage) -> AsyncIterator[str]:
     """Open one main view after the other, each with something in it."""
     await station.see_plane()
@@ -101,6 +113,7 @@ async def test_no_view_shuts_anybody_out(open_station: OpenStation, url: str, si
         async for name in views(station):
             wrong += [f"{name}: {fault}" for fault in await faults(station.page, rules)]
             wrong += [f"{name}: {target}" for target in await small_targets(station.page)]
+            wrong += [f"{name}: {bar}" for bar in await scrolled(station.page)]
             looked_at += 1
     assert looked_at == len(PANELS) + 2
     assert not wrong, "\n".join(wrong)
