@@ -6,6 +6,7 @@
 use pyo3::prelude::*;
 
 mod errors;
+mod geodesy;
 mod guidance;
 mod pending;
 mod plan;
@@ -22,6 +23,7 @@ mod vehicle;
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     errors::register(module)?;
+    geodesy::register(module)?;
     guidance::register(module)?;
     plan::register(module)?;
     recording::register(module)?;

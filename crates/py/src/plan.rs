@@ -6,7 +6,7 @@ use vencejo_flight::checks::{CheckContext, Severity, check_plan as check};
 use vencejo_flight::formats::{
     self, ParamDialect, ParamEntry, PlanSettings, read_params, write_params, write_plan_json, write_waypoints,
 };
-use vencejo_flight::geodesy::{self, GeoPoint};
+use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::plan::{
     Command, Fence, FenceShape, FenceZone, Home, MavFrame, Mission, MissionItem, Plan, Rally, RallyPoint,
 };
@@ -36,7 +36,6 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(mission_length_m, module)?)?;
     module.add_function(wrap_pyfunction!(parse_params, module)?)?;
     module.add_function(wrap_pyfunction!(format_params, module)?)?;
-    module.add_function(wrap_pyfunction!(distance_m, module)?)?;
     Ok(())
 }
 
@@ -199,10 +198,4 @@ fn format_params(params: Vec<(String, f64)>) -> String {
     let entries: Vec<_> =
         params.into_iter().map(|(name, value)| ParamEntry { name, value, mav_param_type: None }).collect();
     write_params(&entries, ParamDialect::MissionPlanner)
-}
-
-/// Length of the geodesic between two points on the WGS-84 ellipsoid, metres.
-#[pyfunction]
-fn distance_m(lat1_deg: f64, lon1_deg: f64, lat2_deg: f64, lon2_deg: f64) -> PyResult<f64> {
-    Ok(geodesy::distance_m(point(lat1_deg, lon1_deg)?, point(lat2_deg, lon2_deg)?))
 }
