@@ -131,6 +131,7 @@ export const shellEn = {
   'answer.accepted': '{command}: accepted',
   'answer.refused': '{command}: refused',
   'answer.timeout': '{command}: no answer from the vehicle',
+  'answer.notShown': '{command}: agreed to, but not seen',
   'answer.invalid': '{command}: not a valid value',
   'answer.noControl': '{command}: you do not have control',
   'answer.forbidden': '{command}: not allowed for a viewer',

@@ -133,6 +133,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'answer.accepted': '{command}: aceptado',
   'answer.refused': '{command}: rechazado',
   'answer.timeout': '{command}: el vehículo no responde',
+  'answer.notShown': '{command}: aceptado, pero no se ve',
   'answer.invalid': '{command}: valor no válido',
   'answer.noControl': '{command}: no tienes el control',
   'answer.forbidden': '{command}: no permitido a un observador',

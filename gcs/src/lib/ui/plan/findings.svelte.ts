@@ -1,8 +1,10 @@
 // What the checks found, in the language in use, by the stable code of each finding.
 import type { PlanFinding } from '$lib/api/types';
+import { findingFigures } from '$lib/domain/finding-figures';
 import { hasText, t } from '$lib/i18n/index.svelte';
 import { plan } from '$lib/state/plan.svelte';
-import { kindName } from './names';
+import { number } from '$lib/ui/base/format.svelte';
+import { kindName, paramName } from './names';
 
 export interface FindingWords {
   readonly text: string;
@@ -18,5 +20,22 @@ export function findingWords(finding: PlanFinding): FindingWords {
   const name =
     item === undefined ? t('finding.home') : t('finding.item', { number: finding.item ?? '', name: kindName(item) });
   const text = t(key, { item: name });
-  return { text: text.charAt(0).toLocaleUpperCase() + text.slice(1), remedy: t(remedyKey) };
+  const detail = detailOf(finding);
+  return {
+    text: `${text.charAt(0).toLocaleUpperCase()}${text.slice(1)}${detail === '' ? '' : ` ${detail}`}`,
+    remedy: t(remedyKey),
+  };
+}
+
+/** The figures of a finding, written as the language does. */
+function detailOf(finding: PlanFinding): string {
+  const key = `finding.${finding.code}.detail`;
+  const figures = findingFigures(finding);
+  if (figures === null || !hasText(key)) return '';
+  const shown = Object.entries(figures).map(([name, value]) => {
+    if (name === 'label') return [name, paramName(value)];
+    const figure = Number(value);
+    return [name, Number.isFinite(figure) ? number(figure, Number.isInteger(figure) ? 0 : 1) : value];
+  });
+  return t(key, Object.fromEntries(shown));
 }
