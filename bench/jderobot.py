@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import os
 import socket
 import statistics
 import subprocess
@@ -89,13 +90,13 @@ def measure(proxies: dict[str, str], pid: int, seconds: float) -> dict[str, floa
     }
 
 
-def section(rows: dict[str, dict[str, float]], seconds: float) -> str:
+def section(rows: dict[str, dict[str, float]], seconds: float, load: float) -> str:
     """The section of RESULTS.md."""
     lines = [
         TITLE,
         "",
         f"Aim: {AIM}. {CLIENTS} processes, four calls each at {RATE_HZ:.0f} Hz for {seconds:.0f} s, {date.today().isoformat()}.",  # noqa: DTZ011
-        "Written by `python -m bench.jderobot --write`.",
+        f"Written by `python -m bench.jderobot --write`; load average before: {load:.1f}, own priority: nice {os.nice(0)}.",
         "",
         "| | calls | median | 99 % | worst | under 20 ms | driver's CPU |",
         "|---|---|---|---|---|---|---|",
@@ -128,6 +129,7 @@ def main() -> int:
         print(json.dumps(poll(json.loads(options.poll), options.seconds)))
         return 0
     rows: dict[str, dict[str, float]] = {}
+    load = os.getloadavg()[0]
     with (
         simulated_plane() as link,
         tempfile.TemporaryDirectory() as data,
@@ -142,7 +144,7 @@ def main() -> int:
             rows[f"ten clients beside {IDLE:,} idle connections"] = measure(
                 proxies, served.process.pid, options.seconds
             )
-    part = section(rows, options.seconds)
+    part = section(rows, options.seconds, load)
     print(part)
     if options.write:
         RESULTS.write_text(put(RESULTS.read_text(encoding="utf-8"), part), encoding="utf-8")

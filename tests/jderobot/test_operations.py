@@ -339,9 +339,9 @@ def test_malformed_and_oversize_requests_end_their_connection_alone(client: Clie
     pose = client.pose
     address = address_of(client.proxies["Pose3D"])
     with raw(address) as connection:
-        connection.sendall(message(3))
-        connection.sendall(bytes_)
-        connection.shutdown(socket.SHUT_WR)
+        with contextlib.suppress(OSError):  # it may have hung up before all was said
+            connection.sendall(bytes_)
+            connection.shutdown(socket.SHUT_WR)
         assert hangs_up(connection)
     assert pose.getPose3DData().x != 0, "others are served as before"
 
