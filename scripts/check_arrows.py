@@ -25,9 +25,10 @@ CRATES: dict[str, frozenset[str]] = {
     "flight": frozenset({"proto"}),
     "vehicle": frozenset({"proto", "flight"}),
     "link": frozenset({"proto"}),
+    "maps": frozenset({"proto", "flight"}),
     "station": frozenset({"proto", "flight", "vehicle", "link"}),
-    "server": frozenset({"proto", "flight", "vehicle", "link", "station"}),
-    "py": frozenset({"proto", "flight", "vehicle", "link", "station", "server"}),
+    "server": frozenset({"proto", "flight", "vehicle", "link", "maps", "station"}),
+    "py": frozenset({"proto", "flight", "vehicle", "link", "maps", "station", "server"}),
     "bench-load": frozenset(),
 }
 
@@ -37,8 +38,9 @@ DRAWN_CRATES: dict[str, tuple[str, ...]] = {
     "flight": ("proto",),
     "vehicle": ("proto", "flight"),
     "link": ("proto",),
+    "maps": ("flight",),
     "station": ("vehicle", "link", "flight"),
-    "server": ("station",),
+    "server": ("station", "maps"),
     "py": ("server", "station", "flight"),
     "bench-load": (),
 }
@@ -46,7 +48,9 @@ DRAWN_CRATES: dict[str, tuple[str, ...]] = {
 #: External crates that mean I/O or a language: only these crates of ours may name them.
 FENCED: dict[str, frozenset[str]] = {
     "axum": frozenset({"server"}),
-    "tokio": frozenset({"link", "station", "server", "py"}),
+    "tokio": frozenset({"link", "maps", "station", "server", "py"}),
+    "reqwest": frozenset({"maps"}),
+    "rusqlite": frozenset({"maps"}),
     "tokio-serial": frozenset({"link"}),
     "serialport": frozenset({"link"}),
     "pyo3": frozenset({"py"}),

@@ -23,7 +23,7 @@ from vencejo import _native
 from vencejo.errors import InvalidRequest
 from vencejo.station import Station, default_record_dir
 
-__all__ = ["Server", "Tokens", "default_token_file", "has_app"]
+__all__ = ["Server", "Tokens", "default_maps_folder", "default_token_file", "has_app"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,6 +43,11 @@ class Tokens:
 def default_token_file() -> Path:
     """Where the tokens are kept: `server-tokens.json` in the data folder, readable by its owner alone."""
     return default_record_dir().parent / "server-tokens.json"
+
+
+def default_maps_folder() -> Path:
+    """Where map sources, their cache and offline areas are kept: `maps` in the data folder."""
+    return default_record_dir().parent / "maps"
 
 
 def has_app() -> bool:
@@ -77,13 +82,16 @@ class Server:
     on_board : bool, optional
         On board a vehicle: our heartbeat is sent only while an operator's session is alive, because the autopilot's
         ground-station failsafe counts it.
+    maps_folder : path, optional
+        Where map sources, their cache and offline areas are kept; made when it is not there. Default
+        `default_maps_folder`.
 
     Raises
     ------
     InvalidRequest
         For an address that is none, or a certificate without key.
     VencejoError
-        When the address is taken, or the tokens or certificate cannot be used.
+        When the address is taken, or the tokens, certificate or maps folder cannot be used.
     """
 
     def __init__(
@@ -99,6 +107,7 @@ class Server:
         certificate: str | os.PathLike[str] | None = None,
         key: str | os.PathLike[str] | None = None,
         on_board: bool = False,
+        maps_folder: str | os.PathLike[str] | None = None,
     ) -> None:
         address = _address(host)
         if not 0 <= port <= 65535:
@@ -119,6 +128,7 @@ class Server:
             origins=list(allow_origins),
             tls=tls,
             on_board=on_board,
+            maps_folder=os.fspath(maps_folder if maps_folder is not None else default_maps_folder()),
         )
         self._station = station
 

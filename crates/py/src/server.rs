@@ -29,7 +29,7 @@ pub struct PyServer {
 #[pymethods]
 impl PyServer {
     #[new]
-    #[pyo3(signature = (station, *, address, port, token_file, hosts, origins, tls, on_board))]
+    #[pyo3(signature = (station, *, address, port, token_file, hosts, origins, tls, on_board, maps_folder))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of one constructor")]
     fn new(
         py: Python<'_>,
@@ -41,6 +41,7 @@ impl PyServer {
         origins: Vec<String>,
         tls: Option<(String, String)>,
         on_board: bool,
+        maps_folder: Option<String>,
     ) -> PyResult<Self> {
         let ip = address.parse().map_err(|_| {
             errors::raise("InvalidRequest", format!("'{address}' is no address; one is like 127.0.0.1, 0.0.0.0 or ::"))
@@ -52,6 +53,7 @@ impl PyServer {
             origins,
             tls: tls.map(|(certificate, key)| (certificate.into(), key.into())),
             on_board,
+            maps_folder: maps_folder.map(Into::into),
         };
         let started = runtime::wait(py, None, Server::start(station.station(), config, runtime::handle()))?;
         let server = started.ok_or_else(|| errors::raise("ClosedError", "the server was not started"))?;

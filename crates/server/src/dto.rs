@@ -3,6 +3,7 @@
 //! Units and datum are in the names. Absent is null, never NaN, 0 or −1. Items of a mission are counted from 1, without home.
 
 pub mod cause;
+pub mod maps;
 pub mod telemetry;
 
 use std::collections::BTreeMap;

@@ -32,6 +32,19 @@ impl FromRequestParts<App> for Viewer {
     }
 }
 
+/// The role of somebody who may look.
+pub struct ViewerRole(pub Role);
+
+impl FromRequestParts<App> for ViewerRole {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
+        let own = session(parts, app).map(|(_, role)| role);
+        let all = app.access().tokens.is_none().then_some(Role::Operator);
+        own.or(all).map(Self).ok_or_else(Problem::no_session)
+    }
+}
+
 /// Any session.
 pub struct InSession(pub SessionId);
 
@@ -103,6 +116,17 @@ impl FromRequestParts<App> for Id {
     async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
         let id = path_param(parts, app, "id").await?;
         id.parse().map(Self).map_err(|_| Problem::invalid_value("id", &id, "ids are whole numbers"))
+    }
+}
+
+/// A text that the path names `id`.
+pub struct Text(pub String);
+
+impl FromRequestParts<App> for Text {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
+        path_param(parts, app, "id").await.map(Self)
     }
 }
 

@@ -10,6 +10,7 @@ use utoipa::openapi::{ContentBuilder, Ref, RefOr, Response as Described, Respons
 use vencejo_flight::FlightError;
 use vencejo_flight::plan::PlanKind;
 use vencejo_link::{LinkError, MAX_LINKS};
+use vencejo_maps::MapError;
 use vencejo_proto::message_name;
 use vencejo_station::StationError;
 use vencejo_vehicle::VehicleError;
@@ -190,6 +191,21 @@ fn kind_of(cause: &Cause) -> (StatusCode, &'static str) {
         Cause::NotOnEarth { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not on Earth"),
         Cause::BadItem { .. } | Cause::BadPlan { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a valid plan"),
         Cause::BadFile { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a valid file"),
+        Cause::NoMaps => (StatusCode::SERVICE_UNAVAILABLE, "No maps here"),
+        Cause::NoSource { .. } => (StatusCode::NOT_FOUND, "No such map source"),
+        Cause::NoTile => (StatusCode::NOT_FOUND, "No tile there"),
+        Cause::SourceKey { .. } => (StatusCode::CONFLICT, "The source needs a key"),
+        Cause::SourceInvalid { .. } => (StatusCode::CONFLICT, "The source cannot be used"),
+        Cause::SourceSettings { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "The settings are wrong"),
+        Cause::SourceFile { .. } => (StatusCode::CONFLICT, "The file of the sources is wrong"),
+        Cause::SourceFailed { .. } => (StatusCode::BAD_GATEWAY, "The map service failed"),
+        Cause::SourceTimeout { .. } => (StatusCode::GATEWAY_TIMEOUT, "The map service is silent"),
+        Cause::SourceOffline { .. } => (StatusCode::SERVICE_UNAVAILABLE, "The map service is not reached"),
+        Cause::SourceBusy => (StatusCode::SERVICE_UNAVAILABLE, "Too much at once"),
+        Cause::OfflineRefused { .. } => (StatusCode::CONFLICT, "Not for offline use"),
+        Cause::AreaTooLarge { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "The area is too large"),
+        Cause::MapFile { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a usable file"),
+        Cause::MapStorage { .. } => (StatusCode::INTERNAL_SERVER_ERROR, "The disk or a database failed"),
     }
 }
 
@@ -371,6 +387,40 @@ pub fn from_flight(error: &FlightError) -> Problem {
         _ => Cause::Internal,
     };
     Problem::new(cause, error.to_string())
+}
+
+/// The problem for an error of the maps.
+pub fn from_maps(error: &MapError) -> Problem {
+    let text = error.to_string();
+    let cause = match error.clone() {
+        MapError::NoSource(source) => Cause::NoSource { source },
+        MapError::NoTile => Cause::NoTile,
+        MapError::KeyMissing(source) => Cause::SourceKey { source },
+        MapError::Unusable { source_id: source, reason: problem } => Cause::SourceInvalid { source, problem },
+        MapError::Settings { source_id: source, faults: problems } => {
+            let cause = Cause::SourceSettings { source, problems: problems.clone() };
+            return Problem::new(cause, text).reasons(problems);
+        }
+        MapError::SourcesFile { reason: problem, .. } => {
+            return Problem::new(Cause::SourceFile { problem }, text)
+                .remedy("mend the file where it says, or move it away: a new one is made at the next start");
+        }
+        MapError::Service { host: service, reason: problem } => Cause::SourceFailed { service, problem },
+        MapError::Timeout { host: service, seconds: waited_s } => Cause::SourceTimeout { service, waited_s },
+        MapError::Offline { host: service, reason: problem, retry_s } => {
+            Cause::SourceOffline { service, problem, retry_s }
+        }
+        MapError::Busy => Cause::SourceBusy,
+        MapError::OfflineRefused { source_id: source, reason: problem } => Cause::OfflineRefused { source, problem },
+        MapError::AreaTooLarge { tiles, most: limit } => Cause::AreaTooLarge { tiles, limit },
+        MapError::NoArea(name) => Cause::NotFound { what: Thing::Area, name },
+        MapError::MapFile { name, reason: problem } => Cause::MapFile { name, problem },
+        MapError::Request(problem) => Cause::InvalidRequest { problem },
+        MapError::Storage(problem) => Cause::MapStorage { problem },
+        MapError::Closed => Cause::Closed,
+        _ => Cause::Internal,
+    };
+    Problem::new(cause, text)
 }
 
 impl From<StationError> for Problem {

@@ -17,6 +17,7 @@ use tokio::net::TcpSocket;
 use tokio::runtime::Handle as Runtime;
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
+use vencejo_maps::{MapError, Maps, MapsConfig};
 use vencejo_station::Station;
 
 use crate::access::{Access, Tokens};
@@ -50,6 +51,8 @@ pub struct ServerConfig {
     /// On board a vehicle: our heartbeat is sent only while an operator's session is alive, because the autopilot's
     /// ground-station failsafe counts it.
     pub on_board: bool,
+    /// Where map sources, their cache and offline areas are kept; made when it is not there. `None`: no maps are served.
+    pub maps_folder: Option<PathBuf>,
 }
 
 impl Default for ServerConfig {
@@ -61,6 +64,7 @@ impl Default for ServerConfig {
             origins: Vec::new(),
             tls: None,
             on_board: false,
+            maps_folder: None,
         }
     }
 }
@@ -97,6 +101,14 @@ pub enum ServerError {
         key: PathBuf,
         /// What is wrong.
         reason: io::Error,
+    },
+    /// The folder for maps cannot be used.
+    #[error("the maps in {}: {reason}", path.display())]
+    Maps {
+        /// The folder.
+        path: PathBuf,
+        /// What is wrong.
+        reason: MapError,
     },
 }
 
@@ -156,11 +168,21 @@ impl Server {
             hosts: config.hosts.clone(),
             origins: config.origins.clone(),
         };
+        let maps = match &config.maps_folder {
+            None => None,
+            Some(folder) => {
+                let started = Maps::start(MapsConfig::new(folder.clone())).await;
+                Some(started.map_err(|reason| ServerError::Maps { path: folder.clone(), reason })?)
+            }
+        };
         let (alive, ended) = mpsc::channel(1);
         if config.on_board {
             station.set_heartbeat(false);
         }
         let app = App::new(station, access, config.on_board, alive.clone());
+        if let Some(maps) = maps {
+            app.set_maps(maps);
+        }
         let service = routes::router(app.clone()).into_make_service();
         let handle = Handle::new();
         let failed = |reason| ServerError::Bind { address: config.bind, reason };

@@ -1,20 +1,21 @@
 //! What all handlers share, and the task that tells the clients what goes on.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
 use tokio::sync::{mpsc, watch};
 use tokio::task::AbortHandle;
 use tokio::time::{MissedTickBehavior, interval};
 use vencejo_flight::plan::PlanKind;
+use vencejo_maps::Maps;
 use vencejo_proto::{MonoTime, SystemId};
 use vencejo_station::{Observed, Pending, RequestResult, Station, VehicleHandle};
 use vencejo_vehicle::VehicleEvent;
 
 use crate::access::Access;
 use crate::convert;
-use crate::dto::cause::Crowd;
+use crate::dto::cause::{Cause, Crowd};
 use crate::dto::telemetry::landed_name;
 use crate::dto::{EventDetail, Operation, OperationKind, ServerMessage};
 use crate::operations::{MAX_RUNNING, Operations};
@@ -43,6 +44,8 @@ struct Shared {
     sessions: Mutex<Sessions>,
     operations: Operations,
     outboxes: Outboxes,
+    /// Where the server was given a folder for them.
+    maps: OnceLock<Maps>,
     closing: watch::Sender<bool>,
     /// Until the server is closed: new tasks hold a copy.
     alive: Mutex<Option<Alive>>,
@@ -73,6 +76,7 @@ impl App {
             sessions: Mutex::default(),
             operations: Operations::default(),
             outboxes: Outboxes::default(),
+            maps: OnceLock::new(),
             closing: watch::channel(false).0,
             alive: Mutex::new(Some(alive)),
         };
@@ -127,6 +131,23 @@ impl App {
         &self.shared.outboxes
     }
 
+    /// Serves these maps; the first that are given stay.
+    pub fn set_maps(&self, maps: Maps) {
+        // A second is refused, which is what is meant.
+        let _ = self.shared.maps.set(maps);
+    }
+
+    /// The maps.
+    ///
+    /// # Errors
+    /// When the server was started without.
+    pub fn maps(&self) -> Result<&Maps, Problem> {
+        self.shared.maps.get().ok_or_else(|| {
+            Problem::new(Cause::NoMaps, "this server was started without a folder for maps")
+                .remedy("start it with --maps FOLDER")
+        })
+    }
+
     /// Turns true when the server is being closed.
     pub fn closing(&self) -> watch::Receiver<bool> {
         self.shared.closing.subscribe()
@@ -140,6 +161,9 @@ impl App {
     /// Ends all tasks and connections soon.
     pub fn close(&self) {
         self.shared.alive.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(maps) = self.shared.maps.get() {
+            maps.close();
+        }
         self.shared.closing.send_replace(true);
     }
 

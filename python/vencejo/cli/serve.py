@@ -75,6 +75,10 @@ def serve(
             help="Run as companion computer of this vehicle: heartbeats only while an operator is connected.",
         ),
     ] = None,
+    maps: Annotated[
+        Path | None,
+        typer.Option("--maps", metavar="FOLDER", help="Where map sources and their cache are; by default in the data folder."),
+    ] = None,
     open_browser: Annotated[bool, typer.Option("--open", help="Open a browser here.")] = False,
     record: RecordOption = True,
     forward: ForwardOption = None,
@@ -123,6 +127,7 @@ def serve(
             certificate=cert,
             key=key,
             on_board=on_board is not None,
+            maps_folder=maps,
         ) as server,
         ice_server(station, settings, server.tokens) as interfaces,
     ):

@@ -27,6 +27,8 @@ pub enum Thing {
     Message,
     /// A MAVLink command, by name.
     Command,
+    /// An offline area, by id.
+    Area,
 }
 
 /// Of what there is too much at once.
@@ -406,6 +408,92 @@ pub enum Cause {
         #[schema(required = true)]
         place: Option<String>,
         /// What is wrong, in English.
+        problem: String,
+    },
+
+    // Maps -----------------------------------------------------------------------------------------------------------
+    /// The server was started without a folder for maps.
+    NoMaps,
+    /// No source of that id is configured.
+    NoSource {
+        /// The id.
+        source: String,
+    },
+    /// Nothing is to be drawn there.
+    NoTile,
+    /// The source's service demands the user's key.
+    SourceKey {
+        /// Id of the source.
+        source: String,
+    },
+    /// The source cannot be used as it is configured.
+    SourceInvalid {
+        /// Id of the source.
+        source: String,
+        /// Why, in English.
+        problem: String,
+    },
+    /// Settings of a source that cannot be.
+    SourceSettings {
+        /// Id of the source.
+        source: String,
+        /// Each names its field, in English.
+        problems: Vec<String>,
+    },
+    /// The file of the sources is wrong.
+    SourceFile {
+        /// What is wrong with its line, in English.
+        problem: String,
+    },
+    /// The map service answered with something else.
+    SourceFailed {
+        /// Its host.
+        service: String,
+        /// In its own words where it gave some.
+        problem: String,
+    },
+    /// The map service did not answer in time.
+    SourceTimeout {
+        /// Its host.
+        service: String,
+        /// How long it was given.
+        waited_s: u64,
+    },
+    /// The map service is not reached.
+    SourceOffline {
+        /// Its host.
+        service: String,
+        /// Why, in English.
+        problem: String,
+        /// When it is tried again.
+        retry_s: u64,
+    },
+    /// Too many tiles are being fetched.
+    SourceBusy,
+    /// No offline areas may be made of the source.
+    OfflineRefused {
+        /// Id of the source.
+        source: String,
+        /// Why, in English.
+        problem: String,
+    },
+    /// An offline area of more tiles than are taken.
+    AreaTooLarge {
+        /// Of the area.
+        tiles: u64,
+        /// Taken at most.
+        limit: u64,
+    },
+    /// A map file that was handed in is not what it should be.
+    MapFile {
+        /// Its name.
+        name: String,
+        /// What is wrong, in English.
+        problem: String,
+    },
+    /// The disk or a database of the maps failed.
+    MapStorage {
+        /// What it said, in English.
         problem: String,
     },
 }

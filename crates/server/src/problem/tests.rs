@@ -29,7 +29,9 @@ fn all() -> BTreeMap<String, dto::Problem> {
     let vehicle = vehicle.map(|error| (format!("Vehicle.{}", kind(format!("{error:?}"))), from_vehicle(&error)));
     let transfer = TransferError::examples().into_iter();
     let transfer = transfer.map(|error| (format!("Transfer.{}", kind(format!("{error:?}"))), from_transfer(&error)));
-    station.chain(vehicle).chain(transfer).map(|(name, problem)| (name, *problem.0)).collect()
+    let maps = MapError::examples().into_iter();
+    let maps = maps.map(|error| (format!("Maps.{}", kind(format!("{error:?}"))), from_maps(&error)));
+    station.chain(vehicle).chain(transfer).chain(maps).map(|(name, problem)| (name, *problem.0)).collect()
 }
 
 #[test]
@@ -107,6 +109,12 @@ fn statuses_are_those_of_the_contract() {
         ("Transfer.UnknownParam", 404),
         ("Transfer.ParamNotKept", 409),
         ("Transfer.BadFile", 502),
+        ("Maps.NoTile", 404),
+        ("Maps.Settings", 422),
+        ("Maps.Service", 502),
+        ("Maps.Timeout", 504),
+        ("Maps.Offline", 503),
+        ("Maps.OfflineRefused", 409),
     ] {
         assert_eq!(problems[name].status, status, "{name}");
     }

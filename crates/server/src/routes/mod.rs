@@ -1,11 +1,16 @@
 //! The paths of the API, a file for each group of them, and their description.
 
 mod commands;
+mod elevation;
 mod links;
+mod maps;
+mod maps_areas;
 mod operations;
 mod params;
 mod plans;
 mod sessions;
+mod streams;
+mod tiles;
 mod vehicles;
 
 use axum::extract::{DefaultBodyLimit, State};
@@ -54,9 +59,13 @@ fn api() -> OpenApiRouter<App> {
         .merge(commands::router())
         .merge(params::router())
         .merge(operations::router())
+        .merge(maps::router())
+        .merge(tiles::router())
         .layer(DefaultBodyLimit::max(MAX_BODY));
-    let large = plans::router().layer(DefaultBodyLimit::max(MAX_PLAN));
-    OpenApiRouter::with_openapi(Base::openapi()).nest(PREFIX, small.merge(large))
+    let large = plans::router().merge(maps_areas::router()).merge(elevation::router()).merge(elevation::plan_router());
+    let large = large.layer(DefaultBodyLimit::max(MAX_PLAN));
+    let files = maps::file_router().merge(maps_areas::file_router());
+    OpenApiRouter::with_openapi(Base::openapi()).nest(PREFIX, small.merge(large).merge(files))
 }
 
 /// The description of the API (OpenAPI 3.1), as committed in schemas/openapi.json.

@@ -1,0 +1,321 @@
+#!/usr/bin/env python3
+"""Serves the same MBTiles by our server and by others, in turn, and writes how fast into bench/RESULTS.md.
+
+    .venv/bin/python bench/tiles.py [--runs 5] [--tiles 2000]
+
+Contestants: our server with the file as a source (`file`), our server with the same tiles in the cache of a service (`cache`), `martin`
+where it is on the path (`cargo install martin --no-default-features --features mbtiles`), and datasette with its plugin datasette-tiles
+where `BENCH_DATASETTE` names its program. Each gets the same requests for 256-pixel tiles of about 20 kB in random order: one after another on one
+connection (median, 99 %), then 16 connections at once for some seconds (tiles/s, CPU of the server). The client is one process that only
+reads sockets; it takes part of the two cores from everybody alike.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import http.server
+import json
+import os
+import random
+import re
+import selectors
+import shutil
+import socket
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from statistics import median
+
+import cv2
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from bench import harness
+
+ZOOM = 14
+SIDE = 256
+CONNECTIONS = 16
+HEADING = "## Map tiles"
+
+
+def make(path: Path, count: int) -> list[tuple[int, int]]:
+    """Write an MBTiles file of pictures like those from above; give the tiles' columns and rows, from the top."""
+    noise = np.random.default_rng(1)
+    with contextlib.closing(sqlite3.connect(path)) as file:
+        file.executescript(
+            "CREATE TABLE metadata (name TEXT, value TEXT); CREATE TABLE tiles (zoom_level INTEGER, tile_column INTEGER,"
+            "tile_row INTEGER, tile_data BLOB); INSERT INTO metadata VALUES ('name', 'bench'), ('format', 'jpg'),"
+            f"('minzoom', '{ZOOM}'), ('maxzoom', '{ZOOM}'), ('bounds', '-180,-85,180,85'), ('type', 'baselayer')"
+        )
+        width = int(count**0.5)
+        places = [(8000 + index % width, 6000 + index // width) for index in range(count)]
+        for column, row in places:
+            coarse = noise.integers(0, 255, (32, 32, 3), np.uint8)
+            picture = cv2.resize(coarse, (SIDE, SIDE), interpolation=cv2.INTER_CUBIC)
+            picture = cv2.add(picture, noise.integers(0, 24, (SIDE, SIDE, 3), np.uint8))
+            data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 75])[1].tobytes()
+            file.execute("INSERT INTO tiles VALUES (?, ?, ?, ?)", (ZOOM, column, 2**ZOOM - 1 - row, data))
+        file.execute("CREATE UNIQUE INDEX tile_index ON tiles (zoom_level, tile_column, tile_row)")
+        file.commit()
+    return places
+
+
+def request(port: int, path: str) -> bytes:
+    """The bytes of a request."""
+    return f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nAccept: */*\r\n\r\n".encode()
+
+
+def length_of(data: bytes) -> int | None:
+    """Bytes of a whole answer, once its head is there."""
+    head, end, _ = data.partition(b"\r\n\r\n")
+    if not end:
+        return None
+    if not head.startswith(b"HTTP/1.1 200"):
+        raise harness.NotMeasured(head.split(b"\r\n")[0].decode())
+    found = re.search(rb"(?i)content-length: (\d+)", head)
+    if found is None:
+        raise harness.NotMeasured("an answer without a length")
+    return len(head) + 4 + int(found[1])
+
+
+def ask(connection: socket.socket, asked: bytes) -> int:
+    """One request; bytes of the answer."""
+    connection.sendall(asked)
+    data = b""
+    wanted: int | None = None
+    while wanted is None or len(data) < wanted:
+        part = connection.recv(1 << 18)
+        if not part:
+            raise harness.NotMeasured("the server hung up")
+        data += part
+        wanted = wanted or length_of(data)
+    return wanted
+
+
+def connect(port: int) -> socket.socket:
+    """A connection."""
+    connection = socket.create_connection(("127.0.0.1", port), 30)
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return connection
+
+
+def one_by_one(port: int, paths: list[str]) -> list[float]:
+    """Seconds of each request, one after another."""
+    times = []
+    with connect(port) as connection:
+        for path in paths:
+            began = time.perf_counter()
+            ask(connection, request(port, path))
+            times.append(time.perf_counter() - began)
+    return times
+
+
+def all_at_once(port: int, paths: list[str], seconds: float) -> float:
+    """Tiles per second over many connections."""
+    waiting = selectors.DefaultSelector()
+    turn = random.Random(2)
+    asked = [request(port, path) for path in paths]
+    state: dict[socket.socket, tuple[int, int | None, bytes]] = {}
+    for _ in range(CONNECTIONS):
+        connection = connect(port)
+        connection.sendall(turn.choice(asked))
+        state[connection] = (0, None, b"")
+        waiting.register(connection, selectors.EVENT_READ)
+    done, began = 0, time.perf_counter()
+    while (now := time.perf_counter()) - began < seconds:
+        for key, _ in waiting.select(1):
+            connection = key.fileobj
+            assert isinstance(connection, socket.socket)
+            got, wanted, head = state[connection]
+            part = connection.recv(1 << 18)
+            if not part:
+                raise harness.NotMeasured("the server hung up")
+            got += len(part)
+            if wanted is None:
+                head += part
+                wanted = length_of(head)
+            if wanted is not None and got >= wanted:
+                done += 1
+                connection.sendall(turn.choice(asked))
+                got, wanted, head = 0, None, b""
+            state[connection] = (got, wanted, head)
+    for connection in state:
+        connection.close()
+    return done / (now - began)
+
+
+@contextlib.contextmanager
+def tile_service(file: Path) -> Iterator[str]:
+    """A service of the same tiles, from which the cache is filled."""
+
+    class Handler(http.server.BaseHTTPRequestHandler):
+        protocol_version = "HTTP/1.1"
+
+        def do_GET(self) -> None:
+            column, row = (int(part) for part in self.path.strip("/").split("/"))
+            with contextlib.closing(sqlite3.connect(file)) as tiles:
+                (data,) = tiles.execute(
+                    "SELECT tile_data FROM tiles WHERE tile_column=? AND tile_row=?", (column, 2**ZOOM - 1 - row)
+                ).fetchone()
+            self.send_response(200)
+            self.send_header("Content-Length", str(len(data)))
+            self.send_header("Cache-Control", "max-age=86400")
+            self.end_headers()
+            self.wfile.write(data)
+
+        def log_message(self, format: str, *args: object) -> None:
+            pass
+
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        yield f"http://127.0.0.1:{server.server_port}/{{x}}/{{y}}?z={{z}}"
+    finally:
+        server.shutdown()
+        server.server_close()
+
+
+@contextlib.contextmanager
+def running(command: list[str], port: int | None = None, **environment: str) -> Iterator[tuple[int, int]]:
+    """A server: its port and process, once it answers."""
+    env = {**os.environ, **environment}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=env)
+    try:
+        assert process.stdout is not None
+        if port is None:
+            port = int(json.loads(process.stdout.readline())["url"].rpartition(":")[2])
+        deadline = time.monotonic() + 30
+        while True:
+            try:
+                socket.create_connection(("127.0.0.1", port), 1).close()
+                break
+            except OSError:
+                if time.monotonic() > deadline or process.poll() is not None:
+                    raise harness.NotMeasured("it did not start") from None
+                time.sleep(0.05)
+        yield port, process.pid
+    finally:
+        process.terminate()
+        process.wait(20)
+
+
+def free_tcp_port() -> int:
+    """A port that nobody uses now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def measure(port: int, pid: int, paths: list[str], seconds: float) -> dict[str, float]:
+    """The figures of one contestant."""
+    for path in paths[:200]:
+        with connect(port) as connection:
+            ask(connection, request(port, path))
+    times = one_by_one(port, paths)
+    before, began = harness.cpu_seconds(pid), time.monotonic()
+    rate = all_at_once(port, paths, seconds)
+    cpu = (harness.cpu_seconds(pid) - before) / (time.monotonic() - began)
+    return {
+        "median_ms": median(times) * 1e3,
+        "p99_ms": harness.quantile(times, 0.99) * 1e3,
+        "tiles_s": rate,
+        "cpu": cpu,
+        "rss_mb": harness.rss_mb(pid),
+    }
+
+
+def table(figures: dict[str, dict[str, float] | str], runs: int) -> str:
+    """The section of RESULTS.md."""
+    lines = [
+        HEADING,
+        "",
+        f"256-pixel tiles of one MBTiles file, median of {runs} runs in turn (`bench/tiles.py`). Aim: median ≤ 2 ms, ≥ 2,000 tiles/s.",
+        "",
+        "| | median | 99 % | tiles/s | CPU of a core | memory |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name, row in figures.items():
+        if isinstance(row, str):
+            lines.append(f"| {name} | not measured: {row} | | | | |")
+        else:
+            lines.append(
+                f"| {name} | {row['median_ms']:.2f} ms | {row['p99_ms']:.2f} ms | {row['tiles_s']:,.0f} | {row['cpu']:.0%} | {row['rss_mb']:.0f} MB |"
+            )
+    return "\n".join([*lines, ""])
+
+
+def main() -> int:
+    """Measure all and write the section."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--tiles", type=int, default=2000)
+    parser.add_argument("--seconds", type=float, default=4.0)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name, contextlib.ExitStack() as stack:
+        folder = Path(name)
+        file = folder / "bench.mbtiles"
+        places = make(file, options.tiles)
+        random.Random(1).shuffle(places)
+        service = stack.enter_context(tile_service(file))
+        (folder / "maps").mkdir()
+        (folder / "maps/sources.toml").write_text(
+            f'[[source]]\nid = "file"\nname = "file"\nkind = "mbtiles"\npath = "{file}"\n'
+            f'[[source]]\nid = "cache"\nname = "cache"\nkind = "xyz"\nurl = "{service}"\n'
+        )
+
+        def ours(source: str) -> Callable[[], dict[str, float]]:
+            def run() -> dict[str, float]:
+                command = [sys.executable, "-m", "vencejo.cli", "serve", "--port", "0", "--json", "--no-record"]
+                command += ["--link", "udpin:127.0.0.1:0"]
+                with running(command, VENCEJO_DATA=name) as (port, pid):
+                    paths = [f"/api/v1/tiles/{source}/{ZOOM}/{column}/{row}" for column, row in places]
+                    one_by_one(port, paths)  # so that all are cached
+                    return measure(port, pid, paths, options.seconds)
+
+            return run
+
+        def martin() -> dict[str, float]:
+            program = shutil.which("martin")
+            if program is None:
+                raise harness.NotMeasured("martin is not installed")
+            port = free_tcp_port()
+            with running([program, "--listen-addresses", f"127.0.0.1:{port}", str(file)], port) as (port, pid):
+                paths = [f"/bench/{ZOOM}/{column}/{row}" for column, row in places]
+                one_by_one(port, paths)
+                return measure(port, pid, paths, options.seconds)
+
+        def datasette() -> dict[str, float]:
+            program = os.environ.get("BENCH_DATASETTE")
+            if program is None:
+                raise harness.NotMeasured("BENCH_DATASETTE names no program")
+            port = free_tcp_port()
+            with running([program, "serve", "-p", str(port), str(file)], port) as (port, pid):
+                paths = [f"/-/tiles/bench/{ZOOM}/{column}/{row}.jpg" for column, row in places]
+                return measure(port, pid, paths[:500], options.seconds)
+
+        contestants = {
+            "Vencejo, file": ours("file"),
+            "Vencejo, cache of a service": ours("cache"),
+            "martin": martin,
+            "datasette-tiles": datasette,
+        }
+        figures = harness.repeat(options.runs, contestants)
+    section = table(figures, options.runs)
+    print(section)
+    page = harness.ROOT / "bench/RESULTS.md"
+    text = page.read_text(encoding="utf-8")
+    before, found, after = text.partition(HEADING)
+    _, more, rest = after.partition("\n## ")
+    text = before.rstrip("\n") + "\n\n" + section + (f"\n## {rest}" if found and more else "")
+    page.write_text(text, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

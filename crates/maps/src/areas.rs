@@ -1,0 +1,801 @@
+//! Offline areas: what is fetched ahead of a flight and stays. Their lists of tiles are in the caches, so that a crash loses
+//! nothing: what is marked is there, what is not marked is looked for and fetched.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use bytes::Bytes;
+use rusqlite::{Connection, OpenFlags, OptionalExtension, params};
+use serde::Serialize;
+use tokio::sync::{Semaphore, watch};
+use tokio::task::JoinSet;
+use utoipa::ToSchema;
+
+use crate::cache::{self, Cache, Kept};
+use crate::cover::{self, Shape};
+use crate::error::{MapError, Result};
+use crate::grid::{TileGrid, TileId};
+use crate::service::{Maps, blocking};
+use crate::settings::SourceSettings;
+use crate::sniff;
+use crate::source::Source;
+
+/// Tiles of an area at most.
+pub const MAX_TILES: u64 = 500_000;
+/// Bytes of a tile where none was measured: a JPEG of 256 pixels from above.
+const USUAL_BYTES: u64 = 18_000;
+/// Tiles that are taken in hand at once.
+const BATCH: u32 = 128;
+/// Areas that download at once.
+const AT_ONCE: usize = 2;
+/// Faults in a row after which an area gives up.
+const MAX_FAULTS: u32 = 25;
+/// How long an area waits for the network, at first and at most.
+const WAIT: (Duration, Duration) = (Duration::from_secs(5), Duration::from_secs(60));
+/// How long an imported tile is new.
+const IMPORTED: Duration = Duration::from_secs(30 * 86_400);
+
+/// State of an area.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = MapAreaState)]
+pub enum AreaState {
+    /// On its way, or waiting for the network.
+    Running,
+    /// Until somebody goes on with it.
+    Paused,
+    /// All is here, but for what failed.
+    Done,
+    /// Given up.
+    Failed,
+}
+
+impl AreaState {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Running => "running",
+            Self::Paused => "paused",
+            Self::Done => "done",
+            Self::Failed => "failed",
+        }
+    }
+
+    fn of(name: &str) -> Self {
+        match name {
+            "running" => Self::Running,
+            "paused" => Self::Paused,
+            "done" => Self::Done,
+            _ => Self::Failed,
+        }
+    }
+}
+
+/// An offline area.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(as = MapArea)]
+pub struct Area {
+    /// Its id.
+    pub id: String,
+    /// The source that it is of.
+    pub source: String,
+    /// What people call it.
+    pub name: String,
+    /// Where it is.
+    pub shape: Shape,
+    /// Coarsest level of the source's grid.
+    pub min_level: u8,
+    /// Finest level of the source's grid.
+    pub max_level: u8,
+    /// How it stands.
+    pub state: AreaState,
+    /// Why it waits, or what failed.
+    #[schema(required = true)]
+    pub detail: Option<String>,
+    /// Tiles in all.
+    pub tiles: u64,
+    /// Tiles that are here, or that the service has not.
+    pub done: u64,
+    /// Tiles that could not be had.
+    pub failed: u64,
+    /// Bytes that were fetched for it.
+    pub bytes: u64,
+    /// Seconds since 1970.
+    pub created_at: i64,
+    /// How fast it goes.
+    #[schema(required = true)]
+    pub rate_tiles_s: Option<f64>,
+}
+
+/// How many tiles of one level.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[schema(as = MapLevelCount)]
+pub struct LevelCount {
+    /// Which.
+    pub level: u8,
+    /// How many.
+    pub tiles: u64,
+}
+
+/// What an area would take.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(as = MapAreaEstimate)]
+pub struct Estimate {
+    /// In all.
+    pub tiles: u64,
+    /// Already here.
+    pub have: u64,
+    /// Still to be fetched, about.
+    pub bytes: u64,
+    /// Of a tile.
+    pub tile_bytes: u64,
+    /// Whether that is measured on tiles of this source, or only usual.
+    pub tile_bytes_measured: bool,
+    /// By level.
+    pub levels: Vec<LevelCount>,
+    /// Tiles that are taken at most.
+    pub max_tiles: u64,
+    /// Why it would be refused.
+    #[schema(required = true)]
+    pub refused: Option<String>,
+}
+
+/// An area to make.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewArea {
+    /// The source that it is of.
+    pub source: String,
+    /// What people call it.
+    pub name: String,
+    /// Where it is.
+    pub shape: Shape,
+    /// Coarsest level of the source's grid.
+    pub min_level: u8,
+    /// Finest level of the source's grid.
+    pub max_level: u8,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Rate {
+    tiles_s: Option<f64>,
+}
+
+/// The downloads under way.
+#[derive(Debug)]
+pub(crate) struct Running {
+    stops: Mutex<HashMap<String, watch::Sender<bool>>>,
+    rates: Mutex<HashMap<String, Rate>>,
+    gate: Arc<Semaphore>,
+}
+
+impl Default for Running {
+    fn default() -> Self {
+        Self { stops: Mutex::default(), rates: Mutex::default(), gate: Arc::new(Semaphore::new(AT_ONCE)) }
+    }
+}
+
+const COLUMNS: &str = "id, name, shape, min_level, max_level, state, detail, created_s, bytes";
+
+fn read_area(row: &rusqlite::Row<'_>, source: &str) -> rusqlite::Result<Area> {
+    let shape: String = row.get(2)?;
+    let wrong = |error| rusqlite::Error::FromSqlConversionFailure(2, rusqlite::types::Type::Text, Box::new(error));
+    Ok(Area {
+        id: row.get(0)?,
+        source: source.to_owned(),
+        name: row.get(1)?,
+        shape: serde_json::from_str(&shape).map_err(wrong)?,
+        min_level: row.get(3)?,
+        max_level: row.get(4)?,
+        state: AreaState::of(&row.get::<_, String>(5)?),
+        detail: row.get(6)?,
+        tiles: 0,
+        done: 0,
+        failed: 0,
+        bytes: row.get::<_, i64>(8)?.cast_unsigned(),
+        created_at: row.get(7)?,
+        rate_tiles_s: None,
+    })
+}
+
+fn areas_of(cache: &Cache, source: &str) -> Result<Vec<Area>> {
+    cache.read(|reader| {
+        let mut query = reader.prepare_cached(&format!("SELECT {COLUMNS} FROM areas ORDER BY created_s, id"))?;
+        let mut areas: Vec<Area> =
+            query.query_map([], |row| read_area(row, source))?.collect::<rusqlite::Result<_>>()?;
+        let mut counts = reader.prepare_cached("SELECT state, COUNT(*) FROM area_tiles WHERE area=? GROUP BY state")?;
+        for area in &mut areas {
+            let rows = counts.query_map([&area.id], |row| Ok((row.get::<_, i64>(0)?, row.get::<_, i64>(1)?)))?;
+            for row in rows {
+                let (state, number) = row?;
+                let number = number.cast_unsigned();
+                area.tiles += number;
+                match state {
+                    DONE => area.done = number,
+                    FAILED => area.failed = number,
+                    _ => {}
+                }
+            }
+        }
+        Ok(areas)
+    })
+}
+
+/// States of a tile of an area.
+const OPEN: i64 = 0;
+const DONE: i64 = 1;
+const FAILED: i64 = 2;
+
+fn add_area(cache: &Cache, id: &str, area: &NewArea, tiles: &[TileId], now_s: i64) -> Result<()> {
+    let shape = serde_json::to_string(&area.shape).map_err(MapError::storage)?;
+    let mut writer = cache.writer();
+    let transaction = writer.transaction()?;
+    transaction.execute(
+        "INSERT INTO areas (id, name, shape, min_level, max_level, state, created_s) VALUES (?, ?, ?, ?, ?, 'running', ?)",
+        params![id, area.name, shape, area.min_level, area.max_level, now_s],
+    )?;
+    {
+        let mut insert =
+            transaction.prepare("INSERT INTO area_tiles (level, col, row, area, state) VALUES (?, ?, ?, ?, ?)")?;
+        for tile in tiles {
+            insert.execute(params![tile.level, tile.column, tile.row, id, OPEN])?;
+        }
+    }
+    transaction.commit()?;
+    Ok(())
+}
+
+fn set_state(cache: &Cache, id: &str, state: AreaState, detail: Option<&str>) -> Result<()> {
+    cache.writer().execute("UPDATE areas SET state=?, detail=? WHERE id=?", params![state.name(), detail, id])?;
+    Ok(())
+}
+
+fn open_tiles(cache: &Cache, id: &str) -> Result<Vec<TileId>> {
+    cache.read(|reader| {
+        let mut query = reader.prepare_cached(
+            "SELECT level, col, row FROM area_tiles WHERE area=? AND state=? ORDER BY level, row, col LIMIT ?",
+        )?;
+        let rows = query.query_map(params![id, OPEN, BATCH], |row| {
+            Ok(TileId { level: row.get(0)?, column: row.get(1)?, row: row.get(2)? })
+        })?;
+        rows.collect()
+    })
+}
+
+fn mark(cache: &Cache, id: &str, marks: &[(TileId, i64)], bytes: u64) -> Result<()> {
+    let mut writer = cache.writer();
+    let transaction = writer.transaction()?;
+    {
+        let mut update =
+            transaction.prepare_cached("UPDATE area_tiles SET state=? WHERE level=? AND col=? AND row=? AND area=?")?;
+        for (tile, state) in marks {
+            update.execute(params![state, tile.level, tile.column, tile.row, id])?;
+        }
+        transaction.execute("UPDATE areas SET bytes=bytes+? WHERE id=?", params![bytes.cast_signed(), id])?;
+    }
+    transaction.commit()?;
+    Ok(())
+}
+
+/// What a tile of an area came to.
+enum Outcome {
+    Here(u64),
+    Fault(String),
+    /// The network is not there; nothing is wrong with the tile.
+    Silent(String),
+}
+
+impl Maps {
+    /// What an area would take.
+    ///
+    /// # Errors
+    /// [`MapError::NoSource`], [`MapError::Request`].
+    pub async fn estimate_area(&self, wanted: &NewArea) -> Result<Estimate> {
+        let source = self.source(&wanted.source)?;
+        let refusal = source.settings.offline_refusal();
+        let grid = self.known_grid(&source).await?;
+        let (shape, levels) = (wanted.shape.clone(), wanted.min_level..=wanted.max_level);
+        let cache = source.cache.clone();
+        blocking(move || {
+            let counts = cover::count(&grid, &shape, levels.clone(), MAX_TILES)?;
+            let tiles: u64 = counts.iter().fold(0, |sum, (_, count)| sum.saturating_add(*count));
+            let mut have = 0;
+            if let Some(cache) = cache.as_ref().filter(|_| tiles <= MAX_TILES) {
+                for tile in cover::tiles(&grid, &shape, levels.clone(), MAX_TILES)? {
+                    have += u64::from(cache.has(tile)?);
+                }
+            }
+            let measured = match &cache {
+                Some(cache) => cache.mean_bytes(*levels.start(), *levels.end())?,
+                None => None,
+            };
+            let tile_bytes = measured.unwrap_or(USUAL_BYTES);
+            let refused = refusal
+                .or_else(|| (tiles > MAX_TILES).then(|| MapError::AreaTooLarge { tiles, most: MAX_TILES }.to_string()))
+                .or_else(|| (tiles == 0).then(|| "the source has nothing there".to_owned()));
+            Ok(Estimate {
+                tiles,
+                have,
+                bytes: (tiles - have.min(tiles)).saturating_mul(tile_bytes),
+                tile_bytes,
+                tile_bytes_measured: measured.is_some(),
+                levels: counts.into_iter().map(|(level, tiles)| LevelCount { level, tiles }).collect(),
+                max_tiles: MAX_TILES,
+                refused,
+            })
+        })
+        .await
+    }
+
+    fn keeper(&self, id: &str) -> Result<(Arc<Source>, Arc<Cache>)> {
+        let source = self.source(id)?;
+        if let Some(reason) = source.settings.offline_refusal() {
+            return Err(MapError::OfflineRefused { source_id: id.to_owned(), reason });
+        }
+        let cache = source.cache.clone().ok_or_else(|| source.unusable("its cache cannot be used"))?;
+        Ok((source, cache))
+    }
+
+    /// Makes an area and begins to fetch it.
+    ///
+    /// # Errors
+    /// [`MapError::NoSource`], [`MapError::OfflineRefused`], [`MapError::AreaTooLarge`], [`MapError::Request`].
+    pub async fn add_area(&self, wanted: NewArea) -> Result<Area> {
+        let name = wanted.name.trim();
+        if name.is_empty() || name.chars().count() > 100 {
+            return Err(MapError::Request("name: takes 1 to 100 characters".to_owned()));
+        }
+        let (source, cache) = self.keeper(&wanted.source)?;
+        let grid = self.known_grid(&source).await?;
+        let now_s = self.now_s();
+        let id = {
+            let cache = cache.clone();
+            blocking(move || {
+                let tiles = cover::tiles(&grid, &wanted.shape, wanted.min_level..=wanted.max_level, MAX_TILES)?;
+                if tiles.is_empty() {
+                    return Err(MapError::Request("the source has nothing there".to_owned()));
+                }
+                let id = new_id(&cache)?;
+                add_area(&cache, &id, &wanted, &tiles, now_s)?;
+                Ok(id)
+            })
+            .await?
+        };
+        self.run(&source, &cache, &id);
+        self.area(&id).await
+    }
+
+    /// All areas of the configured sources, oldest first.
+    ///
+    /// # Errors
+    /// [`MapError::Storage`].
+    pub async fn areas(&self) -> Result<Vec<Area>> {
+        let sources = self.sources();
+        let mut areas = blocking(move || {
+            let mut all = Vec::new();
+            for source in &sources {
+                if let Some(cache) = &source.cache {
+                    all.append(&mut areas_of(cache, &source.settings.id)?);
+                }
+            }
+            all.sort_by(|a: &Area, b: &Area| (a.created_at, &a.id).cmp(&(b.created_at, &b.id)));
+            Ok(all)
+        })
+        .await?;
+        let rates = self.shared.areas.rates.lock().unwrap_or_else(PoisonError::into_inner);
+        for area in &mut areas {
+            if area.state == AreaState::Running {
+                area.rate_tiles_s = rates.get(&area.id).and_then(|rate| rate.tiles_s);
+            }
+        }
+        Ok(areas)
+    }
+
+    /// One area.
+    ///
+    /// # Errors
+    /// [`MapError::NoArea`].
+    pub async fn area(&self, id: &str) -> Result<Area> {
+        let found = self.areas().await?.into_iter().find(|area| area.id == id);
+        found.ok_or_else(|| MapError::NoArea(id.to_owned()))
+    }
+
+    async fn find(&self, id: &str) -> Result<(Area, Arc<Source>, Arc<Cache>)> {
+        let area = self.area(id).await?;
+        let source = self.source(&area.source)?;
+        let cache = source.cache.clone().ok_or_else(|| MapError::NoArea(id.to_owned()))?;
+        Ok((area, source, cache))
+    }
+
+    /// Stops fetching an area until it is resumed.
+    ///
+    /// # Errors
+    /// [`MapError::NoArea`].
+    pub async fn pause_area(&self, id: &str) -> Result<Area> {
+        let (area, _, cache) = self.find(id).await?;
+        self.stop(id);
+        if area.state == AreaState::Running {
+            let id = id.to_owned();
+            blocking(move || set_state(&cache, &id, AreaState::Paused, None)).await?;
+        }
+        self.area(id).await
+    }
+
+    /// Goes on with an area, and tries again what failed.
+    ///
+    /// # Errors
+    /// [`MapError::NoArea`], [`MapError::OfflineRefused`] when the source forbids it by now.
+    pub async fn resume_area(&self, id: &str) -> Result<Area> {
+        let (area, source, cache) = self.find(id).await?;
+        self.keeper(&area.source)?;
+        let is_whole = area.done == area.tiles;
+        if area.state != AreaState::Running && !is_whole {
+            let (again, name) = (cache.clone(), id.to_owned());
+            blocking(move || {
+                again
+                    .writer()
+                    .execute("UPDATE area_tiles SET state=? WHERE area=? AND state=?", params![OPEN, name, FAILED])?;
+                set_state(&again, &name, AreaState::Running, None)
+            })
+            .await?;
+            source.try_again();
+            self.run(&source, &cache, id);
+        }
+        self.area(id).await
+    }
+
+    /// Forgets an area; its tiles stay until they are the least recently used.
+    ///
+    /// # Errors
+    /// [`MapError::NoArea`].
+    pub async fn remove_area(&self, id: &str) -> Result<()> {
+        let (_, _, cache) = self.find(id).await?;
+        self.stop(id);
+        let (id, now_s) = (id.to_owned(), self.now_s());
+        blocking(move || {
+            {
+                let mut writer = cache.writer();
+                let transaction = writer.transaction()?;
+                transaction.execute("DELETE FROM area_tiles WHERE area=?", [&id])?;
+                transaction.execute("DELETE FROM areas WHERE id=?", [&id])?;
+                transaction.commit()?;
+            }
+            cache.shrink(now_s)
+        })
+        .await
+    }
+
+    fn stop(&self, id: &str) {
+        let stop = self.shared.areas.stops.lock().unwrap_or_else(PoisonError::into_inner).remove(id);
+        if let Some(stop) = stop {
+            stop.send_replace(true);
+        }
+    }
+
+    /// Stops the downloads of a source that goes away.
+    pub(crate) async fn stop_areas_of(&self, source: &str) {
+        for area in self.areas().await.unwrap_or_default() {
+            if area.source == source {
+                self.stop(&area.id);
+            }
+        }
+    }
+
+    /// Goes on with what was under way when the process ended.
+    pub(crate) async fn resume_areas(&self) {
+        match self.areas().await {
+            Ok(areas) => {
+                for area in areas.into_iter().filter(|area| area.state == AreaState::Running) {
+                    if let Ok((source, cache)) = self.keeper(&area.source) {
+                        self.run(&source, &cache, &area.id);
+                    }
+                }
+            }
+            Err(error) => tracing::error!(%error, "offline areas cannot be resumed"),
+        }
+    }
+
+    /// Fetches an area in a task of its own.
+    fn run(&self, source: &Arc<Source>, cache: &Arc<Cache>, id: &str) {
+        let (stop, stopped) = watch::channel(false);
+        {
+            let mut stops = self.shared.areas.stops.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some(before) = stops.insert(id.to_owned(), stop) {
+                before.send_replace(true);
+            }
+        }
+        let (maps, source, cache, id) = (self.clone(), source.clone(), cache.clone(), id.to_owned());
+        tokio::spawn(async move {
+            let mut closing = maps.shared.closing.subscribe();
+            let mut halt = stopped.clone();
+            let result = tokio::select! {
+                result = maps.download(&source, &cache, &id) => result,
+                _ = halt.wait_for(|stop| *stop) => return,
+                _ = closing.wait_for(|closing| *closing) => return,
+            };
+            if let Err(error) = result {
+                tracing::error!(%error, area = id, "an offline area cannot be fetched");
+                let (text, name) = (error.to_string(), id.clone());
+                let _ = blocking(move || set_state(&cache, &name, AreaState::Failed, Some(&text))).await;
+            }
+            maps.shared.areas.stops.lock().unwrap_or_else(PoisonError::into_inner).remove(&id);
+            maps.shared.areas.rates.lock().unwrap_or_else(PoisonError::into_inner).remove(&id);
+        });
+    }
+
+    async fn download(&self, source: &Arc<Source>, cache: &Arc<Cache>, id: &str) -> Result<()> {
+        let _permit = self.shared.areas.gate.acquire().await.map_err(|_| MapError::Closed)?;
+        let parallel = usize::from(source.settings.parallel.unwrap_or(4)).max(1);
+        let mut wait = WAIT.0;
+        let mut faults_in_a_row = 0_u32;
+        let mut last_fault: Option<String> = None;
+        loop {
+            let (looked, name) = (cache.clone(), id.to_owned());
+            let batch = blocking(move || open_tiles(&looked, &name)).await?;
+            if batch.is_empty() {
+                let area = self.area(id).await?;
+                let detail = (area.failed > 0).then(|| {
+                    let why = last_fault.clone().or(area.detail).unwrap_or_default();
+                    format!("{} tiles could not be fetched ({why}); going on tries them again", area.failed)
+                });
+                let (end, name) = (cache.clone(), id.to_owned());
+                return blocking(move || set_state(&end, &name, AreaState::Done, detail.as_deref())).await;
+            }
+            let began = Instant::now();
+            let mut marks = Vec::with_capacity(batch.len());
+            let (mut bytes, mut silence) = (0, None);
+            let mut tasks: JoinSet<(TileId, Outcome)> = JoinSet::new();
+            let mut left = batch.iter().copied();
+            loop {
+                while tasks.len() < parallel && silence.is_none() && faults_in_a_row < MAX_FAULTS {
+                    let Some(tile) = left.next() else { break };
+                    let (maps, source, cache) = (self.clone(), source.clone(), cache.clone());
+                    tasks.spawn(async move { (tile, maps.ensure(&source, &cache, tile).await) });
+                }
+                let Some(ended) = tasks.join_next().await else { break };
+                let (tile, outcome) = ended.map_err(|_| MapError::Closed)?;
+                match outcome {
+                    Outcome::Here(got) => {
+                        bytes += got;
+                        faults_in_a_row = 0;
+                        marks.push((tile, DONE));
+                    }
+                    Outcome::Fault(why) => {
+                        faults_in_a_row += 1;
+                        last_fault = Some(why);
+                        marks.push((tile, FAILED));
+                    }
+                    Outcome::Silent(why) => silence = Some(why),
+                }
+            }
+            let (noted, name, count) = (cache.clone(), id.to_owned(), marks.len());
+            blocking(move || mark(&noted, &name, &marks, bytes)).await?;
+            if faults_in_a_row >= MAX_FAULTS {
+                let text =
+                    format!("{MAX_FAULTS} tiles in a row could not be fetched: {}", last_fault.unwrap_or_default());
+                let (end, name) = (cache.clone(), id.to_owned());
+                return blocking(move || set_state(&end, &name, AreaState::Failed, Some(&text))).await;
+            }
+            let detail = silence.as_ref().map(|why| format!("waits for the network: {why}"));
+            let (noted, name) = (cache.clone(), id.to_owned());
+            blocking(move || set_state(&noted, &name, AreaState::Running, detail.as_deref())).await?;
+            let tiles_s = (count > 0).then(|| count as f64 / began.elapsed().as_secs_f64().max(1e-3));
+            self.shared
+                .areas
+                .rates
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .insert(id.to_owned(), Rate { tiles_s });
+            if silence.is_some() {
+                tokio::time::sleep(wait).await;
+                wait = (wait * 2).min(WAIT.1);
+            } else {
+                wait = WAIT.0;
+            }
+        }
+    }
+
+    /// Sees to it that a tile is in the cache.
+    async fn ensure(&self, source: &Arc<Source>, cache: &Arc<Cache>, tile: TileId) -> Outcome {
+        let looked = cache.clone();
+        match blocking(move || looked.has(tile)).await {
+            Ok(true) => return Outcome::Here(0),
+            Ok(false) => {}
+            Err(error) => return Outcome::Fault(error.to_string()),
+        }
+        match self.serve(source, tile).await {
+            Ok(tile) => Outcome::Here(tile.data.len() as u64),
+            Err(MapError::NoTile) => Outcome::Here(0),
+            Err(error) if error.is_network() || matches!(error, MapError::Busy) => Outcome::Silent(error.to_string()),
+            Err(error) => Outcome::Fault(error.to_string()),
+        }
+    }
+
+    // ---- files
+
+    /// Writes what is here of an area into an MBTiles file of the folder for temporary ones, and gives its path.
+    ///
+    /// # Errors
+    /// [`MapError::NoArea`], [`MapError::Storage`].
+    pub async fn export_area(&self, id: &str) -> Result<(PathBuf, String)> {
+        let (area, source, cache) = self.find(id).await?;
+        let grid = self.known_grid(&source).await?;
+        let folder = self.folder().join("tmp");
+        let settings = source.settings.clone();
+        blocking(move || {
+            std::fs::create_dir_all(&folder)?;
+            let path = folder.join(format!("{}-{}.mbtiles", area.id, new_id(&cache)?));
+            let result = export(&cache, &area, &grid, &settings, &path);
+            if result.is_err() {
+                let _ = std::fs::remove_file(&path);
+            }
+            result.map(|()| (path, area.name))
+        })
+        .await
+    }
+
+    /// Takes the tiles of an MBTiles file into a source's cache, as an area that is done.
+    ///
+    /// # Errors
+    /// [`MapError::MapFile`] when the file is none, or of another grid; [`MapError::OfflineRefused`].
+    pub async fn import_area(&self, source: &str, name: &str, path: PathBuf) -> Result<Area> {
+        let (source, cache) = self.keeper(source)?;
+        let grid = self.known_grid(&source).await?;
+        let (name, now_s) = (sniff::one_line(name, 100), self.now_s());
+        let id = blocking(move || import(&cache, &grid, &source.settings, &name, &path, now_s)).await?;
+        self.area(&id).await
+    }
+}
+
+fn new_id(cache: &Cache) -> Result<String> {
+    cache.read(|reader| reader.query_row("SELECT lower(hex(randomblob(8)))", [], |row| row.get(0)))
+}
+
+/// Tells the grid of an exported file.
+fn grid_mark(grid: &TileGrid) -> String {
+    let parts: Vec<_> =
+        grid.levels.iter().map(|level| (level.resolution.to_bits(), level.origin, level.tile_px)).collect();
+    format!("{}-{:016x}", grid.crs.code(), crate::settings::fnv1a(format!("{parts:?}").as_bytes()))
+}
+
+/// Rows of a level, by which MBTiles counts from the bottom.
+fn rows(grid: &TileGrid, level: u8) -> u64 {
+    let size = grid.levels.get(usize::from(level)).and_then(|level| level.size);
+    size.map_or(1_u64 << level.min(62), |[_, rows]| rows.into())
+}
+
+fn export(cache: &Cache, area: &Area, grid: &TileGrid, settings: &SourceSettings, path: &Path) -> Result<()> {
+    let out = Connection::open(path)?;
+    out.execute_batch(
+        "PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; PRAGMA application_id=0x4d504258;
+         CREATE TABLE metadata (name TEXT, value TEXT);
+         CREATE TABLE tiles (zoom_level INTEGER, tile_column INTEGER, tile_row INTEGER, tile_data BLOB);",
+    )?;
+    out.execute("ATTACH ? AS cache", [cache.path().to_string_lossy()])?;
+    for level in area.min_level..=area.max_level {
+        out.execute(
+            "INSERT INTO tiles SELECT level, col, ? - row, data FROM cache.images AS image WHERE level=? AND data IS NOT NULL \
+             AND EXISTS (SELECT 1 FROM cache.area_tiles AS kept WHERE kept.level=image.level AND kept.col=image.col \
+             AND kept.row=image.row AND kept.area=?)",
+            params![rows(grid, level).cast_signed() - 1, level, area.id],
+        )?;
+    }
+    out.execute_batch("CREATE UNIQUE INDEX tile_index ON tiles (zoom_level, tile_column, tile_row)")?;
+    let sample: Option<Vec<u8>> =
+        out.query_row("SELECT tile_data FROM tiles LIMIT 1", [], |row| row.get(0)).optional()?;
+    let sample = sample.ok_or_else(|| MapError::Request("nothing of the area is here yet".to_owned()))?;
+    let format = sniff::Picture::of(&sample).map_or("png", sniff::Picture::short);
+    let named: Vec<&str> = settings.attribution.iter().map(|named| named.text.as_str()).collect();
+    let mut notes = vec![
+        ("name", area.name.clone()),
+        ("format", format.to_owned()),
+        ("type", "baselayer".to_owned()),
+        ("minzoom", area.min_level.to_string()),
+        ("maxzoom", area.max_level.to_string()),
+        ("attribution", named.join(", ")),
+        ("description", settings.name.clone()),
+        ("vencejo_source", settings.id.clone()),
+        ("vencejo_grid", grid_mark(grid)),
+        ("vencejo_shape", serde_json::to_string(&area.shape).map_err(MapError::storage)?),
+    ];
+    if let Some(bounds) = cover::bounds(&area.shape) {
+        notes.push((
+            "bounds",
+            format!("{},{},{},{}", bounds.west_deg, bounds.south_deg, bounds.east_deg, bounds.north_deg),
+        ));
+    }
+    for (name, value) in notes {
+        out.execute("INSERT INTO metadata VALUES (?, ?)", params![name, value])?;
+    }
+    Ok(())
+}
+
+fn import(
+    cache: &Cache,
+    grid: &TileGrid,
+    settings: &SourceSettings,
+    name: &str,
+    path: &Path,
+    now_s: i64,
+) -> Result<String> {
+    let wrong = |reason: String| MapError::file("the file", reason);
+    let failed = |error: rusqlite::Error| wrong(format!("no MBTiles file: {error}"));
+    let file = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY).map_err(failed)?;
+    file.set_db_config(rusqlite::config::DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false)?;
+    let note = |name: &str| -> Option<String> {
+        file.query_row("SELECT value FROM metadata WHERE name=?", [name], |row| row.get(0)).ok()
+    };
+    let usual = TileGrid::standard(crate::crs::Crs::WebMercator, 256, 0, 0);
+    let is_usual = grid.crs == usual.crs
+        && grid.levels.iter().enumerate().all(|(zoom, level)| {
+            let expected = usual.levels[0].resolution / f64::from(1_u32 << zoom.min(30));
+            (level.resolution / expected - 1.0).abs() < 1e-9 && level.origin == usual.levels[0].origin
+        });
+    match note("vencejo_grid") {
+        Some(mark) if mark != grid_mark(grid) => {
+            return Err(wrong(format!("its tiles lie on another grid than those of '{}'", settings.id)));
+        }
+        None if !is_usual => {
+            return Err(wrong(format!(
+                "'{}' is not in Web Mercator, so only files that were exported of it fit",
+                settings.id
+            )));
+        }
+        _ => {}
+    }
+    let count: i64 = file.query_row("SELECT COUNT(*) FROM tiles", [], |row| row.get(0)).map_err(failed)?;
+    if count.cast_unsigned() > MAX_TILES {
+        return Err(MapError::AreaTooLarge { tiles: count.cast_unsigned(), most: MAX_TILES });
+    }
+    let mut query = file.prepare("SELECT zoom_level, tile_column, tile_row, tile_data FROM tiles").map_err(failed)?;
+    let mut found = query.query([]).map_err(failed)?;
+    let id = new_id(cache)?;
+    let mut writer = cache.writer();
+    let transaction = writer.transaction()?;
+    let (mut min_level, mut max_level, mut tiles, mut bytes) = (u8::MAX, 0, 0_u64, 0_u64);
+    let mut corners: Option<[f64; 4]> = None;
+    {
+        let mut insert = transaction
+            .prepare("INSERT OR IGNORE INTO area_tiles (level, col, row, area, state) VALUES (?, ?, ?, ?, ?)")?;
+        while let Some(row) = found.next().map_err(failed)? {
+            let number = |index: usize| row.get::<_, i64>(index).map_err(failed);
+            let level = u8::try_from(number(0)?).map_err(|_| wrong("a zoom is out of range".to_owned()))?;
+            let from_top = rows(grid, level).cast_signed() - 1 - number(2)?;
+            let place = u32::try_from(number(1)?).ok().zip(u32::try_from(from_top).ok());
+            let Some((column, row_number)) = place else { return Err(wrong("a tile lies off the grid".to_owned())) };
+            let tile = TileId { level, column, row: row_number };
+            let Some(extent) = grid.tile_extent(tile) else { continue };
+            let data: Vec<u8> = row.get(3).map_err(failed)?;
+            sniff::check_picture(&data).map_err(|reason| wrong(format!("tile {tile} is {reason}")))?;
+            bytes += data.len() as u64;
+            cache::put(&transaction, tile, &Kept::new(Some(Bytes::from(data)), now_s, IMPORTED))?;
+            insert.execute(params![tile.level, tile.column, tile.row, id, DONE])?;
+            (min_level, max_level) = (min_level.min(level), max_level.max(level));
+            let [a, b, c, d] = corners.unwrap_or(extent);
+            corners = Some([a.min(extent[0]), b.min(extent[1]), c.max(extent[2]), d.max(extent[3])]);
+            tiles += 1;
+        }
+    }
+    let bounds = corners.and_then(|extent| crate::settings::Bounds::around(grid.crs, extent));
+    let Some(bounds) = bounds.filter(|_| tiles > 0) else {
+        return Err(wrong("it has no tiles that the source could show".to_owned()));
+    };
+    let shape: Option<Shape> = note("vencejo_shape").and_then(|text| serde_json::from_str(&text).ok());
+    let shape = shape.filter(|shape| shape.check().is_ok()).unwrap_or(Shape::Box(bounds));
+    let own = note("name").map(|name| sniff::one_line(&name, 100));
+    let name = if name.trim().is_empty() { own.filter(|own| !own.is_empty()) } else { Some(name.to_owned()) };
+    transaction.execute(
+        "INSERT INTO areas (id, name, shape, min_level, max_level, state, created_s, bytes) VALUES (?, ?, ?, ?, ?, 'done', ?, ?)",
+        params![
+            id,
+            name.unwrap_or_else(|| "imported".to_owned()),
+            serde_json::to_string(&shape).map_err(MapError::storage)?,
+            min_level,
+            max_level,
+            now_s,
+            bytes.cast_signed()
+        ],
+    )?;
+    transaction.commit()?;
+    Ok(id)
+}

@@ -1,0 +1,472 @@
+//! The cache of one source: an SQLite file that other programs can read as MBTiles (its view `tiles`), with what is needed to
+//! ask again, to forget the least recently used, and to keep the tiles of offline areas.
+//!
+//! Calls block; the service makes them off the runtime's threads.
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use bytes::Bytes;
+use rusqlite::{Connection, OpenFlags, OptionalExtension, params};
+
+use crate::error::{MapError, Result};
+use crate::grid::TileId;
+use crate::settings::fnv1a;
+
+/// Connections that read at once at most.
+const READERS: usize = 4;
+/// Uses that are noted in memory before they are written.
+const TOUCHES: usize = 512;
+/// Every how many tiles the size is looked at.
+const LOOK_EVERY: u64 = 32;
+/// Version of the tables.
+const SCHEMA: i64 = 1;
+
+const TABLES: &str = "
+    CREATE TABLE IF NOT EXISTS metadata (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+    CREATE TABLE IF NOT EXISTS images (
+        id INTEGER PRIMARY KEY, level INTEGER NOT NULL, col INTEGER NOT NULL, row INTEGER NOT NULL,
+        etag TEXT, last_modified TEXT, hash INTEGER NOT NULL,
+        fetched_s INTEGER NOT NULL, expires_s INTEGER NOT NULL, used_s INTEGER NOT NULL,
+        data BLOB, -- NULL: the service has none there
+        UNIQUE (level, col, row));
+    CREATE INDEX IF NOT EXISTS images_by_use ON images (used_s);
+    CREATE INDEX IF NOT EXISTS images_by_end ON images (expires_s);
+    CREATE VIEW IF NOT EXISTS tiles AS
+        SELECT level AS zoom_level, col AS tile_column, (1 << level) - 1 - row AS tile_row, data AS tile_data
+        FROM images WHERE data IS NOT NULL;
+    CREATE TABLE IF NOT EXISTS areas (
+        id TEXT PRIMARY KEY, name TEXT NOT NULL, shape TEXT NOT NULL, min_level INTEGER NOT NULL, max_level INTEGER NOT NULL,
+        state TEXT NOT NULL, detail TEXT, created_s INTEGER NOT NULL, bytes INTEGER NOT NULL DEFAULT 0) WITHOUT ROWID;
+    CREATE TABLE IF NOT EXISTS area_tiles (
+        level INTEGER NOT NULL, col INTEGER NOT NULL, row INTEGER NOT NULL, area TEXT NOT NULL, state INTEGER NOT NULL,
+        PRIMARY KEY (level, col, row, area)) WITHOUT ROWID;
+    CREATE INDEX IF NOT EXISTS area_tiles_by_state ON area_tiles (area, state);
+";
+
+/// A tile as it is kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kept {
+    /// The picture; `None` when the service has none there.
+    pub data: Option<Bytes>,
+    /// Of the service, to ask again with.
+    pub etag: Option<String>,
+    /// Of the service, to ask again with.
+    pub last_modified: Option<String>,
+    /// Of the picture, for browsers.
+    pub hash: u64,
+    /// When it was fetched or found to be the same, seconds since 1970.
+    pub fetched_s: i64,
+    /// Until when it is new, seconds since 1970.
+    pub expires_s: i64,
+}
+
+impl Kept {
+    /// A new picture, or the knowledge that there is none.
+    #[must_use]
+    pub fn new(data: Option<Bytes>, now_s: i64, lifetime: Duration) -> Self {
+        let hash = data.as_ref().map_or(0, |data| fnv1a(data));
+        let lifetime = i64::try_from(lifetime.as_secs()).unwrap_or(i64::MAX / 4).min(i64::MAX / 4);
+        Self { data, etag: None, last_modified: None, hash, fetched_s: now_s, expires_s: now_s + lifetime }
+    }
+}
+
+/// How full a cache is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Fill {
+    /// Tiles, and knowledge that there is none.
+    pub tiles: u64,
+    /// Of the file, without what is free in it.
+    pub bytes: u64,
+    /// Tiles that offline areas keep.
+    pub pinned_tiles: u64,
+}
+
+/// The cache of one source.
+#[derive(Debug)]
+pub struct Cache {
+    path: PathBuf,
+    writer: Mutex<Connection>,
+    readers: Mutex<Vec<Connection>>,
+    touched: Mutex<HashSet<TileId>>,
+    max_bytes: AtomicU64,
+    written: AtomicU64,
+}
+
+impl Cache {
+    /// Opens the cache of a path, or makes it.
+    ///
+    /// # Errors
+    /// [`MapError::Storage`] when the file is no cache or cannot be used.
+    pub fn open(path: &Path, max_bytes: u64) -> Result<Self> {
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder)?;
+        }
+        let writer = Connection::open(path)?;
+        writer.busy_timeout(Duration::from_secs(10))?;
+        writer.pragma_update(None, "journal_mode", "WAL")?;
+        writer.pragma_update(None, "synchronous", "NORMAL")?;
+        // "MPBX", by which MBTiles files are told.
+        writer.pragma_update(None, "application_id", 0x4d50_4258)?;
+        let version: i64 = writer.pragma_query_value(None, "user_version", |row| row.get(0))?;
+        if version > SCHEMA {
+            return Err(MapError::storage(format!("{} was made by a newer Vencejo", path.display())));
+        }
+        writer.execute_batch(TABLES)?;
+        writer.pragma_update(None, "user_version", SCHEMA)?;
+        Ok(Self {
+            path: path.to_owned(),
+            writer: Mutex::new(writer),
+            readers: Mutex::default(),
+            touched: Mutex::default(),
+            max_bytes: AtomicU64::new(max_bytes),
+            written: AtomicU64::new(0),
+        })
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Bytes at most, but for what offline areas keep.
+    pub fn set_max_bytes(&self, max_bytes: u64) {
+        self.max_bytes.store(max_bytes, Ordering::Relaxed);
+    }
+
+    /// Bytes at most.
+    #[must_use]
+    pub fn max_bytes(&self) -> u64 {
+        self.max_bytes.load(Ordering::Relaxed)
+    }
+
+    /// The connection that writes.
+    pub(crate) fn writer(&self) -> MutexGuard<'_, Connection> {
+        self.writer.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn read<T>(&self, read: impl FnOnce(&Connection) -> rusqlite::Result<T>) -> Result<T> {
+        let free = self.readers.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let reader = match free {
+            Some(reader) => reader,
+            None => {
+                let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+                let reader = Connection::open_with_flags(&self.path, flags)?;
+                reader.busy_timeout(Duration::from_secs(10))?;
+                reader.pragma_update(None, "mmap_size", 256 * 1024 * 1024)?;
+                reader
+            }
+        };
+        let result = read(&reader);
+        let mut readers = self.readers.lock().unwrap_or_else(PoisonError::into_inner);
+        if readers.len() < READERS {
+            readers.push(reader);
+        }
+        Ok(result?)
+    }
+
+    /// A tile, when it is there; it counts as used.
+    ///
+    /// # Errors
+    /// [`MapError::Storage`].
+    pub fn get(&self, tile: TileId, now_s: i64) -> Result<Option<Kept>> {
+        let found = self.read(|reader| {
+            let mut query = reader.prepare_cached(
+                "SELECT data, etag, last_modified, hash, fetched_s, expires_s FROM images WHERE level=? AND col=? AND row=?",
+            )?;
+            query
+                .query_row(params![tile.level, tile.column, tile.row], |row| {
+                    let data = row.get_ref(0)?.as_blob_or_null()?.map(Bytes::copy_from_slice);
+                    Ok(Kept {
+                        data,
+                        etag: row.get(1)?,
+                        last_modified: row.get(2)?,
+                        hash: row.get::<_, i64>(3)?.cast_unsigned(),
+                        fetched_s: row.get(4)?,
+                        expires_s: row.get(5)?,
+                    })
+                })
+                .optional()
+        })?;
+        if found.is_some() {
+            let mut touched = self.touched.lock().unwrap_or_else(PoisonError::into_inner);
+            touched.insert(tile);
+            if touched.len() >= TOUCHES {
+                let uses = std::mem::take(&mut *touched);
+                drop(touched);
+                self.note_uses(&uses, now_s)?;
+            }
+        }
+        Ok(found)
+    }
+
+    /// Whether a tile is there, or known not to be, without using it.
+    ///
+    /// # Errors
+    /// [`MapError::Storage`].
+    pub fn has(&self, tile: TileId) -> Result<bool> {
+        self.read(|reader| {
+            let mut query = reader.prepare_cached("SELECT 1 FROM images WHERE level=? AND col=? AND row=?")?;
+            query.exists(params![tile.level, tile.column, tile.row])
+        })
+    }
+
+    fn note_uses(&self, uses: &HashSet<TileId>, now_s: i64) -> Result<()> {
+        let mut writer = self.writer();
+        let transaction = writer.transaction()?;
+        {
+            let mut note =
+                transaction.prepare_cached("UPDATE images SET used_s=? WHERE level=? AND col=? AND row=?")?;
+            for tile in uses {
+                note.execute(params![now_s, tile.level, tile.column, tile.row])?;
+            }
+        }
+        transaction.commit()?;
+        Ok(())
+    }
+
+    /// Keeps a tile.
+    ///
+    /// # Errors
+    /// [`MapError::Storage`].
+    pub fn put(&self, tile: TileId, kept: &Kept) -> Result<()> {
+        {
+            let writer = self.writer();
+            put(&writer, tile, kept)?;
+        }
+        if self.written.fetch_add(1, Ordering::Relaxed).is_multiple_of(LOOK_EVERY) {
+            self.shrink(kept.fetched_s)?;
+        }
+        Ok(())
+    }
+
+    /// Notes that a tile is still the same.
+    ///
+    /// # Errors
+    /// [`MapError::Storage`].
+    pub fn renew(&self, tile: TileId, now_s: i64, expires_s: i64) -> Result<()> {
+        let writer = self.writer();
+        writer
+            .prepare_cached("UPDATE images SET fetched_s=?, expires_s=?, used_s=? WHERE level=? AND col=? AND row=?")?
+            .execute(params![now_s, expires_s, now_s, tile.level, tile.column, tile.row])?;
+        Ok(())
+    }
+
+    /// Forgets the least recently used until the rest fits; offline areas keep theirs.
+    ///
+    /// # Errors
+    /// [`MapError::Storage`].
+    pub fn shrink(&self, now_s: i64) -> Result<()> {
+        let max_bytes = self.max_bytes();
+        let mut bytes = self.bytes()?;
+        if bytes <= max_bytes {
+            return Ok(());
+        }
+        let uses = std::mem::take(&mut *self.touched.lock().unwrap_or_else(PoisonError::into_inner));
+        self.note_uses(&uses, now_s)?;
+        // Down to nine tenths, so that it is not done for each tile.
+        let aim = max_bytes / 10 * 9;
+        while bytes > aim {
+            let writer = self.writer();
+            let tiles: i64 = writer.query_row("SELECT COUNT(*) FROM images", [], |row| row.get(0))?;
+            let mean = bytes / tiles.max(1).cast_unsigned() + 1;
+            let gone = writer.execute(
+                "DELETE FROM images WHERE id IN (SELECT id FROM images AS old WHERE NOT EXISTS (SELECT 1 FROM area_tiles AS kept \
+                 WHERE kept.level=old.level AND kept.col=old.col AND kept.row=old.row) ORDER BY used_s LIMIT ?)",
+                [((bytes - aim) / mean + 1).cast_signed()],
+            )?;
+            drop(writer);
+            if gone == 0 {
+                break;
+            }
+            bytes = self.bytes()?;
+        }
+        Ok(())
+    }
+
+    /// Forgets what is no longer new.
+    ///
+    /// # Errors
+    /// [`MapError::Storage`].
+    pub fn drop_expired(&self, now_s: i64) -> Result<()> {
+        self.writer().prepare_cached("DELETE FROM images WHERE expires_s <= ?")?.execute([now_s])?;
+        Ok(())
+    }
+
+    /// Forgets all but what offline areas keep.
+    ///
+    /// # Errors
+    /// [`MapError::Storage`].
+    pub fn clear(&self) -> Result<()> {
+        let writer = self.writer();
+        writer.execute(
+            "DELETE FROM images WHERE NOT EXISTS (SELECT 1 FROM area_tiles AS kept \
+             WHERE kept.level=images.level AND kept.col=images.col AND kept.row=images.row)",
+            [],
+        )?;
+        writer.execute_batch("VACUUM; PRAGMA wal_checkpoint(TRUNCATE);")?;
+        Ok(())
+    }
+
+    fn bytes(&self) -> Result<u64> {
+        self.read(|reader| {
+            let number = |name: &str| reader.pragma_query_value(None, name, |row| row.get::<_, i64>(0));
+            let pages = number("page_count")? - number("freelist_count")?;
+            Ok((pages * number("page_size")?).max(0).cast_unsigned())
+        })
+    }
+
+    /// How full it is.
+    ///
+    /// # Errors
+    /// [`MapError::Storage`].
+    pub fn fill(&self) -> Result<Fill> {
+        let bytes = self.bytes()?;
+        self.read(|reader| {
+            let count = |sql: &str| reader.query_row(sql, [], |row| row.get::<_, i64>(0)).map(i64::cast_unsigned);
+            Ok(Fill {
+                tiles: count("SELECT COUNT(*) FROM images")?,
+                bytes,
+                pinned_tiles: count(
+                    "SELECT COUNT(*) FROM (SELECT DISTINCT level, col, row FROM area_tiles WHERE state=1)",
+                )?,
+            })
+        })
+    }
+
+    /// Bytes of a tile by those that are here; `None` with fewer than ten.
+    ///
+    /// # Errors
+    /// [`MapError::Storage`].
+    pub fn mean_bytes(&self, min_level: u8, max_level: u8) -> Result<Option<u64>> {
+        self.read(|reader| {
+            let (count, bytes): (i64, Option<f64>) = reader.query_row(
+                "SELECT COUNT(*), AVG(LENGTH(data)) FROM (SELECT data FROM images WHERE data IS NOT NULL \
+                 AND level BETWEEN ? AND ? LIMIT 2000)",
+                params![min_level, max_level],
+                |row| Ok((row.get(0)?, row.get(1)?)),
+            )?;
+            Ok(bytes.filter(|_| count >= 10).map(|bytes| bytes as u64))
+        })
+    }
+
+    /// A note of the source's, such as what its service said of itself.
+    ///
+    /// # Errors
+    /// [`MapError::Storage`].
+    pub fn note(&self, name: &str) -> Result<Option<String>> {
+        self.read(|reader| {
+            reader.query_row("SELECT value FROM metadata WHERE name=?", [name], |row| row.get(0)).optional()
+        })
+    }
+
+    /// Writes a note.
+    ///
+    /// # Errors
+    /// [`MapError::Storage`].
+    pub fn set_note(&self, name: &str, value: &str) -> Result<()> {
+        self.writer().execute("INSERT OR REPLACE INTO metadata VALUES (?, ?)", params![name, value])?;
+        Ok(())
+    }
+}
+
+/// Writes a tile with a connection, in whose transaction it may be.
+pub(crate) fn put(connection: &Connection, tile: TileId, kept: &Kept) -> rusqlite::Result<()> {
+    connection
+        .prepare_cached(
+            "INSERT INTO images (level, col, row, etag, last_modified, hash, fetched_s, expires_s, used_s, data) \
+             VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (level, col, row) DO UPDATE SET etag=excluded.etag, \
+             last_modified=excluded.last_modified, hash=excluded.hash, fetched_s=excluded.fetched_s, \
+             expires_s=excluded.expires_s, used_s=excluded.used_s, data=excluded.data",
+        )?
+        .execute(params![
+            tile.level,
+            tile.column,
+            tile.row,
+            kept.etag,
+            kept.last_modified,
+            kept.hash.cast_signed(),
+            kept.fetched_s,
+            kept.expires_s,
+            kept.fetched_s,
+            kept.data.as_deref()
+        ])?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Folder;
+
+    fn tile(column: u32) -> TileId {
+        TileId { level: 10, column, row: 3 }
+    }
+
+    fn kept(bytes: usize, now_s: i64) -> Kept {
+        Kept::new(Some(Bytes::from(vec![7; bytes])), now_s, Duration::from_secs(60))
+    }
+
+    #[test]
+    fn tiles_are_kept_over_a_restart_and_read_as_mbtiles() {
+        let folder = Folder::new();
+        let path = folder.path().join("cache/a.mbtiles");
+        let cache = Cache::open(&path, 1 << 30).expect("a cache");
+        assert_eq!(cache.get(tile(1), 0).expect("read"), None);
+        let mut picture = kept(5, 100);
+        (picture.etag, picture.last_modified) = (Some("\"e\"".into()), Some("date".into()));
+        cache.put(tile(1), &picture).expect("kept");
+        cache.put(tile(2), &Kept::new(None, 100, Duration::from_secs(60))).expect("kept");
+        cache.set_note("grid", "g").expect("noted");
+        drop(cache);
+        let cache = Cache::open(&path, 1 << 30).expect("a cache");
+        assert_eq!(cache.get(tile(1), 0).expect("read"), Some(picture.clone()));
+        assert_eq!(cache.get(tile(2), 0).expect("read").expect("known").data, None);
+        assert!(cache.has(tile(2)).expect("read") && !cache.has(tile(3)).expect("read"));
+        assert_eq!(cache.note("grid").expect("read").as_deref(), Some("g"));
+        cache.renew(tile(1), 200, 300).expect("renewed");
+        let renewed = cache.get(tile(1), 0).expect("read").expect("there");
+        assert_eq!((renewed.fetched_s, renewed.expires_s, renewed.hash), (200, 300, picture.hash));
+        let rows = cache.read(|reader| {
+            reader.query_row("SELECT zoom_level, tile_column, tile_row, LENGTH(tile_data) FROM tiles", [], |row| {
+                Ok((row.get::<_, i64>(0)?, row.get::<_, i64>(1)?, row.get::<_, i64>(2)?, row.get::<_, i64>(3)?))
+            })
+        });
+        assert_eq!(rows.expect("one row"), (10, 1, 1020, 5));
+    }
+
+    #[test]
+    fn the_least_recently_used_go_first_and_areas_stay() {
+        let folder = Folder::new();
+        let cache = Cache::open(&folder.path().join("a.mbtiles"), 400_000).expect("a cache");
+        cache.writer().execute("INSERT INTO area_tiles VALUES (10, 0, 3, 'a', 1)", []).expect("pinned");
+        for column in 0..100 {
+            cache.put(tile(column), &kept(10_000, i64::from(column))).expect("kept");
+            // The second is used all the time.
+            cache.get(tile(1), i64::from(column)).expect("read");
+        }
+        cache.shrink(1000).expect("shrunk");
+        let fill = cache.fill().expect("read");
+        assert!(fill.bytes <= 400_000 && fill.tiles > 10, "{fill:?}");
+        assert_eq!(fill.pinned_tiles, 1);
+        for (column, stays) in [(0, true), (1, true), (2, false), (3, false), (99, true)] {
+            assert_eq!(cache.has(tile(column)).expect("read"), stays, "{column}");
+        }
+        assert_eq!(cache.mean_bytes(0, 20).expect("read"), Some(10_000));
+        cache.clear().expect("cleared");
+        assert_eq!(cache.fill().expect("read").tiles, 1);
+    }
+
+    #[test]
+    fn a_file_that_is_no_cache_is_refused() {
+        let folder = Folder::new();
+        let path = folder.path().join("a.mbtiles");
+        std::fs::write(&path, "no database at all, but long enough to be read as one, which it is not")
+            .expect("written");
+        assert!(matches!(Cache::open(&path, 1), Err(MapError::Storage(_))));
+    }
+}

@@ -1,0 +1,167 @@
+//! What can go wrong with a map, said so that a person in the field knows what to do.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// Why there is no tile, source, area or height. Texts never hold a key.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MapError {
+    /// No source of that id is configured.
+    #[error("there is no map source '{0}'; GET /api/v1/maps/sources lists them")]
+    NoSource(String),
+    /// Nothing is to be drawn there: outside the source, or it has none.
+    #[error("the source has no tile there")]
+    NoTile,
+    /// The source's service demands a key, and none is set.
+    #[error("source '{0}' needs a key: enter yours in the map sources' dialog")]
+    KeyMissing(String),
+    /// The source cannot be used as it is configured: its file is missing or broken, its layer does not exist.
+    #[error("source '{source_id}' cannot be used: {reason}")]
+    Unusable {
+        /// Which.
+        source_id: String,
+        /// Why, and what to do.
+        reason: String,
+    },
+    /// Settings of a source that cannot be.
+    #[error("source '{source_id}': {}", faults.join("; "))]
+    Settings {
+        /// Which.
+        source_id: String,
+        /// Each names its field.
+        faults: Vec<String>,
+    },
+    /// The file of the sources cannot be read as such.
+    #[error("{}: {reason}", path.display())]
+    SourcesFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with the line.
+        reason: String,
+    },
+    /// The service answered with something else than what was asked for.
+    #[error("{host}: {reason}")]
+    Service {
+        /// Who.
+        host: String,
+        /// In its own words where it gave some.
+        reason: String,
+    },
+    /// The service did not answer in time.
+    #[error("{host} did not answer within {seconds} s")]
+    Timeout {
+        /// Who.
+        host: String,
+        /// How long it was given.
+        seconds: u64,
+    },
+    /// The service is not to be reached.
+    #[error("{host} cannot be reached: {reason}")]
+    Offline {
+        /// Who.
+        host: String,
+        /// Why.
+        reason: String,
+        /// When it is tried again.
+        retry_s: u64,
+    },
+    /// Too many fetches are under way.
+    #[error("too many tiles are being fetched; the network is slower than the map is moved")]
+    Busy,
+    /// The source's terms, or its kind, allow no offline area.
+    #[error("no offline areas of '{source_id}': {reason}")]
+    OfflineRefused {
+        /// Which.
+        source_id: String,
+        /// Why.
+        reason: String,
+    },
+    /// An area of more tiles than can be wanted.
+    #[error("the area has {tiles} tiles and at most {most} are taken: choose a smaller area or a smaller highest zoom")]
+    AreaTooLarge {
+        /// Of the area.
+        tiles: u64,
+        /// Allowed.
+        most: u64,
+    },
+    /// No area of that id.
+    #[error("there is no offline area '{0}'")]
+    NoArea(String),
+    /// A file that was handed in is not what it should be.
+    #[error("{name}: {reason}")]
+    MapFile {
+        /// Its name.
+        name: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A request that makes no sense.
+    #[error("{0}")]
+    Request(String),
+    /// This machine's disk or database failed.
+    #[error("the map folder: {0}")]
+    Storage(String),
+    /// The maps are being closed.
+    #[error("the maps are being closed")]
+    Closed,
+}
+
+/// Result of this crate.
+pub type Result<T> = std::result::Result<T, MapError>;
+
+impl MapError {
+    /// A fault of this machine's disk or database.
+    pub fn storage(error: impl std::fmt::Display) -> Self {
+        Self::Storage(error.to_string())
+    }
+
+    /// What is wrong with a file that was handed in.
+    pub fn file(name: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::MapFile { name: name.into(), reason: reason.into() }
+    }
+
+    /// One of each kind, for tables that must know all of them.
+    #[must_use]
+    pub fn examples() -> Vec<Self> {
+        let text = || "x".to_owned();
+        vec![
+            Self::NoSource(text()),
+            Self::NoTile,
+            Self::KeyMissing(text()),
+            Self::Unusable { source_id: text(), reason: text() },
+            Self::Settings { source_id: text(), faults: vec![text()] },
+            Self::SourcesFile { path: PathBuf::from("sources.toml"), reason: text() },
+            Self::Service { host: text(), reason: text() },
+            Self::Timeout { host: text(), seconds: 15 },
+            Self::Offline { host: text(), reason: text(), retry_s: 5 },
+            Self::Busy,
+            Self::OfflineRefused { source_id: text(), reason: text() },
+            Self::AreaTooLarge { tiles: 2, most: 1 },
+            Self::NoArea(text()),
+            Self::MapFile { name: text(), reason: text() },
+            Self::Request(text()),
+            Self::Storage(text()),
+            Self::Closed,
+        ]
+    }
+
+    /// Whether the network, not the service, is the reason.
+    #[must_use]
+    pub const fn is_network(&self) -> bool {
+        matches!(self, Self::Offline { .. } | Self::Timeout { .. })
+    }
+}
+
+impl From<rusqlite::Error> for MapError {
+    fn from(error: rusqlite::Error) -> Self {
+        Self::storage(error)
+    }
+}
+
+impl From<std::io::Error> for MapError {
+    fn from(error: std::io::Error) -> Self {
+        Self::storage(error)
+    }
+}

@@ -1,0 +1,288 @@
+//! Heights in files: SRTM `.hgt` (plain or `.hgt.gz`) and GeoTIFF, one file or a folder of them.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use flate2::read::GzDecoder;
+
+use super::geotiff::GeoTiff;
+use crate::error::{MapError, Result};
+use crate::settings::Bounds;
+
+/// Files of a folder at most.
+const MAX_FILES: usize = 20_000;
+/// Bytes of the largest SRTM tile: 3601 × 3601 heights of two bytes.
+const MAX_HGT: u64 = 3601 * 3601 * 2;
+/// Unpacked tiles that are kept.
+const KEPT: usize = 4;
+/// SRTM's "unknown".
+const VOID: i16 = -32_768;
+
+/// A tile of one degree: heights at the corners and edges too, rows from the north (SRTM Topo, section 2.1).
+#[derive(Debug, Clone)]
+struct Hgt {
+    path: PathBuf,
+    side: u32,
+    is_packed: bool,
+}
+
+/// Heights of files.
+#[derive(Debug)]
+pub struct Dem {
+    /// By the latitude and longitude of their south-west corner.
+    tiles: HashMap<(i16, i16), Hgt>,
+    rasters: Vec<GeoTiff>,
+    unpacked: Mutex<Vec<(PathBuf, Arc<Vec<u8>>)>>,
+    bounds: Option<Bounds>,
+}
+
+/// A height with how far apart heights are there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Height {
+    /// Above the source's datum.
+    pub alt_m: f64,
+    /// Between neighbouring heights.
+    pub resolution_m: f64,
+}
+
+impl Dem {
+    /// Opens a file or a folder.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub fn open(path: &Path) -> std::result::Result<Self, String> {
+        let about = std::fs::metadata(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let mut dem = Self { tiles: HashMap::new(), rasters: Vec::new(), unpacked: Mutex::default(), bounds: None };
+        let mut faults = Vec::new();
+        if about.is_dir() {
+            let listed = std::fs::read_dir(path).map_err(|error| format!("{}: {error}", path.display()))?;
+            let mut files: Vec<PathBuf> = listed.flatten().map(|entry| entry.path()).take(MAX_FILES).collect();
+            files.sort();
+            for file in files.iter().filter(|file| is_height_file(file)) {
+                if let Err(fault) = dem.add(file) {
+                    faults.push(format!("{}: {fault}", file.display()));
+                }
+            }
+        } else {
+            dem.add(path)?;
+        }
+        if dem.tiles.is_empty() && dem.rasters.is_empty() {
+            return Err(faults
+                .into_iter()
+                .next()
+                .unwrap_or_else(|| "it has no .hgt, .hgt.gz or .tif files".to_owned()));
+        }
+        for fault in faults {
+            tracing::warn!(%fault, "a file of heights is not used");
+        }
+        let of_tiles = dem.tiles.keys().map(|(lat, lon)| {
+            let (lat, lon) = (f64::from(*lat), f64::from(*lon));
+            Bounds { west_deg: lon, south_deg: lat, east_deg: lon + 1.0, north_deg: lat + 1.0 }
+        });
+        dem.bounds = of_tiles.chain(dem.rasters.iter().filter_map(GeoTiff::bounds)).reduce(|a, b| Bounds {
+            west_deg: a.west_deg.min(b.west_deg),
+            south_deg: a.south_deg.min(b.south_deg),
+            east_deg: a.east_deg.max(b.east_deg),
+            north_deg: a.north_deg.max(b.north_deg),
+        });
+        Ok(dem)
+    }
+
+    /// Where it has heights.
+    #[must_use]
+    pub fn bounds(&self) -> Option<Bounds> {
+        self.bounds
+    }
+
+    fn add(&mut self, path: &Path) -> std::result::Result<(), String> {
+        let name = path.file_name().map(|name| name.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+        if name.ends_with(".tif") || name.ends_with(".tiff") {
+            let raster = GeoTiff::open(path)?;
+            if !raster.has_numbers() {
+                return Err("it holds colours, not heights".to_owned());
+            }
+            self.rasters.push(raster);
+            return Ok(());
+        }
+        let corner = corner_of(&name).ok_or("its name is not like N40W004.hgt, which says where it lies")?;
+        let is_packed = name.ends_with(".gz");
+        let bytes = if is_packed {
+            unpack(path)?.len() as u64
+        } else {
+            std::fs::metadata(path).map_err(|error| error.to_string())?.len()
+        };
+        let side = [1201_u32, 3601, 1801, 601].into_iter().find(|side| u64::from(*side).pow(2) * 2 == bytes);
+        let side = side.ok_or_else(|| format!("it has {bytes} bytes, which is no square of heights"))?;
+        self.tiles.insert(corner, Hgt { path: path.to_owned(), side, is_packed });
+        Ok(())
+    }
+
+    /// The height at a place; `None` where there is none, or a void beside it. Blocks.
+    ///
+    /// # Errors
+    /// [`MapError::MapFile`] when a file is broken.
+    pub fn height(&self, lat_deg: f64, lon_deg: f64) -> Result<Option<Height>> {
+        let mut best: Option<Height> = None;
+        for raster in &self.rasters {
+            if best.is_none_or(|best| raster.resolution_m() < best.resolution_m)
+                && let Some(alt_m) = raster.height_m(lat_deg, lon_deg)?
+            {
+                best = Some(Height { alt_m, resolution_m: raster.resolution_m() });
+            }
+        }
+        if best.is_some() {
+            return Ok(best);
+        }
+        // Neighbours share their edges, so a place on one may be in either.
+        let (lat, lon) = (lat_deg.floor(), lon_deg.floor());
+        for (south, west) in [(lat, lon), (lat - 1.0, lon), (lat, lon - 1.0), (lat - 1.0, lon - 1.0)] {
+            let (down, right) = (south + 1.0 - lat_deg, lon_deg - west);
+            if !(0.0..=1.0).contains(&down) || !(0.0..=1.0).contains(&right) {
+                continue;
+            }
+            let west = if west >= 180.0 {
+                west - 360.0
+            } else if west < -180.0 {
+                west + 360.0
+            } else {
+                west
+            };
+            let Some(tile) = self.tiles.get(&(south as i16, west as i16)) else { continue };
+            let steps = f64::from(tile.side - 1);
+            if let Some(alt_m) = self.between(tile, right * steps, down * steps)? {
+                let resolution_m = crate::crs::METRES_PER_DEGREE / steps;
+                return Ok(Some(Height { alt_m, resolution_m }));
+            }
+        }
+        Ok(None)
+    }
+
+    fn between(&self, tile: &Hgt, column: f64, row: f64) -> Result<Option<f64>> {
+        let broken = |error: String| MapError::file(tile.path.display().to_string(), error);
+        let unpacked = if tile.is_packed { Some(self.unpacked(&tile.path).map_err(broken)?) } else { None };
+        let mut file = match unpacked {
+            Some(_) => None,
+            None => Some(File::open(&tile.path).map_err(|error| broken(error.to_string()))?),
+        };
+        let mut sum = 0.0;
+        for (weight, [column, row]) in crate::elevation::corners(column, row) {
+            if weight == 0.0 {
+                continue;
+            }
+            let at = (u64::from(row) * u64::from(tile.side) + u64::from(column)) * 2;
+            let mut bytes = [0_u8; 2];
+            match (&unpacked, &mut file) {
+                (Some(unpacked), _) => {
+                    let found = usize::try_from(at).ok().and_then(|at| unpacked.get(at..at + 2));
+                    bytes.copy_from_slice(found.ok_or_else(|| broken("it was cut short".to_owned()))?);
+                }
+                (None, Some(file)) => {
+                    let read = file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(&mut bytes));
+                    read.map_err(|error| broken(error.to_string()))?;
+                }
+                (None, None) => return Ok(None),
+            }
+            let height = i16::from_be_bytes(bytes);
+            if height == VOID {
+                return Ok(None);
+            }
+            sum += weight * f64::from(height);
+        }
+        Ok(Some(sum))
+    }
+
+    fn unpacked(&self, path: &Path) -> std::result::Result<Arc<Vec<u8>>, String> {
+        let mut kept = self.unpacked.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, bytes)) = kept.iter().find(|(known, _)| known == path) {
+            return Ok(bytes.clone());
+        }
+        let bytes = Arc::new(unpack(path)?);
+        if kept.len() >= KEPT {
+            kept.remove(0);
+        }
+        kept.push((path.to_owned(), bytes.clone()));
+        Ok(bytes)
+    }
+}
+
+/// Whether a file's name is that of heights.
+#[must_use]
+pub fn is_height_file(path: &Path) -> bool {
+    let name = path.file_name().map(|name| name.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    [".hgt", ".hgt.gz", ".tif", ".tiff"].iter().any(|end| name.ends_with(end))
+}
+
+fn unpack(path: &Path) -> std::result::Result<Vec<u8>, String> {
+    let file = File::open(path).map_err(|error| error.to_string())?;
+    let mut bytes = Vec::new();
+    GzDecoder::new(file).take(MAX_HGT + 1).read_to_end(&mut bytes).map_err(|error| error.to_string())?;
+    if bytes.len() as u64 > MAX_HGT { Err("it packs too much".to_owned()) } else { Ok(bytes) }
+}
+
+/// South-west corner by a name such as `n40w004.hgt`.
+fn corner_of(name: &str) -> Option<(i16, i16)> {
+    let bytes = name.as_bytes();
+    let number = |range: std::ops::Range<usize>| name.get(range)?.parse::<i16>().ok();
+    let lat = number(1..3)?
+        * match bytes.first()? {
+            b'n' => 1,
+            b's' => -1,
+            _ => return None,
+        };
+    let lon = number(4..7)?
+        * match bytes.get(3)? {
+            b'e' => 1,
+            b'w' => -1,
+            _ => return None,
+        };
+    (name.get(7..8) == Some(".") && (-90..90).contains(&lat) && (-180..180).contains(&lon)).then_some((lat, lon))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Folder;
+    use std::io::Write;
+
+    /// Heights that grow by 1 a row to the south and 0.. a column to the east, so that every place is known.
+    fn hgt(void_at: Option<usize>) -> Vec<u8> {
+        let height = |i: usize| if Some(i) == void_at { VOID } else { (i / 1201 + 2 * (i % 1201)) as i16 };
+        (0..1201 * 1201).flat_map(|i| height(i).to_be_bytes()).collect()
+    }
+
+    #[test]
+    fn srtm_tiles_are_read_plain_and_packed() {
+        let folder = Folder::new();
+        std::fs::write(folder.path().join("N40W004.hgt"), hgt(Some(600 * 1201 + 600))).expect("written");
+        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        packed.write_all(&hgt(None)).expect("packed");
+        std::fs::write(folder.path().join("S01E179.hgt.gz"), packed.finish().expect("packed")).expect("written");
+        std::fs::write(folder.path().join("N41W004.hgt"), b"short").expect("written");
+        let dem = Dem::open(folder.path()).expect("heights");
+        let height = |lat: f64, lon: f64| dem.height(lat, lon).expect("read").map(|height| height.alt_m);
+        let step = 1.0 / 1200.0;
+        assert_eq!(height(41.0, -4.0), Some(0.0));
+        assert_eq!(height(40.0, -3.0), Some(1200.0 + 2400.0));
+        let between = height(41.0 - 2.5 * step, -4.0 + 3.25 * step).expect("known");
+        assert!((between - 9.0).abs() < 1e-6, "{between}");
+        assert_eq!(height(40.5, -3.5), None, "void");
+        assert_eq!(height(40.5 + step, -3.5), Some(599.0 + 1200.0), "beside it");
+        assert_eq!(height(40.5 + step / 2.0, -3.5), None, "half of it is void");
+        assert_eq!(height(39.5, -3.5), None, "no file");
+        assert_eq!(height(-0.5, 179.5).map(f64::round), Some(600.0 + 1200.0));
+        assert!((dem.height(41.0, -4.0).expect("read").expect("known").resolution_m - 92.8).abs() < 0.1);
+        assert_eq!(dem.bounds().expect("known").east_deg, 180.0);
+    }
+
+    #[test]
+    fn names_say_where_tiles_lie() {
+        assert_eq!(corner_of("n40w004.hgt"), Some((40, -4)));
+        assert_eq!(corner_of("s01e179.hgt.gz"), Some((-1, 179)));
+        for name in ["x40w004.hgt", "n40x004.hgt", "n4w4.hgt", "nñ.hgt", "n99w004.hgt", "n40w004"] {
+            assert_eq!(corner_of(name), None, "{name}");
+        }
+    }
+}

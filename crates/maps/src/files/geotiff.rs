@@ -1,0 +1,554 @@
+//! GeoTIFF files (OGC 19-008r4) as tiles of their own coordinate reference system, and as heights. Overviews inside the file,
+//! as cloud-optimised GeoTIFFs have them, are used.
+
+use std::collections::{HashMap, VecDeque};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use bytes::Bytes;
+use tiff::ColorType;
+use tiff::decoder::{Decoder, DecodingResult, Limits};
+use tiff::tags::Tag;
+
+use super::{About, TileFile};
+use crate::crs::Crs;
+use crate::error::{MapError, Result};
+use crate::grid::{Level, MAX_LEVELS, TileGrid, TileId};
+use crate::raster::{Raster, rgba_from};
+use crate::settings::Bounds;
+
+/// Pixels of the side of the tiles that are made.
+const TILE_PX: u32 = 256;
+/// Images in a file that are looked at: the picture, its overviews and their masks.
+const MAX_IMAGES: usize = 32;
+/// Pixels that are read for one tile at most.
+const MAX_READ_PX: u64 = 32 * 1024 * 1024;
+/// Bytes of decoded pieces that are kept.
+const KEPT_BYTES: usize = 64 * 1024 * 1024;
+/// Bytes of one piece, unpacked, at most.
+const MAX_PIECE: usize = 128 * 1024 * 1024;
+
+/// One image of the file: the picture itself or an overview.
+#[derive(Debug, Clone)]
+struct Image {
+    index: usize,
+    width: u32,
+    height: u32,
+    piece: (u32, u32),
+    colours: Colours,
+}
+
+#[derive(Debug, Clone)]
+enum Colours {
+    /// Bands of 8 or 16 bits.
+    Bands(usize),
+    /// Red, green, blue of each index.
+    Palette(Arc<Vec<[u8; 3]>>),
+    /// One band of numbers that are no colours: heights.
+    Numbers,
+}
+
+/// A decoded piece: colours, or numbers.
+#[derive(Debug)]
+enum Piece {
+    Colours(Raster),
+    Numbers { width: u32, values: Vec<f32> },
+}
+
+impl Piece {
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Colours(raster) => raster.rgba.len(),
+            Self::Numbers { values, .. } => values.len() * 4,
+        }
+    }
+}
+
+#[derive(Default)]
+struct Open {
+    decoders: HashMap<usize, Decoder<BufReader<File>>>,
+    pieces: VecDeque<((usize, u32), Arc<Piece>)>,
+    bytes: usize,
+}
+
+/// A GeoTIFF that is open for reading.
+pub struct GeoTiff {
+    path: PathBuf,
+    crs: Crs,
+    /// Top left corner of the top left pixel.
+    origin: [f64; 2],
+    /// Of a pixel, both positive.
+    pixel: [f64; 2],
+    /// The picture first, then overviews, fine to coarse.
+    images: Vec<Image>,
+    no_data: Option<f64>,
+    grid: TileGrid,
+    about: About,
+    open: Mutex<Open>,
+}
+
+impl std::fmt::Debug for GeoTiff {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("GeoTiff").field("path", &self.path).field("crs", &self.crs).finish_non_exhaustive()
+    }
+}
+
+fn decoder(path: &Path, image: usize) -> std::result::Result<Decoder<BufReader<File>>, String> {
+    let file = File::open(path).map_err(|error| error.to_string())?;
+    let mut limits = Limits::default();
+    limits.decoding_buffer_size = MAX_PIECE;
+    limits.intermediate_buffer_size = MAX_PIECE;
+    limits.ifd_value_size = 64 * 1024 * 1024;
+    let mut decoder =
+        Decoder::new(BufReader::new(file)).map_err(|error| format!("no TIFF: {error}"))?.with_limits(limits);
+    decoder.seek_to_image(image).map_err(|error| format!("no TIFF: {error}"))?;
+    Ok(decoder)
+}
+
+fn doubles(decoder: &mut Decoder<BufReader<File>>, tag: u16) -> Option<Vec<f64>> {
+    decoder.get_tag_f64_vec(Tag::Unknown(tag)).ok()
+}
+
+impl GeoTiff {
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// What is wrong with it, in words, and what helps.
+    pub fn open(path: &Path) -> std::result::Result<Self, String> {
+        let mut first = decoder(path, 0)?;
+        let crs = crs_of(&mut first)?;
+        let (origin, pixel) = transform_of(&mut first)?;
+        let no_data = first.get_tag_ascii_string(Tag::GdalNodata).ok();
+        let no_data = no_data.and_then(|text| text.trim_matches(['\0', ' ']).parse::<f64>().ok());
+        let mut images = vec![image(&mut first, 0)?];
+        for index in 1..MAX_IMAGES {
+            if !first.more_images() || first.next_image().is_err() {
+                break;
+            }
+            // Bit 0: a smaller copy; bit 2: a mask (TIFF 6.0, NewSubfileType).
+            let subfile: u32 = first.find_tag_unsigned(Tag::NewSubfileType).ok().flatten().unwrap_or(0);
+            if subfile & 0b101 == 0b001
+                && let Ok(overview) = image(&mut first, index)
+            {
+                images.push(overview);
+            }
+        }
+        images.sort_by_key(|image| std::cmp::Reverse(image.width));
+        let size = [images[0].width, images[0].height];
+        let far = [origin[0] + f64::from(size[0]) * pixel[0], origin[1] - f64::from(size[1]) * pixel[1]];
+        let extent = [origin[0], far[1], far[0], origin[1]];
+        let bounds =
+            Bounds::around(crs, extent).ok_or("it lies off the Earth: its coordinates and its system do not fit")?;
+        let grid = own_grid(crs, origin, pixel, size, extent);
+        let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        let about = About { name, bounds: Some(bounds), is_overlay: true, ..About::default() };
+        drop(first);
+        Ok(Self { path: path.to_owned(), crs, origin, pixel, images, no_data, grid, about, open: Mutex::default() })
+    }
+
+    /// Whether it holds heights, or one band that can be taken for such.
+    #[must_use]
+    pub fn has_numbers(&self) -> bool {
+        matches!(self.images[0].colours, Colours::Numbers | Colours::Bands(1))
+    }
+
+    /// Whether it holds numbers that are no colours.
+    #[must_use]
+    pub fn is_heights(&self) -> bool {
+        matches!(self.images[0].colours, Colours::Numbers)
+    }
+
+    /// Where it lies.
+    #[must_use]
+    pub fn bounds(&self) -> Option<Bounds> {
+        self.about.bounds
+    }
+
+    /// Metres of a pixel, about.
+    #[must_use]
+    pub fn resolution_m(&self) -> f64 {
+        self.pixel[1] * self.crs.metres_per_unit()
+    }
+
+    fn broken(&self, reason: impl Into<String>) -> MapError {
+        MapError::file(self.path.display().to_string(), reason)
+    }
+
+    /// The height at a place, between the four pixels around it; `None` where one of them is void, or off the file. Blocks.
+    ///
+    /// # Errors
+    /// [`MapError::MapFile`] when the file is broken.
+    pub fn height_m(&self, lat_deg: f64, lon_deg: f64) -> Result<Option<f64>> {
+        let [x, y] = self.crs.project(lat_deg, lon_deg);
+        // Pixels stand for their middles.
+        let column = (x - self.origin[0]) / self.pixel[0] - 0.5;
+        let row = (self.origin[1] - y) / self.pixel[1] - 0.5;
+        let image = &self.images[0];
+        let (width, height) = (f64::from(image.width), f64::from(image.height));
+        // Half a pixel beyond the outermost middles is still the file's own ground.
+        if !(-0.5..=width - 0.5).contains(&column) || !(-0.5..=height - 0.5).contains(&row) {
+            return Ok(None);
+        }
+        let (column, row) = (column.clamp(0.0, width - 1.0), row.clamp(0.0, height - 1.0));
+        let mut sum = 0.0;
+        for (weight, [at_column, at_row]) in crate::elevation::corners(column, row) {
+            if weight == 0.0 {
+                continue;
+            }
+            match self.number(image, at_column, at_row)? {
+                Some(value) => sum += weight * value,
+                None => return Ok(None),
+            }
+        }
+        Ok(Some(sum))
+    }
+
+    fn number(&self, image: &Image, column: u32, row: u32) -> Result<Option<f64>> {
+        let (piece, [x, y]) = self.piece_of(image, column, row);
+        let value = match &*self.piece(image, piece)? {
+            Piece::Numbers { width, values } => values.get(y as usize * *width as usize + x as usize).copied(),
+            Piece::Colours(_) => return Err(self.broken("it holds colours, not heights")),
+        };
+        let value = value.map(f64::from).filter(|value| value.is_finite());
+        // −32768 is SRTM's void, whether or not the file says so.
+        Ok(value.filter(|value| self.no_data.is_none_or(|void| void != *value) && *value > -32_768.0 && *value < 1e6))
+    }
+
+    fn piece_of(&self, image: &Image, column: u32, row: u32) -> (u32, [u32; 2]) {
+        let across = image.width.div_ceil(image.piece.0);
+        let piece = row / image.piece.1 * across + column / image.piece.0;
+        (piece, [column % image.piece.0, row % image.piece.1])
+    }
+
+    fn piece(&self, image: &Image, piece: u32) -> Result<Arc<Piece>> {
+        let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = (image.index, piece);
+        if let Some(at) = open.pieces.iter().position(|(known, _)| *known == key)
+            && let Some(found) = open.pieces.remove(at)
+        {
+            open.pieces.push_back(found.clone());
+            return Ok(found.1);
+        }
+        if !open.decoders.contains_key(&image.index) {
+            let made = decoder(&self.path, image.index).map_err(|error| self.broken(error))?;
+            open.decoders.insert(image.index, made);
+        }
+        let decoder = open.decoders.get_mut(&image.index).ok_or_else(|| self.broken("it cannot be read"))?;
+        let (width, height) = decoder.chunk_data_dimensions(piece);
+        let decoded = decoder.read_chunk(piece).map_err(|error| self.broken(error.to_string()))?;
+        let read = convert(&image.colours, decoded, width, height).map_err(|reason| self.broken(reason))?;
+        let read = Arc::new(read);
+        open.bytes += read.bytes();
+        open.pieces.push_back((key, read.clone()));
+        while open.bytes > KEPT_BYTES
+            && let Some((_, old)) = open.pieces.pop_front()
+        {
+            open.bytes -= old.bytes();
+        }
+        Ok(read)
+    }
+
+    fn colour(&self, image: &Image, column: u32, row: u32, last: &mut Option<(u32, Arc<Piece>)>) -> Result<[u8; 4]> {
+        let (number, [x, y]) = self.piece_of(image, column, row);
+        let piece = match last {
+            Some((known, piece)) if *known == number => piece.clone(),
+            _ => {
+                let piece = self.piece(image, number)?;
+                *last = Some((number, piece.clone()));
+                piece
+            }
+        };
+        match &*piece {
+            Piece::Colours(raster) if x < raster.width && y < raster.height => {
+                let pixel = raster.pixel(x, y);
+                let is_void = self.no_data.is_some_and(|void| pixel[..3].iter().all(|band| f64::from(*band) == void));
+                Ok(if is_void { [0; 4] } else { pixel })
+            }
+            Piece::Numbers { width, values } if x < *width => {
+                // One band of bytes is grey; heights are not drawn.
+                let value = values.get(y as usize * *width as usize + x as usize).copied().unwrap_or(0.0);
+                let is_void = self.no_data.is_some_and(|void| void == f64::from(value));
+                let grey = value.clamp(0.0, 255.0) as u8;
+                Ok(if is_void { [0; 4] } else { [grey, grey, grey, 255] })
+            }
+            _ => Ok([0; 4]),
+        }
+    }
+}
+
+impl TileFile for GeoTiff {
+    fn grid(&self) -> &TileGrid {
+        &self.grid
+    }
+
+    fn about(&self) -> About {
+        self.about.clone()
+    }
+
+    fn tile(&self, tile: TileId) -> Result<Option<Bytes>> {
+        if matches!(self.images[0].colours, Colours::Numbers) {
+            return Err(self.broken("it holds numbers, not colours; use it as heights, kind dem"));
+        }
+        let Some([left, _, _, top]) = self.grid.tile_extent(tile) else { return Ok(None) };
+        let level = &self.grid.levels[usize::from(tile.level)];
+        let [width, height] = [self.images[0].width, self.images[0].height].map(f64::from);
+        // The coarsest image that is still fine enough.
+        let scale = |image: &Image| width / f64::from(image.width);
+        let wanted = level.resolution / self.pixel[0];
+        let image = self.images.iter().rev().find(|image| scale(image) <= wanted * 1.01).unwrap_or(&self.images[0]);
+        let ratio = [f64::from(image.width) / width, f64::from(image.height) / height];
+        let pixels = f64::from(TILE_PX) * wanted / scale(image);
+        if pixels * pixels > MAX_READ_PX as f64 {
+            let reason =
+                "it has no overviews, so it cannot be shown from this far; make some with gdaladdo, or use -of COG";
+            return Err(self.broken(reason));
+        }
+        let mut raster = Raster::filled(TILE_PX, TILE_PX, [0; 4]);
+        let mut last = None;
+        for row in 0..TILE_PX {
+            let y = top - (f64::from(row) + 0.5) * level.resolution;
+            let from_row = ((self.origin[1] - y) / self.pixel[1] * ratio[1]).floor();
+            if from_row < 0.0 || from_row >= f64::from(image.height) {
+                continue;
+            }
+            for column in 0..TILE_PX {
+                let x = left + (f64::from(column) + 0.5) * level.resolution;
+                let from_column = ((x - self.origin[0]) / self.pixel[0] * ratio[0]).floor();
+                if from_column < 0.0 || from_column >= f64::from(image.width) {
+                    continue;
+                }
+                raster.set(column, row, self.colour(image, from_column as u32, from_row as u32, &mut last)?);
+            }
+        }
+        Ok((!raster.is_clear()).then(|| raster.to_png().into()))
+    }
+}
+
+/// A grid whose finest level has the file's own pixels and whose coarsest holds it in one tile.
+fn own_grid(crs: Crs, origin: [f64; 2], pixel: [f64; 2], size: [u32; 2], extent: [f64; 4]) -> TileGrid {
+    let finest = pixel[0].min(pixel[1]);
+    let sides = [f64::from(size[0]) * pixel[0] / finest, f64::from(size[1]) * pixel[1] / finest];
+    let tiles = (sides[0].max(sides[1]) / f64::from(TILE_PX)).max(1.0);
+    let count = (tiles.log2().ceil() as usize + 1).min(MAX_LEVELS);
+    let levels = (0..count).map(|level| {
+        let coarser = f64::from(1_u32 << (count - 1 - level));
+        let tiles = sides.map(|side| (side / coarser / f64::from(TILE_PX)).ceil().max(1.0) as u32);
+        Level { resolution: finest * coarser, origin, tile_px: [TILE_PX, TILE_PX], size: Some(tiles) }
+    });
+    let mut grid = TileGrid::new(crs, levels.collect());
+    grid.extent = Some(extent);
+    grid
+}
+
+fn image(decoder: &mut Decoder<BufReader<File>>, index: usize) -> std::result::Result<Image, String> {
+    let (width, height) = decoder.dimensions().map_err(|error| error.to_string())?;
+    let piece = decoder.chunk_dimensions();
+    if width == 0 || height == 0 || piece.0 == 0 || piece.1 == 0 {
+        return Err("the picture is empty".to_owned());
+    }
+    let planar: u32 = decoder.find_tag_unsigned(Tag::PlanarConfiguration).ok().flatten().unwrap_or(1);
+    let colour = decoder.colortype().map_err(|error| error.to_string())?;
+    let float: bool = decoder.get_tag_u16_vec(Tag::SampleFormat).is_ok_and(|formats| formats.first() != Some(&1));
+    let colours = match colour {
+        ColorType::Palette(_) => {
+            let map = decoder.get_tag_u16_vec(Tag::ColorMap).map_err(|error| error.to_string())?;
+            let third = map.len() / 3;
+            let byte = |value: u16| (value >> 8) as u8;
+            Colours::Palette(Arc::new(
+                (0..third).map(|i| [byte(map[i]), byte(map[third + i]), byte(map[2 * third + i])]).collect(),
+            ))
+        }
+        ColorType::Gray(8) if !float => Colours::Bands(1),
+        ColorType::Gray(_) => Colours::Numbers,
+        ColorType::GrayA(_) => Colours::Bands(2),
+        ColorType::RGB(_) | ColorType::YCbCr(_) => Colours::Bands(3),
+        ColorType::RGBA(_) => Colours::Bands(4),
+        ColorType::Multiband { num_samples, .. } => Colours::Bands(num_samples.into()),
+        other => return Err(format!("its colours are {other:?}; make it RGB with gdal_translate -expand rgb")),
+    };
+    if planar == 2 && !matches!(colours, Colours::Numbers | Colours::Bands(1)) {
+        return Err("its bands are stored apart; make it with gdal_translate -co INTERLEAVE=PIXEL".to_owned());
+    }
+    Ok(Image { index, width, height, piece, colours })
+}
+
+fn convert(colours: &Colours, decoded: DecodingResult, width: u32, height: u32) -> std::result::Result<Piece, String> {
+    let count = width as usize * height as usize;
+    let piece = match (colours, decoded) {
+        (Colours::Palette(palette), DecodingResult::U8(indexes)) => {
+            let colour = |index: &u8| palette.get(usize::from(*index)).map_or([0; 4], |[r, g, b]| [*r, *g, *b, 255]);
+            Piece::Colours(Raster { width, height, rgba: indexes.iter().flat_map(colour).collect() })
+        }
+        (Colours::Bands(1) | Colours::Numbers, decoded) => {
+            let values: Vec<f32> = match decoded {
+                DecodingResult::U8(values) => values.into_iter().map(f32::from).collect(),
+                DecodingResult::I8(values) => values.into_iter().map(f32::from).collect(),
+                DecodingResult::U16(values) => values.into_iter().map(f32::from).collect(),
+                DecodingResult::I16(values) => values.into_iter().map(f32::from).collect(),
+                DecodingResult::U32(values) => values.into_iter().map(|value| value as f32).collect(),
+                DecodingResult::I32(values) => values.into_iter().map(|value| value as f32).collect(),
+                DecodingResult::F32(values) => values,
+                DecodingResult::F64(values) => values.into_iter().map(|value| value as f32).collect(),
+                _ => return Err("its numbers are of a kind that is not read".to_owned()),
+            };
+            Piece::Numbers { width, values }
+        }
+        (Colours::Bands(bands), DecodingResult::U8(values)) => {
+            Piece::Colours(Raster { width, height, rgba: rgba_from(&values, *bands) })
+        }
+        (Colours::Bands(bands), DecodingResult::U16(values)) => {
+            let bytes: Vec<u8> = values.into_iter().map(|value| (value >> 8) as u8).collect();
+            Piece::Colours(Raster { width, height, rgba: rgba_from(&bytes, *bands) })
+        }
+        _ => return Err("its colours have neither 8 nor 16 bits".to_owned()),
+    };
+    let is_whole = match &piece {
+        Piece::Colours(raster) => raster.rgba.len() >= count * 4,
+        Piece::Numbers { values, .. } => values.len() >= count,
+    };
+    if is_whole { Ok(piece) } else { Err("a piece of it was cut short".to_owned()) }
+}
+
+/// The system by the GeoKey directory (tag 34735): keys of four numbers each behind a header of four.
+fn crs_of(decoder: &mut Decoder<BufReader<File>>) -> std::result::Result<Crs, String> {
+    let keys = decoder
+        .get_tag_u16_vec(Tag::GeoKeyDirectoryTag)
+        .map_err(|_| "it is not georeferenced; use it as kind image, with its corners".to_owned())?;
+    let key = |wanted: u16| keys.chunks_exact(4).skip(1).find(|key| key[0] == wanted && key[1] == 0).map(|key| key[3]);
+    const PROJECTED: u16 = 3072;
+    const GEOGRAPHIC: u16 = 2048;
+    let code = if key(1024) == Some(2) { key(GEOGRAPHIC) } else { key(PROJECTED).or_else(|| key(GEOGRAPHIC)) };
+    match code {
+        Some(code) if code != 32_767 => Crs::from_epsg(code.into()).ok_or_else(|| {
+            format!("it is in EPSG:{code}, which is not known here; make it with gdalwarp -t_srs EPSG:3857")
+        }),
+        _ => Err("its system has no EPSG code; make it with gdalwarp -t_srs EPSG:3857".to_owned()),
+    }
+}
+
+/// Corner of the top left pixel, and a pixel's size.
+fn transform_of(decoder: &mut Decoder<BufReader<File>>) -> std::result::Result<([f64; 2], [f64; 2]), String> {
+    const RASTER_TYPE: u16 = 1025;
+    let keys = decoder.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).unwrap_or_default();
+    let is_point = keys.chunks_exact(4).skip(1).any(|key| key[0] == RASTER_TYPE && key[3] == 2);
+    let turned = || "it is turned against north; make it with gdalwarp".to_owned();
+    let (mut origin, pixel) = if let Some(matrix) = doubles(decoder, 34_264) {
+        let [a, b, _, d, e, f, _, h, ..] = matrix.as_slice() else {
+            return Err("its transformation is broken".to_owned());
+        };
+        if *b != 0.0 || *e != 0.0 || *a <= 0.0 || *f >= 0.0 {
+            return Err(turned());
+        }
+        ([*d, *h], [*a, -*f])
+    } else {
+        let scale =
+            doubles(decoder, 33_550).ok_or("it does not say where it lies; use it as kind image, with its corners")?;
+        let tie =
+            doubles(decoder, 33_922).ok_or("it does not say where it lies; use it as kind image, with its corners")?;
+        let ([sx, sy, ..], [i, j, _, x, y, ..]) = (scale.as_slice(), tie.as_slice()) else {
+            return Err("its tie point is broken".to_owned());
+        };
+        ([x - i * sx, y + j * sy], [*sx, *sy])
+    };
+    if is_point {
+        origin = [origin[0] - pixel[0] / 2.0, origin[1] + pixel[1] / 2.0];
+    }
+    let is_right =
+        origin.iter().all(|number| number.is_finite()) && pixel.iter().all(|size| size.is_finite() && *size > 0.0);
+    if is_right { Ok((origin, pixel)) } else { Err(turned()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Folder;
+    use tiff::encoder::{TiffEncoder, colortype};
+
+    fn keys(epsg: u16, is_geographic: bool, is_point: bool) -> Vec<u16> {
+        let (kind, key) = if is_geographic { (2, 2048) } else { (1, 3072) };
+        vec![1, 1, 0, 3, 1024, 0, 1, kind, 1025, 0, 1, 1 + u16::from(is_point), key, 0, 1, epsg]
+    }
+
+    fn heights(path: &Path, is_point: bool) {
+        let mut file = File::create(path).expect("a file");
+        let mut encoder = TiffEncoder::new(&mut file).expect("a TIFF");
+        let mut image = encoder.new_image::<colortype::Gray32Float>(3, 2).expect("an image");
+        let tags = image.encoder();
+        tags.write_tag(Tag::GeoKeyDirectoryTag, &keys(4326, true, is_point)[..]).expect("keys");
+        tags.write_tag(Tag::Unknown(33_550), &[0.5_f64, 0.5, 0.0][..]).expect("scale");
+        tags.write_tag(Tag::Unknown(33_922), &[0.0_f64, 0.0, 0.0, -4.0, 41.0, 0.0][..]).expect("tie");
+        tags.write_tag(Tag::GdalNodata, "-9999").expect("void");
+        image.write_data(&[100.0, 200.0, -9999.0, 300.0, 400.0, 500.0]).expect("data");
+    }
+
+    #[test]
+    fn heights_lie_between_the_middles_of_pixels() {
+        let folder = Folder::new();
+        let path = folder.path().join("h.tif");
+        heights(&path, false);
+        let file = GeoTiff::open(&path).expect("a file");
+        assert!(file.has_numbers());
+        for (lat, lon, height) in [
+            (40.75, -3.75, Some(100.0)),
+            (40.75, -3.25, Some(200.0)),
+            (40.25, -3.25, Some(400.0)),
+            (40.5, -3.5, Some(250.0)),
+            (40.75, -3.0, None),
+            (40.25, -2.75, Some(500.0)),
+            (41.0, -4.0, Some(100.0)),
+            (41.1, -4.0, None),
+        ] {
+            let found = file.height_m(lat, lon).expect("read");
+            assert_eq!(found, height, "{lat} {lon}");
+        }
+        heights(&path, true);
+        let file = GeoTiff::open(&path).expect("a file");
+        assert_eq!(file.height_m(41.0, -4.0).expect("read"), Some(100.0), "pixels are points");
+        assert!(file.tile(TileId { level: 0, column: 0, row: 0 }).is_err(), "heights are not drawn");
+    }
+
+    #[test]
+    fn a_picture_is_drawn_where_it_lies() {
+        let folder = Folder::new();
+        let path = folder.path().join("p.tif");
+        let (width, height) = (600_u32, 300_u32);
+        let mut pixels = vec![50_u8; (width * height * 3) as usize];
+        let at = ((10 * width + 580) * 3) as usize;
+        pixels[at..at + 3].copy_from_slice(&[255, 0, 0]);
+        let mut file = File::create(&path).expect("a file");
+        let mut encoder = TiffEncoder::new(&mut file).expect("a TIFF");
+        let mut image = encoder.new_image::<colortype::RGB8>(width, height).expect("an image");
+        image.encoder().write_tag(Tag::GeoKeyDirectoryTag, &keys(25_830, false, false)[..]).expect("keys");
+        image.encoder().write_tag(Tag::Unknown(33_550), &[2.0_f64, 2.0, 0.0][..]).expect("scale");
+        image
+            .encoder()
+            .write_tag(Tag::Unknown(33_922), &[0.0_f64, 0.0, 0.0, 432_000.0, 4_465_000.0, 0.0][..])
+            .expect("tie");
+        image.write_data(&pixels).expect("data");
+        let file = GeoTiff::open(&path).expect("a file");
+        let grid = file.grid();
+        assert_eq!((grid.crs.code().as_str(), grid.max_level), ("EPSG:25830", 2));
+        let bounds = file.about().bounds.expect("known");
+        assert!((bounds.west_deg + 3.8).abs() < 0.01 && (bounds.north_deg - 40.33).abs() < 0.01, "{bounds:?}");
+        let tile = file.tile(TileId { level: 2, column: 2, row: 0 }).expect("read").expect("there");
+        let tile = Raster::read(&tile, 1 << 20).expect("a picture");
+        assert_eq!(tile.pixel(580 - 512, 10), [255, 0, 0, 255]);
+        assert_eq!(tile.pixel(580 - 512, 11), [50, 50, 50, 255]);
+        assert_eq!(tile.pixel(100, 10)[3], 0, "beyond the file");
+        assert!(file.tile(TileId { level: 0, column: 0, row: 0 }).expect("read").is_some());
+    }
+
+    #[test]
+    fn what_lies_nowhere_says_what_helps() {
+        let folder = Folder::new();
+        let path = folder.path().join("p.tif");
+        let mut file = File::create(&path).expect("a file");
+        let mut encoder = TiffEncoder::new(&mut file).expect("a TIFF");
+        encoder.write_image::<colortype::RGB8>(1, 1, &[1, 2, 3]).expect("written");
+        assert!(GeoTiff::open(&path).expect_err("wrong").contains("corners"));
+        std::fs::write(&path, b"text").expect("written");
+        assert!(GeoTiff::open(&path).expect_err("wrong").contains("no TIFF"));
+    }
+}

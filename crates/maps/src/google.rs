@@ -1,0 +1,172 @@
+//! Google's Map Tiles API: sessions, addresses and whom to name for a view
+//! (developers.google.com/maps/documentation/tile: "Use session tokens", "Viewport information").
+
+use serde::Deserialize;
+use tokio::sync::Mutex;
+
+use crate::error::{MapError, Result};
+use crate::grid::TileId;
+use crate::net::{Fetcher, Request};
+use crate::settings::{Attribution, Bounds, SourceSettings};
+use crate::sniff;
+use crate::xyz::escape;
+
+/// Where the service is, unless the settings say otherwise.
+const SERVICE: &str = "https://tile.googleapis.com";
+/// Bytes of an answer in JSON at most.
+const MAX_JSON: usize = 256 * 1024;
+/// A session is renewed so long before it ends.
+const MARGIN_S: i64 = 3600;
+
+#[derive(Debug, Clone, PartialEq)]
+struct Session {
+    token: String,
+    ends_s: i64,
+}
+
+/// The session of one source.
+#[derive(Debug, Default)]
+pub(crate) struct Google {
+    session: Mutex<Option<Session>>,
+}
+
+#[derive(Deserialize)]
+struct Opened {
+    session: String,
+    /// Seconds since 1970, as text.
+    expiry: String,
+}
+
+impl Google {
+    /// The address of a tile, in a session that is opened when there is none.
+    pub(crate) async fn url(
+        &self,
+        fetcher: &Fetcher,
+        settings: &SourceSettings,
+        tile: TileId,
+        now_s: i64,
+    ) -> Result<String> {
+        let token = self.token(fetcher, settings, now_s).await?;
+        let TileId { level, column, row } = tile;
+        let key = escape(settings.key().unwrap_or_default());
+        Ok(format!("{}/v1/2dtiles/{level}/{column}/{row}?session={}&key={key}", service(settings), escape(&token)))
+    }
+
+    /// Forgets the session, since the service refused it.
+    pub(crate) async fn forget(&self) {
+        *self.session.lock().await = None;
+    }
+
+    async fn token(&self, fetcher: &Fetcher, settings: &SourceSettings, now_s: i64) -> Result<String> {
+        // Held over the request, so that many tiles open one session.
+        let mut session = self.session.lock().await;
+        if let Some(session) = session.as_ref().filter(|session| session.ends_s - MARGIN_S > now_s) {
+            return Ok(session.token.clone());
+        }
+        let key = settings.key().ok_or_else(|| MapError::KeyMissing(settings.id.clone()))?;
+        let map_type = settings.map_type.as_deref().unwrap_or("satellite");
+        let mut wanted = serde_json::json!({
+            "mapType": map_type,
+            "language": settings.language.as_deref().unwrap_or("en-US"),
+            "region": settings.region.as_deref().unwrap_or("US"),
+        });
+        if map_type == "terrain" {
+            // Its documentation: terrain needs this layer.
+            wanted["layerTypes"] = serde_json::json!(["layerRoadmap"]);
+        }
+        let url = format!("{}/v1/createSession?key={}", service(settings), escape(key));
+        let mut request = Request::new(settings, &url, MAX_JSON)?;
+        request.json = Some(wanted.to_string());
+        let answer = fetcher.fetch(&request).await?;
+        let host = crate::net::shown(&request.url);
+        let refused = |reason: String| MapError::Service {
+            host: host.clone(),
+            reason: format!("no session: {}", crate::net::hide(&reason, Some(key))),
+        };
+        if answer.status != 200 {
+            return Err(refused(words(answer.status, &answer.body)));
+        }
+        let opened: Opened = serde_json::from_slice(&answer.body).map_err(|error| refused(error.to_string()))?;
+        let ends_s = opened.expiry.parse().map_err(|_| refused("its end is no number".to_owned()))?;
+        *session = Some(Session { token: opened.session.clone(), ends_s });
+        Ok(opened.session)
+    }
+
+    /// Whom to name for a view, and up to which zoom it has pictures there.
+    pub(crate) async fn attribution(
+        &self,
+        fetcher: &Fetcher,
+        settings: &SourceSettings,
+        view: &Bounds,
+        zoom: u8,
+        now_s: i64,
+    ) -> Result<(Vec<Attribution>, Option<u8>)> {
+        let token = self.token(fetcher, settings, now_s).await?;
+        let url = format!(
+            "{}/tile/v1/viewport?session={}&key={}&zoom={zoom}&north={}&south={}&east={}&west={}",
+            service(settings),
+            escape(&token),
+            escape(settings.key().unwrap_or_default()),
+            view.north_deg,
+            view.south_deg,
+            view.east_deg,
+            view.west_deg
+        );
+        fetch_attribution(fetcher, settings, &url).await
+    }
+}
+
+fn service(settings: &SourceSettings) -> &str {
+    settings.url.as_deref().unwrap_or(SERVICE).trim_end_matches('/')
+}
+
+/// What a service says with a status, in words.
+pub(crate) fn words(status: u16, body: &[u8]) -> String {
+    #[derive(Deserialize)]
+    struct Wrapped {
+        error: Said,
+    }
+    #[derive(Deserialize)]
+    struct Said {
+        message: String,
+    }
+    let said = serde_json::from_slice::<Wrapped>(body).map(|wrapped| sniff::one_line(&wrapped.error.message, 300));
+    let said = said.unwrap_or_else(|_| sniff::words(body));
+    if said.is_empty() { format!("HTTP status {status}") } else { format!("HTTP status {status}: {said}") }
+}
+
+/// Asks an address whom to name: Google's `copyright`, or Azure's `copyrights`.
+pub(crate) async fn fetch_attribution(
+    fetcher: &Fetcher,
+    settings: &SourceSettings,
+    url: &str,
+) -> Result<(Vec<Attribution>, Option<u8>)> {
+    #[derive(Deserialize)]
+    #[serde(rename_all = "camelCase")]
+    struct Said {
+        copyright: Option<String>,
+        #[serde(default)]
+        copyrights: Vec<String>,
+        #[serde(default)]
+        max_zoom_rects: Vec<Rect>,
+    }
+    #[derive(Deserialize)]
+    #[serde(rename_all = "camelCase")]
+    struct Rect {
+        max_zoom: u8,
+    }
+    let request = Request::new(settings, url, MAX_JSON)?;
+    let answer = fetcher.fetch(&request).await?;
+    let failed = |reason: String| MapError::Service {
+        host: crate::net::shown(&request.url),
+        reason: crate::net::hide(&reason, request.secret.as_deref()),
+    };
+    if answer.status != 200 {
+        return Err(failed(words(answer.status, &answer.body)));
+    }
+    let said: Said = serde_json::from_slice(&answer.body).map_err(|error| failed(error.to_string()))?;
+    let texts = said.copyright.into_iter().chain(said.copyrights);
+    let texts = texts.map(|text| sniff::words(text.as_bytes())).filter(|text| !text.is_empty()).take(20);
+    let named = texts.map(|text| Attribution { text, url: None }).collect();
+    Ok((named, said.max_zoom_rects.iter().map(|rect| rect.max_zoom).max()))
+}

@@ -1,0 +1,511 @@
+//! Fetching from the services that are configured, and from nowhere else: private addresses are reached only where a source
+//! says so, redirects are followed by hand and checked, answers are bounded, and texts never hold a key.
+
+use std::collections::HashMap;
+use std::error::Error as StdError;
+use std::fmt;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, SystemTime};
+
+use bytes::{Bytes, BytesMut};
+use reqwest::dns::{Addrs, Name, Resolve, Resolving};
+use reqwest::header::{self, HeaderMap, HeaderName};
+use reqwest::{Client, redirect};
+use tokio::sync::Semaphore;
+use url::{Host, Url};
+
+use crate::error::{MapError, Result};
+use crate::settings::SourceSettings;
+
+/// Who we say we are: operators of tile servers want to know.
+pub const USER_AGENT: &str =
+    concat!("Vencejo/", env!("CARGO_PKG_VERSION"), " (+https://github.com/jderobot/vencejo; ground station)");
+/// Redirects that are followed.
+const MAX_REDIRECTS: usize = 5;
+/// Fetches at once from a host whose source says nothing.
+const DEFAULT_PARALLEL: u8 = 4;
+
+/// How long services are given.
+#[derive(Debug, Clone, Copy)]
+pub struct Patience {
+    /// To accept a connection.
+    pub connect: Duration,
+    /// For a whole answer.
+    pub whole: Duration,
+}
+
+impl Default for Patience {
+    fn default() -> Self {
+        Self { connect: Duration::from_secs(6), whole: Duration::from_secs(20) }
+    }
+}
+
+/// What to fetch, and under which rules.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// From where.
+    pub url: Url,
+    /// Host of the source's own address when private addresses are allowed there.
+    pub local_host: Option<String>,
+    /// Of the copy at hand.
+    pub etag: Option<String>,
+    /// Of the copy at hand.
+    pub last_modified: Option<String>,
+    /// Bytes of the answer at most, unpacked.
+    pub max_bytes: usize,
+    /// Sent as JSON by POST, when there is one.
+    pub json: Option<String>,
+    /// The user's key, which no message may hold.
+    pub secret: Option<String>,
+    /// Fetches at once from this host.
+    pub parallel: u8,
+}
+
+impl Request {
+    /// A plain request of a source's.
+    ///
+    /// # Errors
+    /// [`MapError::Request`] when the address is none.
+    pub fn new(settings: &SourceSettings, url: &str, max_bytes: usize) -> Result<Self> {
+        let secret = settings.key().map(str::to_owned);
+        let parsed = Url::parse(url)
+            .map_err(|error| MapError::Request(hide(&format!("{url:?} is no address: {error}"), secret.as_deref())))?;
+        if !matches!(parsed.scheme(), "http" | "https") {
+            return Err(MapError::Request("addresses of services begin with https:// or http://".to_owned()));
+        }
+        Ok(Self {
+            local_host: local_host(settings),
+            url: parsed,
+            etag: None,
+            last_modified: None,
+            max_bytes,
+            json: None,
+            secret,
+            parallel: settings.parallel.unwrap_or(DEFAULT_PARALLEL),
+        })
+    }
+}
+
+/// The host of a source's own address, when that is in this network by its form or the source's word.
+fn local_host(settings: &SourceSettings) -> Option<String> {
+    let plain: String =
+        settings.url.as_deref()?.chars().map(|c| if matches!(c, '{' | '}') { '0' } else { c }).collect();
+    let url = Url::parse(&plain).ok()?;
+    let is_local = match url.host()? {
+        Host::Ipv4(ip) => !is_public(ip.into()),
+        Host::Ipv6(ip) => !is_public(ip.into()),
+        Host::Domain(name) => is_local_name(name),
+    };
+    (is_local || settings.local_network).then(|| url.host_str().unwrap_or_default().to_owned())
+}
+
+/// Whether a name can only be of this network (RFC 6761, 6762, 8375 and usual practice).
+fn is_local_name(name: &str) -> bool {
+    let name = name.trim_end_matches('.').to_ascii_lowercase();
+    let last = name.rsplit('.').next().unwrap_or_default();
+    !name.contains('.')
+        || ["localhost", "local", "lan", "home", "internal"].contains(&last)
+        || name.ends_with(".home.arpa")
+}
+
+/// Whether an address is on the public Internet (IANA's special-purpose registries).
+#[must_use]
+pub fn is_public(ip: IpAddr) -> bool {
+    match ip {
+        IpAddr::V4(ip) => is_public_v4(ip),
+        IpAddr::V6(ip) => is_public_v6(ip),
+    }
+}
+
+fn is_public_v4(ip: Ipv4Addr) -> bool {
+    let [a, b, c, _] = ip.octets();
+    !(ip.is_loopback()
+        || ip.is_private()
+        || ip.is_link_local()
+        || ip.is_unspecified()
+        || ip.is_broadcast()
+        || ip.is_documentation()
+        || ip.is_multicast()
+        || a == 0
+        || a >= 240
+        || (a == 100 && (64..128).contains(&b))
+        || (a == 192 && b == 0 && c == 0)
+        || (a == 198 && (18..20).contains(&b)))
+}
+
+fn is_public_v6(ip: Ipv6Addr) -> bool {
+    let words = ip.segments();
+    let embedded = |high: u16, low: u16| {
+        let ([a, b], [c, d]) = (high.to_be_bytes(), low.to_be_bytes());
+        Ipv4Addr::new(a, b, c, d)
+    };
+    if let Some(v4) = ip.to_ipv4() {
+        return is_public_v4(v4);
+    }
+    match words {
+        // NAT64 (RFC 6052) and 6to4 (RFC 3056) hold an IPv4 address.
+        [0x64, 0xff9b, 0, 0, 0, 0, high, low] => is_public_v4(embedded(high, low)),
+        [0x2002, high, low, ..] => is_public_v4(embedded(high, low)),
+        // Global unicast without documentation and Teredo.
+        [first, second, ..] => first & 0xe000 == 0x2000 && !(first == 0x2001 && (second == 0xdb8 || second == 0)),
+    }
+}
+
+/// What a service answered.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    /// HTTP status.
+    pub status: u16,
+    /// To ask again with.
+    pub etag: Option<String>,
+    /// To ask again with.
+    pub last_modified: Option<String>,
+    /// What may be kept of it.
+    pub freshness: Freshness,
+    /// When to come back, where the service says so.
+    pub retry_after: Option<Duration>,
+    /// The body, unpacked.
+    pub body: Bytes,
+}
+
+/// How long an answer is new, as its headers say (RFC 9111).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Freshness {
+    /// May not be kept at all.
+    pub no_store: bool,
+    /// New for so long; `None` where nothing is said.
+    pub lifetime: Option<Duration>,
+}
+
+impl Freshness {
+    fn of(headers: &HeaderMap) -> Self {
+        let text = |name: HeaderName| headers.get(name).and_then(|value| value.to_str().ok());
+        let date = |name: HeaderName| text(name).and_then(|text| httpdate::parse_http_date(text).ok());
+        let mut no_store = false;
+        let mut lifetime = None;
+        let directives = headers.get_all(header::CACHE_CONTROL).iter().filter_map(|value| value.to_str().ok());
+        for directive in directives.flat_map(|value| value.split(',')).map(|d| d.trim().to_ascii_lowercase()) {
+            if directive == "no-store" {
+                no_store = true;
+            } else if directive == "no-cache" {
+                lifetime = Some(Duration::ZERO);
+            } else if let Some(seconds) = directive.strip_prefix("max-age=")
+                && lifetime.is_none()
+            {
+                lifetime = seconds.trim_matches('"').parse().ok().map(Duration::from_secs);
+            }
+        }
+        if lifetime.is_none() && headers.contains_key(header::EXPIRES) {
+            let from = date(header::DATE).unwrap_or_else(SystemTime::now);
+            // An unreadable date, such as 0, is in the past.
+            lifetime = Some(date(header::EXPIRES).and_then(|at| at.duration_since(from).ok()).unwrap_or_default());
+        }
+        let age = text(header::AGE).and_then(|age| age.trim().parse().ok()).map_or(Duration::ZERO, Duration::from_secs);
+        Self { no_store, lifetime: lifetime.map(|lifetime| lifetime.saturating_sub(age)) }
+    }
+}
+
+/// Why an address is not asked.
+#[derive(Debug)]
+struct Forbidden(String);
+
+impl fmt::Display for Forbidden {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl StdError for Forbidden {}
+
+fn forbidden(host: &str, ip: IpAddr) -> Forbidden {
+    Forbidden(format!(
+        "{host} is {ip}, an address inside this network, where this source is not configured to be; if the service is in \
+         your network set local_network = true"
+    ))
+}
+
+/// Names become public addresses, or none: so a name that is rebound to a private address leads nowhere.
+struct PublicOnly;
+
+impl Resolve for PublicOnly {
+    fn resolve(&self, name: Name) -> Resolving {
+        Box::pin(async move {
+            let found: Vec<SocketAddr> = tokio::net::lookup_host((name.as_str(), 0)).await?.collect();
+            let public: Vec<_> = found.iter().copied().filter(|address| is_public(address.ip())).collect();
+            match (public.is_empty(), found.first()) {
+                (true, Some(private)) => Err(forbidden(name.as_str(), private.ip()).into()),
+                _ => Ok(Box::new(public.into_iter()) as Addrs),
+            }
+        })
+    }
+}
+
+/// Fetches; one for all sources.
+#[derive(Clone)]
+pub struct Fetcher {
+    public: Client,
+    local: Client,
+    patience: Patience,
+    hosts: Arc<Mutex<HashMap<String, Arc<Semaphore>>>>,
+}
+
+impl fmt::Debug for Fetcher {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Fetcher").field("patience", &self.patience).finish_non_exhaustive()
+    }
+}
+
+impl Fetcher {
+    /// A fetcher.
+    ///
+    /// # Errors
+    /// [`MapError::Storage`] when this machine's certificates cannot be read.
+    pub fn new(patience: Patience) -> Result<Self> {
+        // Of all that TLS is linked with, only this provider is in the binary; being first or second is the same.
+        let _ = rustls::crypto::ring::default_provider().install_default();
+        let builder = || {
+            Client::builder()
+                .user_agent(USER_AGENT)
+                .connect_timeout(patience.connect)
+                .timeout(patience.whole)
+                .redirect(redirect::Policy::none())
+                .pool_idle_timeout(Duration::from_secs(60))
+                .no_proxy()
+        };
+        let failed =
+            |error: reqwest::Error| MapError::storage(format!("no connections can be made: {}", cause(&error)));
+        Ok(Self {
+            public: builder().dns_resolver(Arc::new(PublicOnly)).build().map_err(failed)?,
+            local: builder().build().map_err(failed)?,
+            patience,
+            hosts: Arc::default(),
+        })
+    }
+
+    /// Fetches, following redirects.
+    ///
+    /// # Errors
+    /// [`MapError::Service`], [`MapError::Timeout`], [`MapError::Offline`].
+    pub async fn fetch(&self, request: &Request) -> Result<Answer> {
+        let host = request.url.host_str().unwrap_or_default().to_owned();
+        let gate = {
+            let mut hosts = self.hosts.lock().unwrap_or_else(PoisonError::into_inner);
+            hosts.entry(host).or_insert_with(|| Arc::new(Semaphore::new(request.parallel.max(1).into()))).clone()
+        };
+        let _permit = gate.acquire().await.map_err(|_| MapError::Closed)?;
+        let mut url = request.url.clone();
+        for _ in 0..=MAX_REDIRECTS {
+            let response = self.send(request, &url).await?;
+            let status = response.status().as_u16();
+            if !matches!(status, 301 | 302 | 303 | 307 | 308) {
+                return self.read(request, &url, response).await;
+            }
+            let target = response.headers().get(header::LOCATION).and_then(|target| target.to_str().ok());
+            let next = target.and_then(|target| url.join(target).ok());
+            let next = next.ok_or_else(|| self.service(request, &url, "redirects to nowhere"))?;
+            let is_downgrade = url.scheme() == "https" && next.scheme() != "https";
+            if is_downgrade || !matches!(next.scheme(), "http" | "https") {
+                return Err(self.service(
+                    request,
+                    &url,
+                    &format!("redirects to {}, which is not followed", shown(&next)),
+                ));
+            }
+            url = next;
+        }
+        Err(self.service(request, &url, "redirects without end"))
+    }
+
+    async fn send(&self, request: &Request, url: &Url) -> Result<reqwest::Response> {
+        let host = url.host_str().unwrap_or_default();
+        let is_own = request.local_host.as_deref() == Some(host);
+        let literal = match url.host() {
+            Some(Host::Ipv4(ip)) => Some(IpAddr::V4(ip)),
+            Some(Host::Ipv6(ip)) => Some(IpAddr::V6(ip)),
+            _ => None,
+        };
+        // Addresses written as numbers never pass the resolver.
+        if let Some(ip) = literal.filter(|ip| !is_own && !is_public(*ip)) {
+            return Err(self.service(request, url, &forbidden(host, ip).to_string()));
+        }
+        let client = if is_own { &self.local } else { &self.public };
+        let mut asked = match &request.json {
+            Some(json) => client.post(url.clone()).header(header::CONTENT_TYPE, "application/json").body(json.clone()),
+            None => client.get(url.clone()),
+        };
+        if let Some(etag) = &request.etag {
+            asked = asked.header(header::IF_NONE_MATCH, etag);
+        }
+        if let Some(date) = &request.last_modified {
+            asked = asked.header(header::IF_MODIFIED_SINCE, date);
+        }
+        let response = asked.send().await.map_err(|error| self.failed(request, url, &error))?;
+        // Whatever was resolved, this is who we talk to.
+        if let Some(address) = response.remote_addr().filter(|address| !is_own && !is_public(address.ip())) {
+            return Err(self.service(request, url, &forbidden(host, address.ip()).to_string()));
+        }
+        Ok(response)
+    }
+
+    async fn read(&self, request: &Request, url: &Url, mut response: reqwest::Response) -> Result<Answer> {
+        let headers = response.headers();
+        let text = |name: HeaderName| headers.get(name).and_then(|value| value.to_str().ok()).map(str::to_owned);
+        // What is kept of a service's headers is bounded as well.
+        let short = |name: HeaderName| text(name).filter(|text| text.len() <= 256);
+        let mut answer = Answer {
+            status: response.status().as_u16(),
+            etag: short(header::ETAG),
+            last_modified: short(header::LAST_MODIFIED),
+            freshness: Freshness::of(headers),
+            retry_after: text(header::RETRY_AFTER).and_then(|text| text.trim().parse().ok()).map(Duration::from_secs),
+            body: Bytes::new(),
+        };
+        let too_large = || self.service(request, url, &format!("answers with more than {} bytes", request.max_bytes));
+        if response.content_length().is_some_and(|length| length > request.max_bytes as u64) {
+            return Err(too_large());
+        }
+        let mut body = BytesMut::new();
+        while let Some(part) = response.chunk().await.map_err(|error| self.failed(request, url, &error))? {
+            if body.len() + part.len() > request.max_bytes {
+                return Err(too_large());
+            }
+            body.extend_from_slice(&part);
+        }
+        answer.body = body.freeze();
+        Ok(answer)
+    }
+
+    fn service(&self, request: &Request, url: &Url, reason: &str) -> MapError {
+        MapError::Service { host: shown(url), reason: hide(reason, request.secret.as_deref()) }
+    }
+
+    fn failed(&self, request: &Request, url: &Url, error: &reqwest::Error) -> MapError {
+        let host = shown(url);
+        if let Some(refusal) = find::<Forbidden>(error) {
+            return self.service(request, url, &refusal.0);
+        }
+        if error.is_timeout() {
+            return MapError::Timeout { host, seconds: self.patience.whole.as_secs().max(1) };
+        }
+        let reason = hide(&cause(error), request.secret.as_deref());
+        if error.is_connect() {
+            return MapError::Offline { host, reason, retry_s: 0 };
+        }
+        MapError::Service { host, reason: format!("the answer was cut short or is broken ({reason})") }
+    }
+}
+
+/// Host and port of an address: paths and queries may hold secrets.
+#[must_use]
+pub fn shown(url: &Url) -> String {
+    let host = url.host_str().unwrap_or("?");
+    url.port().map_or_else(|| host.to_owned(), |port| format!("{host}:{port}"))
+}
+
+/// A text without the user's key.
+#[must_use]
+pub fn hide(text: &str, secret: Option<&str>) -> String {
+    match secret {
+        Some(secret) if !secret.is_empty() => text.replace(secret, "…").replace(&crate::xyz::escape(secret), "…"),
+        _ => text.to_owned(),
+    }
+}
+
+fn find<'a, E: StdError + 'static>(error: &'a (dyn StdError + 'static)) -> Option<&'a E> {
+    let mut next = Some(error);
+    while let Some(error) = next {
+        if let Some(found) = error.downcast_ref::<E>() {
+            return Some(found);
+        }
+        next = error.source();
+    }
+    None
+}
+
+/// The innermost reason, which is the one that says something.
+fn cause(error: &(dyn StdError + 'static)) -> String {
+    let mut last = error;
+    while let Some(next) = last.source() {
+        last = next;
+    }
+    last.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::SourceKind;
+
+    fn source(url: &str) -> SourceSettings {
+        SourceSettings { url: Some(url.to_owned()), ..SourceSettings::new("a", "A", SourceKind::Xyz) }
+    }
+
+    #[test]
+    fn addresses_are_public_or_not() {
+        for (ip, public) in [
+            ("8.8.8.8", true),
+            ("2a00:1450:4003:80f::200e", true),
+            ("127.0.0.1", false),
+            ("10.1.2.3", false),
+            ("172.31.0.1", false),
+            ("192.168.1.1", false),
+            ("169.254.169.254", false),
+            ("100.64.0.1", false),
+            ("0.0.0.0", false),
+            ("224.0.0.1", false),
+            ("255.255.255.255", false),
+            ("::1", false),
+            ("::", false),
+            ("::ffff:127.0.0.1", false),
+            ("::ffff:8.8.8.8", true),
+            ("fe80::1", false),
+            ("fd00::1", false),
+            ("64:ff9b::7f00:1", false),
+            ("2002:7f00:1::", false),
+            ("ff02::1", false),
+        ] {
+            assert_eq!(is_public(ip.parse().expect("an address")), public, "{ip}");
+        }
+    }
+
+    #[test]
+    fn only_where_a_source_is_it_may_be_local() {
+        for (url, host) in [
+            ("http://127.0.0.1:8000/{z}/{x}/{y}", Some("127.0.0.1")),
+            ("http://[::1]/{z}/{x}/{y}", Some("[::1]")),
+            ("http://localhost/{z}/{x}/{y}", Some("localhost")),
+            ("http://nas/{z}/{x}/{y}", Some("nas")),
+            ("http://maps.lan/{z}/{x}/{y}", Some("maps.lan")),
+            ("https://tile.openstreetmap.org/{z}/{x}/{y}", None),
+            ("https://127.0.0.1.evil.example/{z}/{x}/{y}", None),
+        ] {
+            assert_eq!(local_host(&source(url)).as_deref(), host, "{url}");
+        }
+        let mut named = source("https://maps.example/{z}/{x}/{y}");
+        named.local_network = true;
+        assert_eq!(local_host(&named).as_deref(), Some("maps.example"));
+    }
+
+    #[test]
+    fn freshness_follows_the_headers() {
+        let of = |pairs: &[(HeaderName, &str)]| {
+            Freshness::of(&pairs.iter().map(|(name, value)| (name.clone(), value.parse().expect("a value"))).collect())
+        };
+        let seconds = |s| Some(Duration::from_secs(s));
+        assert_eq!(of(&[]), Freshness::default());
+        assert_eq!(of(&[(header::CACHE_CONTROL, "public, max-age=60"), (header::AGE, "10")]).lifetime, seconds(50));
+        assert_eq!(of(&[(header::CACHE_CONTROL, "no-cache, max-age=60")]).lifetime, seconds(0));
+        assert!(of(&[(header::CACHE_CONTROL, "no-store")]).no_store);
+        let dated =
+            [(header::DATE, "Sun, 06 Nov 1994 08:49:37 GMT"), (header::EXPIRES, "Sun, 06 Nov 1994 08:50:37 GMT")];
+        assert_eq!(of(&dated).lifetime, seconds(60));
+        assert_eq!(of(&[(header::EXPIRES, "0")]).lifetime, seconds(0));
+    }
+
+    #[test]
+    fn a_key_is_never_told() {
+        assert_eq!(hide("http://a/?key=s3 cret and s3%20cret", Some("s3 cret")), "http://a/?key=… and …");
+        assert_eq!(hide("nothing", Some("")), "nothing");
+    }
+}

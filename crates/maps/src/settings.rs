@@ -1,0 +1,656 @@
+//! What a source of maps is, as its file and the dialog say it, and what of it can be wrong.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Deserializer, Serialize};
+use utoipa::ToSchema;
+
+use crate::crs::Crs;
+
+/// How a source is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = MapSourceKind)]
+pub enum SourceKind {
+    /// Tiles by an address with `{z}`, `{x}` and `{y}`.
+    Xyz,
+    /// A Web Map Service, 1.1.1 or 1.3.0.
+    Wms,
+    /// A Web Map Tile Service, 1.0.0.
+    Wmts,
+    /// Google's Map Tiles API.
+    Google,
+    /// A file of tiles in SQLite.
+    Mbtiles,
+    /// A file of tiles, PMTiles version 3.
+    Pmtiles,
+    /// A GeoTIFF, with overviews or without (COG).
+    Geotiff,
+    /// A picture whose four corners are known.
+    Image,
+    /// Heights: a file or a folder of SRTM `.hgt`, `.hgt.gz` or GeoTIFF.
+    Dem,
+}
+
+impl SourceKind {
+    /// Whether it is read from files of this machine.
+    #[must_use]
+    pub const fn is_file(self) -> bool {
+        matches!(self, Self::Mbtiles | Self::Pmtiles | Self::Geotiff | Self::Image | Self::Dem)
+    }
+}
+
+/// What a source is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = MapRole)]
+pub enum Role {
+    /// One of these lies under everything.
+    #[default]
+    Base,
+    /// Any number of these lie over it.
+    Overlay,
+    /// Heights of the ground, not drawn.
+    Elevation,
+}
+
+/// How heights are written in pictures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+#[schema(as = MapEncoding)]
+pub enum Encoding {
+    /// Mapzen's: red × 256 + green + blue / 256 − 32768 m.
+    Terrarium,
+    /// Mapbox's: −10000 + (red × 65536 + green × 256 + blue) × 0.1 m.
+    TerrainRgb,
+}
+
+/// What may be kept of a service's tiles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = MapCaching)]
+pub enum Caching {
+    /// All: what was seen once is shown when the network is gone.
+    #[default]
+    Keep,
+    /// As long as the service's own headers allow, and no longer.
+    Headers,
+    /// Nothing.
+    None,
+}
+
+/// A rectangle of the Earth. West greater than east: over the date line.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = MapBounds)]
+pub struct Bounds {
+    /// −180 to 180.
+    pub west_deg: f64,
+    /// −90 to 90.
+    pub south_deg: f64,
+    /// −180 to 180.
+    pub east_deg: f64,
+    /// −90 to 90.
+    pub north_deg: f64,
+}
+
+impl Bounds {
+    /// What is wrong with it.
+    #[must_use]
+    pub fn fault(&self) -> Option<String> {
+        let is_lon = |lon: f64| (-180.0..=180.0).contains(&lon);
+        let is_lat = |lat: f64| (-90.0..=90.0).contains(&lat);
+        if !is_lon(self.west_deg) || !is_lon(self.east_deg) {
+            return Some("longitudes go from -180 to 180".to_owned());
+        }
+        if !is_lat(self.south_deg) || !is_lat(self.north_deg) {
+            return Some("latitudes go from -90 to 90".to_owned());
+        }
+        (self.south_deg >= self.north_deg).then(|| "south_deg must be less than north_deg".to_owned())
+    }
+}
+
+/// A place on the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = MapCorner)]
+pub struct Corner {
+    /// WGS-84 latitude.
+    pub lat_deg: f64,
+    /// WGS-84 longitude.
+    pub lon_deg: f64,
+}
+
+/// Who is to be named with a map, as plain text.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = MapAttribution)]
+pub struct Attribution {
+    /// What to show.
+    pub text: String,
+    /// Where it leads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(required = false)]
+    pub url: Option<String>,
+}
+
+/// The settings of one source. What is absent has its default.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = MapSourceSettings)]
+pub struct SourceSettings {
+    /// 1 to 40 of `a`–`z`, `0`–`9`, `-`, `_`.
+    pub id: String,
+    /// What people call it.
+    pub name: String,
+    /// How it is read.
+    pub kind: SourceKind,
+    /// What it is for.
+    #[serde(default, deserialize_with = "null_is_default")]
+    #[schema(required = false)]
+    pub role: Role,
+    /// Whether it is shown at first.
+    #[serde(default = "yes", deserialize_with = "null_is_yes")]
+    #[schema(required = false, default = true)]
+    pub visible: bool,
+    /// 0 to 1.
+    #[serde(default = "one", deserialize_with = "null_is_one")]
+    #[schema(required = false, default = 1.0)]
+    pub opacity: f64,
+    /// Place among the others of its role, lowest first.
+    #[serde(default, deserialize_with = "null_is_default")]
+    #[schema(required = false)]
+    pub order: i32,
+    /// Zoom (of Web Mercator) from which it is shown; for tiles also the coarsest that are asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub min_zoom: Option<u8>,
+    /// Zoom of the finest tiles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_zoom: Option<u8>,
+    /// Where it has something.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<Bounds>,
+    /// Who is to be named.
+    #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    pub attribution: Vec<Attribution>,
+    /// Address that tells whom to name for a view, with `{west} {south} {east} {north} {zoom} {key}`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub attribution_url: Option<String>,
+    /// Where its terms are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub terms_url: Option<String>,
+    /// XYZ: address with `{z} {x} {y}`, or `{-y}`, `{q}`, `{s}`, `{switch:a,b}`, `{key}`. WMS, WMTS: the service's address.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub url: Option<String>,
+    /// For `{s}`.
+    #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    pub subdomains: Vec<String>,
+    /// The user's key for the service. Written, never read: absent keeps it, empty removes it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(write_only)]
+    pub key: Option<String>,
+    /// Whether there is a key. Ignored in a request.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub has_key: Option<bool>,
+    /// Whether the service is in this network: without it no private address is asked. Addresses given as numbers and
+    /// names such as `localhost` and `nas.local` need it not.
+    #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "std::ops::Not::not")]
+    #[schema(required = false)]
+    pub local_network: bool,
+    /// XYZ, WMS: pixels of a tile's side, 64 to 2048, default 256.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tile_px: Option<u32>,
+    /// XYZ: rows are counted from the bottom.
+    #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "std::ops::Not::not")]
+    #[schema(required = false)]
+    pub tms: bool,
+    /// WMS: layers, bottom first.
+    #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    pub layers: Vec<String>,
+    /// WMS: a style for each layer, or none for their defaults.
+    #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    pub styles: Vec<String>,
+    /// WMS: `1.1.1` or `1.3.0`, the default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub version: Option<String>,
+    /// WMS: coordinate reference system, such as `EPSG:3857`, the default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crs: Option<String>,
+    /// WMS, WMTS: format of the pictures; WMS default `image/png`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub format: Option<String>,
+    /// WMS: whether what is empty is to be transparent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transparent: Option<bool>,
+    /// WMS: further parameters, such as `TIME`. WMTS: dimensions.
+    #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "BTreeMap::is_empty")]
+    #[schema(required = false)]
+    pub parameters: BTreeMap<String, String>,
+    /// WMTS: the layer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layer: Option<String>,
+    /// WMTS: the matrix set.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrix_set: Option<String>,
+    /// WMTS: the style; the layer's default when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub style: Option<String>,
+    /// Google: `satellite` (the default), `roadmap` or `terrain`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map_type: Option<String>,
+    /// Google: language of the labels, such as `es-ES`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub language: Option<String>,
+    /// Google: region whose borders are shown, such as `ES`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub region: Option<String>,
+    /// Files: where, relative to the maps folder.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub path: Option<String>,
+    /// Image: its corners: top left, top right, bottom right, bottom left of the picture.
+    #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    pub corners: Vec<Corner>,
+    /// Elevation from tiles: how heights are written.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub encoding: Option<Encoding>,
+    /// Elevation: what its heights are above; `EGM96` when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub datum: Option<String>,
+    /// What may be kept.
+    #[serde(default, deserialize_with = "null_is_default")]
+    #[schema(required = false)]
+    pub cache: Caching,
+    /// Days that a tile is taken for new at least, whatever the service says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cache_min_days: Option<u32>,
+    /// Megabytes of its cache; the file's `cache_max_mb` when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_mb: Option<u32>,
+    /// Whether offline areas may be made of it.
+    #[serde(default = "yes", deserialize_with = "null_is_yes")]
+    #[schema(required = false, default = true)]
+    pub offline: bool,
+    /// Why not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offline_reason: Option<String>,
+    /// Fetches at once, 1 to 16, default 4.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parallel: Option<u8>,
+}
+
+/// A form's empty field is an absent one.
+fn null_is_default<'de, D: Deserializer<'de>, T: Deserialize<'de> + Default>(from: D) -> Result<T, D::Error> {
+    Option::deserialize(from).map(Option::unwrap_or_default)
+}
+
+fn null_is_yes<'de, D: Deserializer<'de>>(from: D) -> Result<bool, D::Error> {
+    Option::deserialize(from).map(|value| value.unwrap_or_else(yes))
+}
+
+fn null_is_one<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Option::deserialize(from).map(|value| value.unwrap_or_else(one))
+}
+
+const fn yes() -> bool {
+    true
+}
+
+const fn one() -> f64 {
+    1.0
+}
+
+/// Highest zoom of a tile.
+pub const MAX_ZOOM: u8 = 24;
+/// Highest zoom that is asked for where nothing is said.
+pub const DEFAULT_MAX_ZOOM: u8 = 19;
+/// Characters of an address at most.
+const MAX_URL: usize = 2000;
+
+impl SourceSettings {
+    /// Settings with defaults for everything else.
+    #[must_use]
+    pub fn new(id: impl Into<String>, name: impl Into<String>, kind: SourceKind) -> Self {
+        Self {
+            id: id.into(),
+            name: name.into(),
+            kind,
+            role: if kind == SourceKind::Dem { Role::Elevation } else { Role::Base },
+            visible: true,
+            opacity: 1.0,
+            order: 0,
+            min_zoom: None,
+            max_zoom: None,
+            bounds: None,
+            attribution: Vec::new(),
+            attribution_url: None,
+            terms_url: None,
+            url: None,
+            subdomains: Vec::new(),
+            key: None,
+            has_key: None,
+            local_network: false,
+            tile_px: None,
+            tms: false,
+            layers: Vec::new(),
+            styles: Vec::new(),
+            version: None,
+            crs: None,
+            format: None,
+            transparent: None,
+            parameters: BTreeMap::new(),
+            layer: None,
+            matrix_set: None,
+            style: None,
+            map_type: None,
+            language: None,
+            region: None,
+            path: None,
+            corners: Vec::new(),
+            encoding: None,
+            datum: None,
+            cache: Caching::Keep,
+            cache_min_days: None,
+            max_mb: None,
+            offline: true,
+            offline_reason: None,
+            parallel: None,
+        }
+    }
+
+    /// Whether the service demands a key of the user's.
+    #[must_use]
+    pub fn needs_key(&self) -> bool {
+        self.kind == SourceKind::Google
+            || [&self.url, &self.attribution_url].into_iter().flatten().any(|url| url.contains("{key}"))
+            || self.parameters.values().any(|value| value.contains("{key}"))
+    }
+
+    /// The key, when there is one.
+    #[must_use]
+    pub fn key(&self) -> Option<&str> {
+        self.key.as_deref().filter(|key| !key.is_empty())
+    }
+
+    /// Why no offline areas may be made of it.
+    #[must_use]
+    pub fn offline_refusal(&self) -> Option<String> {
+        if self.kind.is_file() {
+            return Some("its tiles are in a file of this machine already".to_owned());
+        }
+        if self.offline && self.cache == Caching::Keep && self.kind != SourceKind::Google {
+            return None;
+        }
+        Some(self.offline_reason.clone().unwrap_or_else(|| {
+            if self.kind == SourceKind::Google {
+                "Google's terms forbid to fetch tiles ahead and to keep them".to_owned()
+            } else if self.cache == Caching::Keep {
+                "its settings say that its terms forbid it".to_owned()
+            } else {
+                "its tiles may not be kept".to_owned()
+            }
+        }))
+    }
+
+    /// What decides which picture a tile shows: when it changes, tiles kept before are another map's.
+    #[must_use]
+    pub fn fingerprint(&self) -> String {
+        let parts = format!(
+            "{:?}",
+            (
+                (&self.kind, &self.url, self.tile_px, self.tms, &self.layers, &self.styles, &self.version, &self.crs),
+                (&self.format, self.transparent, &self.parameters, &self.layer, &self.matrix_set, &self.style),
+                (&self.map_type, &self.language, &self.region),
+            )
+        );
+        format!("{:016x}", fnv1a(parts.as_bytes()))
+    }
+
+    /// All that is wrong, each naming its field.
+    #[must_use]
+    pub fn faults(&self) -> Vec<String> {
+        let mut faults = Vec::new();
+        let mut fault = |is_wrong: bool, text: &str| {
+            if is_wrong {
+                faults.push(text.to_owned());
+            }
+        };
+        let is_id = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
+        fault(
+            !(1..=40).contains(&self.id.len()) || !self.id.chars().all(is_id),
+            "id: takes 1 to 40 of a–z, 0–9, - and _",
+        );
+        fault(self.name.trim().is_empty() || self.name.chars().count() > 100, "name: takes 1 to 100 characters");
+        fault(!(0.0..=1.0).contains(&self.opacity), "opacity: goes from 0 to 1");
+        fault(self.min_zoom.is_some_and(|zoom| zoom > MAX_ZOOM), "min_zoom: goes from 0 to 24");
+        fault(self.max_zoom.is_some_and(|zoom| zoom > MAX_ZOOM), "max_zoom: goes from 0 to 24");
+        let zooms = self.min_zoom.zip(self.max_zoom);
+        fault(zooms.is_some_and(|(min, max)| min > max), "min_zoom: must not be greater than max_zoom");
+        fault(self.tile_px.is_some_and(|px| !(64..=2048).contains(&px)), "tile_px: goes from 64 to 2048");
+        fault(self.parallel.is_some_and(|count| !(1..=16).contains(&count)), "parallel: goes from 1 to 16");
+        fault(self.cache_min_days.is_some_and(|days| days > 3650), "cache_min_days: goes from 0 to 3650");
+        fault(self.max_mb.is_some_and(|mb| !(1..=1_000_000).contains(&mb)), "max_mb: goes from 1 to 1000000");
+        fault(self.attribution.iter().any(|named| named.text.trim().is_empty()), "attribution: a text is empty");
+        let links = self.attribution.iter().filter_map(|named| named.url.as_deref()).chain(self.terms_url.as_deref());
+        fault(
+            links.clone().any(|url| !(url.starts_with("https://") || url.starts_with("http://"))),
+            "attribution, terms_url: links begin with https:// or http://",
+        );
+        fault(self.key.as_ref().is_some_and(|key| key.len() > 500), "key: has more than 500 characters");
+        if let Some(text) = self.bounds.as_ref().and_then(Bounds::fault) {
+            faults.push(format!("bounds: {text}"));
+        }
+        self.kind_faults(&mut faults);
+        faults
+    }
+
+    fn kind_faults(&self, faults: &mut Vec<String>) {
+        let is_dem = self.kind == SourceKind::Dem;
+        if is_dem != (self.role == Role::Elevation) && (is_dem || self.encoding.is_none()) {
+            faults.push(if is_dem {
+                "role: kind dem is for role elevation".to_owned()
+            } else {
+                "encoding: heights from tiles are written as terrarium or terrain-rgb".to_owned()
+            });
+        }
+        match self.kind {
+            SourceKind::Xyz => {
+                let url = self.check_url(faults);
+                let has = |place: &str| url.contains(place);
+                if !(has("{q}") || (has("{z}") && has("{x}") && (has("{y}") || has("{-y}")))) {
+                    faults.push("url: needs {z}, {x} and {y} (or {-y}, or {q})".to_owned());
+                }
+                if has("{s}") && self.subdomains.is_empty() {
+                    faults.push(
+                        "subdomains: url has {s}, so say what it stands for, such as [\"a\", \"b\", \"c\"]".to_owned(),
+                    );
+                }
+                if let Err(fault) = crate::xyz::Template::parse(url) {
+                    faults.push(format!("url: {fault}"));
+                }
+            }
+            SourceKind::Wms => {
+                self.check_url(faults);
+                if self.layers.is_empty() {
+                    faults.push("layers: at least one is needed; POST /api/v1/maps/capabilities lists them".to_owned());
+                }
+                if !self.styles.is_empty() && self.styles.len() != self.layers.len() {
+                    faults.push("styles: one for each layer, or none at all".to_owned());
+                }
+                if self.version.as_deref().is_some_and(|version| version != "1.1.1" && version != "1.3.0") {
+                    faults.push("version: 1.1.1 or 1.3.0".to_owned());
+                }
+                self.check_crs(faults);
+            }
+            SourceKind::Wmts => {
+                self.check_url(faults);
+                if self.layer.is_none() {
+                    faults.push("layer: which is needed; POST /api/v1/maps/capabilities lists them".to_owned());
+                }
+            }
+            SourceKind::Google => {
+                if self.url.is_some() {
+                    self.check_url(faults);
+                }
+                if self.map_type.as_deref().is_some_and(|kind| !["satellite", "roadmap", "terrain"].contains(&kind)) {
+                    faults.push("map_type: satellite, roadmap or terrain".to_owned());
+                }
+            }
+            SourceKind::Mbtiles | SourceKind::Pmtiles | SourceKind::Geotiff | SourceKind::Image | SourceKind::Dem => {
+                if self.path.as_deref().is_none_or(|path| path.trim().is_empty()) {
+                    faults.push("path: which file is needed".to_owned());
+                }
+                if self.kind == SourceKind::Image {
+                    let is_place = |at: &Corner| at.lat_deg.abs() <= 85.0 && at.lon_deg.abs() <= 180.0;
+                    if self.corners.len() != 4 || !self.corners.iter().all(is_place) {
+                        faults.push(
+                            "corners: four are needed, top left, top right, bottom right and bottom left, within ±85° and ±180°"
+                                .to_owned(),
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    fn check_crs(&self, faults: &mut Vec<String>) {
+        if let Some(name) = &self.crs
+            && Crs::parse(name).is_none()
+        {
+            faults.push(format!(
+                "crs: {name:?} is not known here; EPSG:3857, 4326, 4258, CRS:84, 326xx, 327xx and 25828 to 25838 are"
+            ));
+        }
+    }
+
+    fn check_url(&self, faults: &mut Vec<String>) -> &str {
+        let Some(url) = self.url.as_deref() else {
+            faults.push("url: is needed".to_owned());
+            return "";
+        };
+        if let Some(fault) = url_fault(url) {
+            faults.push(format!("url: {fault}"));
+        }
+        url
+    }
+}
+
+/// Why a text cannot be the address of a service; places such as `{x}` are filled first.
+#[must_use]
+pub fn url_fault(url: &str) -> Option<String> {
+    if url.len() > MAX_URL {
+        return Some(format!("has more than {MAX_URL} characters"));
+    }
+    if !(url.starts_with("http://") || url.starts_with("https://")) {
+        return Some("begins with https:// or http://".to_owned());
+    }
+    let filled: String = {
+        let mut depth = 0;
+        url.chars()
+            .filter_map(|c| match c {
+                '{' => {
+                    depth += 1;
+                    None
+                }
+                '}' => {
+                    depth -= 1;
+                    Some('0')
+                }
+                _ if depth > 0 => None,
+                c => Some(c),
+            })
+            .collect()
+    };
+    match url::Url::parse(&filled) {
+        Err(error) => Some(format!("is no address: {error}")),
+        Ok(url) if url.host_str().is_none_or(str::is_empty) => Some("names no host".to_owned()),
+        Ok(url) if !url.username().is_empty() || url.password().is_some() => {
+            Some("holds a name or password before the host; services are asked without".to_owned())
+        }
+        Ok(_) => None,
+    }
+}
+
+/// A hash that stays the same in all versions (Fowler, Noll, Vo; 64 bits, variant 1a).
+#[must_use]
+pub fn fnv1a(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn osm() -> SourceSettings {
+        let mut settings = SourceSettings::new("osm", "OpenStreetMap", SourceKind::Xyz);
+        settings.url = Some("https://tile.openstreetmap.org/{z}/{x}/{y}.png".to_owned());
+        settings
+    }
+
+    #[test]
+    fn faults_name_their_fields() {
+        assert_eq!(osm().faults(), Vec::<String>::new());
+        type Change = fn(&mut SourceSettings);
+        let changes: [(&str, Change); 14] = [
+            ("id:", |s| s.id = "Ñ".into()),
+            ("name:", |s| s.name = " ".into()),
+            ("opacity:", |s| s.opacity = f64::NAN),
+            ("max_zoom:", |s| s.max_zoom = Some(25)),
+            ("min_zoom:", |s| (s.min_zoom, s.max_zoom) = (Some(9), Some(8))),
+            ("url:", |s| s.url = None),
+            ("url:", |s| s.url = Some("ftp://a/{z}/{x}/{y}".into())),
+            ("url:", |s| s.url = Some("https://a/{z}/{x}".into())),
+            ("url:", |s| s.url = Some("https://u:p@a/{z}/{x}/{y}".into())),
+            ("subdomains:", |s| s.url = Some("https://{s}.a/{z}/{x}/{y}".into())),
+            ("bounds:", |s| s.bounds = Some(Bounds { west_deg: 0.0, south_deg: 5.0, east_deg: 1.0, north_deg: 5.0 })),
+            ("layers:", |s| s.kind = SourceKind::Wms),
+            ("corners:", |s| (s.kind, s.path) = (SourceKind::Image, Some("a.png".into()))),
+            ("encoding:", |s| s.role = Role::Elevation),
+        ];
+        for (field, change) in changes {
+            let mut settings = osm();
+            change(&mut settings);
+            let faults = settings.faults();
+            assert!(faults.iter().any(|fault| fault.starts_with(field)), "{field} {faults:?}");
+        }
+    }
+
+    #[test]
+    fn a_form_s_empty_fields_are_absent_ones() {
+        let text = r#"{"id": "a", "name": "A", "kind": "xyz", "tms": null, "corners": null, "visible": null, "opacity": null,
+            "offline": null, "cache": null, "role": null, "url": null, "parameters": null}"#;
+        let settings: SourceSettings = serde_json::from_str(text).expect("settings");
+        assert_eq!(settings, SourceSettings::new("a", "A", SourceKind::Xyz));
+        let text = serde_json::to_string(&osm()).expect("JSON");
+        assert_eq!(serde_json::from_str::<SourceSettings>(&text).expect("settings"), osm());
+        assert!(serde_json::from_str::<SourceSettings>(&text.replace("visible", "visable")).is_err());
+    }
+
+    #[test]
+    fn the_fingerprint_follows_what_is_drawn_alone() {
+        let before = osm().fingerprint();
+        let mut settings = osm();
+        (settings.name, settings.opacity, settings.key) = ("x".into(), 0.5, Some("k".into()));
+        assert_eq!(settings.fingerprint(), before);
+        settings.url = Some("https://b/{z}/{x}/{y}".into());
+        assert_ne!(settings.fingerprint(), before);
+    }
+
+    #[test]
+    fn offline_areas_are_refused_with_a_reason() {
+        assert_eq!(osm().offline_refusal(), None);
+        let mut settings = osm();
+        (settings.offline, settings.offline_reason) = (false, Some("its policy".into()));
+        assert_eq!(settings.offline_refusal().as_deref(), Some("its policy"));
+        settings = osm();
+        settings.cache = Caching::Headers;
+        assert!(settings.offline_refusal().is_some());
+        assert!(
+            SourceSettings::new("g", "g", SourceKind::Google).offline_refusal().expect("refused").contains("Google")
+        );
+    }
+}

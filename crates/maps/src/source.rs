@@ -1,0 +1,422 @@
+//! One source in use: its grid, the addresses of its tiles, its cache, its fetches under way and how it fares.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use serde::Serialize;
+use tokio::sync::watch;
+use utoipa::ToSchema;
+
+use crate::cache::Cache;
+use crate::crs::Crs;
+use crate::error::{MapError, Result};
+use crate::files::dem::Dem;
+use crate::files::geotiff::GeoTiff;
+use crate::files::mbtiles::Mbtiles;
+use crate::files::overlay::Overlay;
+use crate::files::pmtiles::Pmtiles;
+use crate::files::{About, TileFile};
+use crate::google::Google;
+use crate::grid::{TileGrid, TileId};
+use crate::service::Tile;
+use crate::settings::{Caching, DEFAULT_MAX_ZOOM, SourceKind, SourceSettings};
+use crate::xyz::Template;
+use crate::{wms, wmts};
+
+/// Tiles that failed lately and are not asked for again at once.
+const MAX_FAILED: usize = 2000;
+/// For how long.
+const FAILED_S: i64 = 15;
+/// Silences of a service after which it is left alone for a while.
+const SILENCES: u32 = 3;
+
+/// How a source is read, ready to be.
+pub(crate) enum Live {
+    Xyz(Template, TileGrid),
+    Wms(Crs, TileGrid),
+    /// Known once its capabilities were read.
+    Wmts(Mutex<Option<Arc<(wmts::Layer, TileGrid)>>>),
+    Google(Google, TileGrid),
+    File(Arc<dyn TileFile>),
+    Dem(Arc<Dem>),
+    /// Cannot be used, and why.
+    Unusable(String),
+}
+
+/// Status of a source.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = MapSourceStatus)]
+pub enum Status {
+    /// Not asked yet.
+    Unused,
+    /// The last thing it did was right.
+    Ok,
+    /// The last thing it did was wrong.
+    Failing,
+    /// It is not reached.
+    Offline,
+    /// It cannot be used as it is configured.
+    Invalid,
+    /// It needs the user's key.
+    KeyMissing,
+}
+
+/// How a source fares.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[schema(as = MapSourceState)]
+pub struct SourceState {
+    /// In a word.
+    pub status: Status,
+    /// Why, in the service's words where it gave some.
+    #[schema(required = true)]
+    pub detail: Option<String>,
+    /// Seconds since 1970.
+    #[schema(required = true)]
+    pub last_success_at: Option<i64>,
+    /// Seconds since 1970.
+    #[schema(required = true)]
+    pub last_error_at: Option<i64>,
+    /// The newest error, though it may be over.
+    #[schema(required = true)]
+    pub last_error: Option<String>,
+    /// Tiles that came from the service.
+    pub fetched: u64,
+    /// Tiles that the service said to be unchanged.
+    pub revalidated: u64,
+    /// Tiles from the cache.
+    pub hits: u64,
+    /// Old tiles that were shown since the service failed.
+    pub stale: u64,
+    /// Tiles that could not be had.
+    pub failed: u64,
+    /// Bytes that came from the service.
+    pub bytes_fetched: u64,
+    /// Its cache; null where nothing is kept.
+    #[schema(required = true)]
+    pub cache: Option<CacheState>,
+}
+
+/// How full a source's cache is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[schema(as = MapCacheState)]
+pub struct CacheState {
+    /// Tiles, and places known to have none.
+    pub tiles: u64,
+    /// On disk.
+    pub bytes: u64,
+    /// Tiles of offline areas, which are never dropped.
+    pub pinned_tiles: u64,
+    /// Bytes at most, but for offline areas.
+    pub max_bytes: u64,
+}
+
+#[derive(Debug, Default)]
+struct Health {
+    last_success_s: Option<i64>,
+    last_error_s: Option<i64>,
+    last_error: Option<MapError>,
+    /// Left alone until then.
+    until_s: i64,
+    /// Failures of the network in a row.
+    silences: u32,
+    failed: HashMap<TileId, (i64, MapError)>,
+}
+
+/// What a source counts.
+#[derive(Debug, Default)]
+pub(crate) struct Counts {
+    pub fetched: AtomicU64,
+    pub revalidated: AtomicU64,
+    pub hits: AtomicU64,
+    pub stale: AtomicU64,
+    pub failed: AtomicU64,
+    pub bytes: AtomicU64,
+}
+
+/// Adds to a count.
+pub(crate) fn count(counter: &AtomicU64, by: u64) {
+    counter.fetch_add(by, Ordering::Relaxed);
+}
+
+/// A fetch under way; its end goes to all who wait for it.
+pub(crate) type Flight = Arc<watch::Sender<Option<Result<Tile>>>>;
+
+/// One source in use.
+pub struct Source {
+    /// As configured, key included.
+    pub(crate) settings: SourceSettings,
+    pub(crate) live: Live,
+    pub(crate) about: About,
+    pub(crate) cache: Option<Arc<Cache>>,
+    pub(crate) counts: Counts,
+    pub(crate) flights: Mutex<HashMap<TileId, Flight>>,
+    /// Held while its capabilities are read.
+    pub(crate) learning: tokio::sync::Mutex<()>,
+    health: Mutex<Health>,
+}
+
+impl std::fmt::Debug for Source {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Source").field("id", &self.settings.id).finish_non_exhaustive()
+    }
+}
+
+/// Note of the cache that holds a WMTS layer.
+const LAYER_NOTE: &str = "wmts_layer";
+
+impl Source {
+    /// Gets a source ready. Blocks: files are opened.
+    pub(crate) fn open(settings: SourceSettings, folder: &Path, cache: Option<Arc<Cache>>) -> Self {
+        let (live, about) = match prepare(&settings, folder, cache.as_deref()) {
+            Ok(ready) => ready,
+            Err(reason) => (Live::Unusable(reason), About::default()),
+        };
+        Self {
+            settings,
+            live,
+            about,
+            cache,
+            counts: Counts::default(),
+            flights: Mutex::default(),
+            learning: tokio::sync::Mutex::default(),
+            health: Mutex::default(),
+        }
+    }
+
+    /// The grid of its tiles, as far as it is known.
+    pub(crate) fn grid(&self) -> Option<TileGrid> {
+        match &self.live {
+            Live::Xyz(_, grid) | Live::Wms(_, grid) | Live::Google(_, grid) => Some(grid.clone()),
+            Live::Wmts(known) => {
+                let known = known.lock().unwrap_or_else(PoisonError::into_inner);
+                known.as_ref().map(|known| known.1.clone())
+            }
+            Live::File(file) => Some(self.limited(file.grid().clone())),
+            Live::Dem(_) | Live::Unusable(_) => None,
+        }
+    }
+
+    /// With the settings' own bounds and zooms.
+    fn limited(&self, grid: TileGrid) -> TileGrid {
+        limited(&self.settings, grid)
+    }
+
+    /// Notes what a WMTS service said of the layer, in the cache as well, so that it is known without the network.
+    pub(crate) fn set_layer(&self, layer: wmts::Layer) -> Result<()> {
+        let grid = layer.grid().ok_or_else(|| self.unusable("its matrix set is in a system that is not known here"))?;
+        if let (Some(cache), Ok(text)) = (&self.cache, serde_json::to_string(&layer)) {
+            cache.set_note(LAYER_NOTE, &text)?;
+        }
+        if let Live::Wmts(known) = &self.live {
+            let grid = limited(&self.settings, grid);
+            *known.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new((layer, grid)));
+        }
+        Ok(())
+    }
+
+    /// That it cannot be used.
+    pub(crate) fn unusable(&self, reason: impl Into<String>) -> MapError {
+        MapError::Unusable { source_id: self.settings.id.clone(), reason: reason.into() }
+    }
+
+    /// Whether anything of it may be kept.
+    pub(crate) fn is_kept(&self) -> bool {
+        self.settings.cache != Caching::None
+    }
+
+    fn health(&self) -> MutexGuard<'_, Health> {
+        self.health.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Notes that the service did what it was asked for.
+    pub(crate) fn succeeded(&self, tile: Option<TileId>, now_s: i64) {
+        let mut health = self.health();
+        health.last_success_s = Some(now_s);
+        (health.until_s, health.silences) = (0, 0);
+        if let Some(tile) = tile {
+            health.failed.remove(&tile);
+        }
+    }
+
+    /// Notes an error, and leaves the service alone where that helps.
+    pub(crate) fn failed(&self, tile: Option<TileId>, error: &MapError, retry_after: Option<Duration>, now_s: i64) {
+        count(&self.counts.failed, 1);
+        let mut health = self.health();
+        health.last_error_s = Some(now_s);
+        health.last_error = Some(error.clone());
+        if error.is_network() {
+            health.silences = health.silences.saturating_add(1);
+            let is_sure = matches!(error, MapError::Offline { .. }) || health.silences >= SILENCES;
+            if is_sure {
+                // 5, 10, 20, 40, 60 s.
+                let wait_s = 5_i64 << health.silences.saturating_sub(1).min(4);
+                health.until_s = now_s + wait_s.min(60);
+            }
+        } else {
+            health.silences = 0;
+        }
+        if let Some(wait) = retry_after {
+            health.until_s = now_s + i64::try_from(wait.as_secs()).unwrap_or(i64::MAX).clamp(1, 300);
+        }
+        if let Some(tile) = tile {
+            if health.failed.len() >= MAX_FAILED {
+                health.failed.retain(|_, (until_s, _)| *until_s > now_s);
+                if health.failed.len() >= MAX_FAILED {
+                    health.failed.clear();
+                }
+            }
+            health.failed.insert(tile, (now_s + FAILED_S, error.clone()));
+        }
+    }
+
+    /// Why a tile is not asked for now, when it is not.
+    pub(crate) fn rest(&self, tile: TileId, now_s: i64) -> Option<MapError> {
+        let health = self.health();
+        if health.until_s > now_s {
+            let retry = (health.until_s - now_s).unsigned_abs();
+            return health.last_error.clone().map(|error| match error {
+                MapError::Offline { host, reason, .. } => MapError::Offline { host, reason, retry_s: retry },
+                other => other,
+            });
+        }
+        health.failed.get(&tile).filter(|(until_s, _)| *until_s > now_s).map(|(_, error)| error.clone())
+    }
+
+    /// Forgets that it failed.
+    pub(crate) fn try_again(&self) {
+        let mut health = self.health();
+        (health.until_s, health.silences) = (0, 0);
+        health.failed.clear();
+    }
+
+    /// How it fares. Blocks: the cache is asked.
+    pub(crate) fn state(&self) -> SourceState {
+        let cache = self.cache.as_ref().and_then(|cache| {
+            let fill = cache.fill().ok()?;
+            Some(CacheState {
+                tiles: fill.tiles,
+                bytes: fill.bytes,
+                pinned_tiles: fill.pinned_tiles,
+                max_bytes: cache.max_bytes(),
+            })
+        });
+        let read = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        let hits = read(&self.counts.hits);
+        let health = self.health();
+        let last_error = health.last_error.as_ref().map(ToString::to_string);
+        let is_failing = health.last_error_s.is_some() && health.last_error_s >= health.last_success_s;
+        let (status, detail) = match &self.live {
+            Live::Unusable(reason) => (Status::Invalid, Some(reason.clone())),
+            _ if self.settings.needs_key() && self.settings.key().is_none() => {
+                (Status::KeyMissing, Some(MapError::KeyMissing(self.settings.id.clone()).to_string()))
+            }
+            _ if is_failing => {
+                let is_network = health.last_error.as_ref().is_some_and(MapError::is_network);
+                let is_unusable = matches!(health.last_error, Some(MapError::Unusable { .. }));
+                let status = match (is_network, is_unusable) {
+                    (true, _) => Status::Offline,
+                    (_, true) => Status::Invalid,
+                    _ => Status::Failing,
+                };
+                (status, last_error.clone())
+            }
+            _ if health.last_success_s.is_some() || hits > 0 => (Status::Ok, None),
+            _ => (Status::Unused, None),
+        };
+        SourceState {
+            status,
+            detail,
+            last_success_at: health.last_success_s,
+            last_error_at: health.last_error_s,
+            last_error,
+            fetched: read(&self.counts.fetched),
+            revalidated: read(&self.counts.revalidated),
+            hits,
+            stale: read(&self.counts.stale),
+            failed: read(&self.counts.failed),
+            bytes_fetched: read(&self.counts.bytes),
+            cache,
+        }
+    }
+}
+
+fn limited(settings: &SourceSettings, mut grid: TileGrid) -> TileGrid {
+    if let Some(bounds) = &settings.bounds {
+        grid.extent = Some(bounds.extent_in(grid.crs));
+    }
+    // Zooms of settings are those of Web Mercator; levels of other grids have numbers of their own.
+    if grid.crs == Crs::WebMercator && !matches!(settings.kind, SourceKind::Geotiff | SourceKind::Wmts) {
+        grid.max_level = grid.max_level.min(settings.max_zoom.unwrap_or(u8::MAX));
+        grid.min_level = grid.min_level.max(settings.min_zoom.unwrap_or(0)).min(grid.max_level);
+    }
+    grid
+}
+
+fn prepare(
+    settings: &SourceSettings,
+    folder: &Path,
+    cache: Option<&Cache>,
+) -> std::result::Result<(Live, About), String> {
+    let max_zoom = settings.max_zoom.unwrap_or(DEFAULT_MAX_ZOOM);
+    let min_zoom = settings.min_zoom.unwrap_or(0);
+    let tile_px = settings.tile_px.unwrap_or(256);
+    let grid = |crs: Crs| TileGrid::standard(crs, tile_px, min_zoom, max_zoom).within(settings.bounds.as_ref());
+    let path = || folder.join(settings.path.as_deref().unwrap_or_default());
+    let named = |error: String| format!("{}: {error}", settings.path.as_deref().unwrap_or_default());
+    let plain = |live: Live| (live, About::default());
+    let of_file = |file: Arc<dyn TileFile>| {
+        let about = file.about();
+        (Live::File(file), about)
+    };
+    Ok(match settings.kind {
+        SourceKind::Xyz => {
+            let template = Template::parse(settings.url.as_deref().unwrap_or_default())?;
+            plain(Live::Xyz(template, grid(Crs::WebMercator)))
+        }
+        SourceKind::Wms => {
+            let crs = Crs::parse(settings.crs.as_deref().unwrap_or("EPSG:3857")).ok_or("crs: is not known here")?;
+            plain(Live::Wms(crs, grid(crs)))
+        }
+        SourceKind::Wmts => {
+            let known = cache.and_then(|cache| cache.note(LAYER_NOTE).ok().flatten());
+            let layer: Option<wmts::Layer> = known.and_then(|text| serde_json::from_str(&text).ok());
+            let known = layer.and_then(|layer| {
+                let grid = limited(settings, layer.grid()?);
+                Some(Arc::new((layer, grid)))
+            });
+            plain(Live::Wmts(Mutex::new(known)))
+        }
+        SourceKind::Google => plain(Live::Google(Google::default(), grid(Crs::WebMercator))),
+        SourceKind::Mbtiles => of_file(Arc::new(Mbtiles::open(&path(), tile_px).map_err(named)?)),
+        SourceKind::Pmtiles => of_file(Arc::new(Pmtiles::open(&path(), tile_px).map_err(named)?)),
+        SourceKind::Geotiff => of_file(Arc::new(GeoTiff::open(&path()).map_err(named)?)),
+        SourceKind::Image => of_file(Arc::new(Overlay::open(&path(), &settings.corners).map_err(named)?)),
+        SourceKind::Dem => {
+            let dem = Dem::open(&path()).map_err(named)?;
+            let about = About { bounds: dem.bounds(), ..About::default() };
+            (Live::Dem(Arc::new(dem)), about)
+        }
+    })
+}
+
+/// The address of a tile of a source whose address alone says it.
+pub(crate) fn tile_url(source: &Source, tile: TileId) -> Result<String> {
+    let settings = &source.settings;
+    match &source.live {
+        Live::Xyz(template, _) => Ok(template.fill(tile, &settings.subdomains, settings.tms, settings.key())),
+        Live::Wms(crs, grid) => {
+            let extent = grid.tile_extent(tile).ok_or(MapError::NoTile)?;
+            wms::map_url(settings, *crs, extent, grid.levels[usize::from(tile.level)].tile_px)
+        }
+        Live::Wmts(known) => {
+            let known = known.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            let known = known.ok_or_else(|| source.unusable("its capabilities have not been read"))?;
+            if known.0.has(tile) { known.0.url(settings, tile) } else { Err(MapError::NoTile) }
+        }
+        _ => Err(source.unusable("it has no addresses")),
+    }
+}
