@@ -69,6 +69,41 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/elevation": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The ground's height at a place. Null where it is not known; a source that fails says so in the list of sources. */
+        get: operations["get_elevation"];
+        put?: never;
+        /** The ground's heights at up to 2000 places. */
+        post: operations["get_elevations"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/elevation/profile": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** The ground under a line, or under a plan's legs from its home. */
+        post: operations["get_elevation_profile"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/info": {
         parameters: {
             query?: never;
@@ -116,6 +151,319 @@ export interface paths {
         post?: never;
         /** Closes a link. */
         delete: operations["close_link"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/areas": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The offline areas of all sources, oldest first. */
+        get: operations["list_map_areas"];
+        put?: never;
+        /** Makes an offline area and begins to fetch it. Refused where the source's terms forbid it. */
+        post: operations["add_map_area"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/areas/estimate": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** What an area would take: tiles, and bytes still to come. */
+        post: operations["estimate_map_area"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/areas/import": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Takes an MBTiles file that was exported, here or by another station, into a source's cache, as an area that is done. */
+        post: operations["import_map_area"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/areas/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** One offline area. */
+        get: operations["get_map_area"];
+        put?: never;
+        post?: never;
+        /** Removes an offline area. Its tiles stay cached until they are the least recently used. */
+        delete: operations["remove_map_area"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/areas/{id}/export": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** What is here of an area, as an MBTiles file. */
+        get: operations["export_map_area"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/areas/{id}/pause": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Stops fetching an area until it is resumed. */
+        post: operations["pause_map_area"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/areas/{id}/resume": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Goes on with an area, and tries again what failed. */
+        post: operations["resume_map_area"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/capabilities": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** What a WMS or WMTS offers. The service is asked though it is no source yet. */
+        post: operations["ask_map_capabilities"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/config": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** All settings as the file has them, without keys. */
+        get: operations["get_map_config"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/files": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The files of the maps folder. */
+        get: operations["list_map_files"];
+        put?: never;
+        /**
+         * Takes a file into the maps folder: `.mbtiles`, `.pmtiles`, `.tif`, `.png`, `.jpg`, `.webp`, `.hgt`, `.hgt.gz`. The body is the
+         *     file, at most 8 GiB. The answer proposes settings; nothing is shown before they are put.
+         */
+        post: operations["take_map_file"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/order": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /** Sets the drawing order. */
+        put: operations["order_map_sources"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/presets": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Well-known sources, with the terms that each is used under. */
+        get: operations["list_map_presets"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/sources": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The map sources in drawing order, with their grids and how they fare. The file is read again when it was edited by hand. */
+        get: operations["list_map_sources"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/sources/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /** Makes a source, or replaces that of its id. Comments in the file survive. A key that is absent stays, an empty one goes. */
+        put: operations["put_map_source"];
+        post?: never;
+        /** Removes a source. */
+        delete: operations["delete_map_source"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/sources/{id}/attribution": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Whom to name for a view of a source; for most the same everywhere. */
+        get: operations["get_map_attribution"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/sources/{id}/cache": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /** Forgets what is cached of a source, but for its offline areas. */
+        delete: operations["clear_map_cache"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/sources/{id}/check": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Asks a source for one tile now, past its cache, and says how it fares. */
+        post: operations["check_map_source"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/sources/{id}/image": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The picture of a source of kind `image`, as its file is. */
+        get: operations["get_map_image"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -221,6 +569,26 @@ export interface paths {
         post: operations["open_session"];
         /** Ends the session, and gives control up if it holds it. */
         delete: operations["close_session"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/tiles/{source}/{z}/{x}/{y}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A tile of a source's grid: level, column from the left, row from the top. `Vencejo-Tile` says where it came from: `hit` and
+         *     `stale` (the source fails, this is what was seen before), `fetched`, `revalidated`, `file`.
+         */
+        get: operations["tile"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -718,6 +1086,55 @@ export interface components {
          * @enum {string}
          */
         AltFrame: "home" | "amsl" | "terrain";
+        /** @description An offline area to make or to reckon. */
+        AreaRequest: {
+            /**
+             * Format: int32
+             * @description Finest level of the source's grid; for XYZ the zoom.
+             */
+            max_level: number;
+            /**
+             * Format: int32
+             * @description Coarsest level of the source's grid; for XYZ the zoom.
+             */
+            min_level: number;
+            /** @description What people call it. */
+            name: string;
+            /** @description Where. */
+            shape: components["schemas"]["AreaShape"];
+            /** @description Id of the source. */
+            source: string;
+        };
+        /** @description Where an offline area is to be. */
+        AreaShape: (components["schemas"]["MapBounds"] & {
+            /** @enum {string} */
+            kind: "box";
+        }) | {
+            /** @enum {string} */
+            kind: "polygon";
+            /** @description In order. */
+            points: components["schemas"]["LatLon"][];
+        } | {
+            /**
+             * Format: double
+             * @description How near.
+             */
+            buffer_m: number;
+            /** @enum {string} */
+            kind: "route";
+            /** @description In order. */
+            points: components["schemas"]["LatLon"][];
+        } | {
+            /**
+             * Format: double
+             * @description How near.
+             */
+            buffer_m: number;
+            /** @enum {string} */
+            kind: "plan";
+            /** @description The plan. */
+            plan: components["schemas"]["Plan"];
+        };
         /** @description ATTITUDE: body (forward, right, down) in the local north, east, down frame. */
         Attitude: {
             /**
@@ -829,6 +1246,15 @@ export interface components {
              */
             voltage_v: number | null;
         };
+        /** @description A service to ask what it offers. */
+        CapabilitiesRequest: {
+            /** @description For `{key}` in the address. */
+            key?: string | null;
+            /** @description `wms` or `wmts`. */
+            kind: components["schemas"]["MapSourceKind"];
+            /** @description Its address, or any address of it that somebody copied. */
+            url: string;
+        };
         /**
          * @description What went wrong. `code` is stable, and is the end of the problem's `type`; the other fields hold what the English `detail`
          *     says, so that it can be said in another language. A field in English words says so.
@@ -909,6 +1335,13 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "internal";
+        } | {
+            /** @enum {string} */
+            code: "camera";
+            /** @description Its name. */
+            name: string;
+            /** @description Why, in English. */
+            reason: string;
         } | {
             /** @enum {string} */
             code: "link-address";
@@ -1204,6 +1637,105 @@ export interface components {
             place: string | null;
             /** @description What is wrong, in English. */
             problem: string;
+        } | {
+            /** @enum {string} */
+            code: "no-maps";
+        } | {
+            /** @enum {string} */
+            code: "no-source";
+            /** @description The id. */
+            source: string;
+        } | {
+            /** @enum {string} */
+            code: "no-tile";
+        } | {
+            /** @enum {string} */
+            code: "source-key";
+            /** @description Id of the source. */
+            source: string;
+        } | {
+            /** @enum {string} */
+            code: "source-invalid";
+            /** @description Why, in English. */
+            problem: string;
+            /** @description Id of the source. */
+            source: string;
+        } | {
+            /** @enum {string} */
+            code: "source-settings";
+            /** @description Each names its field, in English. */
+            problems: string[];
+            /** @description Id of the source. */
+            source: string;
+        } | {
+            /** @enum {string} */
+            code: "source-file";
+            /** @description What is wrong with its line, in English. */
+            problem: string;
+        } | {
+            /** @enum {string} */
+            code: "source-failed";
+            /** @description In its own words where it gave some. */
+            problem: string;
+            /** @description Its host. */
+            service: string;
+        } | {
+            /** @enum {string} */
+            code: "source-timeout";
+            /** @description Its host. */
+            service: string;
+            /**
+             * Format: int64
+             * @description How long it was given.
+             */
+            waited_s: number;
+        } | {
+            /** @enum {string} */
+            code: "source-offline";
+            /** @description Why, in English. */
+            problem: string;
+            /**
+             * Format: int64
+             * @description When it is tried again.
+             */
+            retry_s: number;
+            /** @description Its host. */
+            service: string;
+        } | {
+            /** @enum {string} */
+            code: "source-busy";
+        } | {
+            /** @enum {string} */
+            code: "offline-refused";
+            /** @description Why, in English. */
+            problem: string;
+            /** @description Id of the source. */
+            source: string;
+        } | {
+            /** @enum {string} */
+            code: "area-too-large";
+            /**
+             * Format: int64
+             * @description Taken at most.
+             */
+            limit: number;
+            /**
+             * Format: int64
+             * @description Of the area.
+             */
+            tiles: number;
+        } | {
+            /** @enum {string} */
+            code: "map-file";
+            /** @description Its name. */
+            name: string;
+            /** @description What is wrong, in English. */
+            problem: string;
+        } | {
+            /** @enum {string} */
+            code: "map-storage";
+            /** @description What it said, in English. */
+            problem: string;
         };
         /** @description What a client says on the WebSocket. */
         ClientMessage: {
@@ -1294,7 +1826,7 @@ export interface components {
          * @description Of what there is too much at once.
          * @enum {string}
          */
-        Crowd: "sessions" | "sockets" | "operations" | "requests" | "links" | "subscriptions";
+        Crowd: "sessions" | "sockets" | "viewers" | "operations" | "requests" | "links" | "subscriptions";
         /** @description Nothing more to say: the vehicle did it, and shows it where that can be seen. */
         Done: Record<string, never>;
         /** @description EKF_STATUS_REPORT; a variance of 1 is the limit. */
@@ -1336,6 +1868,84 @@ export interface components {
              * @description Of velocity.
              */
             velocity_variance: number | null;
+        };
+        /** @description What is known of the ground's height at a place. */
+        ElevationPoint: {
+            /**
+             * Format: double
+             * @description Height of the ground above mean sea level; null: unknown.
+             */
+            alt_amsl_m: number | null;
+            /** @description What heights are above: the geoid model of mean sea level. */
+            datum: string | null;
+            /**
+             * Format: double
+             * @description How far apart heights are in that source.
+             */
+            resolution_m: number | null;
+            /** @description Id of the source that it comes from. */
+            source: string | null;
+        };
+        /** @description The ground under a line. */
+        ElevationProfile: {
+            /** @description What heights are above. */
+            datum: string | null;
+            /** @description Why a source failed. */
+            error: string | null;
+            /**
+             * Format: double
+             * @description Of the line.
+             */
+            length_m: number;
+            /**
+             * Format: double
+             * @description The highest ground that is known.
+             */
+            max_alt_amsl_m: number | null;
+            /** @description Evenly between the line's points, which are all among them. */
+            samples: components["schemas"]["ElevationProfileSample"][];
+            /** @description Ids of the sources that heights come from. */
+            sources: string[];
+            /**
+             * Format: int32
+             * @description Samples without a height.
+             */
+            unknown: number;
+        };
+        /** @description A place of a profile. */
+        ElevationProfileSample: {
+            /**
+             * Format: double
+             * @description Height of the ground above mean sea level; null: unknown.
+             */
+            alt_amsl_m: number | null;
+            /**
+             * Format: double
+             * @description Along the line.
+             */
+            distance_m: number;
+            /**
+             * Format: double
+             * @description WGS-84 latitude.
+             */
+            lat_deg: number;
+            /**
+             * Format: double
+             * @description WGS-84 longitude.
+             */
+            lon_deg: number;
+        };
+        /** @description Places whose heights are wanted. */
+        ElevationRequest: {
+            /** @description The places. */
+            points: components["schemas"]["LatLon"][];
+        };
+        /** @description Heights of places. */
+        Elevations: {
+            /** @description Why a source failed. */
+            error: string | null;
+            /** @description In the order that was asked. */
+            points: components["schemas"]["ElevationPoint"][];
         };
         /** @description A detail of an event. */
         EventDetail: string | number;
@@ -1757,6 +2367,654 @@ export interface components {
          * @enum {string}
          */
         LinkState: "connecting" | "up" | "down" | "ended";
+        /** @description An offline area. */
+        MapArea: {
+            /**
+             * Format: int64
+             * @description Bytes that were fetched for it.
+             */
+            bytes: number;
+            /**
+             * Format: int64
+             * @description Seconds since 1970.
+             */
+            created_at: number;
+            /** @description Why it waits, or what failed. */
+            detail: string | null;
+            /**
+             * Format: int64
+             * @description Tiles that are here, or that the service has not.
+             */
+            done: number;
+            /**
+             * Format: int64
+             * @description Tiles that could not be had.
+             */
+            failed: number;
+            /** @description Its id. */
+            id: string;
+            /**
+             * Format: int32
+             * @description Finest level of the source's grid.
+             */
+            max_level: number;
+            /**
+             * Format: int32
+             * @description Coarsest level of the source's grid.
+             */
+            min_level: number;
+            /** @description What people call it. */
+            name: string;
+            /**
+             * Format: double
+             * @description How fast it goes.
+             */
+            rate_tiles_s: number | null;
+            /** @description Where it is. */
+            shape: components["schemas"]["MapAreaShape"];
+            /** @description The source that it is of. */
+            source: string;
+            /** @description How it stands. */
+            state: components["schemas"]["MapAreaState"];
+            /**
+             * Format: int64
+             * @description Tiles in all.
+             */
+            tiles: number;
+        };
+        /** @description What an area would take. */
+        MapAreaEstimate: {
+            /**
+             * Format: int64
+             * @description Still to be fetched, about.
+             */
+            bytes: number;
+            /**
+             * Format: int64
+             * @description Already here.
+             */
+            have: number;
+            /** @description By level. */
+            levels: components["schemas"]["MapLevelCount"][];
+            /**
+             * Format: int64
+             * @description Tiles that are taken at most.
+             */
+            max_tiles: number;
+            /** @description Why it would be refused. */
+            refused: string | null;
+            /**
+             * Format: int64
+             * @description Of a tile.
+             */
+            tile_bytes: number;
+            /** @description Whether that is measured on tiles of this source, or only usual. */
+            tile_bytes_measured: boolean;
+            /**
+             * Format: int64
+             * @description In all.
+             */
+            tiles: number;
+        };
+        /** @description An area on the ground. */
+        MapAreaShape: (components["schemas"]["MapBounds"] & {
+            /** @enum {string} */
+            kind: "box";
+        }) | {
+            /** @enum {string} */
+            kind: "polygon";
+            /** @description In order. */
+            points: components["schemas"]["MapCorner"][];
+        } | {
+            /**
+             * Format: double
+             * @description How near.
+             */
+            buffer_m: number;
+            /** @enum {string} */
+            kind: "route";
+            /** @description In order; one is enough. */
+            points: components["schemas"]["MapCorner"][];
+        };
+        /**
+         * @description State of an area.
+         * @enum {string}
+         */
+        MapAreaState: "running" | "paused" | "done" | "failed";
+        /** @description Who is to be named with a map, as plain text. */
+        MapAttribution: {
+            /** @description What to show. */
+            text: string;
+            /** @description Where it leads. */
+            url?: string | null;
+        };
+        /** @description Whom to name for a view. */
+        MapAttributions: {
+            /** @description Plain text with links. */
+            attribution: components["schemas"]["MapAttribution"][];
+            /**
+             * Format: int32
+             * @description Zoom up to which there are pictures in the view.
+             */
+            max_zoom: number | null;
+        };
+        /** @description A rectangle of the Earth. West greater than east: over the date line. */
+        MapBounds: {
+            /**
+             * Format: double
+             * @description −180 to 180.
+             */
+            east_deg: number;
+            /**
+             * Format: double
+             * @description −90 to 90.
+             */
+            north_deg: number;
+            /**
+             * Format: double
+             * @description −90 to 90.
+             */
+            south_deg: number;
+            /**
+             * Format: double
+             * @description −180 to 180.
+             */
+            west_deg: number;
+        };
+        /** @description How full a source's cache is. */
+        MapCacheState: {
+            /**
+             * Format: int64
+             * @description On disk.
+             */
+            bytes: number;
+            /**
+             * Format: int64
+             * @description Bytes at most, but for offline areas.
+             */
+            max_bytes: number;
+            /**
+             * Format: int64
+             * @description Tiles of offline areas, which are never dropped.
+             */
+            pinned_tiles: number;
+            /**
+             * Format: int64
+             * @description Tiles, and places known to have none.
+             */
+            tiles: number;
+        };
+        /**
+         * @description What may be kept of a service's tiles.
+         * @enum {string}
+         */
+        MapCaching: "keep" | "headers" | "none";
+        /** @description A layer that a service offers. */
+        MapCapLayer: {
+            /** @description What it says about itself. */
+            abstract: string | null;
+            attribution: components["schemas"]["MapAttribution"] | null;
+            bounds: components["schemas"]["MapBounds"] | null;
+            /** @description Coordinate reference systems that both sides know. */
+            crs: string[];
+            /**
+             * Format: int32
+             * @description How deep under other layers.
+             */
+            depth: number;
+            /** @description WMTS: its formats. */
+            formats: string[];
+            /** @description WMTS: its matrix sets that both sides know. */
+            matrix_sets: components["schemas"]["MapCapMatrixSet"][];
+            /**
+             * Format: int32
+             * @description Zoom up to which it shows something.
+             */
+            max_zoom: number | null;
+            /**
+             * Format: int32
+             * @description Zoom from which it shows something.
+             */
+            min_zoom: number | null;
+            /** @description To ask with; null for a heading. */
+            name: string | null;
+            /** @description Whether it hides what is under it. */
+            opaque: boolean;
+            /**
+             * Format: int32
+             * @description How many more it knows.
+             */
+            other_crs: number;
+            /** @description Its styles, the default first. */
+            styles: components["schemas"]["MapCapStyle"][];
+            /** @description To show. */
+            title: string;
+        };
+        /** @description A set of tile matrices that a WMTS layer comes in. */
+        MapCapMatrixSet: {
+            /** @description Its coordinate reference system. */
+            crs: string;
+            /** @description To ask with. */
+            id: string;
+            /**
+             * Format: int32
+             * @description Matrices.
+             */
+            levels: number;
+        };
+        /** @description A style of a layer. */
+        MapCapStyle: {
+            /** @description To ask with. */
+            name: string;
+            /** @description To show. */
+            title: string;
+        };
+        /** @description What a service offers. */
+        MapCapabilities: {
+            /** @description What it says about itself. */
+            abstract: string | null;
+            /** @description What it may be used for. */
+            access_constraints: string | null;
+            attribution: components["schemas"]["MapAttribution"] | null;
+            /** @description What it costs. */
+            fees: string | null;
+            /** @description Formats of its pictures that browsers show. */
+            formats: string[];
+            /** @description WMS or WMTS. */
+            kind: components["schemas"]["MapSourceKind"];
+            /** @description Layers, parents first. */
+            layers: components["schemas"]["MapCapLayer"][];
+            /** @description What it calls itself. */
+            title: string | null;
+            /** @description The version that it answered with. */
+            version: string;
+        };
+        /** @description All settings, for an editor. */
+        MapConfiguration: {
+            /**
+             * Format: int32
+             * @description Megabytes of the cache of a source that says nothing else.
+             */
+            cache_max_mb: number;
+            /** @description The file of the sources. */
+            file: string;
+            /** @description What is wrong with it. */
+            file_error: string | null;
+            /** @description The maps folder, on the server's machine. */
+            folder: string;
+            /** @description In the order of [`MapSources`], without keys. */
+            sources: components["schemas"]["MapSourceSettings"][];
+        };
+        /** @description A place on the ground. */
+        MapCorner: {
+            /**
+             * Format: double
+             * @description WGS-84 latitude.
+             */
+            lat_deg: number;
+            /**
+             * Format: double
+             * @description WGS-84 longitude.
+             */
+            lon_deg: number;
+        };
+        /**
+         * @description How heights are written in pictures.
+         * @enum {string}
+         */
+        MapEncoding: "terrarium" | "terrain-rgb";
+        /** @description A file of the maps folder. */
+        MapFileInfo: {
+            /**
+             * Format: int64
+             * @description Its size.
+             */
+            bytes: number;
+            kind: components["schemas"]["MapSourceKind"] | null;
+            /** @description For a source's `path`. */
+            path: string;
+        };
+        /** @description A file that was taken, with settings that fit it. */
+        MapFileTaken: {
+            /**
+             * Format: int64
+             * @description Its size.
+             */
+            bytes: number;
+            /** @description For a source's `path`. */
+            path: string;
+            /** @description To be put, changed or not. */
+            settings: components["schemas"]["MapSourceSettings"];
+        };
+        /** @description One level of a grid. */
+        MapLevel: {
+            /** @description Top left corner of tile 0/0: easting or longitude, northing or latitude. */
+            origin: number[];
+            /**
+             * Format: double
+             * @description Units of the grid's system a pixel.
+             */
+            resolution: number;
+            /** @description Columns and rows. */
+            size: number[] | null;
+            /** @description Width and height of a tile. */
+            tile_px: number[];
+        };
+        /** @description How many tiles of one level. */
+        MapLevelCount: {
+            /**
+             * Format: int32
+             * @description Which.
+             */
+            level: number;
+            /**
+             * Format: int64
+             * @description How many.
+             */
+            tiles: number;
+        };
+        /** @description Whether offline areas may be made of a source. */
+        MapOffline: {
+            /** @description Whether. */
+            allowed: boolean;
+            /** @description Why not. */
+            reason: string | null;
+        };
+        /** @description Ids of sources in drawing order. */
+        MapOrder: {
+            /** @description All or some; the others keep their places. */
+            ids: string[];
+        };
+        /** @description A source that can be added as it is. */
+        MapPreset: {
+            /** @description What it shows and what its terms ask for. */
+            description: string;
+            /** @description Of its settings. */
+            id: string;
+            /** @description Where to get one. */
+            key_url: string | null;
+            /** @description What people call it. */
+            name: string;
+            /** @description Whether the user needs a key. */
+            needs_key: boolean;
+            /** @description To be put as they are, with the key. */
+            settings: components["schemas"]["MapSourceSettings"];
+            /** @description Where the terms are. */
+            terms_url: string | null;
+        };
+        /**
+         * @description What a source is for.
+         * @enum {string}
+         */
+        MapRole: "base" | "overlay" | "elevation";
+        /** @description A source as it is shown. */
+        MapSource: {
+            /** @description Whom to name with it, always. */
+            attribution: components["schemas"]["MapAttribution"][];
+            /** @description Whether whom to name depends on the view. */
+            attribution_by_view: boolean;
+            bounds: components["schemas"]["MapBounds"] | null;
+            /** @description Corners of a picture: top left, top right, bottom right, bottom left; null for other kinds. */
+            corners: components["schemas"]["MapCorner"][] | null;
+            grid: components["schemas"]["MapTileGrid"] | null;
+            /** @description Whether there is one. */
+            has_key: boolean;
+            /** @description Its id. */
+            id: string;
+            /** @description How it is read. */
+            kind: components["schemas"]["MapSourceKind"];
+            /** @description Whose logo must be shown on the map: `google`. */
+            logo: string | null;
+            /**
+             * Format: int32
+             * @description Zoom of its finest tiles, as its settings say.
+             */
+            max_zoom: number | null;
+            /** @description Whether what was seen is kept for when the network is gone. */
+            may_cache: boolean;
+            /**
+             * Format: int32
+             * @description Zoom (of Web Mercator) from which it is shown.
+             */
+            min_zoom: number | null;
+            /** @description What people call it. */
+            name: string;
+            /** @description Whether its service demands a key. */
+            needs_key: boolean;
+            /** @description Whether offline areas may be made of it. */
+            offline: components["schemas"]["MapOffline"];
+            /**
+             * Format: double
+             * @description 0 to 1.
+             */
+            opacity: number;
+            /**
+             * Format: int32
+             * @description Place among the others of its role.
+             */
+            order: number;
+            /** @description What it is for. */
+            role: components["schemas"]["MapRole"];
+            /** @description How it fares. */
+            state: components["schemas"]["MapSourceState"];
+            /** @description Address of its tiles, with `{z}`, `{x}`, `{y}` (from the top). */
+            tiles_url: string;
+            /** @description Whether it is shown at first. */
+            visible: boolean;
+        };
+        /**
+         * @description How a source is read.
+         * @enum {string}
+         */
+        MapSourceKind: "xyz" | "wms" | "wmts" | "google" | "mbtiles" | "pmtiles" | "geotiff" | "image" | "dem";
+        /** @description The settings of one source. What is absent has its default. */
+        MapSourceSettings: {
+            /** @description Who is to be named. */
+            attribution?: components["schemas"]["MapAttribution"][];
+            /** @description Address that tells whom to name for a view, with `{west} {south} {east} {north} {zoom} {key}`. */
+            attribution_url?: string | null;
+            bounds?: components["schemas"]["MapBounds"] | null;
+            /** @description What may be kept. */
+            cache?: components["schemas"]["MapCaching"];
+            /**
+             * Format: int32
+             * @description Days that a tile is taken for new at least, whatever the service says.
+             */
+            cache_min_days?: number | null;
+            /** @description Image: its corners: top left, top right, bottom right, bottom left of the picture. */
+            corners?: components["schemas"]["MapCorner"][];
+            /** @description WMS: coordinate reference system, such as `EPSG:3857`, the default. */
+            crs?: string | null;
+            /** @description Elevation: what its heights are above; `EGM96` when absent. */
+            datum?: string | null;
+            encoding?: components["schemas"]["MapEncoding"] | null;
+            /** @description WMS, WMTS: format of the pictures; WMS default `image/png`. */
+            format?: string | null;
+            /** @description Whether there is a key. Ignored in a request. */
+            has_key?: boolean | null;
+            /** @description 1 to 40 of `a`–`z`, `0`–`9`, `-`, `_`. */
+            id: string;
+            /** @description The user's key for the service. Written, never read: absent keeps it, empty removes it. */
+            key?: string | null;
+            /** @description How it is read. */
+            kind: components["schemas"]["MapSourceKind"];
+            /** @description Google: language of the labels, such as `es-ES`. */
+            language?: string | null;
+            /** @description WMTS: the layer. */
+            layer?: string | null;
+            /** @description WMS: layers, bottom first. */
+            layers?: string[];
+            /**
+             * @description Whether the service is in this network: without it no private address is asked. Addresses given as numbers and
+             *     names such as `localhost` and `nas.local` need it not.
+             */
+            local_network?: boolean;
+            /** @description Google: `satellite` (the default), `roadmap` or `terrain`. */
+            map_type?: string | null;
+            /** @description WMTS: the matrix set. */
+            matrix_set?: string | null;
+            /**
+             * Format: int32
+             * @description Megabytes of its cache; the file's `cache_max_mb` when absent.
+             */
+            max_mb?: number | null;
+            /**
+             * Format: int32
+             * @description Zoom of the finest tiles.
+             */
+            max_zoom?: number | null;
+            /**
+             * Format: int32
+             * @description Zoom (of Web Mercator) from which it is shown; for tiles also the coarsest that are asked for.
+             */
+            min_zoom?: number | null;
+            /** @description What people call it. */
+            name: string;
+            /**
+             * @description Whether offline areas may be made of it.
+             * @default true
+             */
+            offline: boolean;
+            /** @description Why not. */
+            offline_reason?: string | null;
+            /**
+             * Format: double
+             * @description 0 to 1.
+             * @default 1
+             */
+            opacity: number;
+            /**
+             * Format: int32
+             * @description Place among the others of its role, lowest first.
+             */
+            order?: number;
+            /**
+             * Format: int32
+             * @description Fetches at once, 1 to 16, default 4.
+             */
+            parallel?: number | null;
+            /** @description WMS: further parameters, such as `TIME`. WMTS: dimensions. */
+            parameters?: {
+                [key: string]: string;
+            };
+            /** @description Files: where, relative to the maps folder. */
+            path?: string | null;
+            /** @description Google: region whose borders are shown, such as `ES`. */
+            region?: string | null;
+            /** @description What it is for. */
+            role?: components["schemas"]["MapRole"];
+            /** @description WMTS: the style; the layer's default when absent. */
+            style?: string | null;
+            /** @description WMS: a style for each layer, or none for their defaults. */
+            styles?: string[];
+            /** @description For `{s}`. */
+            subdomains?: string[];
+            /** @description Where its terms are. */
+            terms_url?: string | null;
+            /**
+             * Format: int32
+             * @description XYZ, WMS: pixels of a tile's side, 64 to 2048, default 256.
+             */
+            tile_px?: number | null;
+            /** @description XYZ: rows are counted from the bottom. */
+            tms?: boolean;
+            /** @description WMS: whether what is empty is to be transparent. */
+            transparent?: boolean | null;
+            /** @description XYZ: address with `{z} {x} {y}`, or `{-y}`, `{q}`, `{s}`, `{switch:a,b}`, `{key}`. WMS, WMTS: the service's address. */
+            url?: string | null;
+            /** @description WMS: `1.1.1` or `1.3.0`, the default. */
+            version?: string | null;
+            /**
+             * @description Whether it is shown at first.
+             * @default true
+             */
+            visible: boolean;
+        };
+        /** @description How a source fares. */
+        MapSourceState: {
+            /**
+             * Format: int64
+             * @description Bytes that came from the service.
+             */
+            bytes_fetched: number;
+            cache: components["schemas"]["MapCacheState"] | null;
+            /** @description Why, in the service's words where it gave some. */
+            detail: string | null;
+            /**
+             * Format: int64
+             * @description Tiles that could not be had.
+             */
+            failed: number;
+            /**
+             * Format: int64
+             * @description Tiles that came from the service.
+             */
+            fetched: number;
+            /**
+             * Format: int64
+             * @description Tiles from the cache.
+             */
+            hits: number;
+            /** @description The newest error, though it may be over. */
+            last_error: string | null;
+            /**
+             * Format: int64
+             * @description Seconds since 1970.
+             */
+            last_error_at: number | null;
+            /**
+             * Format: int64
+             * @description Seconds since 1970.
+             */
+            last_success_at: number | null;
+            /**
+             * Format: int64
+             * @description Tiles that the service said to be unchanged.
+             */
+            revalidated: number;
+            /**
+             * Format: int64
+             * @description Old tiles that were shown since the service failed.
+             */
+            stale: number;
+            /** @description In a word. */
+            status: components["schemas"]["MapSourceStatus"];
+        };
+        /**
+         * @description Status of a source.
+         * @enum {string}
+         */
+        MapSourceStatus: "unused" | "ok" | "failing" | "offline" | "invalid" | "key_missing";
+        /** @description All sources as they are shown. */
+        MapSources: {
+            /** @description Where their file is, for operators; empty for viewers. */
+            file: string;
+            /** @description What is wrong with the file; the last right one is in use. */
+            file_error: string | null;
+            /** @description Base maps, overlays from the bottom, heights; each in their order. */
+            sources: components["schemas"]["MapSource"][];
+        };
+        /** @description A grid of tiles in the source's own coordinate reference system. */
+        MapTileGrid: {
+            /** @description Its system, such as `EPSG:25830`. Coordinates are easting or longitude first, always. */
+            crs: string;
+            /** @description Where there is something: least x and y, greatest x and y. */
+            extent: number[] | null;
+            /** @description The levels, coarse to fine; `z` of a tile's address is the index. */
+            levels: components["schemas"]["MapLevel"][];
+            /**
+             * Format: int32
+             * @description Finest level with tiles.
+             */
+            max_level: number;
+            /**
+             * Format: int32
+             * @description Coarsest level with tiles.
+             */
+            min_level: number;
+            /** @description Definition of the system for proj4; null for EPSG:3857 and 4326, which browsers know. */
+            proj4: string | null;
+        };
         /** @description MISSION_CURRENT, with the numbers of the wire; `progress` counts items from 1. */
         MissionCurrent: {
             /**
@@ -2137,6 +3395,17 @@ export interface components {
             title: string;
             /** @description Stable kind: `urn:vencejo:` and the code of `cause`, such as `urn:vencejo:command-refused`. */
             type: string;
+        };
+        /** @description A line whose ground is wanted: points, or a plan's. */
+        ProfileRequest: {
+            plan?: components["schemas"]["Plan"] | null;
+            /** @description The line. */
+            points?: components["schemas"]["LatLon"][];
+            /**
+             * Format: double
+             * @description Between samples at most; 30 when absent. More samples than 2000 are not made.
+             */
+            spacing_m?: number | null;
         };
         /** @description RADIO_STATUS of the telemetry radio. */
         Radio: {
@@ -2568,7 +3837,7 @@ export interface components {
          * @description Something that a request may name and that is not there.
          * @enum {string}
          */
-        Thing: "path" | "file" | "vehicle" | "link" | "operation" | "recording" | "message" | "command";
+        Thing: "path" | "file" | "vehicle" | "link" | "operation" | "recording" | "camera" | "message" | "command" | "area";
         /** @description Everything that is known of a vehicle. */
         VehicleState: {
             link: components["schemas"]["LinkInfo"] | null;
@@ -2798,6 +4067,103 @@ export interface operations {
             };
         };
     };
+    get_elevation: {
+        parameters: {
+            query: {
+                /** @description WGS-84 latitude. */
+                lat_deg: number;
+                /** @description WGS-84 longitude. */
+                lon_deg: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ElevationPoint"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_elevations: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ElevationRequest"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Elevations"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_elevation_profile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ProfileRequest"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ElevationProfile"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     info: {
         parameters: {
             query?: never;
@@ -2899,6 +4265,705 @@ export interface operations {
         requestBody?: never;
         responses: {
             204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_map_areas: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapArea"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    add_map_area: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AreaRequest"];
+            };
+        };
+        responses: {
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapArea"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    estimate_map_area: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AreaRequest"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapAreaEstimate"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    import_map_area: {
+        parameters: {
+            query: {
+                /** @description Id of the source that the tiles are of. */
+                source: string;
+                /** @description What people call the area; the file's own name when empty. */
+                name?: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/octet-stream": number[];
+            };
+        };
+        responses: {
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapArea"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_map_area: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its id */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapArea"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    remove_map_area: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its id */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_map_area: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its id */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/x-sqlite3": number[];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    pause_map_area: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its id */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapArea"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    resume_map_area: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its id */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapArea"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    ask_map_capabilities: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CapabilitiesRequest"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapCapabilities"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_map_config: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapConfiguration"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_map_files: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapFileInfo"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    take_map_file: {
+        parameters: {
+            query: {
+                /** @description The file's name; its end says what it is. */
+                name: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/octet-stream": number[];
+            };
+        };
+        responses: {
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapFileTaken"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    order_map_sources: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MapOrder"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapSources"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_map_presets: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapPreset"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_map_sources: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapSources"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    put_map_source: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its id */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MapSourceSettings"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapSource"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    delete_map_source: {
+        parameters: {
+            query?: {
+                /** @description Whether all that is cached of it goes too, offline areas included. */
+                cache?: boolean;
+            };
+            header?: never;
+            path: {
+                /** @description Its id */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_map_attribution: {
+        parameters: {
+            query: {
+                /** @description Left edge. */
+                west_deg: number;
+                /** @description Lower edge. */
+                south_deg: number;
+                /** @description Right edge. */
+                east_deg: number;
+                /** @description Upper edge. */
+                north_deg: number;
+                /** @description Zoom of Web Mercator. */
+                zoom: number;
+            };
+            header?: never;
+            path: {
+                /** @description Its id */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapAttributions"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    clear_map_cache: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its id */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    check_map_source: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its id */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapSourceState"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_map_image: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its id */
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/*": number[];
+                };
+            };
+            304: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -3178,6 +5243,49 @@ export interface operations {
         requestBody?: never;
         responses: {
             204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    tile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Id of a source */
+                source: string;
+                /** @description Level of its grid */
+                z: number;
+                /** @description Column */
+                x: number;
+                /** @description Row */
+                y: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/*": number[];
+                };
+            };
+            304: {
                 headers: {
                     [name: string]: unknown;
                 };
