@@ -269,8 +269,9 @@ class AsyncVehicle(VehicleState):
         self, plan: Plan, *, kind: PlanKind = "mission", check: bool = True, progress: ProgressCallback | None = None
     ) -> PlanState:
         """Replace a plan on board and verify it; see `vencejo.Vehicle.upload`."""
-        await _finished(self._upload(plan, kind, check), progress)
-        return self.plan_state(kind)
+        pending = self._upload(plan, kind, check)
+        await _finished(pending, progress)
+        return self._uploaded(kind, pending)
 
     async def download(
         self, *, kinds: Sequence[PlanKind] = ("mission",), progress: ProgressCallback | None = None

@@ -48,8 +48,15 @@ class Cancelled(VencejoError):
 class InvalidRequest(VencejoError, ValueError):
     """What may not be sent to an aircraft: nothing was sent.
 
-    A value that is not finite, out of range or unknown; or a request that the vehicle's present state rules out, such as
-    restarting while it is armed, or starting a mission when what is on board is not known.
+    A value that is not finite, out of range or unknown to this vehicle. Asking again does not help.
+    """
+
+
+class NotPossibleNow(VencejoError):
+    """What the vehicle's present state rules out: nothing was sent.
+
+    Restarting while it is armed, arming or starting when what is on board is not known, or an upload before it has said
+    where home is. The message says what has to come first.
     """
 
 

@@ -23,7 +23,7 @@ from vencejo import _native
 from vencejo.errors import InvalidRequest
 from vencejo.station import Station, default_record_dir
 
-__all__ = ["Server", "Tokens", "default_maps_folder", "default_token_file", "has_app"]
+__all__ = ["Operator", "Server", "Tokens", "default_maps_folder", "default_token_file", "has_app"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,6 +161,21 @@ class Server:
         """How many browsers and programs have the WebSocket open."""
         return self._native.clients
 
+    def operator(self, name: str) -> Operator:
+        """Take part as one more operator, for a program that flies while people watch.
+
+        Parameters
+        ----------
+        name : str
+            What the others are shown, up to 40 characters.
+
+        Raises
+        ------
+        Busy
+            When all places for sessions are taken.
+        """
+        return Operator(self._native.operator(name))
+
     def close(self) -> None:
         """End all connections. Can be called again."""
         self._native.close()
@@ -179,6 +194,52 @@ class Server:
             address = ipaddress.ip_address("127.0.0.1" if address.version == 4 else "::1")
         shown = f"[{address}]" if address.version == 6 else str(address)
         return f"{'https' if self._native.is_tls else 'http'}://{shown}:{self.port}"
+
+
+class Operator:
+    """An operator's session of this program, from its making until it is closed. Made by `Server.operator`.
+
+    It has control from the start when nobody else has it. Control is a matter between the sessions of a server: what a
+    program does with its vehicles it does all the same, so one that shares them asks `has_control` before it acts.
+    """
+
+    def __init__(self, native: _native.Operator) -> None:
+        self._native = native
+
+    @property
+    def has_control(self) -> bool:
+        """Whether this session holds control."""
+        return self._native.has_control()
+
+    @property
+    def holder(self) -> str | None:
+        """Name of the session that holds control, ``None`` when nobody does."""
+        return self._native.holder()
+
+    @property
+    def requested_by(self) -> str | None:
+        """Name of the session that asks for control, ``None`` when nobody does."""
+        return self._native.requested_by()
+
+    def take(self) -> bool:
+        """Take control if nobody else has it; returns whether it is held now."""
+        return self._native.take()
+
+    def release(self) -> None:
+        """Give control up: to the session that asks for it, else to nobody."""
+        self._native.release()
+
+    def close(self) -> None:
+        """End the session, and give control up. Can be called again."""
+        self._native.close()
+
+    def __enter__(self) -> Operator:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
 
 
 def _address(host: str) -> str:

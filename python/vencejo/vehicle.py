@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType, SimpleNamespace, TracebackType
 from typing import TYPE_CHECKING, Any, Literal, cast
@@ -91,12 +91,16 @@ class PlanState:
         Fingerprint of the items as the vehicle holds them.
     detail : str
         The state in words.
+    position_error_m : float or None
+        What an upload gives back of a vehicle that keeps positions as 32-bit floats: how far the farthest place on board is
+        from where it was sent to be. ``None``: exact, or not known.
     """
 
     state: Literal["unknown", "empty", "verified"]
     count: int | None
     hash: str | None
     detail: str
+    position_error_m: float | None = None
 
 
 @dataclass(frozen=True)
@@ -362,6 +366,9 @@ class VehicleState:
         if check and kind == "mission":
             plan.require_sound(position=self._planned_position(), on_ground=None)
         return self._native.upload(kind, plan._to_native())
+
+    def _uploaded(self, kind: PlanKind, pending: _native.Pending) -> PlanState:
+        return replace(self.plan_state(kind), position_error_m=pending.position_error_m())
 
     def _set_current_item(self, item: int) -> _native.Pending:
         _item_number(item)
@@ -670,8 +677,9 @@ class Vehicle(VehicleState):
         TransferError
             When it fails; what the vehicle holds is then unknown.
         """
-        self._wait(self._upload(plan, kind, check), progress)
-        return self.plan_state(kind)
+        pending = self._upload(plan, kind, check)
+        self._wait(pending, progress)
+        return self._uploaded(kind, pending)
 
     def download(self, *, kinds: Sequence[PlanKind] = ("mission",), progress: ProgressCallback | None = None) -> Plan:
         """Read the mission (and fence, and rally points when asked) from the vehicle."""

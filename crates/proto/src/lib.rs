@@ -24,10 +24,12 @@
 mod checksum;
 mod decoder;
 pub mod dialect;
+mod fields;
 mod frame;
 pub mod ftp;
 mod ids;
 mod info;
+mod layouts;
 mod message;
 pub mod param;
 pub mod plan_file;
@@ -35,6 +37,7 @@ mod time;
 pub mod wire;
 
 pub use decoder::{DecoderStats, FrameDecoder};
+pub use fields::{FieldError, FieldValue, decode_fields, encode_fields, field_names};
 pub use frame::{DecodeError, Frame, Header, MavVersion, Target};
 pub use ids::{Address, ComponentId, MissionSeq, SystemId};
 pub use info::{message_id_of, message_name};

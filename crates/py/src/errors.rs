@@ -25,6 +25,7 @@ const CLASSES: &[&str] = &[
     "InvalidRequest",
     "LinkError",
     "NoVehicleError",
+    "NotPossibleNow",
     "ParameterError",
     "PlanMismatch",
     "TransferError",
@@ -103,10 +104,10 @@ fn from_vehicle(error: &VehicleError) -> PyErr {
         | VehicleError::NoModeFor { .. }
         | VehicleError::InvalidValue { .. }
         | VehicleError::Plan(_)
-        | VehicleError::PlanUnknown { .. }
-        | VehicleError::HomeUnknown
-        | VehicleError::TooOld { .. }
-        | VehicleError::Armed { .. } => raise("InvalidRequest", error),
+        | VehicleError::TooOld { .. } => raise("InvalidRequest", error),
+        VehicleError::PlanUnknown { .. } | VehicleError::HomeUnknown | VehicleError::Armed { .. } => {
+            raise("NotPossibleNow", error)
+        }
         VehicleError::NotHeard { .. } | VehicleError::Rebooted => raise("VehicleLost", error),
         VehicleError::Cancelled => raise("Cancelled", error),
         _ => raise("VencejoError", error),

@@ -82,6 +82,17 @@ impl PyPending {
         (progress.report > 0).then_some((progress.done, progress.total))
     }
 
+    /// After an upload to a vehicle that keeps positions as 32-bit floats: how far the farthest is from where it was sent to be.
+    fn position_error_m(&self) -> Option<f64> {
+        match &self.inner {
+            Inner::Request(pending, _) => match pending.end() {
+                Some(Ok(Reply::Plan { position_error_m, .. })) => position_error_m,
+                _ => None,
+            },
+            Inner::Vehicle(_) => None,
+        }
+    }
+
     /// Waits for a report other than number `seen`: `(number, done, total)`, or `None` once it has ended.
     fn wait_progress(&self, py: Python<'_>, seen: u64) -> PyResult<Option<(u64, u32, u32)>> {
         let progress = match &self.inner {

@@ -3,7 +3,7 @@
 use std::net::SocketAddr;
 
 use pyo3::prelude::*;
-use vencejo_server::{Server, ServerConfig};
+use vencejo_server::{Operator, Server, ServerConfig};
 
 use crate::station::PyStation;
 use crate::{errors, runtime};
@@ -11,6 +11,7 @@ use crate::{errors, runtime};
 /// Adds this module's class and functions.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyServer>()?;
+    module.add_class::<PyOperator>()?;
     module.add_function(wrap_pyfunction!(has_app, module)?)
 }
 
@@ -82,7 +83,47 @@ impl PyServer {
         self.server.clients()
     }
 
+    /// An operator's session of this program, by name.
+    fn operator(&self, name: &str) -> PyResult<PyOperator> {
+        let operator = self.server.operator(name);
+        let operator = operator.ok_or_else(|| errors::raise("Busy", "all places for sessions are taken; close one"))?;
+        Ok(PyOperator { operator })
+    }
+
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         runtime::wait(py, None, self.server.close()).map(drop)
+    }
+}
+
+/// An operator's session of this program.
+#[pyclass(frozen, name = "Operator", module = "vencejo._native")]
+pub struct PyOperator {
+    operator: Operator,
+}
+
+#[pymethods]
+impl PyOperator {
+    fn has_control(&self) -> bool {
+        self.operator.has_control()
+    }
+
+    fn holder(&self) -> Option<String> {
+        self.operator.holder()
+    }
+
+    fn requested_by(&self) -> Option<String> {
+        self.operator.requested_by()
+    }
+
+    fn take(&self) -> bool {
+        self.operator.take()
+    }
+
+    fn release(&self) {
+        self.operator.release();
+    }
+
+    fn close(&self) {
+        self.operator.close();
     }
 }

@@ -167,7 +167,7 @@ fn event_tuple<'py>(
             if *is_armed { "armed" } else { "disarmed" }
         }
         VehicleEvent::LandedChanged { landed } => {
-            detail.set_item("landed", crate::telemetry::landed_name(*landed))?;
+            detail.set_item("landed", landed.to_string())?;
             "landed"
         }
         VehicleEvent::Text(text) => {

@@ -5,7 +5,7 @@ use std::time::Duration;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use vencejo_proto::MonoTime;
-use vencejo_vehicle::telemetry::{Imu, LandedState, MissionState, Sampled, Telemetry};
+use vencejo_vehicle::telemetry::{Imu, Sampled, Telemetry};
 
 /// What a vehicle had said at one moment.
 #[pyclass(frozen, module = "vencejo._native")]
@@ -43,28 +43,6 @@ fn common<'py, T>(py: Python<'py>, now: MonoTime, sampled: &Sampled<T>) -> PyRes
     dict.set_item(pyo3::intern!(py, "age_s"), age.as_secs_f64())?;
     dict.set_item(pyo3::intern!(py, "has_invalid"), sampled.invalid)?;
     Ok(dict)
-}
-
-/// `MAV_LANDED_STATE` in words.
-pub fn landed_name(landed: LandedState) -> &'static str {
-    match landed {
-        LandedState::Undefined => "undefined",
-        LandedState::OnGround => "on ground",
-        LandedState::InAir => "in air",
-        LandedState::TakingOff => "taking off",
-        LandedState::Landing => "landing",
-    }
-}
-
-fn mission_state_name(state: MissionState) -> String {
-    match state {
-        MissionState::NoMission => "no mission".into(),
-        MissionState::NotStarted => "not started".into(),
-        MissionState::Active => "active".into(),
-        MissionState::Paused => "paused".into(),
-        MissionState::Complete => "complete".into(),
-        MissionState::Other(number) => format!("state {number}"),
-    }
 }
 
 fn imu<'py>(py: Python<'py>, now: MonoTime, imu: Option<&Sampled<Imu>>) -> PyResult<Option<Bound<'py, PyDict>>> {
@@ -177,7 +155,7 @@ impl TelemetrySnapshot {
             "mission" => arm!(mission, |m| {
                 seq: m.seq,
                 total: m.total,
-                state: m.state.map(mission_state_name),
+                state: m.state.map(|state| state.to_string()),
             }),
             "nav" => arm!(nav, |n| {
                 nav_roll_deg: n.nav_roll_deg,
@@ -190,7 +168,7 @@ impl TelemetrySnapshot {
                 cross_track_error_m: n.cross_track_error_m,
             }),
             "extended" => arm!(extended, |e| {
-                landed: landed_name(e.landed),
+                landed: e.landed.to_string(),
                 vtol: e.vtol,
             }),
             "ekf" => arm!(ekf, |e| {

@@ -1,16 +1,20 @@
 //! From the core's values to those of the API and back. Nothing is decided here but what the core's types demand.
 
 use vencejo_flight::checks::Severity;
+use vencejo_flight::formats::ParamEntry;
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::plan::{self as core, Command, MavFrame, MissionItem};
 use vencejo_flight::{FlightError, checks};
 use vencejo_link::{self as link, LinkStats};
-use vencejo_proto::MonoTime;
+use vencejo_proto::{Frame, MonoTime, decode_fields, message_name};
 use vencejo_station::{Station, VehicleHandle};
 use vencejo_vehicle::modes::ModeFamily;
 use vencejo_vehicle::{self as vehicle, Reply};
 
 use crate::dto;
+use crate::dto::message::MessageField;
+use crate::dto::recording::FileParam;
+use crate::operations::Outcome;
 
 /// Seconds on the station's clock.
 pub(crate) fn seconds(moment: MonoTime) -> f64 {
@@ -305,20 +309,42 @@ pub(crate) fn core_plan(plan: &dto::Plan) -> Result<core::Plan, FlightError> {
 ///
 /// # Errors
 /// For a fence or rally list from the vehicle that cannot be.
-pub(crate) fn operation_result(reply: Reply) -> Result<Option<dto::OperationResult>, FlightError> {
+pub(crate) fn outcome(reply: Reply) -> Result<Outcome, FlightError> {
     Ok(match reply {
-        Reply::Plan { kind, items, home, .. } => {
+        Reply::Plan { kind, items, home, position_error_m, .. } => {
             let mut read = core::Plan::default();
             match kind {
                 core::PlanKind::Mission => read.mission = core::Mission { home, items },
                 core::PlanKind::Fence => read.fence = core::Fence::from_items(&items)?,
                 core::PlanKind::Rally => read.rally = core::Rally::from_items(&items)?,
             }
-            Some(dto::OperationResult::Plan(plan(&read)))
+            Outcome { result: Some(dto::OperationResult::Plan(plan(&read))), position_error_m }
         }
-        Reply::Parameters(params) => Some(dto::OperationResult::Params(params.iter().map(param).collect())),
-        _ => None,
+        Reply::Parameters(params) => {
+            let result = Some(dto::OperationResult::Params(params.iter().map(param).collect()));
+            Outcome { result, position_error_m: None }
+        }
+        _ => Outcome::default(),
     })
+}
+
+/// A message by the names of its fields.
+pub(crate) fn raw_message(frame: &Frame, at: MonoTime) -> dto::RawMessage {
+    let (id, source) = (frame.message_id(), frame.source());
+    let fields = decode_fields(id, frame.payload()).unwrap_or_default();
+    dto::RawMessage {
+        name: message_name(id).map_or_else(|| format!("UNKNOWN_{id}"), str::to_owned),
+        id,
+        system_id: source.system.0,
+        component_id: source.component.0,
+        time_s: seconds(at),
+        fields: fields.iter().map(|(name, value)| ((*name).to_owned(), MessageField::new(value))).collect(),
+    }
+}
+
+/// A parameter of a file.
+pub(crate) fn file_param(entry: &ParamEntry) -> FileParam {
+    FileParam { name: entry.name.clone(), value: entry.value }
 }
 
 pub(crate) fn param(param: &vehicle::Param) -> dto::Param {

@@ -4,6 +4,8 @@
 
 pub mod cause;
 pub mod maps;
+pub mod message;
+pub mod recording;
 pub mod telemetry;
 
 use std::collections::BTreeMap;
@@ -12,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 pub use cause::{Cause, PlanUncertainty};
+pub use message::RawMessage;
 pub use telemetry::TelemetryGroups;
 
 /// What answers.
@@ -605,6 +608,11 @@ pub struct Operation {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     pub error: Option<Problem>,
+    /// After an upload to a vehicle that keeps positions as 32-bit floats: how far the farthest place on board is from where it
+    /// was sent to be.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    pub position_error_m: Option<f64>,
     /// What it brought; only at `GET /operations/{id}`, once done.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
@@ -665,12 +673,22 @@ pub struct Force {
     pub force: bool,
 }
 
-/// A flight mode.
+/// A flight mode: its name, one of the vehicle's `mode_names`, or its number on the wire.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, ToSchema)]
+#[serde(untagged)]
+pub enum Mode {
+    /// By number.
+    Number(u32),
+    /// By name.
+    Name(String),
+}
+
+/// The flight mode to change to.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SetMode {
-    /// By name, one of the vehicle's `mode_names`.
-    pub mode: String,
+    /// Which.
+    pub mode: Mode,
 }
 
 /// A take-off.
@@ -711,6 +729,62 @@ pub struct Goto {
     /// Sense of the circle; clockwise when absent.
     #[serde(default)]
     pub clockwise: Option<bool>,
+    /// Ground speed; the vehicle's own when absent.
+    #[serde(default)]
+    pub speed_m_s: Option<f64>,
+    /// Whether to enter GUIDED for it, which it does when absent; without it a vehicle in another mode refuses.
+    #[serde(default)]
+    pub change_mode: Option<bool>,
+}
+
+/// A course to fly.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FlyCourse {
+    /// Course over ground from true north, 0 to below 360.
+    pub course_deg: f64,
+    /// Centripetal acceleration of the turn at most, 0.05 to 20; 5, a bank of 27 degrees, when absent.
+    #[serde(default)]
+    pub accel_m_s2: Option<f64>,
+}
+
+/// A height to climb or sink to at a rate.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ClimbTo {
+    /// Height, counted as `alt_frame` says.
+    pub alt_m: f64,
+    /// What `alt_m` is counted from.
+    pub alt_frame: AltFrame,
+    /// How fast, above 0 to 50.
+    pub rate_m_s: f64,
+}
+
+/// A velocity relative to the heading; what is absent is 0.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, ToSchema, Default)]
+#[serde(deny_unknown_fields, default)]
+pub struct SetVelocity {
+    /// Forward, −50 to 50.
+    pub forward_m_s: f64,
+    /// To the right, −50 to 50.
+    pub right_m_s: f64,
+    /// Down, −50 to 50.
+    pub down_m_s: f64,
+    /// Clockwise seen from above, −10 to 10.
+    pub yaw_rate_rad_s: f64,
+}
+
+/// A text of ours to stand beside the vehicle's own.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NewNote {
+    /// The text; cut to 500 characters.
+    #[schema(max_length = 500)]
+    pub text: String,
+    /// `MAV_SEVERITY`: 0 emergency to 7 debug; 6 when absent.
+    #[serde(default)]
+    #[schema(maximum = 7)]
+    pub severity: Option<u8>,
 }
 
 /// Which speed.
@@ -785,7 +859,7 @@ pub struct SetHome {
 }
 
 /// What a client says on the WebSocket.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 pub enum ClientMessage {
     /// Wants a vehicle's telemetry; again with another rate changes the rate.
@@ -798,6 +872,23 @@ pub enum ClientMessage {
     },
     /// Wants it no more.
     Unsubscribe {
+        /// The vehicle's system id.
+        vehicle: u8,
+    },
+    /// Wants a vehicle's raw messages, the newest of each sender; again with other names or another rate changes that.
+    SubscribeMessages {
+        /// The vehicle's system id; it need not have been heard yet.
+        vehicle: u8,
+        /// Only these messages, by name; all when absent.
+        #[serde(default)]
+        #[schema(max_items = 64)]
+        names: Option<Vec<String>>,
+        /// How often each is told at most, 1 to 50 a second.
+        #[schema(minimum = 1, maximum = 50)]
+        rate_hz: f64,
+    },
+    /// Wants them no more.
+    UnsubscribeMessages {
         /// The vehicle's system id.
         vehicle: u8,
     },
@@ -836,6 +927,15 @@ pub enum ServerMessage {
         #[serde(skip_serializing_if = "Option::is_none")]
         #[schema(nullable = false)]
         progress: Option<MissionProgress>,
+    },
+    /// A subscribed raw message: the newest of this name and sender.
+    Message {
+        /// The vehicle.
+        vehicle: u8,
+        /// How many of it have come since it was subscribed to; those between were not told.
+        count: u64,
+        /// It.
+        message: RawMessage,
     },
     /// A text that the vehicle wrote.
     Text {

@@ -11,6 +11,7 @@
 //! | `access` | `Host`, `Origin`, tokens, security headers |
 //! | `sessions` | sessions and the control lease, pure |
 //! | `operations` | what takes a while |
+//! | `operator` | a session of this very program |
 //! | `ws`, `outbox` | the WebSocket: a task and a bounded box for each client |
 //! | `state` | what handlers share, and the task that tells the clients what goes on |
 //! | `files` | the web app |
@@ -31,6 +32,7 @@ pub mod dto;
 mod extract;
 mod files;
 mod operations;
+mod operator;
 mod outbox;
 mod problem;
 mod routes;
@@ -43,6 +45,7 @@ mod ws;
 
 pub use access::Tokens;
 pub use files::has_app;
+pub use operator::Operator;
 pub use server::{Server, ServerConfig, ServerError};
 
 /// The version of the package.

@@ -12,6 +12,15 @@ pub const MAX_RUNNING: usize = 32;
 /// Ended operations that are remembered; the oldest are forgotten.
 pub const MAX_ENDED: usize = 32;
 
+/// What an operation that succeeded brought.
+#[derive(Debug, Default)]
+pub struct Outcome {
+    /// What was read, or is on board now.
+    pub result: Option<OperationResult>,
+    /// How far places on board are from where they were sent to be, where the vehicle is not precise.
+    pub position_error_m: Option<f64>,
+}
+
 struct Entry {
     operation: Operation,
     pending: Pending<RequestResult>,
@@ -52,6 +61,7 @@ impl Operations {
             done: progress.done,
             total: progress.total,
             error: None,
+            position_error_m: None,
             result: None,
         };
         entries.by_id.insert(operation.id, Entry { operation: operation.clone(), pending });
@@ -85,14 +95,15 @@ impl Operations {
     }
 
     /// Notes the end; the operation without its result, `None` when it was forgotten.
-    pub fn end(&self, id: u64, end: Result<Option<OperationResult>, Problem>) -> Option<Operation> {
+    pub fn end(&self, id: u64, end: Result<Outcome, Problem>) -> Option<Operation> {
         let mut entries = self.lock();
         let operation = &mut entries.by_id.get_mut(&id)?.operation;
         match end {
-            Ok(result) => {
+            Ok(outcome) => {
                 operation.state = OperationState::Done;
                 operation.done = operation.total;
-                operation.result = result;
+                operation.position_error_m = outcome.position_error_m;
+                operation.result = outcome.result;
             }
             Err(problem) => {
                 let was_cancelled = problem.cause == Cause::Cancelled;

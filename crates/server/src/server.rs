@@ -21,6 +21,7 @@ use vencejo_maps::{MapError, Maps, MapsConfig};
 use vencejo_station::Station;
 
 use crate::access::{Access, Tokens};
+use crate::operator::Operator;
 use crate::routes;
 use crate::state::App;
 
@@ -222,6 +223,11 @@ impl Server {
     /// Whether it speaks TLS.
     pub fn is_tls(&self) -> bool {
         self.app.access().is_tls
+    }
+
+    /// Opens an operator's session for this very program; `None` when all places for sessions are taken.
+    pub fn operator(&self, name: &str) -> Option<Operator> {
+        Operator::open(self.app.clone(), name)
     }
 
     /// WebSocket clients now.

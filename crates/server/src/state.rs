@@ -16,7 +16,6 @@ use vencejo_vehicle::VehicleEvent;
 use crate::access::Access;
 use crate::convert;
 use crate::dto::cause::{Cause, Crowd};
-use crate::dto::telemetry::landed_name;
 use crate::dto::{EventDetail, Operation, OperationKind, ServerMessage};
 use crate::operations::{MAX_RUNNING, Operations};
 use crate::outbox::{Outboxes, Topic};
@@ -91,6 +90,11 @@ impl App {
     /// Who may do what.
     pub fn access(&self) -> &Access {
         &self.shared.access
+    }
+
+    /// Whether our heartbeat follows the operators' sessions.
+    pub fn is_on_board(&self) -> bool {
+        self.shared.on_board
     }
 
     /// The present moment on the station's clock.
@@ -198,7 +202,7 @@ impl App {
                 }
             }
             let end = match pending.wait().await {
-                Some(Ok(reply)) => convert::operation_result(reply).map_err(|error| *problem::from_flight(&error).0),
+                Some(Ok(reply)) => convert::outcome(reply).map_err(|error| *problem::from_flight(&error).0),
                 Some(Err(error)) => Err(*problem::from_station(&error).0),
                 None => Err(*Problem::closed().0),
             };
@@ -310,7 +314,7 @@ impl App {
             }
             VehicleEvent::ArmedChanged { is_armed } => (if *is_armed { "armed" } else { "disarmed" }, BTreeMap::new()),
             VehicleEvent::LandedChanged { landed } => {
-                ("landed", BTreeMap::from([("landed", text(landed_name(*landed).to_owned()))]))
+                ("landed", BTreeMap::from([("landed", text(landed.to_string()))]))
             }
             VehicleEvent::CurrentItemChanged { seq } => ("item", item(*seq).into_iter().collect()),
             VehicleEvent::ItemReached { seq } => ("item_reached", item(*seq).into_iter().collect()),

@@ -574,3 +574,117 @@ async fn a_request_over_a_real_socket() {
     assert!(TcpStream::connect(server.address()).await.is_err(), "nobody listens any more");
     station.close().await;
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn raw_messages_are_told_by_name_the_newest_of_each() {
+    let station = station(true);
+    let _double = double(&station).await;
+    let server = serve(&station, ServerConfig::default()).await;
+    let ana = cookie(&server, "ana");
+    let mut socket = connect(&server, &ana, None).await.expect("a WebSocket");
+    let subscribe = |names: Value, rate_hz: u32| json!({"type": "subscribe_messages", "vehicle": 1, "names": names, "rate_hz": rate_hz});
+    say(&mut socket, subscribe(json!(["HEARTBEAT"]), 2)).await;
+    let first = next(&mut socket, "message").await.expect("a message");
+    assert_eq!(
+        (&first["vehicle"], &first["message"]["name"], &first["message"]["fields"]["autopilot"]),
+        (&json!(1), &json!("HEARTBEAT"), &json!(3)),
+        "{first}"
+    );
+    let second = next(&mut socket, "message").await.expect("a message");
+    let counts = [&first, &second].map(|message| message["count"].as_u64().expect("a number"));
+    assert!(counts[1] > counts[0] + 2, "20 a second came, 2 are told: {counts:?}");
+    say(&mut socket, subscribe(json!(["NO_SUCH_MESSAGE"]), 2)).await;
+    assert_eq!(next(&mut socket, "error").await.expect("an error")["cause"]["code"], "not-found");
+    say(&mut socket, subscribe(Value::Null, 51)).await;
+    assert_eq!(next(&mut socket, "error").await.expect("an error")["cause"]["field"], "rate_hz");
+    server.close().await;
+    station.close().await;
+}
+
+#[tokio::test]
+async fn recordings_are_listed_and_read_and_nothing_else_is() {
+    let folder = std::env::temp_dir().join(format!("vencejo-recordings-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("made");
+    std::fs::write(folder.join("../vencejo-secret.tlog"), b"no").expect("written");
+    std::fs::write(folder.join("notes.txt"), b"no").expect("written");
+    let capture = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/fixtures/captures/mission-upload-items.tlog");
+    std::fs::copy(capture, folder.join("flight.tlog")).expect("copied");
+    let config = StationConfig { request_streams: false, record_dir: Some(folder.clone()), ..StationConfig::default() };
+    let station = Station::start(config, Handle::current()).expect("a station");
+    let server = Plain::new(station.clone(), None);
+    let listed = server.ask("GET", "/recordings", None, None).await.json();
+    let names: Vec<_> = listed.as_array().expect("a list").iter().map(|one| one["name"].clone()).collect();
+    assert!(names.contains(&json!("flight.tlog")) && !names.contains(&json!("notes.txt")), "{listed}");
+    let read = server.ask("GET", "/recordings/flight.tlog", None, None).await;
+    assert_eq!((read.status, read.body), (200, std::fs::read(capture).expect("read")));
+    let summary = server.ask("GET", "/recordings/flight.tlog/summary", None, None).await.json();
+    assert!(summary["frames"].as_u64().expect("a number") > 10, "{summary}");
+    for name in ["..%2Fvencejo-secret.tlog", "notes.txt", "%2Fetc%2Fpasswd", "flight"] {
+        let refused = server.ask("GET", &format!("/recordings/{name}"), None, None).await;
+        assert_eq!((refused.status, refused.json()["cause"]["code"].clone()), (404, json!("not-found")), "{name}");
+    }
+    assert!(server.ask("GET", "/recorder", None, None).await.json()["dropped"].is_u64());
+    station.close().await;
+    std::fs::remove_dir_all(&folder).expect("removed");
+    std::fs::remove_file(folder.with_file_name("vencejo-secret.tlog")).expect("removed");
+}
+
+#[tokio::test]
+async fn a_raw_command_is_answered_and_a_message_has_fields() {
+    let station = station(true);
+    let _double = double(&station).await;
+    let server = Plain::new(station.clone(), None);
+    let cookie = server.session(json!({})).await;
+    let ask = async |method, path, body| server.ask(method, path, Some(cookie.as_str()), Some(body)).await;
+    let refused =
+        ask("POST", "/vehicles/1/command/long", json!({"command": "COMPONENT_ARM_DISARM", "params": [1]})).await;
+    assert_eq!((refused.status, refused.json()["cause"]["result"].clone()), (409, json!("FAILED")));
+    for (path, body, status, code) in [
+        ("/vehicles/1/command/long", json!({"command": "NO_SUCH"}), 404, "not-found"),
+        ("/vehicles/1/command/long", json!({"command": 400, "params": [1e300]}), 422, "invalid-value"),
+        (
+            "/vehicles/1/command/int",
+            json!({"command": 192, "frame": 3, "params": [1, 2, 3, 4, 5]}),
+            422,
+            "invalid-value",
+        ),
+        ("/vehicles/1/messages", json!({"name": "NO_SUCH"}), 404, "not-found"),
+        ("/vehicles/1/messages", json!({"name": "ATTITUDE", "fields": {"roll": "left"}}), 422, "invalid-request"),
+        ("/vehicles/1/messages/NO_SUCH/request", Value::Null, 404, "not-found"),
+    ] {
+        let answer = ask("POST", path, body.clone()).await;
+        assert_eq!((answer.status, answer.json()["cause"]["code"].clone()), (status, json!(code)), "{path} {body}");
+    }
+    let sent = json!({"name": "PARAM_REQUEST_READ", "fields": {"param_id": "WP_RADIUS", "param_index": -1}});
+    assert_eq!(ask("POST", "/vehicles/1/messages", sent).await.status, 200);
+    let rate =
+        server.ask("PUT", "/vehicles/1/messages/ATTITUDE/rate", Some(&cookie), Some(json!({"rate_hz": 500}))).await;
+    assert_eq!(rate.json()["cause"]["field"], "rate_hz");
+    let note = ask("POST", "/vehicles/1/texts", json!({"text": "hello", "severity": 9})).await;
+    assert_eq!(note.json()["cause"]["field"], "severity");
+    assert_eq!(ask("POST", "/vehicles/1/texts", json!({"text": "hello"})).await.status, 200);
+    let texts = server.ask("GET", "/vehicles/1/texts", None, None).await.json();
+    assert_eq!(texts.as_array().and_then(|texts| texts.last()).map(|text| &text["text"]), Some(&json!("hello")));
+    let params = b"WP_RADIUS,60\n".to_vec();
+    let request = Request::builder().method("POST").uri("/api/v1/params/parse").header(header::HOST, "localhost");
+    let parsed = server.send(request.body(Body::from(params.clone())).expect("a request")).await.json();
+    assert_eq!(parsed, json!([{"name": "WP_RADIUS", "value": 60.0}]));
+    assert_eq!(server.ask("POST", "/params/format", None, Some(parsed)).await.body, params);
+    assert_eq!(server.ask("PUT", "/heartbeat", Some(&cookie), Some(json!({"enabled": true}))).await.status, 200);
+    station.close().await;
+}
+
+#[tokio::test]
+async fn a_mission_with_errors_is_not_sent() {
+    let station = station(true);
+    let _double = double(&station).await;
+    let server = Plain::new(station.clone(), None);
+    let cookie = server.session(json!({})).await;
+    let item = json!({"command": 16, "frame": 3, "params": [0, 0, 0, 0, 0.0, 0.0, 50.0]});
+    let answer = server.ask("PUT", "/vehicles/1/plan/mission", Some(&cookie), Some(json!({"items": [item]}))).await;
+    let problem = answer.json();
+    assert_eq!((answer.status, &problem["cause"]["code"]), (422, &json!("plan-unsound")), "{problem}");
+    assert!(!problem["reasons"].as_array().expect("a list").is_empty());
+    assert_eq!(server.ask("GET", "/operations", None, None).await.json(), json!([]), "nothing was sent");
+    station.close().await;
+}

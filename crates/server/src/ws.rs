@@ -3,16 +3,17 @@
 //! A client that reads slowly waits for itself alone: its telemetry is made when it can be sent, and nothing else of it
 //! is kept than its [`Outbox`].
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
 use tokio::time::{Instant, Interval, MissedTickBehavior, interval, sleep_until, timeout};
-use vencejo_proto::SystemId;
+use vencejo_proto::{SystemId, message_id_of};
+use vencejo_station::{DropOldest, Received, Taken};
 
 use crate::convert;
-use crate::dto::cause::Crowd;
+use crate::dto::cause::{Crowd, Thing};
 use crate::dto::telemetry::Sent;
 use crate::dto::{self, ClientMessage, MissionProgress, ServerMessage, TelemetryGroups};
 use crate::outbox::{Outbox, Outgoing, json};
@@ -26,6 +27,13 @@ pub const MAX_CLIENTS: usize = 128;
 pub const MAX_MESSAGE_BYTES: usize = 4096;
 /// Vehicles that one client follows at most.
 const MAX_SUBSCRIPTIONS: usize = 64;
+/// Raw messages of one vehicle that wait to be looked at, and how long at most: 10,000 a second fit.
+const MESSAGE_QUEUE: usize = 1024;
+const LOOK_INTERVAL: Duration = Duration::from_millis(100);
+/// Kinds of raw messages, by sender, of which the newest is kept; further ones, which only noise brings, are not told.
+const MAX_MESSAGE_KINDS: usize = 1024;
+/// Raw messages that one client follows by name.
+const MAX_MESSAGE_NAMES: usize = 64;
 /// Rates that a client may ask for, Hz.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=50.0;
 /// How long one message may take to leave. Longer, and the connection is taken for dead.
@@ -75,12 +83,51 @@ struct Subscription {
     progress: Option<MissionProgress>,
 }
 
+/// Which raw messages of a vehicle a client wants, and what has come of them.
+struct MessageSubscription {
+    /// Only these ids; all when absent.
+    ids: Option<BTreeSet<u32>>,
+    period: Duration,
+    /// When the queue is emptied next.
+    look: Instant,
+    /// When the newest are told next.
+    due: Instant,
+    /// Absent until the vehicle has been heard.
+    queue: Option<Arc<DropOldest<Received>>>,
+    /// By sender and id: the newest, how many came, and whether it was told.
+    newest: BTreeMap<(u8, u32), (Received, u64, bool)>,
+}
+
+impl MessageSubscription {
+    /// Takes what has come: of each message the newest is kept.
+    fn look(&mut self, app: &App, vehicle: u8) {
+        if self.queue.as_ref().is_none_or(|queue| queue.is_closed()) {
+            let Some(handle) = app.station().vehicle(SystemId(vehicle)) else { return };
+            self.queue = Some(handle.subscribe_messages(self.ids.clone(), MESSAGE_QUEUE));
+        }
+        let Some(queue) = &self.queue else { return };
+        for _ in 0..MESSAGE_QUEUE {
+            let Taken::Item(received) = queue.take_blocking(Some(Duration::ZERO)) else { break };
+            let key = (received.frame.source().component.0, received.frame.message_id());
+            let has_room = self.newest.len() < MAX_MESSAGE_KINDS;
+            match self.newest.get_mut(&key) {
+                Some((newest, count, is_told)) => (*newest, *count, *is_told) = (received, *count + 1, false),
+                None if has_room => {
+                    self.newest.insert(key, (received, 1, false));
+                }
+                None => {}
+            }
+        }
+    }
+}
+
 /// One client.
 struct Client {
     app: App,
     session: SessionId,
     outbox: Arc<Outbox>,
     subscriptions: BTreeMap<u8, Subscription>,
+    messages: BTreeMap<u8, MessageSubscription>,
     unanswered: u32,
     messages_in_interval: u32,
 }
@@ -89,8 +136,15 @@ struct Client {
 pub async fn serve(app: App, session: SessionId, mut socket: WebSocket) {
     let guard = SocketGuard::new(app.clone(), session);
     let outbox = app.outboxes().open();
-    let mut client =
-        Client { app, session, outbox, subscriptions: BTreeMap::new(), unanswered: 0, messages_in_interval: 0 };
+    let mut client = Client {
+        app,
+        session,
+        outbox,
+        subscriptions: BTreeMap::new(),
+        messages: BTreeMap::new(),
+        unanswered: 0,
+        messages_in_interval: 0,
+    };
     let end = client.run(&mut socket).await.unwrap_or_else(|end| end);
     // The lease's grace begins now, not when a dead connection has been given up.
     drop(guard);
@@ -135,7 +189,8 @@ impl Client {
                 };
                 self.send(socket, Message::Text(text)).await?;
             }
-            let due = self.subscriptions.values().map(|subscription| subscription.due).min();
+            let due = self.subscriptions.values().map(|subscription| subscription.due);
+            let due = due.chain(self.messages.values().map(|subscription| subscription.look)).min();
             tokio::select! {
                 () = closed(&mut closing) => return Ok(End::Closing),
                 () = self.outbox.overflown() => return Ok(End::TooSlow),
@@ -152,7 +207,10 @@ impl Client {
                     self.messages_in_interval = 0;
                     self.send(socket, Message::Ping(Vec::new().into())).await?;
                 }
-                () = sleep_until(due.unwrap_or_else(far)), if due.is_some() => self.send_telemetry(socket).await?,
+                () = sleep_until(due.unwrap_or_else(far)), if due.is_some() => {
+                    self.send_telemetry(socket).await?;
+                    self.send_messages(socket).await?;
+                }
             }
         }
     }
@@ -210,6 +268,13 @@ impl Client {
                 self.subscriptions.remove(&vehicle);
                 Ok(())
             }
+            Ok(ClientMessage::SubscribeMessages { vehicle, names, rate_hz }) => {
+                self.subscribe_messages(vehicle, names.as_deref(), rate_hz)
+            }
+            Ok(ClientMessage::UnsubscribeMessages { vehicle }) => {
+                self.messages.remove(&vehicle);
+                Ok(())
+            }
             Err(error) => Err(Problem::invalid(format!("this is no message that is understood: {error}"))),
         };
         match done {
@@ -237,6 +302,54 @@ impl Client {
             progress: None,
         });
         (subscription.period, subscription.due) = (period, due);
+        Ok(())
+    }
+
+    /// Begins to follow raw messages of a vehicle, or follows others.
+    fn subscribe_messages(&mut self, vehicle: u8, names: Option<&[String]>, rate_hz: f64) -> Result<(), Problem> {
+        let period = period_of(rate_hz)?;
+        if !self.messages.contains_key(&vehicle) && self.messages.len() >= MAX_SUBSCRIPTIONS {
+            let detail = format!("the messages of {MAX_SUBSCRIPTIONS} vehicles are followed already");
+            return Err(Problem::too_many(Crowd::Subscriptions, MAX_SUBSCRIPTIONS, detail));
+        }
+        let id_of = |name: &String| {
+            let detail = format!("'{name}' is no message; names are like 'ATTITUDE'");
+            message_id_of(name).ok_or_else(|| Problem::not_found(Thing::Message, name, detail))
+        };
+        let ids = names.map(|names| names.iter().map(id_of).collect::<Result<BTreeSet<_>, _>>()).transpose()?;
+        if ids.as_ref().is_some_and(|ids| ids.len() > MAX_MESSAGE_NAMES) {
+            let detail = format!("at most {MAX_MESSAGE_NAMES} messages are followed by name; give no names for all");
+            return Err(Problem::too_many(Crowd::Subscriptions, MAX_MESSAGE_NAMES, detail));
+        }
+        let now = Instant::now();
+        let subscription =
+            MessageSubscription { ids, period, look: now, due: now, queue: None, newest: BTreeMap::new() };
+        self.messages.insert(vehicle, subscription);
+        Ok(())
+    }
+
+    /// Takes the raw messages that have come, and sends the newest of those that are due.
+    async fn send_messages(&mut self, socket: &mut WebSocket) -> Result<(), End> {
+        let now = Instant::now();
+        let mut texts = Vec::new();
+        for (vehicle, subscription) in &mut self.messages {
+            if subscription.look > now {
+                continue;
+            }
+            subscription.look(&self.app, *vehicle);
+            if subscription.due <= now {
+                subscription.due = (subscription.due + subscription.period).max(now + subscription.period / 2);
+                for (received, count, is_told) in subscription.newest.values_mut().filter(|(_, _, is_told)| !is_told) {
+                    *is_told = true;
+                    let message = convert::raw_message(&received.frame, received.at);
+                    texts.push(json(&ServerMessage::Message { vehicle: *vehicle, count: *count, message }));
+                }
+            }
+            subscription.look = subscription.due.min(now + LOOK_INTERVAL);
+        }
+        for text in texts {
+            self.send(socket, Message::Text(text)).await?;
+        }
         Ok(())
     }
 

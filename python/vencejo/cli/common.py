@@ -82,6 +82,7 @@ EXIT_CODES: Final[Mapping[str, Exit]] = {
     "Busy": Exit.FAILED,
     "Cancelled": Exit.INTERRUPTED,
     "InvalidRequest": Exit.USAGE,
+    "NotPossibleNow": Exit.FAILED,
     "CommandRefused": Exit.FAILED,
     "CommandTimeout": Exit.FAILED,
     "TransferError": Exit.FAILED,

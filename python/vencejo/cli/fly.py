@@ -88,10 +88,12 @@ def fly(
     from vencejo import Plan
     from vencejo.cli.report import Reporter
 
-    if not yes and not sys.stdin.isatty():
-        raise Failed("there is no terminal to ask on before arming: add --yes to go on without being asked", Exit.USAGE)
     with Reporter(json=json) as reporter:
         loaded = Plan.load(plan)
+        if not yes and not sys.stdin.isatty():
+            raise Failed(
+                "there is no terminal to ask on before arming: add --yes to go on without being asked", Exit.USAGE
+            )
         check(loaded.check(), reporter, "nothing was sent")
         reporter.step("loaded", f"{plan}: {len(loaded)} items, {distance(loaded.length_m)}", items=len(loaded))
         with vehicle_on(link, system_id=system, timeout_s=timeout, record=record, forward=forward) as vehicle:
@@ -184,12 +186,16 @@ def upload(vehicle: Vehicle, plan: Plan, reporter: Reporter) -> None:
         except KeyboardInterrupt:
             say(f"Interrupted while the {name} was uploaded: what the vehicle holds is unknown.")
             raise
+        text = f"{name} uploaded and verified: {state.count if state.count is not None else len(plan)} items"
+        if state.position_error_m is not None:
+            text += f"; this vehicle keeps positions to {state.position_error_m:.1f} m"
         reporter.step(
             "uploaded",
-            f"{name} uploaded and verified: {state.count if state.count is not None else len(plan)} items",
+            text,
             kind=kind,
             count=state.count,
             hash=state.hash,
+            position_error_m=state.position_error_m,
         )
 
 

@@ -43,6 +43,7 @@ ANSWERS: Final[Mapping[type[errors.VencejoError], Answer]] = {
     errors.Busy: Answer.BUSY,
     errors.Cancelled: Answer.FAILED,
     errors.InvalidRequest: Answer.BAD_VALUE,
+    errors.NotPossibleNow: Answer.NOT_SENT,
     errors.CommandRefused: Answer.REFUSED,
     errors.CommandTimeout: Answer.NO_ANSWER,
     errors.TransferError: Answer.NOT_SENT,

@@ -24,6 +24,7 @@ FAULTS: Final[Mapping[type[errors.VencejoError], str]] = {
     errors.Busy: "Busy",
     errors.Cancelled: "Cancelled",
     errors.InvalidRequest: "InvalidRequest",
+    errors.NotPossibleNow: "InvalidRequest",
     errors.CommandRefused: "CommandRefused",
     errors.CommandTimeout: "CommandTimeout",
     errors.TransferError: "TransferFailed",

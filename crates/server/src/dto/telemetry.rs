@@ -3,7 +3,7 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 use vencejo_proto::MonoTime;
-use vencejo_vehicle::telemetry::{self as core, LandedState, MissionState, Sampled, Telemetry};
+use vencejo_vehicle::telemetry::{self as core, Sampled, Telemetry};
 
 /// Defines a group, and its making from the core's value.
 macro_rules! group {
@@ -222,7 +222,7 @@ group! {
         /// Items on board.
         total: Option<u16> = m.total,
         /// What the mission does.
-        state: Option<String> = m.state.map(mission_state_name),
+        state: Option<String> = m.state.map(|state| state.to_string()),
     }
 }
 group! {
@@ -250,7 +250,7 @@ group! {
     /// EXTENDED_SYS_STATE.
     ExtendedState from core::ExtendedState, |e| {
         /// `undefined`, `on ground`, `in air`, `taking off` or `landing`.
-        landed: String = landed_name(e.landed).to_owned(),
+        landed: String = e.landed.to_string(),
         /// `MAV_VTOL_STATE`; null for a plane without VTOL.
         vtol: Option<u8> = e.vtol,
     }
@@ -366,28 +366,6 @@ group! {
         breach_count: u16 = f.breach_count,
         /// Kind of the last one (`FENCE_BREACH`).
         breach_type: u8 = f.breach_type,
-    }
-}
-
-/// `MAV_LANDED_STATE` in words.
-pub(crate) fn landed_name(landed: LandedState) -> &'static str {
-    match landed {
-        LandedState::Undefined => "undefined",
-        LandedState::OnGround => "on ground",
-        LandedState::InAir => "in air",
-        LandedState::TakingOff => "taking off",
-        LandedState::Landing => "landing",
-    }
-}
-
-fn mission_state_name(state: MissionState) -> String {
-    match state {
-        MissionState::NoMission => "no mission".into(),
-        MissionState::NotStarted => "not started".into(),
-        MissionState::Active => "active".into(),
-        MissionState::Paused => "paused".into(),
-        MissionState::Complete => "complete".into(),
-        MissionState::Other(number) => format!("state {number}"),
     }
 }
 

@@ -7,11 +7,12 @@ use utoipa_axum::routes;
 use vencejo_flight::plan::Home;
 use vencejo_proto::MissionSeq;
 use vencejo_station::VehicleHandle;
+use vencejo_vehicle::telemetry::Severity;
 use vencejo_vehicle::{self as core, ModeChoice, Request, Turn};
 
 use crate::dto::{
-    AbortLanding, AltFrame, Done, Force, Goto, MissionStart, SetAltitude, SetHome, SetItem, SetMode, SetSpeed,
-    SpeedKind, Takeoff,
+    AbortLanding, AltFrame, ClimbTo, Done, FlyCourse, Force, Goto, MissionStart, Mode, NewNote, SetAltitude, SetHome,
+    SetItem, SetMode, SetSpeed, SetVelocity, SpeedKind, Takeoff,
 };
 use crate::extract::{Json as Body, OptionalJson, Pilot, Vehicle};
 use crate::problem::Problem;
@@ -69,6 +70,10 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(goto))
         .routes(routes!(set_speed))
         .routes(routes!(set_altitude))
+        .routes(routes!(fly_course))
+        .routes(routes!(climb_to))
+        .routes(routes!(set_velocity))
+        .routes(routes!(add_note))
         .routes(routes!(loiter))
         .routes(routes!(return_to_launch))
         .routes(routes!(land))
@@ -79,6 +84,16 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(set_current_item))
         .routes(routes!(set_home))
         .routes(routes!(reboot))
+}
+
+/// A bank of 27 degrees.
+const COURSE_ACCEL_M_S2: f64 = 5.0;
+
+fn severity(given: Option<u8>) -> Result<Severity, Problem> {
+    match given.unwrap_or(6) {
+        severity @ 0..=7 => Ok(Severity(severity)),
+        other => Err(Problem::invalid_value("severity", other, "0, an emergency, to 7, debug")),
+    }
 }
 
 fn alt_frame(frame: AltFrame) -> core::AltFrame {
@@ -111,7 +126,10 @@ command! {
 }
 command! {
     /// Changes the flight mode.
-    set_mode, "/vehicles/{id}/mode", SetMode, |vehicle, body| Request::SetMode(ModeChoice::Name(body.mode))
+    set_mode, "/vehicles/{id}/mode", SetMode, |vehicle, body| Request::SetMode(match body.mode {
+        Mode::Number(number) => ModeChoice::Custom(number),
+        Mode::Name(name) => ModeChoice::Name(name),
+    })
 }
 command! {
     /// Takes off. A plane rolls when it is armed, or at once when it already is.
@@ -126,8 +144,8 @@ command! {
         alt_frame: alt_frame(body.alt_frame),
         radius_m: body.radius_m,
         turn: if body.clockwise.unwrap_or(true) { Turn::Clockwise } else { Turn::CounterClockwise },
-        speed_m_s: None,
-        change_mode: true,
+        speed_m_s: body.speed_m_s,
+        change_mode: body.change_mode.unwrap_or(true),
     }
 }
 command! {
@@ -144,6 +162,38 @@ command! {
     /// Changes the height of the present target; a plane must be in GUIDED or LOITER.
     set_altitude, "/vehicles/{id}/altitude", SetAltitude,
     |vehicle, body| Request::ChangeAltitude { alt_m: body.alt_m, alt_frame: alt_frame(body.alt_frame) }
+}
+command! {
+    /// Turns to a course over ground and stays on it. Only for an ArduPlane that is in GUIDED.
+    fly_course, "/vehicles/{id}/course", FlyCourse, |vehicle, body| Request::GuidedCourse {
+        course_deg: body.course_deg,
+        accel_m_s2: body.accel_m_s2.unwrap_or(COURSE_ACCEL_M_S2),
+    }
+}
+command! {
+    /// Climbs or sinks to a height at a rate. Only for an ArduPlane that is in GUIDED.
+    climb_to, "/vehicles/{id}/climb", ClimbTo, |vehicle, body| Request::GuidedClimb {
+        alt_m: body.alt_m,
+        alt_frame: alt_frame(body.alt_frame),
+        rate_m_s: body.rate_m_s,
+    }
+}
+command! {
+    /// Flies at a velocity. Only for what hovers, in GUIDED or OFFBOARD. It has no answer, and the vehicle stops when it hears no
+    /// more of it: after 3 s an ArduCopter, after 0.5 s a PX4.
+    set_velocity, "/vehicles/{id}/velocity", SetVelocity, |vehicle, body| Request::Velocity {
+        forward_m_s: body.forward_m_s,
+        right_m_s: body.right_m_s,
+        down_m_s: body.down_m_s,
+        yaw_rate_rad_s: body.yaw_rate_rad_s,
+    }
+}
+command! {
+    /// Puts a text of ours beside the vehicle's own, for whoever watches it through this station. Nothing is sent.
+    add_note, "/vehicles/{id}/texts", NewNote, |vehicle, body| Request::Note {
+        severity: severity(body.severity)?,
+        text: body.text,
+    }
 }
 command! {
     /// Circles here: mode LOITER.

@@ -5,9 +5,11 @@ mod elevation;
 mod links;
 mod maps;
 mod maps_areas;
+mod messages;
 mod operations;
 mod params;
 mod plans;
+mod recordings;
 mod sessions;
 mod streams;
 mod tiles;
@@ -59,6 +61,8 @@ fn api() -> OpenApiRouter<App> {
         .merge(commands::router())
         .merge(params::router())
         .merge(operations::router())
+        .merge(messages::router())
+        .merge(recordings::router())
         .merge(maps::router())
         .merge(tiles::router())
         .layer(DefaultBodyLimit::max(MAX_BODY));

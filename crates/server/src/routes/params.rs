@@ -1,21 +1,30 @@
 //! Parameters of a vehicle.
 
 use axum::Json;
-use axum::extract::State;
-use axum::http::StatusCode;
+use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
+use axum::extract::{DefaultBodyLimit, State};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
+use vencejo_flight::formats::{MAX_FILE_BYTES, ParamDialect, ParamEntry, read_params as read_file, write_params};
 use vencejo_station::VehicleHandle;
 use vencejo_vehicle::{Reply, Request};
 
 use crate::convert;
+use crate::dto::recording::FileParam;
 use crate::dto::{NewParam, Operation, OperationKind, Param};
-use crate::extract::{Json as Body, Name, Operator, Pilot, Vehicle};
+use crate::extract::{Json as Body, Name, Operator, Pilot, Vehicle, Viewer};
 use crate::problem::Problem;
 use crate::state::App;
 
 pub(super) fn router() -> OpenApiRouter<App> {
-    OpenApiRouter::new().routes(routes!(read_params)).routes(routes!(get_param, set_param))
+    OpenApiRouter::new()
+        .routes(routes!(read_params))
+        .routes(routes!(get_param, set_param))
+        .routes(routes!(format_params))
+        .merge(OpenApiRouter::new().routes(routes!(parse_params)).layer(DefaultBodyLimit::max(MAX_FILE_BYTES)))
 }
 
 /// Reads all parameters; the operation's result is the list.
@@ -57,4 +66,25 @@ async fn set_param(
     Body(new): Body<NewParam>,
 ) -> Result<Json<Param>, Problem> {
     ask(&vehicle, Request::ParamSet { name, value: new.value }).await
+}
+
+/// Reads a parameter file of any known kind (`.param`, `.parm`, `.params`); the body is the file.
+#[utoipa::path(post, path = "/params/parse", tag = "params",
+    request_body(content = Vec<u8>, content_type = "application/octet-stream"),
+    responses((status = 200, body = Vec<FileParam>), Problem))]
+async fn parse_params(_: Viewer, body: Result<Bytes, BytesRejection>) -> Result<Json<Vec<FileParam>>, Problem> {
+    Ok(Json(read_file(&body?)?.iter().map(convert::file_param).collect()))
+}
+
+/// Writes a `.param` file: one `NAME,value` a line, in the order given.
+#[utoipa::path(post, path = "/params/format", tag = "params", request_body = Vec<FileParam>,
+    responses((status = 200, content_type = "text/plain", body = String), Problem))]
+async fn format_params(_: Viewer, Body(params): Body<Vec<FileParam>>) -> Response {
+    let entries: Vec<_> =
+        params.into_iter().map(|FileParam { name, value }| ParamEntry { name, value, mav_param_type: None }).collect();
+    let headers = [
+        (header::CONTENT_TYPE, HeaderValue::from_static("text/plain; charset=utf-8")),
+        (header::CONTENT_DISPOSITION, HeaderValue::from_static("attachment; filename=\"vehicle.param\"")),
+    ];
+    (headers, write_params(&entries, ParamDialect::MissionPlanner)).into_response()
 }

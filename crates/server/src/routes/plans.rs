@@ -13,7 +13,7 @@ use utoipa::IntoParams;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vencejo_flight::FlightError;
-use vencejo_flight::checks::{CheckContext, check_plan};
+use vencejo_flight::checks::{CheckContext, Severity, check_plan};
 use vencejo_flight::formats::{MAX_FILE_BYTES, PlanSettings, read_plan, write_plan_json, write_waypoints};
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::plan::{self as core};
@@ -22,6 +22,7 @@ use vencejo_station::VehicleHandle;
 use vencejo_vehicle::Request;
 
 use crate::convert;
+use crate::dto::cause::Cause;
 use crate::dto::{CommandInfo, Finding, Operation, OperationKind, Plan, PlanCheck, PlanFormat, PlanKind};
 use crate::extract::{Json as Body, Operator, Pilot, Vehicle, Viewer};
 use crate::problem::Problem;
@@ -59,20 +60,55 @@ fn upload(kind: PlanKind, plan: &Plan) -> Result<Request, FlightError> {
     Ok(Request::UploadPlan { kind: convert::core_plan_kind(kind), items, home })
 }
 
+/// Whether to look for errors first.
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+struct Checked {
+    /// `false` sends a mission in spite of errors that the checks find.
+    check: Option<bool>,
+}
+
+/// Refuses a mission that would fail. A fence or rally points are refused by their own rules.
+fn require_sound(vehicle: &VehicleHandle, kind: PlanKind, plan: &Plan) -> Result<(), Problem> {
+    if kind != PlanKind::Mission || plan.items.is_empty() {
+        return Ok(());
+    }
+    let context = CheckContext { position: place_of(vehicle), ..CheckContext::default() };
+    let errors: Vec<_> = check_plan(&convert::core_plan(plan)?, &context)
+        .into_iter()
+        .filter(|finding| finding.severity == Severity::Error)
+        .map(|finding| finding.to_string())
+        .collect();
+    if errors.is_empty() {
+        return Ok(());
+    }
+    let detail = format!("the plan has {} errors: nothing was sent; POST /api/v1/plan/check tells more", errors.len());
+    Err(Problem::new(Cause::PlanUnsound { errors: errors.len() as u64 }, detail).reasons(errors))
+}
+
+fn place_of(vehicle: &VehicleHandle) -> Option<GeoPoint> {
+    let position = vehicle.telemetry().0.position?.value;
+    GeoPoint::new(position.lat_deg?, position.lon_deg?).ok()
+}
+
 /// The three things that can be done with one kind of plan on board.
 macro_rules! plan_routes {
     ($path:tt, $kind:ident, $upload:ident = $upload_kind:ident, $download:ident = $download_kind:ident,
      $clear:ident = $clear_kind:ident) => {
         /// Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
-        /// has it. The operation's result is the plan on board.
-        #[utoipa::path(put, path = $path, tag = "plans", params(("id" = u8, Path, description = "System id")),
+        /// has it. The operation's result is the plan on board. A mission in which the checks find an error is refused.
+        #[utoipa::path(put, path = $path, tag = "plans", params(("id" = u8, Path, description = "System id"), Checked),
                                             request_body = Plan, responses((status = 202, body = Operation), Problem))]
         async fn $upload(
             State(app): State<App>,
             _: Pilot,
             Vehicle(vehicle): Vehicle,
+            asked: Result<Query<Checked>, QueryRejection>,
             Body(plan): Body<Plan>,
         ) -> Result<Accepted, Problem> {
+            if asked?.check.unwrap_or(true) {
+                require_sound(&vehicle, PlanKind::$kind, &plan)?;
+            }
             start(&app, &vehicle, OperationKind::$upload_kind, upload(PlanKind::$kind, &plan)?)
         }
 
@@ -184,13 +220,9 @@ async fn format_plan(
     responses((status = 200, body = Vec<Finding>), Problem))]
 async fn check(State(app): State<App>, _: Viewer, Body(asked): Body<PlanCheck>) -> Result<Json<Vec<Finding>>, Problem> {
     let plan = convert::core_plan(&asked.plan)?;
-    let telemetry =
-        asked.vehicle.and_then(|id| app.station().vehicle(SystemId(id))).map(|vehicle| vehicle.telemetry().0);
-    let position = telemetry.and_then(|telemetry| {
-        let position = telemetry.position?.value;
-        GeoPoint::new(position.lat_deg?, position.lon_deg?).ok()
-    });
-    let on_ground = telemetry.and_then(|telemetry| telemetry.is_on_ground());
+    let vehicle = asked.vehicle.and_then(|id| app.station().vehicle(SystemId(id)));
+    let position = vehicle.as_ref().and_then(place_of);
+    let on_ground = vehicle.as_ref().and_then(|vehicle| vehicle.telemetry().0.is_on_ground());
     let context = CheckContext { position, on_ground, ..CheckContext::default() };
     Ok(Json(check_plan(&plan, &context).into_iter().map(convert::finding).collect()))
 }

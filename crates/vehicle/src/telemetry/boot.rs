@@ -4,16 +4,16 @@ use std::time::Duration;
 
 use vencejo_proto::MonoTime;
 
-use super::LOST_AFTER;
-
 /// Messages overtake each other on their way by up to this much of the vehicle's time.
 const REORDER_MS: u32 = 500;
 /// Messages in a row, each newer than the one before, that prove that the clock went back: a repeated old datagram does not.
 const PROOFS: u32 = 3;
 /// The 32-bit counter wraps after 49.7 days.
 const WRAP_ZONE_MS: u32 = 60_000;
-/// After a silence the clock must have caught up with ours, up to this much.
-const LAG: Duration = Duration::from_secs(3);
+/// A silence in which a vehicle can restart and be up again: the fastest boards need about this long.
+const SILENCE: Duration = Duration::from_secs(1);
+/// After such a silence the clock must have caught up with ours, up to this much.
+const LAG: Duration = Duration::from_secs(1);
 /// How long a backlog of old messages may take to drain after a silence.
 const DRAIN: Duration = Duration::from_secs(3);
 
@@ -54,8 +54,9 @@ impl BootClock {
     /// Reads the time since boot of a message.
     ///
     /// A restart shows in two ways: the time goes back for several messages in a row (one old datagram that was
-    /// delayed is no restart), or, after a silence, it stays behind by more than 3 s (a restart soon after boot, unseen). A
-    /// simulator that is paused for longer than 5 s looks like the second; taking it for a restart does no harm.
+    /// delayed is no restart), or, after a silence, it stays behind by more than 1 s. The second is for a restart soon after
+    /// boot, whose time has grown past the old one when it is heard: that takes a silence as long as the old life was, so no
+    /// silence, pause or delay makes a vehicle that has been up for longer look restarted.
     pub fn observe(&mut self, boot_ms: u32, now: MonoTime) -> Option<BootEvent> {
         let Some((newest_ms, newest_at)) = self.newest else {
             self.newest = Some((boot_ms, now));
@@ -64,7 +65,9 @@ impl BootClock {
         let has_wrapped = newest_ms > u32::MAX - WRAP_ZONE_MS && boot_ms < WRAP_ZONE_MS;
         if boot_ms >= newest_ms || has_wrapped {
             self.back = None;
-            if now.since(newest_at) > LOST_AFTER {
+            let silence = now.since(newest_at);
+            let could_hide_a_life = u128::from(newest_ms) <= silence.as_millis() + u128::from(REORDER_MS);
+            if silence > SILENCE && could_hide_a_life {
                 self.lag = Some(Lag { since: now, anchor: (newest_ms, newest_at) });
             }
             self.newest = Some((boot_ms, now));
@@ -170,6 +173,37 @@ mod tests {
         let mut samples = vec![(5_000, 0)];
         samples.extend((0..50).map(|n| (15_000 + n * 100, 20_000 + u64::from(n) * 100)));
         assert_eq!(noticed(&samples), Some(23_000));
+    }
+
+    #[test]
+    fn a_second_restart_soon_after_the_first_is_noticed_too() {
+        let mut clock = BootClock::default();
+        let mut noticed = Vec::new();
+        let mut hear = |boot_ms: u32, ms: u64| {
+            if clock.observe(boot_ms, at(ms)).is_some() {
+                noticed.push(ms);
+            }
+        };
+        for n in 0..100u32 {
+            hear(60_000 + n * 100, u64::from(n) * 100);
+        }
+        for n in 0..4u32 {
+            hear(1_200 + n * 100, 15_000 + u64::from(n) * 100);
+        }
+        // Two seconds later it is up again: its time is as near to the old one as that of a message that was overtaken.
+        for n in 0..60u32 {
+            hear(1_100 + n * 100, 17_300 + u64::from(n) * 100);
+        }
+        assert_eq!(noticed.len(), 2, "{noticed:?}");
+        assert!(noticed[1] < 22_000, "{noticed:?}");
+    }
+
+    #[test]
+    fn a_long_silence_of_a_vehicle_that_was_up_for_longer_is_no_restart() {
+        // A simulator that was paused for 20 s, or a link that stays late by 8 s.
+        let mut samples = vec![(300_000, 0)];
+        samples.extend((0..100).map(|n| (300_100 + n * 100, 20_000 + u64::from(n) * 100)));
+        assert_eq!(noticed(&samples), None);
     }
 
     #[test]

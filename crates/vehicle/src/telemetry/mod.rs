@@ -439,6 +439,19 @@ pub enum MissionState {
     Other(u8),
 }
 
+impl fmt::Display for MissionState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoMission => "no mission",
+            Self::NotStarted => "not started",
+            Self::Active => "active",
+            Self::Paused => "paused",
+            Self::Complete => "complete",
+            Self::Other(number) => return write!(f, "state {number}"),
+        })
+    }
+}
+
 /// MISSION_CURRENT.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MissionCurrent {
@@ -492,6 +505,18 @@ pub enum LandedState {
     TakingOff,
     /// 4: landing.
     Landing,
+}
+
+impl fmt::Display for LandedState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Undefined => "undefined",
+            Self::OnGround => "on ground",
+            Self::InAir => "in air",
+            Self::TakingOff => "taking off",
+            Self::Landing => "landing",
+        })
+    }
 }
 
 /// EXTENDED_SYS_STATE.

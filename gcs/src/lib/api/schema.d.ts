@@ -104,6 +104,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/heartbeat": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Starts or stops our heartbeat, which the vehicles' ground-station failsafe counts. On board a vehicle it follows the
+         *     operators' sessions instead.
+         */
+        put: operations["set_heartbeat"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/info": {
         parameters: {
             query?: never;
@@ -504,6 +524,40 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/params/format": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Writes a `.param` file: one `NAME,value` a line, in the order given. */
+        post: operations["format_params"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/params/parse": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Reads a parameter file of any known kind (`.param`, `.parm`, `.params`); the body is the file. */
+        post: operations["parse_params"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/plan/check": {
         parameters: {
             query?: never;
@@ -549,6 +603,77 @@ export interface paths {
         put?: never;
         /** Reads a plan file of any known kind; the body is the file. */
         post: operations["parse"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recorder": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The recording of this session; null when it is off. */
+        get: operations["recorder"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recordings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The recordings on the server's disk, the newest first; empty when this session is not recorded. */
+        get: operations["list_recordings"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recordings/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A recording as it is on the disk: 8 bytes of big-endian microseconds since 1970 before each frame. One that is being
+         *     written ends where it was when the request came.
+         */
+        get: operations["get_recording"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recordings/{name}/summary": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** What is in a recording: who spoke, which messages, and what happened to the vehicles. */
+        get: operations["summarize"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -679,6 +804,74 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{id}/climb": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Climbs or sinks to a height at a rate. Only for an ArduPlane that is in GUIDED. */
+        post: operations["climb_to"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/command/int": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Any command by COMMAND_INT, likewise. */
+        post: operations["command_int"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/command/long": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Any command by COMMAND_LONG. It is not repeated unless it is known to be safe to do twice. */
+        post: operations["command_long"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/course": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Turns to a course over ground and stays on it. Only for an ArduPlane that is in GUIDED. */
+        post: operations["fly_course"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{id}/disarm": {
         parameters: {
             query?: never;
@@ -758,6 +951,57 @@ export interface paths {
         put?: never;
         /** Circles here: mode LOITER. */
         post: operations["loiter"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/messages": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Sends any message, as it is: the escape hatch. There is no answer and no check. */
+        post: operations["send_message"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/messages/{name}/rate": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /** Sets how often the vehicle sends a message, now and after each of its restarts. It overrides other stations. */
+        put: operations["set_message_rate"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/messages/{name}/request": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Asks the vehicle for one message, once, and gives it back. */
+        post: operations["request_message"];
         delete?: never;
         options?: never;
         head?: never;
@@ -895,7 +1139,7 @@ export interface paths {
         get: operations["download_fence"];
         /**
          * Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
-         *     has it. The operation's result is the plan on board.
+         *     has it. The operation's result is the plan on board. A mission in which the checks find an error is refused.
          */
         put: operations["upload_fence"];
         post?: never;
@@ -917,7 +1161,7 @@ export interface paths {
         get: operations["download_mission"];
         /**
          * Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
-         *     has it. The operation's result is the plan on board.
+         *     has it. The operation's result is the plan on board. A mission in which the checks find an error is refused.
          */
         put: operations["upload_mission"];
         post?: never;
@@ -939,7 +1183,7 @@ export interface paths {
         get: operations["download_rally"];
         /**
          * Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
-         *     has it. The operation's result is the plan on board.
+         *     has it. The operation's result is the plan on board. A mission in which the checks find an error is refused.
          */
         put: operations["upload_rally"];
         post?: never;
@@ -1028,7 +1272,28 @@ export interface paths {
         /** The newest texts that a vehicle wrote, oldest first. */
         get: operations["list_texts"];
         put?: never;
-        post?: never;
+        /** Puts a text of ours beside the vehicle's own, for whoever watches it through this station. Nothing is sent. */
+        post: operations["add_note"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/velocity": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Flies at a velocity. Only for what hovers, in GUIDED or OFFBOARD. It has no answer, and the vehicle stops when it hears no
+         *     more of it: after 3 s an ArduCopter, after 0.5 s a PX4.
+         */
+        post: operations["set_velocity"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1046,6 +1311,14 @@ export interface components {
              * @description Height to climb to; the vehicle's own when absent.
              */
             alt_rel_home_m?: number | null;
+        };
+        /** @description The vehicle took the command. */
+        Acknowledged: {
+            /**
+             * Format: int32
+             * @description `result_param2` of its COMMAND_ACK; what it means depends on the command.
+             */
+            result_param2: number;
         };
         /** @description AIRSPEED of one sensor. */
         AirspeedSensor: {
@@ -1759,12 +2032,52 @@ export interface components {
              * @description The vehicle's system id.
              */
             vehicle: number;
+        } | {
+            /** @description Only these messages, by name; all when absent. */
+            names?: string[] | null;
+            /**
+             * Format: double
+             * @description How often each is told at most, 1 to 50 a second.
+             */
+            rate_hz: number;
+            /** @enum {string} */
+            type: "subscribe_messages";
+            /**
+             * Format: int32
+             * @description The vehicle's system id; it need not have been heard yet.
+             */
+            vehicle: number;
+        } | {
+            /** @enum {string} */
+            type: "unsubscribe_messages";
+            /**
+             * Format: int32
+             * @description The vehicle's system id.
+             */
+            vehicle: number;
+        };
+        /** @description A height to climb or sink to at a rate. */
+        ClimbTo: {
+            /** @description What `alt_m` is counted from. */
+            alt_frame: components["schemas"]["AltFrame"];
+            /**
+             * Format: double
+             * @description Height, counted as `alt_frame` says.
+             */
+            alt_m: number;
+            /**
+             * Format: double
+             * @description How fast, above 0 to 50.
+             */
+            rate_m_s: number;
         };
         /**
          * @description What a command is for.
          * @enum {string}
          */
         CommandCategory: "nav" | "condition" | "do" | "fence" | "rally";
+        /** @description A command of MAVLink: its number, or its name with or without `MAV_CMD_`. */
+        CommandChoice: number | string;
         /** @description A command of the table. */
         CommandInfo: {
             /** @description What it is for. */
@@ -2008,6 +2321,16 @@ export interface components {
             /** @description Its shape. */
             shape: components["schemas"]["ZoneShape"];
         };
+        /** @description One parameter of a file. */
+        FileParam: {
+            /** @description Its name: capital letters, digits and underscores, up to 16. */
+            name: string;
+            /**
+             * Format: double
+             * @description Its value.
+             */
+            value: number;
+        };
         /** @description Something wrong or doubtful in a plan. */
         Finding: {
             /** @description Stable kind, such as `zero-coordinates`. */
@@ -2026,6 +2349,19 @@ export interface components {
          * @enum {string}
          */
         FindingSeverity: "error" | "warning";
+        /** @description A course to fly. */
+        FlyCourse: {
+            /**
+             * Format: double
+             * @description Centripetal acceleration of the turn at most, 0.05 to 20; 5, a bank of 27 degrees, when absent.
+             */
+            accel_m_s2?: number | null;
+            /**
+             * Format: double
+             * @description Course over ground from true north, 0 to below 360.
+             */
+            course_deg: number;
+        };
         /** @description How to arm or disarm. */
         Force: {
             /** @description In spite of the vehicle's own checks, or in the air. */
@@ -2040,6 +2376,8 @@ export interface components {
              * @description Height, counted as `alt_frame` says.
              */
             alt_m: number;
+            /** @description Whether to enter GUIDED for it, which it does when absent; without it a vehicle in another mode refuses. */
+            change_mode?: boolean | null;
             /** @description Sense of the circle; clockwise when absent. */
             clockwise?: boolean | null;
             /**
@@ -2057,6 +2395,11 @@ export interface components {
              * @description Radius of the circle; the vehicle's own when absent.
              */
             radius_m?: number | null;
+            /**
+             * Format: double
+             * @description Ground speed; the vehicle's own when absent.
+             */
+            speed_m_s?: number | null;
         };
         /** @description GPS_RAW_INT: what the receiver says, unfiltered. */
         Gps: {
@@ -3015,6 +3358,16 @@ export interface components {
             /** @description Definition of the system for proj4; null for EPSG:3857 and 4326, which browsers know. */
             proj4: string | null;
         };
+        /** @description The value of a field; null in place of NaN. */
+        MessageField: (number | null) | (number | null)[] | string;
+        /** @description How often a vehicle is to send a message. */
+        MessageRate: {
+            /**
+             * Format: double
+             * @description Messages per second, above 0 to 50; null stops it.
+             */
+            rate_hz: number | null;
+        };
         /** @description MISSION_CURRENT, with the numbers of the wire; `progress` counts items from 1. */
         MissionCurrent: {
             /**
@@ -3077,6 +3430,8 @@ export interface components {
              */
             from_item?: number | null;
         };
+        /** @description A flight mode: its name, one of the vehicle's `mode_names`, or its number on the wire. */
+        Mode: number | string;
         /** @description NAV_CONTROLLER_OUTPUT. */
         NavController: {
             /**
@@ -3136,6 +3491,25 @@ export interface components {
             /** @description Name to show; the link string when absent. */
             name?: string | null;
         };
+        /** @description A message to send. There is no answer and no check: it is the escape hatch. */
+        NewMessage: {
+            /** @description Its fields; those not given are 0, but `target_system` and `target_component` are the vehicle's. */
+            fields?: {
+                [key: string]: components["schemas"]["MessageField"];
+            };
+            /** @description Its name, such as `SET_POSITION_TARGET_GLOBAL_INT`. */
+            name: string;
+        };
+        /** @description A text of ours to stand beside the vehicle's own. */
+        NewNote: {
+            /**
+             * Format: int32
+             * @description `MAV_SEVERITY`: 0 emergency to 7 debug; 6 when absent.
+             */
+            severity?: number | null;
+            /** @description The text; cut to 500 characters. */
+            text: string;
+        };
         /** @description A parameter's new value. */
         NewParam: {
             /**
@@ -3172,6 +3546,12 @@ export interface components {
             id: number;
             /** @description What it does. */
             kind: components["schemas"]["OperationKind"];
+            /**
+             * Format: double
+             * @description After an upload to a vehicle that keeps positions as 32-bit floats: how far the farthest place on board is from where it
+             *     was sent to be.
+             */
+            position_error_m?: number;
             /** @description What it brought; only at `GET /operations/{id}`, once done. */
             result?: components["schemas"]["OperationResult"];
             /** @description How it stands. */
@@ -3475,6 +3855,120 @@ export interface components {
              */
             lon_deg: number;
         };
+        /** @description A COMMAND_INT: its position as scaled integers of its frame. */
+        RawCommandInt: {
+            /** @description Which command. */
+            command: components["schemas"]["CommandChoice"];
+            /**
+             * Format: int32
+             * @description `MAV_FRAME`.
+             */
+            frame: number;
+            /** @description Parameters 1 to 4; those not given are 0, null leaves one to the vehicle (NaN). */
+            params?: [
+            ] | [
+                number | null
+            ] | [
+                number | null,
+                number | null
+            ] | [
+                number | null,
+                number | null,
+                number | null
+            ] | [
+                number | null,
+                number | null,
+                number | null,
+                number | null
+            ];
+            /**
+             * Format: int32
+             * @description Parameter 5; degrees × 10⁷ of latitude in a global frame.
+             */
+            x?: number;
+            /**
+             * Format: int32
+             * @description Parameter 6; degrees × 10⁷ of longitude in a global frame.
+             */
+            y?: number;
+            /**
+             * Format: double
+             * @description Parameter 7; metres in a global frame.
+             */
+            z?: number;
+        };
+        /** @description A COMMAND_LONG. */
+        RawCommandLong: {
+            /** @description Which command. */
+            command: components["schemas"]["CommandChoice"];
+            /** @description Parameters 1 to 7; those not given are 0, null leaves one to the vehicle (NaN). */
+            params?: [
+            ] | [
+                number | null
+            ] | [
+                number | null,
+                number | null
+            ] | [
+                number | null,
+                number | null,
+                number | null
+            ] | [
+                number | null,
+                number | null,
+                number | null,
+                number | null
+            ] | [
+                number | null,
+                number | null,
+                number | null,
+                number | null,
+                number | null
+            ] | [
+                number | null,
+                number | null,
+                number | null,
+                number | null,
+                number | null,
+                number | null
+            ] | [
+                number | null,
+                number | null,
+                number | null,
+                number | null,
+                number | null,
+                number | null,
+                number | null
+            ];
+        };
+        /** @description A raw message of MAVLink. */
+        RawMessage: {
+            /**
+             * Format: int32
+             * @description Component id of its sender.
+             */
+            component_id: number;
+            /** @description Its fields, in the units of the wire; enums and bit masks are numbers. Empty when the dialect does not have it. */
+            fields: {
+                [key: string]: components["schemas"]["MessageField"];
+            };
+            /**
+             * Format: int32
+             * @description Its id.
+             */
+            id: number;
+            /** @description Its name; `UNKNOWN_12345` when the dialect does not have it. */
+            name: string;
+            /**
+             * Format: int32
+             * @description System id of its sender.
+             */
+            system_id: number;
+            /**
+             * Format: double
+             * @description When it came, seconds on the station's clock.
+             */
+            time_s: number;
+        };
         /** @description RC_CHANNELS. */
         RcChannels: {
             /**
@@ -3496,6 +3990,100 @@ export interface components {
              * @description Received signal, raw.
              */
             rssi: number | null;
+        };
+        /** @description Something that happened to a vehicle in a recording. */
+        RecordedEvent: {
+            /** @description Such as `mode`, `armed`, `disarmed`, `text`, `item_reached`, `lost`. */
+            kind: string;
+            /**
+             * Format: int32
+             * @description The vehicle.
+             */
+            system_id: number;
+            /** @description In words; the vehicle's own for `text`. */
+            text: string;
+            /**
+             * Format: double
+             * @description Since the first frame.
+             */
+            time_s: number;
+        };
+        /** @description The recording of this session. */
+        Recorder: {
+            /**
+             * Format: int64
+             * @description Bytes written in this session.
+             */
+            bytes: number;
+            /**
+             * Format: int64
+             * @description Frames that the disk was too slow for, or that could not be written.
+             */
+            dropped: number;
+            /** @description Name of the file that is being written. */
+            file: string | null;
+            /**
+             * Format: int64
+             * @description Frames written in this session.
+             */
+            frames: number;
+            /** @description Whether frames are being written. */
+            is_recording: boolean;
+            /** @description Why nothing is written. */
+            problem: string | null;
+        };
+        /** @description A recording on the server's disk. */
+        Recording: {
+            /**
+             * Format: int64
+             * @description Its size.
+             */
+            bytes: number;
+            /** @description Whether it is being written now. */
+            is_current: boolean;
+            /**
+             * Format: double
+             * @description When it was written last, seconds since 1970; null when the system does not say.
+             */
+            modified_unix_s: number | null;
+            /** @description Name of its file. */
+            name: string;
+        };
+        /** @description What is in a recording. */
+        RecordingSummary: {
+            /**
+             * Format: double
+             * @description From the first frame to the last.
+             */
+            duration_s: number;
+            /** @description What happened, in order. */
+            events: components["schemas"]["RecordedEvent"][];
+            /**
+             * Format: int64
+             * @description Later events for which there was no room.
+             */
+            events_left_out: number;
+            /**
+             * Format: int64
+             * @description Whole frames.
+             */
+            frames: number;
+            /** @description Frames of each message by name. */
+            messages: {
+                [key: string]: number;
+            };
+            /** @description Who spoke. */
+            senders: components["schemas"]["Sender"][];
+            /**
+             * Format: int64
+             * @description Bytes that belong to no whole frame: damage, or a torn end.
+             */
+            skipped_bytes: number;
+            /**
+             * Format: double
+             * @description Time of the first frame, seconds since 1970; null when there is none.
+             */
+            start_unix_s: number | null;
         };
         /** @description Where to return to after a breach of the fence. */
         ReturnPoint: {
@@ -3520,6 +4108,34 @@ export interface components {
          * @enum {string}
          */
         Role: "viewer" | "operator";
+        /** @description Who spoke in a recording. */
+        Sender: {
+            /**
+             * Format: int32
+             * @description `MAV_AUTOPILOT` of its heartbeats; null when it sent none.
+             */
+            autopilot: number | null;
+            /**
+             * Format: int32
+             * @description Component id.
+             */
+            component_id: number;
+            /**
+             * Format: int64
+             * @description Frames.
+             */
+            frames: number;
+            /**
+             * Format: int32
+             * @description `MAV_TYPE` of its heartbeats; null when it sent none.
+             */
+            mav_type: number | null;
+            /**
+             * Format: int32
+             * @description System id.
+             */
+            system_id: number;
+        };
         /**
          * @description What the server says on the WebSocket. Telemetry, lists and states are the newest when they are sent: a client that
          *     reads slowly misses older ones. Texts and events are queued; too many of them end the connection with code 1013.
@@ -3552,6 +4168,21 @@ export interface components {
             time_s: number;
             /** @enum {string} */
             type: "telemetry";
+            /**
+             * Format: int32
+             * @description The vehicle.
+             */
+            vehicle: number;
+        } | {
+            /**
+             * Format: int64
+             * @description How many of it have come since it was subscribed to; those between were not told.
+             */
+            count: number;
+            /** @description It. */
+            message: components["schemas"]["RawMessage"];
+            /** @enum {string} */
+            type: "message";
             /**
              * Format: int32
              * @description The vehicle.
@@ -3673,6 +4304,11 @@ export interface components {
              */
             alt_m: number;
         };
+        /** @description Whether our heartbeat is sent. */
+        SetHeartbeat: {
+            /** @description Send it. */
+            enabled: boolean;
+        };
         /** @description A new home; all absent: where the vehicle is. */
         SetHome: {
             /**
@@ -3699,10 +4335,10 @@ export interface components {
              */
             item: number;
         };
-        /** @description A flight mode. */
+        /** @description The flight mode to change to. */
         SetMode: {
-            /** @description By name, one of the vehicle's `mode_names`. */
-            mode: string;
+            /** @description Which. */
+            mode: components["schemas"]["Mode"];
         };
         /** @description A new speed. */
         SetSpeed: {
@@ -3713,6 +4349,33 @@ export interface components {
              * @description How fast, above 0 to 200.
              */
             speed_m_s: number;
+        };
+        /** @description A velocity relative to the heading; what is absent is 0. */
+        SetVelocity: {
+            /**
+             * Format: double
+             * @description Down, −50 to 50.
+             * @default 0
+             */
+            down_m_s: number;
+            /**
+             * Format: double
+             * @description Forward, −50 to 50.
+             * @default 0
+             */
+            forward_m_s: number;
+            /**
+             * Format: double
+             * @description To the right, −50 to 50.
+             * @default 0
+             */
+            right_m_s: number;
+            /**
+             * Format: double
+             * @description Clockwise seen from above, −10 to 10.
+             * @default 0
+             */
+            yaw_rate_rad_s: number;
         };
         /**
          * @description Which speed.
@@ -4151,6 +4814,38 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["ElevationProfile"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_heartbeat: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SetHeartbeat"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
                 };
             };
             /** @description What was wrong and what to do */
@@ -5070,6 +5765,70 @@ export interface operations {
             };
         };
     };
+    format_params: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FileParam"][];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    parse_params: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/octet-stream": number[];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FileParam"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     check: {
         parameters: {
             query?: never;
@@ -5159,6 +5918,124 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Plan"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    recorder: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Recorder"] | null;
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_recordings: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Recording"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_recording: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its file */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": number[];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    summarize: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its file */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecordingSummary"];
                 };
             };
             /** @description What was wrong and what to do */
@@ -5466,6 +6343,146 @@ export interface operations {
             };
         };
     };
+    climb_to: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ClimbTo"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    command_int: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RawCommandInt"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Acknowledged"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    command_long: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RawCommandLong"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Acknowledged"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    fly_course: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FlyCourse"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     disarm: {
         parameters: {
             query?: never;
@@ -5620,6 +6637,111 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    send_message: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewMessage"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_message_rate: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+                /** @description Such as RAW_IMU */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MessageRate"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    request_message: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+                /** @description Such as HOME_POSITION */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RawMessage"];
                 };
             };
             /** @description What was wrong and what to do */
@@ -5934,7 +7056,10 @@ export interface operations {
     };
     upload_fence: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description `false` sends a mission in spite of errors that the checks find. */
+                check?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -6031,7 +7156,10 @@ export interface operations {
     };
     upload_mission: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description `false` sends a mission in spite of errors that the checks find. */
+                check?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -6128,7 +7256,10 @@ export interface operations {
     };
     upload_rally: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description `false` sends a mission in spite of errors that the checks find. */
+                check?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -6342,6 +7473,76 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Text"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    add_note: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewNote"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_velocity: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SetVelocity"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
                 };
             };
             /** @description What was wrong and what to do */

@@ -1,0 +1,113 @@
+//! An operator inside this program: holds control as a browser's session does, and gives it up when it is asked for.
+
+use std::fmt;
+
+use crate::access::random_secret;
+use crate::dto::Role;
+use crate::sessions::SessionId;
+use crate::state::App;
+
+/// A session of this very program. It ends when it is closed or dropped.
+pub struct Operator {
+    app: App,
+    id: SessionId,
+    secret: String,
+}
+
+impl fmt::Debug for Operator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Operator({})", self.id)
+    }
+}
+
+impl Operator {
+    /// Opens one; it has control when nobody else does. `None` when all places for sessions are taken.
+    pub(crate) fn open(app: App, name: &str) -> Option<Self> {
+        let secret = random_secret().ok()?;
+        let now = app.now();
+        let id = app.change_sessions(|sessions| {
+            sessions.open(secret.clone(), Role::Operator, Some(name), now)?;
+            let (id, _) = sessions.find(&secret, now)?;
+            // It is there for as long as this is, as a page is while its WebSocket is open.
+            sessions.socket_opened(id, now);
+            Some(id)
+        })?;
+        Some(Self { app, id, secret })
+    }
+
+    /// Whether it holds control.
+    pub fn has_control(&self) -> bool {
+        self.app.sessions().has_control(self.id)
+    }
+
+    /// Name of the session that holds control.
+    pub fn holder(&self) -> Option<String> {
+        self.app.sessions().holder_name()
+    }
+
+    /// Name of the session that asks for control.
+    pub fn requested_by(&self) -> Option<String> {
+        self.app.sessions().info(self.id)?.requested_by
+    }
+
+    /// Takes control if nobody else has it; whether it has it now.
+    pub fn take(&self) -> bool {
+        let now = self.app.now();
+        self.app.change_sessions(|sessions| sessions.take(self.id, now)).is_ok()
+    }
+
+    /// Gives control up: to the session that asks for it, else to nobody.
+    pub fn release(&self) {
+        let now = self.app.now();
+        self.app.change_sessions(|sessions| sessions.release(self.id, now));
+    }
+
+    /// Ends the session, and gives control up if it holds it. May be called again.
+    pub fn close(&self) {
+        let now = self.app.now();
+        self.app.change_sessions(|sessions| sessions.close(&self.secret, now));
+    }
+}
+
+impl Drop for Operator {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use vencejo_proto::MonoTime;
+
+    use crate::ServerConfig;
+    use crate::tests::{serve, station};
+
+    #[tokio::test]
+    async fn it_holds_control_as_others_do_and_gives_it_to_who_asks() {
+        let station = station(true);
+        let server = serve(&station, ServerConfig::default()).await;
+        let demo = server.operator("demo").expect("a place");
+        assert!(demo.has_control());
+        let app = server.app();
+        let late = MonoTime::from_micros((app.now().as_duration() + Duration::from_secs(3600)).as_micros() as u64);
+        app.change_sessions(|sessions| sessions.expire(late));
+        assert!(demo.has_control(), "it is there for as long as it is held");
+        let ana = crate::tests::cookie(&server, "ana");
+        let now = app.now();
+        let secret = ana.split('=').next_back().expect("a secret").to_owned();
+        let (id, _) = app.sessions().find(&secret, now).expect("open");
+        app.change_sessions(|sessions| sessions.request(id, now)).expect("asked");
+        assert_eq!(demo.requested_by().as_deref(), Some("ana"));
+        demo.release();
+        assert_eq!((demo.has_control(), demo.holder().as_deref(), demo.take()), (false, Some("ana"), false));
+        app.change_sessions(|sessions| sessions.release(id, now));
+        assert!(demo.take());
+        demo.close();
+        demo.close();
+        assert_eq!(app.sessions().holder_name(), None);
+        server.close().await;
+        station.close().await;
+    }
+}

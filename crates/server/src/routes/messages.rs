@@ -1,0 +1,171 @@
+//! Raw commands and messages, for what has no path of its own.
+
+use std::collections::BTreeMap;
+
+use axum::Json;
+use axum::extract::State;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+use vencejo_flight::plan::Command;
+use vencejo_proto::{
+    Address, CommandInt, CommandLong, FieldError, FieldValue, Header, MavVersion, Message, encode_fields, field_names,
+    message_id_of,
+};
+use vencejo_station::VehicleHandle;
+use vencejo_vehicle::{Reply, Request};
+
+use crate::convert;
+use crate::dto::Done;
+use crate::dto::cause::{Cause, Thing};
+use crate::dto::message::{
+    Acknowledged, CommandChoice, MessageRate, NewMessage, RawCommandInt, RawCommandLong, RawMessage,
+};
+use crate::extract::{Json as Body, Name, Operator, Pilot, Vehicle};
+use crate::problem::Problem;
+use crate::state::App;
+
+pub(super) fn router() -> OpenApiRouter<App> {
+    OpenApiRouter::new()
+        .routes(routes!(command_long))
+        .routes(routes!(command_int))
+        .routes(routes!(send_message))
+        .routes(routes!(request_message))
+        .routes(routes!(set_message_rate))
+}
+
+/// Whom the vehicle is: 0/0 is replaced by it.
+const THE_VEHICLE: Address = Address::new(0, 0);
+
+fn number_of(command: &CommandChoice) -> Result<u16, Problem> {
+    match command {
+        CommandChoice::Number(number) => Ok(*number),
+        CommandChoice::Name(name) => Command::from_name(name).map(|command| command.0).ok_or_else(|| {
+            let detail = format!("'{name}' is no command; give its name, such as 'DO_CHANGE_SPEED', or its number");
+            Problem::not_found(Thing::Command, name, detail)
+        }),
+    }
+}
+
+/// Parameters as the wire has them: 32 bits, NaN for one that is left to the vehicle, 0 for one that is not given.
+fn params_of<const N: usize>(given: &[Option<f64>]) -> Result<[f32; N], Problem> {
+    if given.len() > N {
+        return Err(Problem::invalid_value("params", format!("a list of {}", given.len()), &format!("at most {N}")));
+    }
+    let mut params = [0.0; N];
+    for (param, value) in params.iter_mut().zip(given) {
+        *param = value.map_or(f32::NAN, |value| value as f32);
+        if param.is_infinite() {
+            return Err(Problem::invalid_value("params", value.unwrap_or_default(), "numbers that fit 32 bits"));
+        }
+    }
+    Ok(params)
+}
+
+async fn acknowledged(vehicle: &VehicleHandle, request: Request) -> Result<Json<Acknowledged>, Problem> {
+    match vehicle.request(request).wait().await.ok_or_else(Problem::closed)?? {
+        Reply::Acknowledged { result_param2 } => Ok(Json(Acknowledged { result_param2 })),
+        _ => Ok(Json(Acknowledged { result_param2: 0 })),
+    }
+}
+
+fn message_id(name: &str) -> Result<u32, Problem> {
+    message_id_of(name).ok_or_else(|| {
+        Problem::not_found(Thing::Message, name, format!("'{name}' is no message; names are like 'ATTITUDE'"))
+    })
+}
+
+/// Any command by COMMAND_LONG. It is not repeated unless it is known to be safe to do twice.
+#[utoipa::path(post, path = "/vehicles/{id}/command/long", tag = "raw", request_body = RawCommandLong,
+    params(("id" = u8, Path, description = "System id")), responses((status = 200, body = Acknowledged), Problem))]
+async fn command_long(
+    _: Pilot,
+    Vehicle(vehicle): Vehicle,
+    Body(raw): Body<RawCommandLong>,
+) -> Result<Json<Acknowledged>, Problem> {
+    let command = number_of(&raw.command)?;
+    let params = params_of(&raw.params)?;
+    let command = CommandLong { target: THE_VEHICLE, command, confirmation: 0, params };
+    acknowledged(&vehicle, Request::RawCommandLong(command)).await
+}
+
+/// Any command by COMMAND_INT, likewise.
+#[utoipa::path(post, path = "/vehicles/{id}/command/int", tag = "raw", request_body = RawCommandInt,
+    params(("id" = u8, Path, description = "System id")), responses((status = 200, body = Acknowledged), Problem))]
+async fn command_int(
+    _: Pilot,
+    Vehicle(vehicle): Vehicle,
+    Body(raw): Body<RawCommandInt>,
+) -> Result<Json<Acknowledged>, Problem> {
+    let command = number_of(&raw.command)?;
+    let params = params_of(&raw.params)?;
+    let [z] = params_of(&[Some(raw.z)])?;
+    let (x, y) = (raw.x, raw.y);
+    let command =
+        CommandInt { target: THE_VEHICLE, frame: raw.frame, command, current: 0, autocontinue: 0, params, x, y, z };
+    acknowledged(&vehicle, Request::RawCommandInt(command)).await
+}
+
+fn not_a_message(error: &FieldError) -> Problem {
+    match error {
+        FieldError::UnknownMessage { name } => Problem::not_found(Thing::Message, name, error.to_string()),
+        _ => Problem::invalid(error.to_string()),
+    }
+}
+
+/// Sends any message, as it is: the escape hatch. There is no answer and no check.
+#[utoipa::path(post, path = "/vehicles/{id}/messages", tag = "raw", request_body = NewMessage,
+    params(("id" = u8, Path, description = "System id")), responses((status = 200, body = Done), Problem))]
+async fn send_message(_: Pilot, Vehicle(vehicle): Vehicle, Body(new): Body<NewMessage>) -> Result<Json<Done>, Problem> {
+    let address = vehicle.address().unwrap_or(Address { system: vehicle.system(), ..Address::new(0, 1) });
+    let known: Vec<_> = message_id_of(&new.name).and_then(field_names).into_iter().flatten().collect();
+    let targets = [("target_system", address.system.0), ("target_component", address.component.0)];
+    let mut fields: BTreeMap<String, FieldValue> = BTreeMap::new();
+    for (name, id) in targets.into_iter().filter(|(name, _)| known.contains(name)) {
+        fields.insert(name.to_owned(), FieldValue::Unsigned(id.into()));
+    }
+    for (name, value) in new.fields {
+        fields.insert(name, value.map_or(FieldValue::Float(f64::NAN), |value| value.to_wire()));
+    }
+    let (id, payload) = encode_fields(&new.name, &fields).map_err(|error| not_a_message(&error))?;
+    let message =
+        Message::from_payload(MavVersion::V2, id, &payload).map_err(|error| Problem::invalid(error.to_string()))?;
+    if vehicle.send(&message).is_sent() {
+        return Ok(Json(Done {}));
+    }
+    let detail = format!("{} was not sent: no link to the vehicle is open", new.name);
+    Err(Problem::new(Cause::NotSent { message: new.name }, detail))
+}
+
+/// Asks the vehicle for one message, once, and gives it back.
+#[utoipa::path(post, path = "/vehicles/{id}/messages/{name}/request", tag = "raw",
+    params(("id" = u8, Path, description = "System id"), ("name" = String, Path, description = "Such as HOME_POSITION")),
+    responses((status = 200, body = RawMessage), Problem))]
+async fn request_message(
+    State(app): State<App>,
+    _: Operator,
+    Vehicle(vehicle): Vehicle,
+    Name(name): Name,
+) -> Result<Json<RawMessage>, Problem> {
+    let request = Request::RequestMessage { message_id: message_id(&name)? };
+    let Reply::Message(message) = vehicle.request(request).wait().await.ok_or_else(Problem::closed)?? else {
+        return Err(Problem::closed());
+    };
+    let source = vehicle.address().unwrap_or(Address { system: vehicle.system(), ..Address::new(0, 1) });
+    let frame = message.encode(Header { sequence: 0, source, version: MavVersion::V2 });
+    Ok(Json(convert::raw_message(&frame, app.now())))
+}
+
+/// Sets how often the vehicle sends a message, now and after each of its restarts. It overrides other stations.
+#[utoipa::path(put, path = "/vehicles/{id}/messages/{name}/rate", tag = "raw", request_body = MessageRate,
+    params(("id" = u8, Path, description = "System id"), ("name" = String, Path, description = "Such as RAW_IMU")),
+    responses((status = 200, body = Done), Problem))]
+async fn set_message_rate(
+    _: Pilot,
+    Vehicle(vehicle): Vehicle,
+    Name(name): Name,
+    Body(MessageRate { rate_hz }): Body<MessageRate>,
+) -> Result<Json<Done>, Problem> {
+    let request = Request::SetMessageRate { message_id: message_id(&name)?, rate_hz };
+    vehicle.request(request).wait().await.ok_or_else(Problem::closed)??;
+    Ok(Json(Done {}))
+}

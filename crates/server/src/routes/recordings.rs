@@ -1,0 +1,217 @@
+//! The station itself: its recorder, the recordings on its disk, and its heartbeat.
+
+use std::fs::File;
+use std::io;
+use std::path::PathBuf;
+use std::pin::Pin;
+use std::task::{Context, Poll};
+use std::time::{Duration, UNIX_EPOCH};
+
+use axum::Json;
+use axum::body::{Body, Bytes};
+use axum::extract::State;
+use axum::http::{HeaderValue, header};
+use axum::response::{IntoResponse, Response};
+use futures_core::Stream;
+use tokio::io::AsyncReadExt;
+use tokio::sync::mpsc;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+use vencejo_link::RecorderState;
+use vencejo_station::summarize_recording;
+
+use crate::dto::Done;
+use crate::dto::cause::{Cause, Thing};
+use crate::dto::recording::{RecordedEvent, Recorder, Recording, RecordingSummary, Sender, SetHeartbeat};
+use crate::extract::{Json as Asked, Name, Pilot, Viewer};
+use crate::problem::Problem;
+use crate::state::App;
+
+/// Bytes that are read ahead of a client at once, and how many such pieces.
+const CHUNK: usize = 64 * 1024;
+const AHEAD: usize = 4;
+/// Recordings that are listed at most, the newest.
+const MAX_LISTED: usize = 1000;
+const EXTENSION: &str = "tlog";
+
+pub(super) fn router() -> OpenApiRouter<App> {
+    OpenApiRouter::new()
+        .routes(routes!(recorder))
+        .routes(routes!(list_recordings))
+        .routes(routes!(get_recording))
+        .routes(routes!(summarize))
+        .routes(routes!(set_heartbeat))
+}
+
+/// The recording of this session; null when it is off.
+#[utoipa::path(get, path = "/recorder", tag = "recordings", responses((status = 200, body = Option<Recorder>), Problem))]
+async fn recorder(State(app): State<App>, _: Viewer) -> Json<Option<Recorder>> {
+    Json(app.station().recorder().map(|(_, status)| {
+        let (file, problem) = match status.state {
+            RecorderState::Starting => (None, None),
+            RecorderState::Recording { file } => (Some(file), None),
+            RecorderState::LowSpace { free_bytes, floor_bytes } => {
+                (None, Some(format!("only {free_bytes} bytes are free on the disk, {floor_bytes} are kept free")))
+            }
+            RecorderState::Failing { error } => (None, Some(error)),
+            _ => (None, Some("closed".to_owned())),
+        };
+        let is_recording = file.is_some();
+        Recorder { is_recording, file, frames: status.frames, bytes: status.bytes, dropped: status.dropped, problem }
+    }))
+}
+
+fn failed(error: &io::Error) -> Problem {
+    Problem::new(Cause::Recorder { reason: error.to_string() }, format!("the recordings cannot be read: {error}"))
+}
+
+/// The recordings in the recorder's folder, the newest first. Nothing is listed while nothing is recorded.
+async fn listed(app: &App) -> Result<(PathBuf, Vec<Recording>), Problem> {
+    let Some((folder, status)) = app.station().recorder() else { return Ok((PathBuf::new(), Vec::new())) };
+    let current = match status.state {
+        RecorderState::Recording { file } => Some(file),
+        _ => None,
+    };
+    let read = move || -> io::Result<(PathBuf, Vec<Recording>)> {
+        let mut found = Vec::new();
+        for entry in std::fs::read_dir(&folder)? {
+            let entry = entry?;
+            let metadata = entry.metadata()?;
+            let Ok(name) = entry.file_name().into_string() else { continue };
+            if !metadata.is_file() || std::path::Path::new(&name).extension().is_none_or(|kind| kind != EXTENSION) {
+                continue;
+            }
+            let age = metadata.modified().ok().and_then(|at| at.duration_since(UNIX_EPOCH).ok());
+            let is_current = current.as_ref() == Some(&name);
+            let modified_unix_s = age.as_ref().map(Duration::as_secs_f64);
+            found.push(Recording { name, bytes: metadata.len(), modified_unix_s, is_current });
+        }
+        found.sort_by(|a, b| b.modified_unix_s.partial_cmp(&a.modified_unix_s).unwrap_or(std::cmp::Ordering::Equal));
+        found.truncate(MAX_LISTED);
+        Ok((folder, found))
+    };
+    let read = tokio::task::spawn_blocking(read).await.map_err(|_| Problem::closed())?;
+    read.map_err(|error| failed(&error))
+}
+
+/// The recordings on the server's disk, the newest first; empty when this session is not recorded.
+#[utoipa::path(get, path = "/recordings", tag = "recordings", responses((status = 200, body = Vec<Recording>), Problem))]
+async fn list_recordings(State(app): State<App>, _: Viewer) -> Result<Json<Vec<Recording>>, Problem> {
+    listed(&app).await.map(|(_, recordings)| Json(recordings))
+}
+
+/// The path of a recording that is listed: what a client names is compared, never made a path of.
+async fn find(app: &App, name: &str) -> Result<(PathBuf, Recording), Problem> {
+    let (folder, recordings) = listed(app).await?;
+    let found = recordings.into_iter().find(|recording| recording.name == name);
+    let found = found.ok_or_else(|| Problem::not_found(Thing::Recording, name, "there is no such recording"))?;
+    Ok((folder.join(&found.name), found))
+}
+
+/// A file's bytes as they are read, no faster than the client takes them.
+struct Chunks(mpsc::Receiver<io::Result<Bytes>>);
+
+impl Stream for Chunks {
+    type Item = io::Result<Bytes>;
+
+    fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
+        self.0.poll_recv(context)
+    }
+}
+
+/// A recording as it is on the disk: 8 bytes of big-endian microseconds since 1970 before each frame. One that is being
+/// written ends where it was when the request came.
+#[utoipa::path(get, path = "/recordings/{name}", tag = "recordings", params(("name" = String, Path, description = "Its file")),
+    responses((status = 200, content_type = "application/octet-stream", body = Vec<u8>), Problem))]
+async fn get_recording(State(app): State<App>, _: Viewer, Name(name): Name) -> Result<Response, Problem> {
+    let (path, recording) = find(&app, &name).await?;
+    let file = tokio::fs::File::open(&path).await.map_err(|error| failed(&error))?;
+    let (sender, receiver) = mpsc::channel(AHEAD);
+    let Some(alive) = app.alive() else { return Err(Problem::closed()) };
+    let mut closing = app.closing();
+    let mut file = file.take(recording.bytes);
+    tokio::spawn(async move {
+        let send = async {
+            loop {
+                let mut chunk = Vec::with_capacity(CHUNK);
+                let read = (&mut file).take(CHUNK as u64).read_to_end(&mut chunk).await;
+                let is_over = !matches!(read, Ok(count) if count > 0);
+                let chunk = read.map(|_| Bytes::from(chunk));
+                let is_empty = matches!(&chunk, Ok(chunk) if chunk.is_empty());
+                if is_empty || sender.send(chunk).await.is_err() || is_over {
+                    return;
+                }
+            }
+        };
+        tokio::select! {
+            () = send => {}
+            () = crate::state::closed(&mut closing) => {}
+        }
+        drop(alive);
+    });
+    let attachment = format!("attachment; filename=\"{}\"", name.replace(['"', '\\'], "_"));
+    let headers = [
+        (header::CONTENT_TYPE, HeaderValue::from_static("application/octet-stream")),
+        (header::CONTENT_LENGTH, HeaderValue::from(recording.bytes)),
+        (
+            header::CONTENT_DISPOSITION,
+            HeaderValue::from_str(&attachment).unwrap_or_else(|_| HeaderValue::from_static("attachment")),
+        ),
+    ];
+    Ok((headers, Body::from_stream(Chunks(receiver))).into_response())
+}
+
+/// What is in a recording: who spoke, which messages, and what happened to the vehicles.
+#[utoipa::path(get, path = "/recordings/{name}/summary", tag = "recordings",
+    params(("name" = String, Path, description = "Its file")), responses((status = 200, body = RecordingSummary), Problem))]
+async fn summarize(State(app): State<App>, _: Viewer, Name(name): Name) -> Result<Json<RecordingSummary>, Problem> {
+    let (path, _) = find(&app, &name).await?;
+    let read = tokio::task::spawn_blocking(move || File::open(path).and_then(summarize_recording));
+    let summary = read.await.map_err(|_| Problem::closed())?.map_err(|error| failed(&error))?;
+    Ok(Json(RecordingSummary {
+        frames: summary.frames,
+        skipped_bytes: summary.skipped_bytes,
+        start_unix_s: summary.start_unix_us.map(|start_us| start_us as f64 / 1e6),
+        duration_s: summary.duration.as_secs_f64(),
+        senders: summary
+            .senders
+            .into_iter()
+            .map(|(address, sender)| Sender {
+                system_id: address.system.0,
+                component_id: address.component.0,
+                frames: sender.frames,
+                mav_type: sender.kind.map(|(mav_type, _)| mav_type),
+                autopilot: sender.kind.map(|(_, autopilot)| autopilot),
+            })
+            .collect(),
+        messages: summary.messages,
+        events: summary
+            .events
+            .into_iter()
+            .map(|event| RecordedEvent {
+                time_s: event.at.as_secs_f64(),
+                system_id: event.system.0,
+                kind: event.kind.to_owned(),
+                text: event.text,
+            })
+            .collect(),
+        events_left_out: summary.events_left_out,
+    }))
+}
+
+/// Starts or stops our heartbeat, which the vehicles' ground-station failsafe counts. On board a vehicle it follows the
+/// operators' sessions instead.
+#[utoipa::path(put, path = "/heartbeat", tag = "station", request_body = SetHeartbeat,
+    responses((status = 200, body = Done), Problem))]
+async fn set_heartbeat(
+    State(app): State<App>,
+    _: Pilot,
+    Asked(SetHeartbeat { enabled }): Asked<SetHeartbeat>,
+) -> Result<Json<Done>, Problem> {
+    if app.is_on_board() {
+        let detail = "on board a vehicle our heartbeat is sent while an operator's session is alive, and only then";
+        return Err(Problem::new(Cause::HeartbeatFollowsOperator, detail));
+    }
+    app.station().set_heartbeat(enabled);
+    Ok(Json(Done {}))
+}

@@ -1,0 +1,132 @@
+"""Everything that the Python package can do with a vehicle has a path of the HTTP API, or says why it needs none."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from typing import Any
+
+import vencejo
+from vencejo import aio, params, recording
+
+from tests.support import ROOT
+
+OF_THE_VEHICLE = "/api/v1/vehicles/{id}"
+ROUTES: dict[str, tuple[str, ...]] = {
+    "Vehicle.abort_landing": ("POST /abort-landing",),
+    "Vehicle.arm": ("POST /arm",),
+    "Vehicle.change_count": (),  # the WebSocket tells changes by itself
+    "Vehicle.check_plan": ("POST /api/v1/plan/check",),
+    "Vehicle.clear": ("DELETE /plan/mission", "DELETE /plan/fence", "DELETE /plan/rally"),
+    "Vehicle.climb_to": ("POST /climb",),
+    "Vehicle.close": (),  # the server's owner closes the station
+    "Vehicle.command": ("POST /command/long",),
+    "Vehicle.command_int": ("POST /command/int",),
+    "Vehicle.disarm": ("POST /disarm",),
+    "Vehicle.download": ("GET /plan/mission", "GET /plan/fence", "GET /plan/rally"),
+    "Vehicle.fly_course": ("POST /course",),
+    "Vehicle.goto": ("POST /goto",),
+    "Vehicle.land": ("POST /land",),
+    "Vehicle.link": ("GET ",),
+    "Vehicle.loiter": ("POST /loiter",),
+    "Vehicle.mission_progress": ("GET ",),
+    "Vehicle.mode_names": ("GET ",),
+    "Vehicle.note": ("POST /texts",),
+    "Vehicle.on_event": ("WS event",),
+    "Vehicle.on_message": ("WS subscribe_messages", "WS message"),
+    "Vehicle.params": ("GET /params", "GET /params/{name}", "PUT /params/{name}"),
+    "Vehicle.pause_mission": ("POST /mission/pause",),
+    "Vehicle.plan_state": ("GET ", "WS plan_state"),
+    "Vehicle.reboot": ("POST /reboot",),
+    "Vehicle.request_message": ("POST /messages/{name}/request",),
+    "Vehicle.resume_mission": ("POST /mission/resume",),
+    "Vehicle.return_to_launch": ("POST /return-to-launch",),
+    "Vehicle.send_and_fly": ("PUT /plan/mission", "POST /arm", "POST /mission/start"),
+    "Vehicle.send_message": ("POST /messages",),
+    "Vehicle.set_airspeed": ("POST /speed",),
+    "Vehicle.set_altitude": ("POST /altitude",),
+    "Vehicle.set_current_item": ("POST /mission/current",),
+    "Vehicle.set_groundspeed": ("POST /speed",),
+    "Vehicle.set_home": ("POST /home",),
+    "Vehicle.set_message_rate": ("PUT /messages/{name}/rate",),
+    "Vehicle.set_mode": ("POST /mode",),
+    "Vehicle.set_velocity": ("POST /velocity",),
+    "Vehicle.start_mission": ("POST /mission/start",),
+    "Vehicle.station": (),  # the server serves one
+    "Vehicle.stream": ("WS subscribe", "WS telemetry"),
+    "Vehicle.system_id": ("GET ",),
+    "Vehicle.takeoff": ("POST /takeoff",),
+    "Vehicle.telemetry": ("GET ",),
+    "Vehicle.texts": ("GET /texts", "WS text"),
+    "Vehicle.upload": ("PUT /plan/mission", "PUT /plan/fence", "PUT /plan/rally"),
+    "Vehicle.wait_until": ("WS telemetry",),
+    "Parameters.all": ("GET /params",),
+    "Parameters.get": ("GET /params/{name}",),
+    "Parameters.set": ("PUT /params/{name}",),
+    "Station.close": (),  # the server's owner closes it
+    "Station.close_link": ("DELETE /api/v1/links/{id}",),
+    "Station.links": ("GET /api/v1/links", "WS links"),
+    "Station.open_link": ("POST /api/v1/links",),
+    "Station.recorder": ("GET /api/v1/recorder",),
+    "Station.set_heartbeat": ("PUT /api/v1/heartbeat",),
+    "Station.vehicles": ("GET /api/v1/vehicles", "WS vehicles"),
+    "Station.wait_vehicle": ("GET /api/v1/vehicles", "WS vehicles"),
+    "Plan.check": ("POST /api/v1/plan/check",),
+    "Plan.length_m": (),  # of the plan alone: the client has it
+    "Plan.load": ("POST /api/v1/plan/parse",),
+    "Plan.require_sound": ("POST /api/v1/plan/check",),
+    "Plan.save": ("POST /api/v1/plan/format",),
+    "params.load_params": ("POST /api/v1/params/parse",),
+    "params.save_params": ("POST /api/v1/params/format",),
+    "recording.summarize": (
+        "GET /api/v1/recordings",
+        "GET /api/v1/recordings/{name}",
+        "GET /api/v1/recordings/{name}/summary",
+    ),
+}
+
+
+def public(owner: Any) -> set[str]:
+    """Names of the methods and properties of a class, its bases' included, or of the functions of a module."""
+    if inspect.ismodule(owner):
+        return {
+            f"{owner.__name__.rpartition('.')[2]}.{name}"
+            for name in owner.__all__
+            if inspect.isfunction(getattr(owner, name))
+        }
+    bases = [base for base in owner.__mro__ if base is not object]
+    names = {name for base in bases for name in vars(base) if not name.startswith("_")}
+    fields = getattr(owner, "__dataclass_fields__", {})
+    return {f"{owner.__name__}.{name}" for name in names if name not in fields}
+
+
+def test_every_operation_has_its_route() -> None:
+    owners = (vencejo.Vehicle, vencejo.Station, vencejo.Plan, vencejo.vehicle.Parameters, params, recording)
+    operations = set().union(*map(public, owners))
+    assert operations == set(ROUTES), f"say which path does {operations ^ set(ROUTES)}"
+
+
+def test_every_route_is_in_the_description() -> None:
+    description = json.loads((ROOT / "schemas" / "openapi.json").read_text(encoding="utf-8"))
+    said = {
+        f"WS {variant['properties']['type']['enum'][0]}"
+        for schema in ("ClientMessage", "ServerMessage")
+        for one in description["components"]["schemas"][schema]["oneOf"]
+        for variant in (one.get("allOf", [one])[-1] if "allOf" in one else one,)
+    }
+    checked = 0
+    for routes in ROUTES.values():
+        for route in routes:
+            checked += 1
+            method, _, path = route.partition(" ")
+            if method == "WS":
+                assert route in said, f"{route}: {sorted(said)}"
+                continue
+            whole = path if path.startswith("/api/") else OF_THE_VEHICLE + path
+            assert method.lower() in description["paths"].get(whole, {}), f"{method} {whole}"
+    assert checked > 60
+
+
+def test_asyncio_has_the_same_operations() -> None:
+    only_sync = public(vencejo.Vehicle) - {f"Vehicle.{name.partition('.')[2]}" for name in public(aio.AsyncVehicle)}
+    assert only_sync == set()
