@@ -17,6 +17,7 @@ mod station;
 mod subscription;
 mod telemetry;
 mod vehicle;
+mod video;
 
 /// The native core of Vencejo. Use the `vencejo` package, not this module.
 #[pymodule]
@@ -30,6 +31,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     server::register(module)?;
     station::register(module)?;
     vehicle::register(module)?;
+    video::register(module)?;
     module.add_function(wrap_pyfunction!(runtime::end_waits, module)?)?;
     module.add_class::<pending::PyPending>()?;
     module.add_class::<subscription::Subscription>()?;

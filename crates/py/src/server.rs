@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use vencejo_server::{Operator, Server, ServerConfig};
 
 use crate::station::PyStation;
+use crate::video::{self, PyVideoFeed};
 use crate::{errors, runtime};
 
 /// Adds this module's class and functions.
@@ -88,6 +89,11 @@ impl PyServer {
         let operator = self.server.operator(name);
         let operator = operator.ok_or_else(|| errors::raise("Busy", "all places for sessions are taken; close one"))?;
         Ok(PyOperator { operator })
+    }
+
+    /// Adds a camera, which is there until its feed is closed.
+    fn add_camera(&self, name: &str, source: &str) -> PyResult<PyVideoFeed> {
+        self.server.video().add(name, source).map(PyVideoFeed::new).map_err(|error| video::raise(&error))
     }
 
     fn close(&self, py: Python<'_>) -> PyResult<()> {

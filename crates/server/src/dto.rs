@@ -2,6 +2,7 @@
 //!
 //! Units and datum are in the names. Absent is null, never NaN, 0 or −1. Items of a mission are counted from 1, without home.
 
+pub mod camera;
 pub mod cause;
 pub mod maps;
 pub mod message;

@@ -14,6 +14,7 @@
 //! | `operator` | a session of this very program |
 //! | `ws`, `outbox` | the WebSocket: a task and a bounded box for each client |
 //! | `state` | what handlers share, and the task that tells the clients what goes on |
+//! | [`video`] | cameras: the hub that is fed, and a WebSocket for each viewer |
 //! | `files` | the web app |
 //!
 //! # Who may do what
@@ -41,6 +42,7 @@ mod sessions;
 mod state;
 #[cfg(test)]
 mod tests;
+pub mod video;
 mod ws;
 
 pub use access::Tokens;

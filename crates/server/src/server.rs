@@ -24,6 +24,7 @@ use crate::access::{Access, Tokens};
 use crate::operator::Operator;
 use crate::routes;
 use crate::state::App;
+use crate::video::VideoHub;
 
 /// How long connections may take to end when the server is closed.
 const DRAIN: Duration = Duration::from_secs(3);
@@ -230,6 +231,11 @@ impl Server {
         Operator::open(self.app.clone(), name)
     }
 
+    /// The cameras that it shows; whoever has one adds it.
+    pub fn video(&self) -> &VideoHub {
+        self.app.video()
+    }
+
     /// WebSocket clients now.
     pub fn clients(&self) -> usize {
         self.app.outboxes().count()
@@ -263,8 +269,9 @@ fn limit(builder: &mut Builder<TokioExecutor>) {
 fn bind(address: SocketAddr) -> io::Result<std::net::TcpListener> {
     let socket = if address.is_ipv4() { TcpSocket::new_v4()? } else { TcpSocket::new_v6()? };
     socket.set_reuseaddr(true)?;
-    // Accepted sockets inherit it.
+    // Accepted sockets inherit both: telemetry and pictures are not to wait for the answer to the piece before.
     socket.set_send_buffer_size(SEND_BUFFER)?;
+    socket.set_nodelay(true)?;
     socket.bind(address)?;
     socket.listen(BACKLOG)?.into_std()
 }

@@ -21,6 +21,7 @@ use crate::operations::{MAX_RUNNING, Operations};
 use crate::outbox::{Outboxes, Topic};
 use crate::problem::{self, Problem};
 use crate::sessions::Sessions;
+use crate::video::VideoHub;
 
 /// How often leases and the list of vehicles are looked at.
 const TICK: Duration = Duration::from_millis(200);
@@ -43,6 +44,7 @@ struct Shared {
     sessions: Mutex<Sessions>,
     operations: Operations,
     outboxes: Outboxes,
+    video: VideoHub,
     /// Where the server was given a folder for them.
     maps: OnceLock<Maps>,
     closing: watch::Sender<bool>,
@@ -75,6 +77,7 @@ impl App {
             sessions: Mutex::default(),
             operations: Operations::default(),
             outboxes: Outboxes::default(),
+            video: VideoHub::default(),
             maps: OnceLock::new(),
             closing: watch::channel(false).0,
             alive: Mutex::new(Some(alive)),
@@ -150,6 +153,11 @@ impl App {
             Problem::new(Cause::NoMaps, "this server was started without a folder for maps")
                 .remedy("start it with --maps FOLDER")
         })
+    }
+
+    /// The cameras.
+    pub fn video(&self) -> &VideoHub {
+        &self.shared.video
     }
 
     /// Turns true when the server is being closed.

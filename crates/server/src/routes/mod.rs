@@ -1,5 +1,6 @@
 //! The paths of the API, a file for each group of them, and their description.
 
+mod cameras;
 mod commands;
 mod elevation;
 mod links;
@@ -48,7 +49,7 @@ const PREFIX: &str = "/api/v1";
                        `application/problem+json` and say what to do. Telemetry comes by the WebSocket `/api/v1/ws`: the \
                        client says `ClientMessage`, the server says `ServerMessage`.",
     ),
-    components(schemas(dto::ClientMessage, dto::ServerMessage))
+    components(schemas(dto::ClientMessage, dto::ServerMessage, dto::camera::CameraMessage))
 )]
 struct Base;
 
@@ -61,6 +62,7 @@ fn api() -> OpenApiRouter<App> {
         .merge(commands::router())
         .merge(params::router())
         .merge(operations::router())
+        .merge(cameras::router())
         .merge(messages::router())
         .merge(recordings::router())
         .merge(maps::router())

@@ -1,6 +1,101 @@
 // Generated from schemas/openapi.json by `npm run api`. Do not edit.
 
 export interface paths {
+    "/api/v1/cameras": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The cameras, by name. */
+        get: operations["list_cameras"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/cameras/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** A camera. */
+        get: operations["get_camera"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/cameras/{name}/recording": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Begins to record the camera to a file on the machine that it is at. Tells the vehicle nothing. */
+        post: operations["start_recording"];
+        /** Ends the recording. */
+        delete: operations["stop_recording"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/cameras/{name}/snapshot": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A still picture: the newest, with the time, and the vehicle's position, heights and attitude where they are known, in its
+         *     EXIF and XMP data.
+         */
+        get: operations["snapshot"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/cameras/{name}/stream": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The pictures, over a WebSocket of their own. Text messages are `CameraMessage`. Binary messages are pictures: a header of
+         *     20 bytes, all numbers little-endian, then the code. Header: version (u8, is 1); codec (u8: 1 H.264 byte stream, one access
+         *     unit, key frames with their parameter sets; 2 JPEG); flags (u8: bit 0 key frame); 0 (u8); width, height (u16 each); time of
+         *     capture (u64, microseconds since 1970); number of the picture (u32). A viewer that reads slowly misses pictures, and goes
+         *     on at a key frame.
+         */
+        get: operations["watch"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/commands": {
         parameters: {
             query?: never;
@@ -1519,6 +1614,84 @@ export interface components {
              */
             voltage_v: number | null;
         };
+        /** @description A camera. */
+        CameraInfo: {
+            /**
+             * Format: double
+             * @description Age of the newest picture.
+             */
+            age_s: number | null;
+            /**
+             * Format: double
+             * @description Bits a second from the source, lately.
+             */
+            bitrate_bit_s: number | null;
+            codec: components["schemas"]["VideoCodec"] | null;
+            /**
+             * Format: int32
+             * @description Pixels.
+             */
+            height: number | null;
+            /** @description Its name, which its paths hold. */
+            name: string;
+            /**
+             * Format: double
+             * @description Pictures a second, lately.
+             */
+            rate_hz: number | null;
+            /** @description Why they do not, in English. */
+            reason: string | null;
+            recording: components["schemas"]["CameraRecording"] | null;
+            /** @description Where its pictures come from, without passwords. */
+            source: string;
+            /** @description Whether they come. */
+            state: components["schemas"]["CameraState"];
+            /**
+             * Format: int32
+             * @description How many look.
+             */
+            viewers: number;
+            /**
+             * Format: int32
+             * @description Pixels.
+             */
+            width: number | null;
+        };
+        /** @description What the server says on a camera's stream, beside its pictures. */
+        CameraMessage: (components["schemas"]["CameraInfo"] & {
+            /** @enum {string} */
+            type: "camera";
+        }) | {
+            /** @enum {string} */
+            type: "clock";
+            /**
+             * Format: int64
+             * @description Microseconds since 1970, UTC.
+             */
+            unix_us: number;
+        };
+        /** @description A recording of a camera. */
+        CameraRecording: {
+            /**
+             * Format: int64
+             * @description How large it is.
+             */
+            bytes: number;
+            /**
+             * Format: double
+             * @description How long it is.
+             */
+            duration_s: number;
+            /** @description Name of the file, in the data folder of the machine that the camera is at. */
+            file: string;
+            /** @description Why it ended before it was told to, in English; null while it is being written. */
+            problem: string | null;
+        };
+        /**
+         * @description Whether a camera's pictures come.
+         * @enum {string}
+         */
+        CameraState: "starting" | "live" | "stalled" | "dead";
         /** @description A service to ask what it offers. */
         CapabilitiesRequest: {
             /** @description For `{key}` in the address. */
@@ -4579,6 +4752,11 @@ export interface components {
             /** @description Levels along body x, y, z. */
             vibration_m_s2: (number | null)[];
         };
+        /**
+         * @description How a camera encodes its pictures.
+         * @enum {string}
+         */
+        VideoCodec: "h264" | "jpeg";
         /** @description WIND. */
         Wind: {
             /**
@@ -4618,6 +4796,191 @@ export interface components {
 }
 export type $defs = Record<string, never>;
 export interface operations {
+    list_cameras: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CameraInfo"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_camera: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The camera's name */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CameraInfo"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    start_recording: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The camera's name */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CameraInfo"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    stop_recording: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The camera's name */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CameraInfo"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    snapshot: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The camera's name */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/jpeg": number[];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    watch: {
+        parameters: {
+            query?: {
+                /** @description `h264` for those who can decode it; without, all pictures come as JPEG. */
+                accept?: string;
+            };
+            header?: never;
+            path: {
+                /** @description The camera's name */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The WebSocket */
+            101: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     list_commands: {
         parameters: {
             query?: never;

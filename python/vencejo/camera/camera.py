@@ -1,0 +1,492 @@
+"""A camera: its source, read for ever by a thread of its own, and the newest picture for whoever wants it.
+
+Pictures that come encoded are handed on as they are. Pixels are made of them, and code of pixels, only while somebody asks.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from types import TracebackType
+from typing import Final
+
+from vencejo.camera import jpeg
+from vencejo.camera.address import NAME, SourceAddress, parse_source
+from vencejo.camera.decoder import Decoder
+from vencejo.camera.errors import CameraError
+from vencejo.camera.frames import Codec, EncodedFrame, Frame, RawFrame
+from vencejo.camera.recorder import Recording, VideoRecorder, default_video_dir
+from vencejo.camera.sources import Source, open_source
+
+__all__ = ["Camera", "CameraState", "CameraStatus"]
+
+STALL_S: Final = 2.0
+"""Without a picture for so long a camera is stalled."""
+FIRST_RETRY_S: Final = 0.5
+LAST_RETRY_S: Final = 10.0
+SETTLED_S: Final = 5.0
+"""A source that lived this long begins with the first wait again."""
+ASKED_S: Final = 3.0
+"""Decoding goes on for so long after the last time that somebody asked for pixels."""
+MAX_BEHIND_S: Final = 0.5
+"""A decoded picture further behind the newest is waited past."""
+MAX_GROUP: Final = 600
+MAX_GROUP_BYTES: Final = 8 << 20
+RATE_WINDOW_S: Final = 2.0
+
+
+class CameraState(Enum):
+    """Whether pictures come."""
+
+    STARTING = "starting"
+    LIVE = "live"
+    STALLED = "stalled"
+    DEAD = "dead"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraStatus:
+    """How a camera is.
+
+    Attributes
+    ----------
+    state : CameraState
+        ``STARTING`` on the way to the first picture; ``LIVE``; ``STALLED`` when the source is there but nothing comes;
+        ``DEAD`` when it is not there: it is tried again for ever.
+    reason : str or None
+        Why no pictures come.
+    codec : {"h264", "jpeg"} or None
+        How the source encodes; ``None`` before the first picture, and for raw pictures.
+    width, height : int or None
+        Pixels.
+    rate_hz, bitrate_bit_s : float or None
+        Of the last two seconds.
+    captured_unix_s : float or None
+        When the newest picture was taken.
+    frames : int
+        Pictures so far.
+    recording : Recording or None
+        The recording under way, or the last if a fault ended it.
+    """
+
+    state: CameraState
+    reason: str | None = None
+    codec: Codec | None = None
+    width: int | None = None
+    height: int | None = None
+    rate_hz: float | None = None
+    bitrate_bit_s: float | None = None
+    captured_unix_s: float | None = None
+    frames: int = 0
+    recording: Recording | None = None
+
+
+class Camera:
+    """A camera, from its making until it is closed.
+
+    Parameters
+    ----------
+    source : str
+        See `vencejo.camera.parse_source`.
+    name : str, optional
+        1 to 32 letters, digits, ``-`` or ``_``; default ``"camera"``.
+    recording_dir : Path, optional
+        Where recordings go; default `vencejo.camera.default_video_dir`.
+    jpeg_quality : int, optional
+        1 to 100, default 80, for pictures that have to be encoded here.
+    open : callable, optional
+        Opens the source; for tests.
+    monotonic_s : callable, optional
+        The clock that ages are counted with.
+
+    Raises
+    ------
+    CameraError
+        For a source or name that cannot be one. A source that is not there is no error: it is waited for.
+
+    Examples
+    --------
+    >>> from vencejo.camera import Camera, CameraState
+    >>> with Camera("no-such-file.mp4") as camera:
+    ...     camera.status.state in (CameraState.STARTING, CameraState.DEAD)
+    True
+    """
+
+    def __init__(
+        self,
+        source: str,
+        *,
+        name: str = "camera",
+        recording_dir: Path | None = None,
+        jpeg_quality: int = 80,
+        open: Callable[[SourceAddress], Source] = open_source,
+        monotonic_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        if NAME.fullmatch(name) is None:
+            raise CameraError(f"{name!r} is no name for a camera: 1 to 32 letters, digits, '-' or '_'")
+        if not 1 <= jpeg_quality <= 100:
+            raise CameraError(f"jpeg_quality is {jpeg_quality}: it goes from 1 to 100")
+        self.name = name
+        self._address = parse_source(source)
+        self._recording_dir = recording_dir or default_video_dir()
+        self._quality = jpeg_quality
+        self._open = open
+        self._monotonic_s = monotonic_s
+        self._lock = threading.RLock()
+        self._arrived = threading.Condition(self._lock)
+        self._stop = threading.Event()
+        self._source: Source | None = None
+        self._state = CameraState.STARTING
+        self._reason: str | None = None
+        self._codec: Codec | None = None
+        self._size: tuple[int, int] | None = None
+        self._captured_unix_s: float | None = None
+        self._frames = 0
+        self._arrivals: deque[tuple[float, int]] = deque()
+        self._last_s: float | None = None
+        self._group: list[EncodedFrame] = []
+        self._group_bytes = 0
+        self._jpeg: EncodedFrame | None = None
+        self._raw: RawFrame | None = None
+        self._pixels: Frame | None = None
+        self._decoder: Decoder | None = None
+        self._asked_s: float | None = None
+        self._wants_jpeg = False
+        self._recorder: VideoRecorder | None = None
+        self._ended_recording: Recording | None = None
+        self._listeners: tuple[Callable[[EncodedFrame], None], ...] = ()
+        self._thread = threading.Thread(target=self._run, name=f"camera {name}", daemon=True)
+        self._thread.start()
+
+    @property
+    def source(self) -> str:
+        """Where its pictures come from, without passwords."""
+        return self._address.shown
+
+    @property
+    def status(self) -> CameraStatus:
+        """How it is now."""
+        with self._lock:
+            now = self._monotonic_s()
+            state = self._state
+            reason = self._reason
+            is_quiet = self._last_s is not None and now - self._last_s > STALL_S
+            if state is CameraState.LIVE and is_quiet:
+                state, reason = CameraState.STALLED, "the source is there, but no pictures come"
+            rate_hz, bitrate = self._rates(now) if state is CameraState.LIVE else (None, None)
+            recording = self._ended_recording if self._recorder is None else self._recorder.status()
+            return CameraStatus(
+                state=state,
+                reason=reason,
+                codec=self._codec,
+                width=None if self._size is None else self._size[0],
+                height=None if self._size is None else self._size[1],
+                rate_hz=rate_hz,
+                bitrate_bit_s=bitrate,
+                captured_unix_s=self._captured_unix_s,
+                frames=self._frames,
+                recording=recording,
+            )
+
+    def latest(self, timeout_s: float = 1.0) -> Frame | None:
+        """The newest picture in pixels.
+
+        The first call begins to decode; after three seconds without a call that ends.
+
+        Parameters
+        ----------
+        timeout_s : float, optional
+            How long to wait for the first, default 1 s.
+
+        Returns
+        -------
+        Frame or None
+            ``None`` when there was none in time. How old it is: ``time.time() - frame.captured_unix_s``.
+
+        Raises
+        ------
+        CameraError
+            When OpenCV is not installed.
+        """
+        with self._lock:
+            if not self._arrived.wait_for(self._has_pictures, timeout_s):
+                return None
+            self._asked_s = self._monotonic_s()
+            raw, still, pixels = self._raw, self._jpeg, self._pixels
+            newest = self._group[-1] if self._group else None
+            if newest is not None:
+                self._ensure_decoder()
+            decoder = self._decoder
+        if raw is not None:
+            return _to_rgb(raw)
+        if still is None:
+            return _decoded(decoder, newest, timeout_s)
+        if pixels is not None and pixels.captured_unix_s == still.captured_unix_s:
+            return pixels
+        bgr = jpeg.decode(still.data)
+        if bgr is None:
+            return pixels
+        pixels = _to_rgb(RawFrame(bgr=bgr, captured_unix_s=still.captured_unix_s))
+        self._pixels = pixels
+        return pixels
+
+    def latest_jpeg(self, timeout_s: float = 1.0) -> EncodedFrame | None:
+        """The newest picture as JPEG: the source's own where it sends JPEG, else encoded here.
+
+        Returns
+        -------
+        EncodedFrame or None
+            ``None`` when there was none in time.
+        """
+        with self._lock:
+            if not self._arrived.wait_for(self._has_pictures, timeout_s):
+                return None
+            if self._codec == "jpeg":
+                return self._jpeg
+        frame = self.latest(timeout_s)
+        return None if frame is None else self._encode(_to_bgr(frame))
+
+    def listen(self, listener: Callable[[EncodedFrame], None]) -> Callable[[], None]:
+        """Have every encoded picture handed to a function, in the camera's thread: it must be quick and not raise.
+
+        Returns
+        -------
+        callable
+            Ends it.
+        """
+        with self._lock:
+            self._listeners = (*self._listeners, listener)
+
+        def end() -> None:
+            with self._lock:
+                self._listeners = tuple(other for other in self._listeners if other is not listener)
+
+        return end
+
+    def want_jpeg(self, wanted: bool) -> None:
+        """Whether listeners are to hear JPEG pictures too when the source sends others: they are encoded here."""
+        with self._lock:
+            self._wants_jpeg = wanted
+            if wanted and self._codec == "h264" and self._group:
+                self._ensure_decoder()
+
+    def start_recording(self) -> Recording:
+        """Begin to record; the recording that is under way when there is one.
+
+        Raises
+        ------
+        CameraError
+            When nothing can be written, or no pictures come.
+        """
+        with self._lock:
+            if self._recorder is not None and self._recorder.status().problem is None:
+                return self._recorder.status()
+            if not self._has_pictures() or self._state is not CameraState.LIVE:
+                raise CameraError(f"no pictures come from {self.source}, so there is nothing to record")
+            self._recorder = VideoRecorder(self._recording_dir, self.name, group=self._group)
+            self._ended_recording = None
+            return self._recorder.status()
+
+    def stop_recording(self) -> Recording | None:
+        """End the recording; ``None`` when there was none."""
+        with self._lock:
+            recorder, self._recorder, self._ended_recording = self._recorder, None, None
+        return None if recorder is None else recorder.close()
+
+    def close(self) -> None:
+        """End everything. May be called again."""
+        self._stop.set()
+        with self._lock:
+            source, decoder, self._decoder = self._source, self._decoder, None
+            self._arrived.notify_all()
+        if source is not None:
+            source.close()
+        if decoder is not None:
+            decoder.close()
+        self.stop_recording()
+        if threading.current_thread() is not self._thread:
+            # A network that hangs is left to itself: the thread ends when it comes back from there.
+            self._thread.join(1.0)
+
+    def __enter__(self) -> Camera:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<Camera {self.name}: {self.source}, {self.status.state.value}>"
+
+    # The camera's thread ----------------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        wait_s = FIRST_RETRY_S
+        while not self._stop.is_set():
+            began_s = self._monotonic_s()
+            try:
+                self._read()
+                reason = "the source ended"
+            except CameraError as error:
+                reason = str(error)
+            except Exception as error:  # noqa: BLE001  (a fault in a reader ends no flight: it is shown and tried again)
+                reason = f"internal error: {type(error).__name__}: {error}"
+            if self._stop.is_set():
+                return
+            with self._lock:
+                self._state, self._reason = CameraState.DEAD, reason
+                self._forget()
+            if self._monotonic_s() - began_s > SETTLED_S:
+                wait_s = FIRST_RETRY_S
+            self._stop.wait(wait_s)
+            wait_s = min(wait_s * 2, LAST_RETRY_S)
+
+    def _read(self) -> None:
+        source = self._open(self._address)
+        with self._lock:
+            self._source = source
+        try:
+            if self._stop.is_set():
+                return
+            for frame in source.frames():
+                if self._stop.is_set():
+                    return
+                self._take(frame)
+        finally:
+            source.close()
+            with self._lock:
+                self._source = None
+
+    def _take(self, frame: EncodedFrame | RawFrame) -> None:
+        size = len(frame.data) if isinstance(frame, EncodedFrame) else 0
+        with self._lock:
+            now = self._monotonic_s()
+            self._state, self._reason = CameraState.LIVE, None
+            self._last_s, self._captured_unix_s = now, frame.captured_unix_s
+            self._size = (frame.width, frame.height)
+            self._frames += 1
+            self._arrivals.append((now, size))
+            codec = frame.codec if isinstance(frame, EncodedFrame) else None
+            if codec != self._codec:
+                self._forget()
+                self._codec = codec
+            if isinstance(frame, RawFrame):
+                self._raw = frame
+                is_wanted = self._wants_jpeg or self._recorder is not None
+                # A raw picture has no size in the stream: what is sent of it counts.
+                encoded = self._encode(frame) if is_wanted and (self._listeners or self._recorder) else None
+            else:
+                encoded = frame
+                if frame.codec == "jpeg":
+                    self._jpeg = frame
+                else:
+                    self._keep(frame)
+                    self._feed_decoder(frame, now)
+            listeners, recorder = self._listeners, self._recorder
+            self._arrived.notify_all()
+        if encoded is None:
+            return
+        if recorder is not None:
+            recorder.add(encoded)
+        for listener in listeners:
+            listener(encoded)
+
+    def _keep(self, frame: EncodedFrame) -> None:
+        """Remember the pictures since the last key frame: who comes next begins with them."""
+        if frame.is_key:
+            self._group, self._group_bytes = [], 0
+        elif not self._group:
+            return
+        self._group.append(frame)
+        self._group_bytes += len(frame.data)
+        if len(self._group) > MAX_GROUP or self._group_bytes > MAX_GROUP_BYTES:
+            self._group, self._group_bytes = [], 0
+
+    def _feed_decoder(self, frame: EncodedFrame, now: float) -> None:
+        is_asked = self._wants_jpeg or (self._asked_s is not None and now - self._asked_s <= ASKED_S)
+        if not is_asked:
+            self._drop_decoder()
+        elif self._decoder is None:
+            if frame.is_key:
+                self._ensure_decoder()
+        elif not self._decoder.feed(frame):
+            self._drop_decoder()
+            if frame.is_key:
+                self._ensure_decoder()
+
+    def _ensure_decoder(self) -> None:
+        if self._decoder is None and self._group:
+            self._decoder = Decoder(self._group, on_picture=self._on_picture)
+
+    def _drop_decoder(self) -> None:
+        decoder, self._decoder = self._decoder, None
+        if decoder is not None:
+            # It ends by itself; to wait for it here could be to wait for ourselves.
+            threading.Thread(target=decoder.close, name="video decoder's end", daemon=True).start()
+
+    def _on_picture(self, picture: RawFrame) -> None:
+        """In the decoder's thread: a picture for those who do not show H.264."""
+        with self._lock:
+            listeners = self._listeners if self._wants_jpeg and self._codec == "h264" else ()
+        if listeners:
+            encoded = self._encode(picture)
+            for listener in listeners:
+                listener(encoded)
+
+    def _forget(self) -> None:
+        """Nothing that came before can be shown as if it were new, or built upon."""
+        self._group, self._group_bytes = [], 0
+        self._jpeg, self._raw, self._pixels = None, None, None
+        self._codec = None
+        self._arrivals.clear()
+        self._drop_decoder()
+
+    # Under the lock ---------------------------------------------------------------------------------------------------
+
+    def _has_pictures(self) -> bool:
+        return self._jpeg is not None or self._raw is not None or bool(self._group)
+
+    def _encode(self, picture: RawFrame) -> EncodedFrame:
+        return EncodedFrame(
+            data=jpeg.encode(picture.bgr, quality=self._quality),
+            codec="jpeg",
+            captured_unix_s=picture.captured_unix_s,
+            is_key=True,
+            width=picture.width,
+            height=picture.height,
+        )
+
+    def _rates(self, now: float) -> tuple[float | None, float | None]:
+        while self._arrivals and now - self._arrivals[0][0] > RATE_WINDOW_S:
+            self._arrivals.popleft()
+        if len(self._arrivals) < 2:
+            return None, None
+        span_s = self._arrivals[-1][0] - self._arrivals[0][0]
+        if span_s <= 0.0:
+            return None, None
+        bits = 8 * sum(size for _, size in list(self._arrivals)[1:])
+        return (len(self._arrivals) - 1) / span_s, bits / span_s if bits else None
+
+
+def _decoded(decoder: Decoder | None, newest: EncodedFrame | None, timeout_s: float) -> Frame | None:
+    if decoder is None or newest is None:
+        return None
+    picture = decoder.picture()
+    # One that runs along is a picture behind at most; a new one has to come up to the present first.
+    if picture is None or newest.captured_unix_s - picture.captured_unix_s > MAX_BEHIND_S:
+        picture = decoder.wait(newest.captured_unix_s, timeout_s)
+    return None if picture is None else _to_rgb(picture)
+
+
+def _to_rgb(picture: RawFrame) -> Frame:
+    return Frame(rgb=picture.bgr[:, :, ::-1], captured_unix_s=picture.captured_unix_s)
+
+
+def _to_bgr(frame: Frame) -> RawFrame:
+    return RawFrame(bgr=frame.rgb[:, :, ::-1], captured_unix_s=frame.captured_unix_s)

@@ -1,0 +1,112 @@
+"""What comes from a camera: pictures, encoded or not, each with the time it was taken."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Codec", "EncodedFrame", "Frame", "Pixels", "RawFrame"]
+
+Codec: TypeAlias = Literal["h264", "jpeg"]
+"""How a picture is encoded. H.264 is a byte stream (ITU-T H.264 annex B), one access unit a picture."""
+
+Pixels: TypeAlias = NDArray[np.uint8]
+"""Height × width × 3 bytes."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EncodedFrame:
+    """A picture as its source encoded it.
+
+    Attributes
+    ----------
+    data : bytes
+        The code: one access unit of H.264 with start codes, or one JPEG file.
+    codec : {"h264", "jpeg"}
+    captured_unix_s : float
+        When it was taken, in seconds since 1970, UTC. Sources that do not say are taken to be immediate.
+    is_key : bool
+        Whether it can be decoded without those before it. True for every JPEG; key frames of H.264 bring their
+        parameter sets.
+    width, height : int
+        Pixels.
+    """
+
+    data: bytes = field(repr=False)
+    codec: Codec
+    captured_unix_s: float
+    is_key: bool
+    width: int
+    height: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RawFrame:
+    """A picture that no source encoded.
+
+    Attributes
+    ----------
+    bgr : ndarray
+        Height × width × 3 bytes: blue, green, red. Not to be written to.
+    captured_unix_s : float
+        When it was taken, in seconds since 1970, UTC.
+    """
+
+    bgr: Pixels = field(repr=False)
+    captured_unix_s: float
+
+    @property
+    def width(self) -> int:
+        """Pixels."""
+        return int(self.bgr.shape[1])
+
+    @property
+    def height(self) -> int:
+        """Pixels."""
+        return int(self.bgr.shape[0])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Frame:
+    """A picture to look at.
+
+    Attributes
+    ----------
+    rgb : ndarray
+        Height × width × 3 bytes: red, green, blue. Not to be written to.
+    captured_unix_s : float
+        When it was taken, in seconds since 1970, UTC.
+    """
+
+    rgb: Pixels = field(repr=False)
+    captured_unix_s: float
+
+    @property
+    def width(self) -> int:
+        """Pixels."""
+        return int(self.rgb.shape[1])
+
+    @property
+    def height(self) -> int:
+        """Pixels."""
+        return int(self.rgb.shape[0])
+
+
+def opencv() -> Any:
+    """OpenCV, made quiet; it is loaded when it is first needed.
+
+    Raises
+    ------
+    CameraError
+        When it is not installed.
+    """
+    from vencejo.camera.errors import CameraError
+
+    try:
+        import cv2
+    except ImportError as error:
+        raise CameraError("this needs the camera extra: pip install 'vencejo[camera]'") from error
+    return cv2

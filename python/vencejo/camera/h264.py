@@ -1,0 +1,129 @@
+"""H.264 as bytes: its units (ITU-T H.264, section 7.3.1 and annex B), parameter sets, and the form that files want.
+
+Nothing is decoded here.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Iterator
+from typing import Final
+
+__all__ = ["AccessUnits", "decoder_configuration", "is_key", "length_prefixed", "parameter_sets", "units"]
+
+IDR: Final = 5
+SEI: Final = 6
+SPS: Final = 7
+PPS: Final = 8
+DELIMITER: Final = 9
+SLICES: Final = frozenset({1, 2, IDR})
+BEFORE_SLICES: Final = frozenset({SEI, SPS, PPS, DELIMITER, 14, 15, 16, 17, 18})
+"""Types of units that begin an access unit after a slice (section 7.4.1.2.3)."""
+
+START: Final = b"\x00\x00\x01"
+MAX_ACCESS_UNIT: Final = 16 << 20
+"""Bytes; a stream without an end to its pictures is none."""
+
+
+def units(data: bytes) -> Iterator[bytes]:
+    """The units (NAL units) of a byte stream, without start codes."""
+    begin = data.find(START)
+    while begin >= 0:
+        begin += len(START)
+        end = data.find(START, begin)
+        unit = data[begin:] if end < 0 else data[begin:end]
+        # Zeros before the next start code belong to that one, or are filling (annex B: trailing_zero_8bits).
+        unit = unit.rstrip(b"\x00")
+        if unit:
+            yield unit
+        begin = end
+
+
+def kind(unit: bytes) -> int:
+    """Type of a unit (`nal_unit_type`)."""
+    return unit[0] & 0x1F
+
+
+def is_key(data: bytes) -> bool:
+    """Whether an access unit can be decoded without those before it: it holds an IDR slice."""
+    return any(kind(unit) == IDR for unit in units(data))
+
+
+def parameter_sets(data: bytes) -> tuple[bytes, bytes] | None:
+    """The first sequence and picture parameter set in a byte stream; ``None`` when one is missing."""
+    found: dict[int, bytes] = {}
+    for unit in units(data):
+        found.setdefault(kind(unit), unit)
+    if SPS in found and PPS in found and len(found[SPS]) >= 4:
+        return found[SPS], found[PPS]
+    return None
+
+
+def with_parameter_sets(data: bytes, sets: tuple[bytes, bytes] | None) -> bytes:
+    """A key frame that brings its parameter sets, where they are known."""
+    if sets is None or parameter_sets(data) is not None:
+        return data
+    return b"".join(b"\x00" + START + unit for unit in sets) + data
+
+
+def decoder_configuration(sps: bytes, pps: bytes) -> bytes:
+    """The `AVCDecoderConfigurationRecord` (ISO/IEC 14496-15, section 5.3.3.1) that files hold, for 4-byte lengths."""
+    record = bytes([1, sps[1], sps[2], sps[3], 0xFC | 3, 0xE0 | 1])
+    record += struct.pack(">H", len(sps)) + sps + bytes([1]) + struct.pack(">H", len(pps)) + pps
+    if sps[1] in (100, 110, 122, 144):
+        # The record goes on for the high profiles: 4:2:0, 8 bits, no extensions (what cameras send).
+        record += bytes([0xFC | 1, 0xF8, 0xF8, 0])
+    return record
+
+
+def length_prefixed(data: bytes) -> bytes:
+    """An access unit with a 4-byte length before each unit in place of start codes, as files hold it."""
+    return b"".join(struct.pack(">I", len(unit)) + unit for unit in units(data))
+
+
+class AccessUnits:
+    """Cuts a byte stream that comes in pieces into access units. Bounded: a unit that does not end is dropped."""
+
+    def __init__(self) -> None:
+        self._buffer = bytearray()
+        self._pending: list[bytes] = []
+        self._has_slice = False
+
+    def push(self, piece: bytes) -> list[bytes]:
+        """Take the next piece; give the access units that it completed."""
+        self._buffer += piece
+        done: list[bytes] = []
+        first = self._buffer.find(START)
+        if first < 0:
+            # The beginning of a start code may be there.
+            del self._buffer[: max(0, len(self._buffer) - 2)]
+            return done
+        del self._buffer[:first]
+        while (end := self._buffer.find(START, len(START))) >= 0:
+            unit = bytes(self._buffer[len(START) : end]).rstrip(b"\x00")
+            del self._buffer[:end]
+            if unit:
+                done += self._before(unit)
+                self._pending.append(unit)
+                self._has_slice = self._has_slice or kind(unit) in SLICES
+        # The beginning of a unit tells already that the picture before it is whole.
+        done += self._before(bytes(self._buffer[len(START) : len(START) + 2]))
+        if len(self._buffer) > MAX_ACCESS_UNIT or sum(map(len, self._pending)) > MAX_ACCESS_UNIT:
+            self._buffer.clear()
+            self._pending.clear()
+            self._has_slice = False
+        return done
+
+    def _before(self, unit: bytes) -> Iterable[bytes]:
+        """The access unit that ends where this unit begins."""
+        if len(unit) < 2 or not self._has_slice:
+            return []
+        number = kind(unit)
+        # `first_mb_in_slice` is 0, whose code is a single 1, in the first slice of a picture (section 7.3.3).
+        is_first_slice = number in SLICES and unit[1] & 0x80 != 0
+        if number not in BEFORE_SLICES and not is_first_slice:
+            return []
+        done = b"".join(b"\x00" + START + pending for pending in self._pending)
+        self._pending.clear()
+        self._has_slice = False
+        return [done]

@@ -1,0 +1,129 @@
+"""A Matroska file (RFC 9559) with one track of video, written as it comes.
+
+Segment and clusters have no size, as live streams have none, and each picture is one write: whatever ends the writing, a
+crash or an empty battery, the file plays up to there. Code is passed through, never encoded anew.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import Final
+
+from vencejo.camera import h264
+from vencejo.camera.errors import CameraError
+from vencejo.camera.frames import EncodedFrame
+
+__all__ = ["MatroskaWriter"]
+
+UNKNOWN_SIZE: Final = b"\x01\xff\xff\xff\xff\xff\xff\xff"
+TICKS_PER_S: Final = 1000
+"""Times are in milliseconds: the usual `TimestampScale`."""
+MAX_CLUSTER_MS: Final = 5000
+"""A picture's time in its cluster is 16 bits; a new cluster begins at a key frame after this, or before it runs over."""
+EPOCH_2001_UNIX_S: Final = 978_307_200
+"""Matroska counts its date from the beginning of 2001 (RFC 9559, section 5.1.2.9)."""
+
+
+def element(identity: int, payload: bytes) -> bytes:
+    """An EBML element (RFC 8794): identity, size in eight bytes, payload."""
+    return _identity(identity) + struct.pack(">Q", len(payload) | 1 << 56) + payload
+
+
+def unsigned(identity: int, value: int) -> bytes:
+    """An element that holds a number."""
+    return element(identity, value.to_bytes(max(1, (value.bit_length() + 7) // 8), "big"))
+
+
+def _identity(identity: int) -> bytes:
+    return identity.to_bytes((identity.bit_length() + 7) // 8, "big")
+
+
+class MatroskaWriter:
+    """Turns pictures into the bytes of a file.
+
+    Parameters
+    ----------
+    first : EncodedFrame
+        The first picture, a key frame: the file's codec, size and beginning are its own.
+
+    Raises
+    ------
+    CameraError
+        For a first picture that is no key frame, or is H.264 without parameter sets.
+    """
+
+    def __init__(self, first: EncodedFrame) -> None:
+        if not first.is_key:
+            raise CameraError("a recording begins with a key frame")
+        self._codec = first.codec
+        self._size = (first.width, first.height)
+        self._begin_unix_s = first.captured_unix_s
+        self._cluster_ms: int | None = None
+        self._last_ms = 0
+        self._header = self._make_header(first)
+
+    def header(self) -> bytes:
+        """What the file begins with."""
+        return self._header
+
+    @property
+    def duration_s(self) -> float:
+        """How long what was written is."""
+        return self._last_ms / TICKS_PER_S
+
+    def fits(self, frame: EncodedFrame) -> bool:
+        """Whether a picture can go into this file: same codec, same size."""
+        return frame.codec == self._codec and (frame.width, frame.height) == self._size
+
+    def block(self, frame: EncodedFrame) -> bytes:
+        """The bytes of one picture, with a new cluster before it where one is due."""
+        at_ms = round((frame.captured_unix_s - self._begin_unix_s) * TICKS_PER_S)
+        # A clock that was set back does not turn the file around.
+        at_ms = max(at_ms, self._last_ms)
+        self._last_ms = at_ms
+        head = b""
+        since_ms = None if self._cluster_ms is None else at_ms - self._cluster_ms
+        if since_ms is None or since_ms > 32_000 or (frame.is_key and since_ms >= MAX_CLUSTER_MS):
+            head = _identity(0x1F43B675) + UNKNOWN_SIZE + unsigned(0xE7, at_ms)  # Cluster, Timestamp
+            self._cluster_ms = at_ms
+            since_ms = 0
+        data = h264.length_prefixed(frame.data) if frame.codec == "h264" else frame.data
+        flags = 0x80 if frame.is_key else 0
+        return head + element(0xA3, b"\x81" + struct.pack(">hB", since_ms, flags) + data)  # SimpleBlock of track 1
+
+    def _make_header(self, first: EncodedFrame) -> bytes:
+        ebml = element(
+            0x1A45DFA3,
+            unsigned(0x4286, 1)  # EBMLVersion
+            + unsigned(0x42F7, 1)  # EBMLReadVersion
+            + unsigned(0x42F2, 4)  # EBMLMaxIDLength
+            + unsigned(0x42F3, 8)  # EBMLMaxSizeLength
+            + element(0x4282, b"matroska")  # DocType
+            + unsigned(0x4287, 4)  # DocTypeVersion
+            + unsigned(0x4285, 2),  # DocTypeReadVersion
+        )
+        date_ns = round((self._begin_unix_s - EPOCH_2001_UNIX_S) * 1e9)
+        info = element(
+            0x1549A966,
+            unsigned(0x2AD7B1, 1_000_000_000 // TICKS_PER_S)  # TimestampScale
+            + element(0x4461, struct.pack(">q", date_ns))  # DateUTC
+            + element(0x4D80, b"vencejo")  # MuxingApp
+            + element(0x5741, b"vencejo"),  # WritingApp
+        )
+        codec = element(0x86, b"V_MJPEG")  # CodecID
+        if self._codec == "h264":
+            sets = h264.parameter_sets(first.data)
+            if sets is None:
+                raise CameraError("the video's key frame has no parameter sets: its camera does not send them")
+            codec = element(0x86, b"V_MPEG4/ISO/AVC") + element(0x63A2, h264.decoder_configuration(*sets))
+        width, height = self._size
+        track = element(
+            0xAE,
+            unsigned(0xD7, 1)  # TrackNumber
+            + unsigned(0x73C5, 1)  # TrackUID
+            + unsigned(0x83, 1)  # TrackType: video
+            + unsigned(0x9C, 0)  # FlagLacing
+            + codec
+            + element(0xE0, unsigned(0xB0, width) + unsigned(0xBA, height)),  # Video: PixelWidth, PixelHeight
+        )
+        return ebml + _identity(0x18538067) + UNKNOWN_SIZE + info + element(0x1654AE6B, track)  # Segment, Tracks

@@ -1,0 +1,257 @@
+"""Recordings of a camera: Matroska files in a folder of their own, written by a thread of their own, crash-safe.
+
+Files are named by us alone (time and camera), never overwritten. Below a floor of free space nothing is written; a file
+that has grown too large is closed and the next begun. What the disk does reaches nobody but the recording: pictures that it
+is too slow for are dropped up to the next key frame, and counted.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import queue
+import shutil
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta, timezone
+from pathlib import Path
+from typing import BinaryIO, Final
+
+from vencejo.camera.errors import CameraError
+from vencejo.camera.frames import EncodedFrame
+from vencejo.camera.matroska import MatroskaWriter
+from vencejo.station import default_record_dir
+
+__all__ = ["RecorderLimits", "Recording", "VideoRecorder", "default_video_dir"]
+
+QUEUE: Final = 300
+"""Pictures that wait for the disk at most: ten seconds at 30 a second."""
+SYNC_INTERVAL_S: Final = 1.0
+"""How often what was written is forced to the disk, and free space looked at."""
+
+
+def default_video_dir() -> Path:
+    """Where recordings go: ``$VENCEJO_DATA/video``, else the user's data folder (XDG base directories)."""
+    return default_record_dir().parent / "video"
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecorderLimits:
+    """Limits of a recording.
+
+    Attributes
+    ----------
+    max_file_bytes : int
+        A file that has grown to this size is closed and the next begun; default 2 GiB.
+    quota_bytes : int
+        What all recordings in the folder may take together; default 32 GiB. Nothing is deleted: recording ends.
+    free_floor_bytes : int
+        Free space of the disk below which nothing is written; default 500 MB.
+    """
+
+    max_file_bytes: int = 2 << 30
+    quota_bytes: int = 32 << 30
+    free_floor_bytes: int = 500_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recording:
+    """A recording as it stands.
+
+    Attributes
+    ----------
+    path : Path
+        The file that is being written.
+    duration_s : float
+        How long it is.
+    bytes : int
+        How large it is.
+    dropped : int
+        Pictures that the disk was too slow for.
+    problem : str or None
+        Why it ended before it was told to.
+    """
+
+    path: Path
+    duration_s: float
+    bytes: int
+    dropped: int
+    problem: str | None
+
+
+class VideoRecorder:
+    """Writes pictures to files until it is closed.
+
+    Parameters
+    ----------
+    folder : Path
+        Where to; made when it is not there.
+    name : str
+        The camera's name, for the files' names: letters, digits, ``-`` and ``_``.
+    group : sequence of EncodedFrame, optional
+        What to begin with: a key frame and what followed it.
+    limits : RecorderLimits, optional
+    free_bytes : callable, optional
+        Free space of the disk that a folder is on.
+
+    Raises
+    ------
+    CameraError
+        When nothing can be written there.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        name: str,
+        *,
+        group: Sequence[EncodedFrame] = (),
+        limits: RecorderLimits | None = None,
+        free_bytes: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
+        unix_s: Callable[[], float] = time.time,
+    ) -> None:
+        self._folder = folder
+        self._name = name
+        self._limits = limits or RecorderLimits()
+        self._free_bytes = free_bytes
+        self._unix_s = unix_s
+        self._waiting: queue.Queue[EncodedFrame | None] = queue.Queue(QUEUE)
+        self._lock = threading.Lock()
+        self._needs_key = not group
+        self._dropped = 0
+        self._problem: str | None = None
+        self._duration_s = 0.0
+        self._bytes = 0
+        self._writer: MatroskaWriter | None = None
+        self._older_bytes = self._prepare()
+        self._path, self._file = self._new_file()
+        for frame in list(group)[: QUEUE // 2]:
+            self._waiting.put_nowait(frame)
+        self._needs_key = not group or len(group) > QUEUE // 2
+        self._thread = threading.Thread(target=self._run, name="video recorder", daemon=True)
+        self._thread.start()
+
+    def add(self, frame: EncodedFrame) -> None:
+        """Hand on a picture; never waits."""
+        with self._lock:
+            if self._problem is not None:
+                return
+            if self._needs_key and not frame.is_key:
+                self._dropped += 1
+                return
+            try:
+                self._waiting.put_nowait(frame)
+                self._needs_key = False
+            except queue.Full:
+                self._needs_key = True
+                self._dropped += 1
+
+    def status(self) -> Recording:
+        """The recording as it stands."""
+        with self._lock:
+            return Recording(
+                path=self._path,
+                duration_s=self._duration_s,
+                bytes=self._bytes,
+                dropped=self._dropped,
+                problem=self._problem,
+            )
+
+    def close(self) -> Recording:
+        """Write what waits, and end. May be called again."""
+        while self._thread.is_alive():
+            with contextlib.suppress(queue.Full):
+                self._waiting.put(None, timeout=0.1)
+                break
+        self._thread.join(10.0)
+        return self.status()
+
+    def _prepare(self) -> int:
+        """Make the folder; bytes of the recordings in it."""
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            older = sum(path.stat().st_size for path in self._folder.glob("*.mkv"))
+        except OSError as error:
+            raise CameraError(f"nothing can be recorded in {self._folder}: {error.strerror}") from error
+        problem = self._no_room(older)
+        if problem is not None:
+            raise CameraError(problem)
+        return older
+
+    def _no_room(self, used: int) -> str | None:
+        if self._free_bytes(self._folder) < self._limits.free_floor_bytes:
+            return f"less than {self._limits.free_floor_bytes / 1e6:.0f} MB are free on the disk of {self._folder}"
+        if used >= self._limits.quota_bytes:
+            return f"the recordings in {self._folder} take {used / 1e9:.1f} GB, which is all they may; delete some"
+        return None
+
+    def _new_file(self) -> tuple[Path, BinaryIO]:
+        at = datetime.fromtimestamp(0, timezone.utc) + timedelta(seconds=self._unix_s())
+        for attempt in range(100):
+            more = "" if attempt == 0 else f"-{attempt + 1}"
+            path = self._folder / f"{at:%Y-%m-%d_%H-%M-%S}_{self._name}{more}.mkv"
+            try:
+                return path, path.open("xb", buffering=0)
+            except FileExistsError:
+                continue
+            except OSError as error:
+                raise CameraError(f"nothing can be recorded in {self._folder}: {error.strerror}") from error
+        raise CameraError(f"nothing can be recorded in {self._folder}: all names of this second are taken")
+
+    def _run(self) -> None:
+        synced = time.monotonic()
+        try:
+            while (frame := self._waiting.get()) is not None:
+                self._write(frame)
+                if time.monotonic() - synced >= SYNC_INTERVAL_S:
+                    synced = time.monotonic()
+                    os.fsync(self._file.fileno())
+                    problem = self._no_room(self._older_bytes + self._bytes)
+                    if problem is not None:
+                        raise CameraError(problem)
+        except (OSError, CameraError) as error:
+            text = str(error) if isinstance(error, CameraError) else f"{self._path}: {error.strerror or error}"
+            with self._lock:
+                self._problem = text
+        finally:
+            with contextlib.suppress(OSError):
+                os.fsync(self._file.fileno())
+                self._file.close()
+            if self._bytes == 0:
+                # Nothing came: an empty file helps nobody.
+                with contextlib.suppress(OSError):
+                    self._path.unlink()
+
+    def _write(self, frame: EncodedFrame) -> None:
+        is_full = self._bytes >= self._limits.max_file_bytes
+        if self._writer is not None and (not self._writer.fits(frame) or is_full):
+            if not frame.is_key:
+                if is_full:
+                    self._append(self._writer.block(frame))
+                return
+            os.fsync(self._file.fileno())
+            self._file.close()
+            path, self._file = self._new_file()
+            with self._lock:
+                self._path, self._older_bytes, self._bytes, self._writer = (
+                    path,
+                    self._older_bytes + self._bytes,
+                    0,
+                    None,
+                )
+        if self._writer is None:
+            if not frame.is_key:
+                return
+            self._writer = MatroskaWriter(frame)
+            self._append(self._writer.header())
+        self._append(self._writer.block(frame))
+
+    def _append(self, data: bytes) -> None:
+        written = self._file.write(data)
+        if written != len(data):
+            raise OSError(28, "the disk is full")
+        with self._lock:
+            self._bytes += len(data)
+            self._duration_s = 0.0 if self._writer is None else self._writer.duration_s

@@ -1,0 +1,148 @@
+"""A camera in the ground station: its pictures go to the server, and what the browsers ask for comes back."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING, Final
+
+from vencejo.camera.camera import Camera
+from vencejo.camera.errors import CameraError
+from vencejo.camera.frames import EncodedFrame
+from vencejo.camera.still import Pose, pose_of, with_pose
+from vencejo.errors import ClosedError, VencejoError
+from vencejo.video import VideoFeed, VideoRequest, VideoStatus
+
+if TYPE_CHECKING:
+    from vencejo.serve import Server
+
+__all__ = ["ServedCamera", "still_picture"]
+
+LOOK_INTERVAL_S: Final = 0.25
+"""How often the server is told how the camera is."""
+MAX_STILL_AGE_S: Final = 5.0
+"""An older picture is no picture of now: no still is made of it."""
+
+
+class ServedCamera:
+    """Serves a camera until it is closed; the camera itself goes on.
+
+    Parameters
+    ----------
+    server : Server
+        Whose pages show it.
+    camera : Camera
+
+    Raises
+    ------
+    VencejoError
+        When the server has a camera of that name, or as many as it can.
+    """
+
+    def __init__(self, server: Server, camera: Camera) -> None:
+        self._server = server
+        self._camera = camera
+        self._feed: VideoFeed = server.add_camera(camera.name, camera.source)
+        self._stop = threading.Event()
+        self._end = camera.listen(self._publish)
+        self._thread = threading.Thread(target=self._serve, name=f"served camera {camera.name}", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Take the camera out of the pages. May be called again."""
+        self._stop.set()
+        self._end()
+        self._camera.want_jpeg(False)
+        self._feed.close()
+        if threading.current_thread() is not self._thread:
+            self._thread.join(5.0)
+
+    def __enter__(self) -> ServedCamera:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _publish(self, frame: EncodedFrame) -> None:
+        # The server is closed before the camera, at the end.
+        with contextlib.suppress(ClosedError):
+            self._feed.publish(
+                frame.data,
+                codec=frame.codec,
+                is_key=frame.is_key,
+                width=frame.width,
+                height=frame.height,
+                captured_unix_s=frame.captured_unix_s,
+            )
+
+    def _serve(self) -> None:
+        while not self._stop.is_set():
+            try:
+                self._feed.set_status(self._status())
+                request = self._feed.next_request(LOOK_INTERVAL_S)
+                self._camera.want_jpeg(self._feed.jpeg_viewers > 0)
+                if request is not None:
+                    self._answer(request)
+            except ClosedError:
+                return
+
+    def _status(self) -> VideoStatus:
+        status = self._camera.status
+        recording = status.recording
+        return VideoStatus(
+            state=status.state.value,
+            reason=status.reason,
+            codec=status.codec,
+            size=None if status.width is None or status.height is None else (status.width, status.height),
+            rate_hz=status.rate_hz,
+            bitrate_bit_s=status.bitrate_bit_s,
+            recording=None
+            if recording is None
+            else (recording.path.name, recording.duration_s, recording.bytes, recording.problem),
+        )
+
+    def _answer(self, request: VideoRequest) -> None:
+        try:
+            picture = b""
+            if request.kind == "snapshot":
+                picture = still_picture(self._camera, self._server)
+            elif request.kind == "start_recording":
+                self._camera.start_recording()
+            else:
+                self._camera.stop_recording()
+            self._feed.set_status(self._status())
+            request.answer(picture)
+        except (VencejoError, OSError) as error:
+            request.refuse(str(error))
+
+
+def still_picture(camera: Camera, server: Server | None = None, *, unix_s: float | None = None) -> bytes:
+    """The newest picture as a JPEG file that says when and where it was taken.
+
+    Parameters
+    ----------
+    camera : Camera
+    server : Server, optional
+        Whose only vehicle carries the camera; with several vehicles, nobody knows which does, and none is named.
+    unix_s : float, optional
+        The time of day, for tests.
+
+    Raises
+    ------
+    CameraError
+        When there is no picture of now.
+    """
+    frame = camera.latest_jpeg()
+    now = time.time() if unix_s is None else unix_s
+    if frame is None:
+        raise CameraError(f"there is no picture: {camera.status.reason or 'none has come yet'}")
+    age_s = now - frame.captured_unix_s
+    if age_s > MAX_STILL_AGE_S:
+        raise CameraError(f"the newest picture is {age_s:.0f} s old: {camera.status.reason or 'no newer one comes'}")
+    vehicles = [] if server is None else server.station.vehicles
+    pose = pose_of(vehicles[0].telemetry, max(age_s, 0.0)) if len(vehicles) == 1 else Pose()
+    return with_pose(frame.data, frame.captured_unix_s, pose)

@@ -1,0 +1,144 @@
+"""A camera's way into the server: encoded pictures and its state in, requests of the browsers out.
+
+`vencejo.camera` does all of this for the sources that it knows. Use this for pictures of your own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from vencejo import _native
+
+__all__ = ["VideoFeed", "VideoRequest", "VideoStatus"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class VideoStatus:
+    """What the pages are told of a camera.
+
+    Attributes
+    ----------
+    state : {"starting", "live", "stalled", "dead"}
+    reason : str or None
+        Why no pictures come.
+    codec : {"h264", "jpeg"} or None
+        How the source encodes; ``None`` when that is not known, and for pictures that are encoded here.
+    size : tuple of int or None
+        Width and height in pixels.
+    rate_hz, bitrate_bit_s : float or None
+        Pictures and bits a second, lately.
+    recording : tuple or None
+        Name of the file, duration in seconds, bytes, and why it ended before it was told to.
+    """
+
+    state: Literal["starting", "live", "stalled", "dead"] = "starting"
+    reason: str | None = None
+    codec: Literal["h264", "jpeg"] | None = None
+    size: tuple[int, int] | None = None
+    rate_hz: float | None = None
+    bitrate_bit_s: float | None = None
+    recording: tuple[str, float, int, str | None] | None = None
+
+
+class VideoRequest:
+    """Something that a browser wants of a camera. One that is never answered counts as refused.
+
+    Attributes
+    ----------
+    kind : {"snapshot", "start_recording", "stop_recording"}
+    """
+
+    def __init__(self, native: _native.VideoRequest) -> None:
+        self._native = native
+        self.kind: Literal["snapshot", "start_recording", "stop_recording"] = native.kind
+
+    def answer(self, data: bytes = b"") -> None:
+        """Say that it is done; for a snapshot, with the JPEG file."""
+        self._native.answer(data)
+
+    def refuse(self, reason: str) -> None:
+        """Say why it cannot be done."""
+        self._native.refuse(reason)
+
+
+class VideoFeed:
+    """Feeds one camera of a server: see `vencejo.serve.Server.add_camera`."""
+
+    def __init__(self, native: _native.VideoFeed) -> None:
+        self._native = native
+
+    def publish(
+        self,
+        data: bytes,
+        *,
+        codec: Literal["h264", "jpeg"],
+        is_key: bool,
+        width: int,
+        height: int,
+        captured_unix_s: float,
+    ) -> None:
+        """Hand a picture to all who look; never waits.
+
+        Parameters
+        ----------
+        data : bytes
+            One access unit of H.264 as a byte stream, key frames with their parameter sets; or one JPEG file.
+        codec : {"h264", "jpeg"}
+        is_key : bool
+            Whether it can be decoded without those before it.
+        width, height : int
+            Pixels.
+        captured_unix_s : float
+            When it was taken, in seconds since 1970, UTC.
+
+        Raises
+        ------
+        InvalidRequest
+            For a picture that cannot be one.
+        ClosedError
+            When the feed is closed.
+        """
+        self._native.publish(data, codec, is_key, width, height, captured_unix_s)
+
+    def set_status(self, status: VideoStatus) -> None:
+        """Tell the pages how the camera is."""
+        self._native.set_status(
+            status.state,
+            status.reason,
+            status.codec,
+            status.size,
+            status.rate_hz,
+            status.bitrate_bit_s,
+            status.recording,
+        )
+
+    @property
+    def jpeg_viewers(self) -> int:
+        """How many look who are sent JPEG."""
+        return self._native.demand()[1]
+
+    @property
+    def h264_viewers(self) -> int:
+        """How many look who are sent H.264."""
+        return self._native.demand()[0]
+
+    def next_request(self, timeout_s: float) -> VideoRequest | None:
+        """Wait for the next request.
+
+        Returns
+        -------
+        VideoRequest or None
+            ``None`` after `timeout_s`, and when somebody begins to look: then `jpeg_viewers` may be another.
+
+        Raises
+        ------
+        ClosedError
+            When the feed is closed.
+        """
+        native = self._native.next_request(timeout_s)
+        return None if native is None else VideoRequest(native)
+
+    def close(self) -> None:
+        """Take the camera away. May be called again."""
+        self._native.close()
