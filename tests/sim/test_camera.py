@@ -153,22 +153,22 @@ def test_nothing_is_rendered_while_nobody_looks() -> None:
         assert camera.watched
         # What was told before anybody looked is of another time.
         camera.see(2.0, LEVEL)
-        frame = camera.next_frame(timeout_s=20.0)
+        frame = camera.next_frame(timeout_s=120.0)
         assert frame is not None
         camera.see(3.0, LEVEL)
-        later = camera.next_frame(frame.number, timeout_s=20.0)
+        later = camera.next_frame(frame.number, timeout_s=120.0)
         assert later is not None
         assert later.number > frame.number
     assert not camera.watched
     camera.close()
     with camera:
-        assert camera.next_frame(timeout_s=20.0) is None
+        assert camera.next_frame(timeout_s=120.0) is None
 
 
 @contextmanager
 def connected(url: str) -> Iterator[http.client.HTTPResponse]:
     parts = urlsplit(url)
-    connection = http.client.HTTPConnection(parts.hostname or "", parts.port, timeout=30)
+    connection = http.client.HTTPConnection(parts.hostname or "", parts.port, timeout=120)
     connection.request("GET", parts.path)
     try:
         yield connection.getresponse()
@@ -216,13 +216,13 @@ def test_it_is_a_network_camera() -> None:
         assert began <= taken[0] < taken[1] < taken[2] <= time.time()
         # The second plane has a camera of its own, and stands level.
         other = sim.snapshot.replace("/snapshot.jpg", "/2/snapshot.jpg")
-        with urllib.request.urlopen(other, timeout=30) as answer:
+        with urllib.request.urlopen(other, timeout=120) as answer:
             assert answer.headers["Content-Type"] == "image/jpeg"
             assert float(answer.headers["X-Timestamp"]) >= began
             slope, _ = horizon(decoded(answer.read()), range(280, 360))
         assert abs(math.degrees(math.atan(slope))) < 2
         with pytest.raises(urllib.error.HTTPError, match="404"):
-            urllib.request.urlopen(sim.camera + "x", timeout=30)
+            urllib.request.urlopen(sim.camera + "x", timeout=120)
 
 
 def test_viewers_are_told_when_the_simulator_ends() -> None:

@@ -16,8 +16,8 @@ from .view import Pinhole, Pose
 __all__ = ["Frame", "NoseCamera"]
 
 _JPEG_QUALITY = 80
-_NO_SIGHT_S = 5.0
-"""A simulator that has not told the pose for so long is not coming back."""
+_NO_FRAME_S = 60.0
+"""A viewer that got nothing for so long is told so; a busy machine is slow, not broken."""
 
 
 class Frame(NamedTuple):
@@ -96,7 +96,7 @@ class NoseCamera:
                 # The next viewer gets no picture of the past.
                 self._sight = self._frame = None
 
-    def next_frame(self, after: int = 0, timeout_s: float = _NO_SIGHT_S) -> Frame | None:
+    def next_frame(self, after: int = 0, timeout_s: float = _NO_FRAME_S) -> Frame | None:
         """The newest picture, as soon as there is one with a number above ``after``; None when there is no more."""
         with self._changed:
             self._changed.wait_for(

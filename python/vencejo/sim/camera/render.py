@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import math
+import threading
 from collections.abc import Sequence
 
 import cv2
@@ -45,8 +47,8 @@ class Renderer:
 
     def __init__(self, heading_deg: float, camera: Pinhole | None = None) -> None:
         self.camera = camera if camera is not None else Pinhole()
-        self._atlas, self._sky_row = _with_sky(ground.pyramid(ground.fields()))
-        self._detail = ground.detail()
+        with _PAINTING:
+            self._atlas, self._sky_row, self._detail = _world()
         self._fixed = airfield(heading_deg)
         self._marked: tuple[object, ...] | None = None
         self.mark((0.0, 0.0), ())
@@ -251,6 +253,15 @@ def _clipped(piece: npt.NDArray[np.float64], camera: Pinhole) -> npt.NDArray[np.
             return np.empty((0, 3))
         piece = np.array(kept)
     return piece
+
+
+_PAINTING = threading.Lock()
+
+
+@functools.cache
+def _world() -> tuple[MatLike, int, MatLike]:
+    """Pyramid with the sky, the sky's row in it, and the grass: painted once, the same for all cameras."""
+    return *_with_sky(ground.pyramid(ground.fields())), ground.detail()
 
 
 def _with_sky(atlas: MatLike) -> tuple[MatLike, int]:
