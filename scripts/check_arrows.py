@@ -64,6 +64,7 @@ IMPURE = re.compile(r"\bstd::(?:fs|net|process|thread)\b|\bInstant::now\b|\bSyst
 #: Python room → rooms that it may import. `sdk` is python/vencejo itself without its sub-rooms.
 ROOMS: dict[str, frozenset[str]] = {
     "sdk": frozenset({"_native"}),
+    "camera": frozenset({"sdk"}),
     "cli": frozenset({"sdk"}),
     "jderobot": frozenset({"sdk"}),
     "sim": frozenset({"guidance"}),
@@ -74,6 +75,7 @@ ROOMS: dict[str, frozenset[str]] = {
 STARTS: dict[tuple[str, str], frozenset[str]] = {
     ("cli", "sim"): frozenset({"sim.py", "demo.py"}),
     ("cli", "jderobot"): frozenset({"ice.py"}),
+    ("cli", "camera"): frozenset({"camera.py"}),
 }
 
 #: Third-party modules that only these rooms may import.
@@ -178,7 +180,7 @@ def room_of(module: str) -> str | None:
     parts = module.split(".")
     if parts[0] != "vencejo":
         return None
-    if len(parts) > 1 and parts[1] in {"cli", "jderobot", "sim"}:
+    if len(parts) > 1 and parts[1] in {"camera", "cli", "jderobot", "sim"}:
         return parts[1]
     if module in NATIVE_GUIDANCE:
         return "guidance"

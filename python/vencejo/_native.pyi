@@ -172,6 +172,7 @@ class Server:
     def tokens(self) -> tuple[str, str] | None: ...
     is_tls: bool
     clients: int
+    def add_camera(self, name: str, source: str) -> VideoFeed: ...
     def operator(self, name: str) -> Operator: ...
     def close(self) -> None: ...
 
@@ -185,6 +186,43 @@ class Operator:
     def take(self) -> bool: ...
     def release(self) -> None: ...
     def close(self) -> None: ...
+
+# Cameras -----------------------------------------------------------------------------------------------------------
+
+@final
+class VideoFeed:
+    """Feeds one camera of a server."""
+
+    def publish(
+        self,
+        data: bytes,
+        codec: Literal["h264", "jpeg"],
+        is_key: bool,
+        width: int,
+        height: int,
+        captured_unix_s: float,
+    ) -> None: ...
+    def set_status(
+        self,
+        state: Literal["starting", "live", "stalled", "dead"],
+        reason: str | None,
+        codec: Literal["h264", "jpeg"] | None,
+        size: tuple[int, int] | None,
+        rate_hz: float | None,
+        bitrate_bit_s: float | None,
+        recording: tuple[str, float, int, str | None] | None,
+    ) -> None: ...
+    def demand(self) -> tuple[int, int]: ...
+    def next_request(self, timeout_s: float) -> VideoRequest | None: ...
+    def close(self) -> None: ...
+
+@final
+class VideoRequest:
+    """Something that a browser wants of a camera."""
+
+    kind: Literal["snapshot", "start_recording", "stop_recording"]
+    def answer(self, data: bytes) -> None: ...
+    def refuse(self, reason: str) -> None: ...
 
 # Guidance of the simulated plane -----------------------------------------------------------------------------------
 

@@ -22,6 +22,7 @@ from types import TracebackType
 from vencejo import _native
 from vencejo.errors import InvalidRequest
 from vencejo.station import Station, default_record_dir
+from vencejo.video import VideoFeed
 
 __all__ = ["Operator", "Server", "Tokens", "default_maps_folder", "default_token_file", "has_app"]
 
@@ -175,6 +176,30 @@ class Server:
             When all places for sessions are taken.
         """
         return Operator(self._native.operator(name))
+
+    @property
+    def station(self) -> Station:
+        """Whose vehicles it shows."""
+        return self._station
+
+    def add_camera(self, name: str, source: str) -> VideoFeed:
+        """Show one more camera; it is there until its feed is closed. `vencejo.camera.ServedCamera` does all the rest.
+
+        Parameters
+        ----------
+        name : str
+            1 to 32 letters, digits, ``-`` or ``_``.
+        source : str
+            What people are shown of where it comes from: no passwords.
+
+        Raises
+        ------
+        InvalidRequest
+            For a name that cannot be one, or that is taken.
+        VencejoError
+            When there are as many as there may be.
+        """
+        return VideoFeed(self._native.add_camera(name, source))
 
     def close(self) -> None:
         """End all connections. Can be called again."""

@@ -93,7 +93,14 @@ class Client:
 class WebSocket:
     """A WebSocket as RFC 6455 has it: texts out, texts in, pings answered."""
 
-    def __init__(self, client: Client, *, receive_buffer: int | None = None, origin: str | None = None) -> None:
+    def __init__(
+        self,
+        client: Client,
+        *,
+        path: str = "/api/v1/ws",
+        receive_buffer: int | None = None,
+        origin: str | None = None,
+    ) -> None:
         host, _, port = client.authority.rpartition(":")
         self._socket = socket.socket()
         self._socket.settimeout(PATIENCE_S)
@@ -102,7 +109,7 @@ class WebSocket:
         self._socket.connect((host, int(port)))
         key = base64.b64encode(os.urandom(16)).decode()
         lines = [
-            "GET /api/v1/ws HTTP/1.1",
+            f"GET {path} HTTP/1.1",
             f"Host: {client.authority}",
             "Connection: Upgrade",
             "Upgrade: websocket",
@@ -213,6 +220,11 @@ def serving(*options: str, data: Path) -> Iterator[Served]:
     """`vencejo serve` as a process of its own, on a free port, with a data folder of its own."""
     command = [sys.executable, "-m", "vencejo.cli", "serve", "--port", "0", "--json", "--no-record", *options]
     env = {**os.environ, "VENCEJO_DATA": str(data)}
+    # without it a new installation begins with maps from the network, which no test reaches
+    sources = data / "maps" / "sources.toml"
+    if not sources.exists():
+        sources.parent.mkdir(parents=True, exist_ok=True)
+        sources.write_text("# none\n", encoding="utf-8")
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env) as process:
         assert process.stdout is not None
         assert process.stderr is not None

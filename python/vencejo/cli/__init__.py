@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from vencejo.cli.camera import camera
 from vencejo.cli.common import RootGroup, end_by_signal
 from vencejo.cli.demo import demo
 from vencejo.cli.fly import fly
@@ -66,6 +67,7 @@ def root(
 
 app.command()(demo)
 app.command()(serve)
+app.command()(camera)
 app.command()(fly)
 app.command()(telemetry)
 app.add_typer(mission_app, name="mission")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from vencejo.cli.camera import CameraOption, for_ice, served_cameras
 from vencejo.cli.common import DEFAULT_LINK, ForwardOption, JsonOption, RecordOption, put_json, say
 from vencejo.cli.ice import (
     IceAllowOption,
@@ -82,6 +83,7 @@ def serve(
     open_browser: Annotated[bool, typer.Option("--open", help="Open a browser here.")] = False,
     record: RecordOption = True,
     forward: ForwardOption = None,
+    camera: CameraOption = None,
     ice: IceOption = False,
     ice_host: IceHostOption = None,
     ice_missions: IceMissionsOption = None,
@@ -99,6 +101,8 @@ def serve(
     Example: vencejo serve --link udpin:0.0.0.0:14550
 
     Example: vencejo serve --link /dev/ttyACM0,115200 --host 0.0.0.0
+
+    Example: vencejo serve --camera nose=/dev/video0 --camera belly=rtsp://192.168.1.10/live
     """
     from vencejo import Station
     from vencejo.serve import Server
@@ -129,7 +133,8 @@ def serve(
             on_board=on_board is not None,
             maps_folder=maps,
         ) as server,
-        ice_server(station, settings, server.tokens) as interfaces,
+        served_cameras(server, camera) as cameras,
+        ice_server(station, settings, server.tokens, **for_ice(cameras)) as interfaces,
     ):
         tell(server, json=json, ice=None if interfaces is None else interfaces.proxies)
         if open_browser:

@@ -1,23 +1,11 @@
 // Cameras: which there are, recording, still pictures, and the stream of one, over a WebSocket of its own.
 import { readPicture, type Picture } from '$lib/domain/video';
 import { Http } from './http';
+import type { components } from './schema';
 import { retryDelay_ms, SILENCE_LIMIT_MS } from './socket';
 
-export interface CameraInfo {
-  name: string;
-  source: string;
-  state: 'starting' | 'live' | 'stalled' | 'dead';
-  reason: string | null;
-  codec: 'h264' | 'jpeg' | null;
-  width: number | null;
-  height: number | null;
-  rate_hz: number | null;
-  bitrate_bit_s: number | null;
-  age_s: number | null;
-  viewers: number;
-  recording: { file: string; duration_s: number; bytes: number; problem: string | null } | null;
-}
-export type CameraMessage = ({ type: 'camera' } & CameraInfo) | { type: 'clock'; unix_us: number };
+export type CameraInfo = components['schemas']['CameraInfo'];
+export type CameraMessage = components['schemas']['CameraMessage'];
 
 const http = new Http();
 const path = (name: string, rest = '') => `/cameras/${encodeURIComponent(name)}${rest}`;
