@@ -89,12 +89,13 @@ class IceOptions:
     def settings(self) -> IceSettings | None:
         """What they come to, with the configuration and the `.cfg` file below them; ``None`` without `--ice`."""
         from vencejo import InvalidRequest
-        from vencejo.jderobot import IceSettings, default_config_file, read_cfg, read_config
 
         if not self.enabled:
             if self.config or self.set or self.allow or self.host or self.missions or self.dialect:
                 raise InvalidRequest("the options --ice-… need --ice")
             return None
+        from vencejo.jderobot import IceSettings, default_config_file, read_cfg, read_config
+
         settings = IceSettings()
         if default_config_file().is_file():
             settings = read_config(default_config_file(), settings)
