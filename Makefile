@@ -21,7 +21,7 @@ SCREENSHOT_ARGS ?=
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-demo: run-env native ## Fly the demo mission with the simulated plane
+demo: run-env native ## The ground station with a simulated plane that flies the demo mission; yours after the landing
 	@.venv/bin/vencejo demo $(DEMO_ARGS)
 
 test: ## Everything that CI runs: layout, format, lints, types, Rust and Python tests
@@ -55,6 +55,8 @@ fmt: dev-env ## Format Rust and Python
 bench: dev-env native ## Measure, side by side with the peers, into bench/RESULTS.md (about 20 minutes)
 	cargo build --release --locked --quiet -p vencejo-link --examples
 	$(PY) bench/run.py $(BENCH_ARGS)
+	$(PY) bench/station/paint.py
+	$(PY) bench/station/frames.py
 
 screenshots: dev-env native ## Take the pictures of the ground station into docs/images
 	@$(PY) scripts/screenshots.py $(SCREENSHOT_ARGS)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 
@@ -105,6 +106,54 @@ SECTIONS: dict[str, Section] = {
 _OURS = "vencejo"
 
 
+@dataclass(frozen=True)
+class Figure:
+    """One row of the station's table: its title, what we aim at, and how its figures are written."""
+
+    title: str
+    aim: str
+    write: Callable[[dict[str, float]], str]
+
+
+STATION_TITLE = "## Ground station in the browser"
+STATION: dict[str, Figure] = {
+    "browsers": Figure(
+        "20 WebSockets at 10 Hz beside a plane of 1,000 messages/s: a command from HTTP request to answer",
+        "99 % ≤ 50 ms; the server's memory does not grow in 10 min",
+        lambda f: (
+            f"median {f['median_ms']:.1f} ms, 99 % {f['p99_ms']:.1f} ms of {f['commands']:,.0f}; "
+            f"memory {f['first_mb']:.1f} → {f['last_mb']:.1f} MB in {f['minutes']:.0f} min; "
+            f"{f['telemetry_hz']:.1f} Hz each, {f['cpu_percent']:.0f} % of a core"
+        ),
+    ),
+    "paint": Figure(
+        "First paint from localhost, and the app's first load",
+        "≤ 1.5 s; ≤ 400 kB compressed",
+        lambda f: (
+            f"painted after {f['paint_s']:.2f} s, map drawn after {f['map_s']:.2f} s (median of {f['runs']:.0f}); "
+            f"{f['transferred_kb']:.0f} kB"
+        ),
+    ),
+    "frames": Figure(
+        "Map with a trail of 50,000 points and 20 Hz telemetry, software rendering",
+        "≥ 20 frames/s",
+        lambda f: (
+            f"{f['frames_per_s']:.1f} frames/s, {f['dragged_per_s']:.1f} while the map is dragged "
+            f"({f['empty_per_s']:.1f} without trail); longest frame {f['longest_ms']:.0f} ms"
+        ),
+    ),
+    "heap": Figure(
+        "The page's heap over a run with 20 Hz telemetry, after forced collections",
+        "< 20 MB of growth in an hour",
+        lambda f: (
+            f"{f['first_mb']:.1f} → {f['last_mb']:.1f} MB in {f['minutes']:.0f} min "
+            f"({f['growth_mb']:+.1f} MB, most {f['most_mb']:.1f} MB) at {f['messages_per_s']:.0f} messages/s; "
+            f"server {f['server_growth_mb']:+.1f} MB"
+        ),
+    ),
+}
+
+
 def render(results: dict[str, Any]) -> str:
     """Return the whole of RESULTS.md.
 
@@ -131,6 +180,35 @@ def render(results: dict[str, Any]) -> str:
         if key in results:
             lines += ["", *_table(section, results[key])]
     return "\n".join(lines) + "\n"
+
+
+def station_part(page: str) -> str:
+    """Return the station's part of a page, empty when it has none: its figures are measured one at a time."""
+    begin = page.find(STATION_TITLE)
+    return "" if begin < 0 else page[begin:]
+
+
+def write_station(path: Path, name: str, found: dict[str, Any], machine: dict[str, str]) -> None:
+    """Put one figure of the station into the page, in place of what it had measured before."""
+    page = path.read_text(encoding="utf-8") if path.exists() else "# Results\n"
+    part = station_part(page)
+    before = page.removesuffix(part).rstrip("\n")
+    rows = {row.partition(" | ")[0].removeprefix("| "): row for row in part.splitlines() if row.startswith("| ")}
+    figure = STATION[name]
+    where = f"{found['date']}, {machine['cores']} cores, {machine['system']}"
+    rows[figure.title] = (
+        f"| {figure.title} | {figure.write(found['figures'])} | {figure.aim} | {where}{found['detail']} |"
+    )
+    lines = [
+        STATION_TITLE,
+        "",
+        "Written by the programs in `bench/station`, one row each ([README.md](README.md)).",
+        "",
+        "| what | measured | aim | when and where |",
+        "|---|---|---|---|",
+        *(rows[figure.title] for figure in STATION.values() if figure.title in rows),
+    ]
+    path.write_text(before + "\n\n" + "\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _against(section: Section, result: dict[str, Any]) -> str:

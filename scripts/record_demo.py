@@ -102,7 +102,9 @@ def main() -> int:
     parser.add_argument("arguments", nargs="*", help="passed to `vencejo demo`")
     options = parser.parse_args()
     written, code = run(
-        [str(Path(sys.executable).parent / "vencejo"), "demo", *options.arguments], options.columns, options.rows
+        [str(Path(sys.executable).parent / "vencejo"), "demo", "--exit-after-landing", "--no-open", *options.arguments],
+        options.columns,
+        options.rows,
     )
     if code != 0:
         sys.stderr.write(written)

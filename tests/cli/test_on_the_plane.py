@@ -169,16 +169,6 @@ def test_ctrl_c_ends_the_following_only(plane: str, plan_file: Path) -> None:
         assert watcher.telemetry.is_armed
 
 
-def test_the_demo_lands_near_its_point() -> None:
-    result = CliRunner().invoke(app, ["demo", "--speedup", "30", "--wind", "3", "--json", "--no-record"])
-    assert result.exit_code == 0, result.output
-    last = told(result)[-1]
-    assert last["outcome"] == "landed"
-    assert last["landing_error_m"] < 20.0
-    assert 8 * 60 < last["flight_time_s"] < 12 * 60
-    assert last["recording"] is None
-
-
 def test_a_mission_there_and_back(parked_plane: str, plan_file: Path, tmp_path: Path) -> None:
     sent = told(run("mission", "upload", str(plan_file), "--json", link=parked_plane))
     assert sent == [{"kind": "mission", "state": "verified", "count": 8, "hash": sent[0]["hash"]}]

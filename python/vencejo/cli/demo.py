@@ -1,53 +1,86 @@
-"""The command `vencejo demo`: a whole flight of the simulated plane, from nothing to its landing point."""
+"""The command `vencejo demo`: the ground station with a simulated plane, and a whole flight to watch in it."""
 
 from __future__ import annotations
 
 import contextlib
 import json as json_module
+import os
 import queue
 import shlex
 import subprocess
 import sys
 import tempfile
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from vencejo.cli.common import Failed, JsonOption, RecordOption, distance, status, vehicle_on
-from vencejo.cli.fly import check, fly_plan, tell
+from vencejo.cli.common import Failed, JsonOption, RecordOption, distance, say, status
+from vencejo.cli.fly import check, fly_plan
+from vencejo.cli.fly import tell as tell_flight
+from vencejo.cli.serve import open_page
+from vencejo.cli.serve import tell as tell_address
+
+if TYPE_CHECKING:
+    from vencejo import Plan, Station, Vehicle
+    from vencejo.cli.report import Reporter
+    from vencejo.serve import Operator, Server
 
 START_TIMEOUT_S: Final = 60.0
 LANDING_LIMIT_M: Final = 20.0
 """The demo has succeeded only when the plane rests this near its landing point."""
+PORT: Final = 8765
+PAGE_TIMEOUT_S: Final = 15.0
+"""How long a browser that was opened is waited for before the plane takes off."""
+SPEEDUP_PARAM: Final = "SIM_SPEEDUP"
+"""ArduPilot's simulator has it too."""
+OPERATOR: Final = "demo"
+"""What browsers are shown as the name of who flies."""
 
 
 def demo(
     speedup: Annotated[
         float,
-        typer.Option("--speedup", metavar="TIMES", min=0.1, max=50.0, help="Simulated seconds per second."),
+        typer.Option("--speedup", metavar="TIMES", min=0.1, max=50.0, help="Simulated seconds per second of the demo."),
     ] = 5.0,
     seed: Annotated[int, typer.Option("--seed", help="The same seed gives the same air and sensor noise.")] = 0,
     wind: Annotated[float, typer.Option("--wind", metavar="M_S", min=0.0, max=15.0, help="Wind speed.")] = 0.0,
     wind_from: Annotated[float, typer.Option("--wind-from", metavar="DEG", help="Where the wind comes from.")] = 240.0,
     gust: Annotated[float, typer.Option("--gust", metavar="M_S", min=0.0, max=10.0, help="Scale of the gusts.")] = 0.0,
+    port: Annotated[
+        int,
+        typer.Option("--port", min=0, max=65535, help="Where the station is served; a free one when it is taken."),
+    ] = PORT,
+    open_browser: Annotated[
+        bool | None,
+        typer.Option("--open/--no-open", help="Open the station in a browser; by default where there is a desktop."),
+    ] = None,
+    exit_after_landing: Annotated[
+        bool,
+        typer.Option("--exit-after-landing", help="End after the flight, for scripts, instead of staying up."),
+    ] = False,
     json: JsonOption = False,
     record: RecordOption = True,
 ) -> None:
-    """Fly a simulated plane: take-off, waypoints, circles, landing, in about two minutes.
+    """Fly a simulated plane in the ground station: take-off, waypoints, circles, landing, in about two minutes.
 
-    A simulated plane is started, the demo mission is uploaded to it over a real MAVLink link, verified, flown and
-    followed; nothing has to be set up and nobody is asked, because nothing real flies. Ends with 0 when the plane rests
-    within 20 m of its landing point.
+    A simulated plane is started, and the station is served on this machine. The demo mission is uploaded to the plane over
+    a real MAVLink link, verified, flown and followed while you watch; nobody is asked, because nothing real flies. The
+    demo holds control meanwhile; whoever asks for it in the browser gets it, and the demo then only watches.
+
+    After the landing the plane is yours, in real time, until Ctrl-C: take control in the browser and fly your own mission.
+    Parameter SIM_SPEEDUP makes it faster.
+
+    Ends with 0 when the plane rested within 20 m of its landing point.
 
     Example: vencejo demo
 
-    Example: vencejo demo --wind 5 --wind-from 270 --gust 1 --seed 7
+    Example: vencejo demo --exit-after-landing --wind 5 --wind-from 270 --gust 1 --seed 7
     """
-    from vencejo import Plan
-    from vencejo.cli.follow import Ending
+    from vencejo import Plan, Station
     from vencejo.cli.report import Reporter
 
     path = demo_mission()
@@ -63,20 +96,92 @@ def demo(
         )
         with (
             simulated_plane([*options, f"--gust={gust:g}"]) as (link, alive),
-            vehicle_on(link, timeout_s=START_TIMEOUT_S, record=record) as vehicle,
+            Station(link, record=record) as station,
+            _server(station, port) as server,
+            server.operator(OPERATOR) as operator,
         ):
-            flight = fly_plan(
-                vehicle, plan, reporter, ask=lambda _: True, ready_timeout_s=120.0, patience_s=60.0, alive=alive
-            )
-            tell(flight, vehicle, reporter)
-        error_m = flight.landing_error_m
-        if not json:
-            reporter.step("next", next_commands(path))
-        if not flight.outcome.ok or flight.outcome.ending is not Ending.LANDED:
-            raise Failed(flight.outcome.text)
-        if error_m is None or error_m > LANDING_LIMIT_M:
-            where = "at an unknown place" if error_m is None else f"{error_m:.1f} m from its landing point"
-            raise Failed(f"the plane landed {where}: more than {LANDING_LIMIT_M:g} m is not good enough")
+            tell_address(server, json=json)
+            if has_desktop() if open_browser is None else open_browser:
+                open_page(server)
+                _wait_for_page(server)
+            with status("Waiting for the plane …"):
+                vehicle = station.wait_vehicle(timeout_s=START_TIMEOUT_S)
+            fault = _fly(vehicle, plan, reporter, operator, alive)
+            if not exit_after_landing:
+                _hand_over(vehicle, operator, reporter, speedup)
+                reporter.step("next", next_commands(link), link=link)
+                _stay(alive)
+        if fault is not None:
+            raise fault
+
+
+def has_desktop() -> bool:
+    """Whether a browser can be opened here."""
+    if sys.platform in {"darwin", "win32"}:
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _server(station: Station, port: int) -> Server:
+    """The station's server, on a free port when the one wanted is taken."""
+    from vencejo import VencejoError
+    from vencejo.serve import Server
+
+    try:
+        return Server(station, port=port)
+    except VencejoError as error:
+        if port == 0:
+            raise
+        say(f"Port {port} is taken, perhaps by another station: a free one is used instead. ({error})")
+        return Server(station, port=0)
+
+
+def _wait_for_page(server: Server) -> None:
+    """Give the browser time to show the station, so that the take-off is seen."""
+    deadline = time.monotonic() + PAGE_TIMEOUT_S
+    with status("Waiting for the browser …"):
+        while server.clients == 0 and time.monotonic() < deadline:
+            time.sleep(0.1)
+
+
+def _fly(
+    vehicle: Vehicle, plan: Plan, reporter: Reporter, operator: Operator, alive: Callable[[], None]
+) -> Failed | None:
+    """Fly the mission; gives back what was not as it should be."""
+    from vencejo.cli.follow import Ending
+
+    def look() -> None:
+        alive()
+        asking = operator.requested_by
+        if asking is not None and operator.has_control:
+            operator.release()
+            reporter.step("control", f"{asking} has control now: the demo only watches", holder=asking)
+
+    flight = fly_plan(vehicle, plan, reporter, ask=lambda _: True, ready_timeout_s=120.0, patience_s=60.0, alive=look)
+    tell_flight(flight, vehicle, reporter)
+    if not flight.outcome.ok or flight.outcome.ending is not Ending.LANDED:
+        return Failed(flight.outcome.text)
+    error_m = flight.landing_error_m
+    if error_m is None or error_m > LANDING_LIMIT_M:
+        where = "at an unknown place" if error_m is None else f"{error_m:.1f} m from its landing point"
+        return Failed(f"the plane landed {where}: more than {LANDING_LIMIT_M:g} m is not good enough")
+    return None
+
+
+def _hand_over(vehicle: Vehicle, operator: Operator, reporter: Reporter, speedup: float) -> None:
+    """Leave the plane to the visitor: in real time, and with control free.
+
+    It is on the ground, disarmed by itself, with its mission on board; its home moves to where it stands when it is armed.
+    """
+    from vencejo import VencejoError
+
+    if speedup != 1.0:
+        try:
+            vehicle.params.set(SPEEDUP_PARAM, 1.0)
+        except VencejoError as error:
+            say(f"The plane goes on at {speedup:g} times real time: {error}")
+    operator.close()
+    reporter.step("yours", "The plane is yours now, in real time: take control in the browser. Ctrl-C ends it.")
 
 
 def demo_mission() -> Path:
@@ -84,13 +189,20 @@ def demo_mission() -> Path:
     return Path(__file__).resolve().parent.parent / "data" / "demo.waypoints"
 
 
-def next_commands(mission: Path) -> str:
-    """What to try after the demo."""
+def _stay(alive: Callable[[], None]) -> None:
+    """Until Ctrl-C, or until the simulated plane is gone."""
+    with contextlib.suppress(KeyboardInterrupt):
+        while True:
+            alive()
+            time.sleep(0.5)
+
+
+def next_commands(link: str) -> str:
+    """What to try beside the browser."""
     return (
-        "Now try, each in a terminal of its own:\n"
-        "  vencejo sim                                     # a simulated plane that stays\n"
-        "  vencejo telemetry --link tcp:127.0.0.1:5760     # what it says\n"
-        f"  vencejo fly {shlex.quote(str(mission))} --link tcp:127.0.0.1:5760     # fly it yourself"
+        "In another terminal, with the same plane:\n"
+        f"  vencejo telemetry --link {link}     # what it says\n"
+        f"  vencejo fly {shlex.quote(str(demo_mission()))} --link {link}     # fly it from here"
     )
 
 

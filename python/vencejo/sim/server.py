@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import math
 import selectors
 import signal
 import socket
@@ -45,6 +46,8 @@ _MAX_BACKLOG_S = 0.25
 _MAX_BURST_S = 0.02
 """Real time of simulation between two looks at the sockets."""
 _TICKS_PER_FLUSH = 10
+_LEAST_SPEEDUP = 0.01
+"""Below it time would seem to stand still."""
 _IDLE_S = 0.05
 
 
@@ -61,6 +64,11 @@ class _Pace:
     """How many ticks are due, for a speed-up. ``inf`` is always due."""
 
     def __init__(self, speedup: float, now_s: float) -> None:
+        self._tick_s = DT_S / speedup
+        self._next_s = now_s
+
+    def change(self, speedup: float, now_s: float) -> None:
+        """Go on at another speed-up from now on."""
         self._tick_s = DT_S / speedup
         self._next_s = now_s
 
@@ -166,6 +174,9 @@ class SimServer:
         self._wake_receive, self._wake_send = socket.socketpair()
         self._wake_receive.setblocking(False)
         self._wake_send.setblocking(False)
+        if math.isfinite(options.speedup):
+            for plane in self.world.planes:
+                plane.params.set("SIM_SPEEDUP", options.speedup)
         self._selector.register(self._wake_receive, selectors.EVENT_READ, None)
         try:
             for text in options.links:
@@ -185,11 +196,22 @@ class SimServer:
     def serve(self, stop: threading.Event) -> None:
         """Fly and serve until ``stop`` is set (use :meth:`wake` after it)."""
         pace = _Pace(self.options.speedup, time.monotonic())
+        speedups = [self._speedup(plane) for plane in self.world.planes]
         while not stop.is_set():
             self._burst(pace)
+            for number, plane in enumerate(self.world.planes):
+                if (speedup := self._speedup(plane)) != speedups[number]:
+                    # One clock for all: the last one asked decides.
+                    speedups[number] = speedup
+                    pace.change(speedup, time.monotonic())
             self._flush()
             self._show()
             self._poll(pace.wait_s(time.monotonic()))
+
+    @staticmethod
+    def _speedup(plane: PlaneComponent) -> float:
+        """The parameter by which ArduPilot's simulator, too, changes its speed-up while it runs."""
+        return max(_LEAST_SPEEDUP, plane.params.get("SIM_SPEEDUP"))
 
     def wake(self) -> None:
         """Make the loop look at its stop event and calls now. May be called from any thread."""
