@@ -25,6 +25,8 @@ from tests.support import ROOT
 PICTURES = ROOT / ".cache" / "browser"
 """Where the last look of a page whose test failed is kept."""
 
+RATE_HZ = 5
+
 expect.set_options(timeout=PATIENCE_S * 1000)
 
 
@@ -74,6 +76,10 @@ def _open_station(browser: Browser, request: pytest.FixtureRequest) -> OpenStati
             is_mobile=touch,
             locale={"en": "en-GB", "es": "es-ES"}[language],
             reduced_motion="reduce",
+        )
+        # One of the rates that a person can choose: drawing without a graphics card is what costs most here.
+        await context.add_init_script(
+            f"localStorage.getItem('vencejo.settings') ?? localStorage.setItem('vencejo.settings', '{{\"rate_hz\": {RATE_HZ}}}')"
         )
         faults: list[str] = []
         try:
