@@ -142,10 +142,10 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'plan.deleteMany': 'Eliminar {count}',
   'plan.details': 'Valores del punto {number}',
   'plan.selectItem': 'Seleccionar el punto {number}',
-  'plan.selected': '{count} seleccionados',
+  'plan.selected': '{count} elegidos',
   'plan.setAlt': 'Fijar altura',
-  'plan.selectAll': 'Seleccionar todo',
-  'plan.selectNone': 'No seleccionar nada',
+  'plan.selectAll': 'Elegir todos',
+  'plan.selectNone': 'Ninguno',
   'plan.invalid': 'No es un valor válido',
   'plan.keys':
     'Teclas: las flechas eligen un punto, Alt+flechas lo mueven, Mayús+flechas seleccionan más, Supr elimina, Ctrl+Z deshace, Ctrl+Y rehace.',
