@@ -130,10 +130,10 @@ def all_at_once(port: int, paths: list[str], seconds: float) -> float:
     done, began = 0, time.perf_counter()
     while (now := time.perf_counter()) - began < seconds:
         for key, _ in waiting.select(1):
-            connection = key.fileobj
-            assert isinstance(connection, socket.socket)
-            got, wanted, head = state[connection]
-            part = connection.recv(1 << 18)
+            ready = key.fileobj
+            assert isinstance(ready, socket.socket)
+            got, wanted, head = state[ready]
+            part = ready.recv(1 << 18)
             if not part:
                 raise harness.NotMeasured("the server hung up")
             got += len(part)
@@ -142,9 +142,9 @@ def all_at_once(port: int, paths: list[str], seconds: float) -> float:
                 wanted = length_of(head)
             if wanted is not None and got >= wanted:
                 done += 1
-                connection.sendall(turn.choice(asked))
+                ready.sendall(turn.choice(asked))
                 got, wanted, head = 0, None, b""
-            state[connection] = (got, wanted, head)
+            state[ready] = (got, wanted, head)
     for connection in state:
         connection.close()
     return done / (now - began)
@@ -158,7 +158,7 @@ def tile_service(file: Path) -> Iterator[str]:
         protocol_version = "HTTP/1.1"
 
         def do_GET(self) -> None:
-            column, row = (int(part) for part in self.path.strip("/").split("/"))
+            column, row = (int(part) for part in self.path.partition("?")[0].strip("/").split("/"))
             with contextlib.closing(sqlite3.connect(file)) as tiles:
                 (data,) = tiles.execute(
                     "SELECT tile_data FROM tiles WHERE tile_column=? AND tile_row=?", (column, 2**ZOOM - 1 - row)
@@ -296,7 +296,7 @@ def main() -> int:
                 raise harness.NotMeasured("BENCH_DATASETTE names no program")
             port = free_tcp_port()
             with running([program, "serve", "-p", str(port), str(file)], port) as (port, pid):
-                paths = [f"/-/tiles/bench/{ZOOM}/{column}/{row}.jpg" for column, row in places]
+                paths = [f"/-/tiles/bench/{ZOOM}/{column}/{row}.png" for column, row in places]
                 return measure(port, pid, paths[:500], options.seconds)
 
         contestants = {

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -164,14 +165,21 @@ struct Rate {
 /// The downloads under way.
 #[derive(Debug)]
 pub(crate) struct Running {
-    stops: Mutex<HashMap<String, watch::Sender<bool>>>,
+    /// By area: which run it is, and what stops it.
+    stops: Mutex<HashMap<String, (u64, watch::Sender<bool>)>>,
+    runs: AtomicU64,
     rates: Mutex<HashMap<String, Rate>>,
     gate: Arc<Semaphore>,
 }
 
 impl Default for Running {
     fn default() -> Self {
-        Self { stops: Mutex::default(), rates: Mutex::default(), gate: Arc::new(Semaphore::new(AT_ONCE)) }
+        Self {
+            stops: Mutex::default(),
+            runs: AtomicU64::new(0),
+            rates: Mutex::default(),
+            gate: Arc::new(Semaphore::new(AT_ONCE)),
+        }
     }
 }
 
@@ -467,7 +475,7 @@ impl Maps {
 
     fn stop(&self, id: &str) {
         let stop = self.shared.areas.stops.lock().unwrap_or_else(PoisonError::into_inner).remove(id);
-        if let Some(stop) = stop {
+        if let Some((_, stop)) = stop {
             stop.send_replace(true);
         }
     }
@@ -498,9 +506,10 @@ impl Maps {
     /// Fetches an area in a task of its own.
     fn run(&self, source: &Arc<Source>, cache: &Arc<Cache>, id: &str) {
         let (stop, stopped) = watch::channel(false);
+        let run = self.shared.areas.runs.fetch_add(1, Ordering::Relaxed);
         {
             let mut stops = self.shared.areas.stops.lock().unwrap_or_else(PoisonError::into_inner);
-            if let Some(before) = stops.insert(id.to_owned(), stop) {
+            if let Some((_, before)) = stops.insert(id.to_owned(), (run, stop)) {
                 before.send_replace(true);
             }
         }
@@ -518,7 +527,12 @@ impl Maps {
                 let (text, name) = (error.to_string(), id.clone());
                 let _ = blocking(move || set_state(&cache, &name, AreaState::Failed, Some(&text))).await;
             }
-            maps.shared.areas.stops.lock().unwrap_or_else(PoisonError::into_inner).remove(&id);
+            let mut stops = maps.shared.areas.stops.lock().unwrap_or_else(PoisonError::into_inner);
+            // Somebody may have gone on with it already.
+            if stops.get(&id).is_some_and(|(current, _)| *current == run) {
+                stops.remove(&id);
+            }
+            drop(stops);
             maps.shared.areas.rates.lock().unwrap_or_else(PoisonError::into_inner).remove(&id);
         });
     }

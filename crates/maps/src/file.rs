@@ -9,7 +9,7 @@ use serde::Deserialize;
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value};
 
 use crate::error::{MapError, Result};
-use crate::settings::SourceSettings;
+use crate::settings::{Role, SourceSettings};
 
 /// Megabytes of each source's cache where nothing is said.
 pub const DEFAULT_CACHE_MAX_MB: u32 = 2000;
@@ -139,7 +139,10 @@ impl SourcesFile {
     pub fn put(&self, source: &SourceSettings) -> Result<()> {
         let mut document = self.document()?;
         put(&mut document, source)?;
-        self.write(&document.to_string())
+        let text = document.to_string();
+        // Nothing is written that would not be read.
+        self.parse(&text)?;
+        self.write(&text)
     }
 
     /// Sets the order of sources.
@@ -215,7 +218,9 @@ fn put(document: &mut DocumentMut, source: &SourceSettings) -> Result<()> {
         }
     };
     let table = table.ok_or_else(|| MapError::storage("the source's table is gone"))?;
-    let defaults = SourceSettings::new(&*source.id, &*source.name, source.kind);
+    // Those of a reader, for whom every kind begins as a base map.
+    let defaults =
+        SourceSettings { role: Role::default(), ..SourceSettings::new(&*source.id, &*source.name, source.kind) };
     let defaults = toml_edit::ser::to_document(&defaults).map_err(MapError::storage)?;
     // What was there and is at its default now goes, with its comment; what stays keeps it.
     let gone: Vec<String> =
@@ -349,7 +354,9 @@ mod tests {
         let folder = Folder::new();
         let file = SourcesFile::new(folder.path().join("new/sources.toml"));
         assert_eq!(file.read().expect("none"), None);
-        let presets: Vec<_> = crate::presets::presets().into_iter().map(|preset| preset.settings).collect();
+        let mut presets: Vec<_> = crate::presets::presets().into_iter().map(|preset| preset.settings).collect();
+        let heights = SourceSettings::new("heights", "Heights", SourceKind::Dem);
+        presets.push(SourceSettings { path: Some("files/heights".into()), ..heights });
         file.create(&presets).expect("made");
         assert_eq!(file.read().expect("right").expect("there").sources, presets);
         for preset in &presets {

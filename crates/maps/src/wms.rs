@@ -388,6 +388,7 @@ mod tests {
     fn layers_inherit() {
         let text = br#"<WMS_Capabilities version="1.3.0"><Service><Title>T</Title><Fees>none</Fees></Service><Capability>
             <Request><GetMap><Format>image/png</Format><Format>application/pdf</Format></GetMap></Request>
+            <Exception><Format>XML</Format></Exception>
             <Layer><Title>All</Title><CRS>EPSG:4326</CRS><CRS>EPSG:2154</CRS>
             <EX_GeographicBoundingBox><westBoundLongitude>-9</westBoundLongitude><eastBoundLongitude>4</eastBoundLongitude>
             <southBoundLatitude>36</southBoundLatitude><northBoundLatitude>44</northBoundLatitude></EX_GeographicBoundingBox>

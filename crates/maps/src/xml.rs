@@ -121,6 +121,10 @@ impl Element {
 /// What a service says in an XML exception (WMS 1.1.1 and 1.3.0 `ServiceException`, OWS `ExceptionText`), or `None`.
 #[must_use]
 pub fn exception(root: &Element) -> Option<String> {
+    // Capabilities speak of exceptions too.
+    if !root.name.ends_with("ExceptionReport") {
+        return None;
+    }
     let (code, text) = if let Some(exception) = root.find("ServiceException") {
         (exception.attribute("code"), exception.text.clone())
     } else {

@@ -360,7 +360,8 @@ async fn many_who_want_the_same_tile_make_one_request_and_a_host_gets_few_at_onc
     wait_for(|| service.count() == 1).await;
     gate.notify_one();
     for tile in wanted {
-        assert_eq!(tile.await.expect("ended"), Ok(Origin::Fetched));
+        // Who comes late finds it in the cache.
+        assert!(matches!(tile.await.expect("ended"), Ok(Origin::Fetched | Origin::Hit)));
     }
     assert_eq!(service.count(), 1);
     *service.gate.lock().expect("lock") = None;
