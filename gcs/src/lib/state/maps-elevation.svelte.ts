@@ -19,6 +19,8 @@ const UNKNOWN_MS = 10_000;
 /** The height above ground that a plan should keep, unless a person says another. */
 const DEFAULT_CLEARANCE_M = 30;
 
+const UNKNOWN: ElevationPoint = { alt_amsl_m: null, source: null, resolution_m: null, datum: null };
+
 interface Answer {
   readonly point: ElevationPoint;
   readonly at_ms: number;
@@ -129,7 +131,7 @@ class Elevation {
     }
     const at_ms = performance.now();
     asked.forEach(({ at, resolve }, index) => {
-      const point = points[index] ?? {};
+      const point = points[index] ?? UNKNOWN;
       this.#answers.set(keyOf(at), { point, at_ms });
       resolve(point);
     });

@@ -2,7 +2,28 @@ import { beforeEach, describe, expect, it, vi } from 'vitest';
 import type { MapSource, MapSources } from '$lib/api/maps-types';
 import { maps } from './maps.svelte';
 
-const grid = { crs: 'EPSG:3857', levels: [], min_level: 0, max_level: 0 };
+const grid: MapSource['grid'] = {
+  crs: 'EPSG:3857',
+  proj4: null,
+  extent: null,
+  levels: [],
+  min_level: 0,
+  max_level: 0,
+};
+const ok: MapSource['state'] = {
+  status: 'ok',
+  detail: null,
+  last_success_at: null,
+  last_error_at: null,
+  last_error: null,
+  fetched: 0,
+  revalidated: 0,
+  hits: 0,
+  stale: 0,
+  failed: 0,
+  bytes_fetched: 0,
+  cache: null,
+};
 const source = (id: string, more: Partial<MapSource> = {}): MapSource => ({
   id,
   name: id,
@@ -16,21 +37,30 @@ const source = (id: string, more: Partial<MapSource> = {}): MapSource => ({
   grid,
   tiles_url: `/api/v1/tiles/${id}/{z}/{x}/{y}?v=1`,
   may_cache: true,
-  offline: { allowed: true },
+  offline: { allowed: true, reason: null },
+  min_zoom: null,
+  max_zoom: null,
+  bounds: null,
+  logo: null,
+  corners: null,
   needs_key: false,
   has_key: false,
-  state: { status: 'ok', fetched: 0, revalidated: 0, hits: 0, stale: 0, failed: 0, bytes_fetched: 0 },
+  state: ok,
   ...more,
 });
 const failing = (id: string, detail: string): MapSource =>
   source(id, { state: { ...source(id).state, status: 'failing', detail } });
 
-let answer: MapSources = { sources: [], file: '' };
+let answer: MapSources = { sources: [], file: '', file_error: null };
 const problem = (detail: string) => ({ type: 'urn:vencejo:source-failed', title: 'No', status: 502, detail });
 
 beforeEach(async () => {
   vi.stubGlobal('fetch', async () => new Response(JSON.stringify(answer)));
-  answer = { sources: [source('pnoa'), source('osm'), source('roads', { role: 'overlay', opacity: 0.5 })], file: '' };
+  answer = {
+    sources: [source('pnoa'), source('osm'), source('roads', { role: 'overlay', opacity: 0.5 })],
+    file: '',
+    file_error: null,
+  };
   await maps.load();
   for (const { id } of answer.sources) maps.recovered(id);
 });
@@ -55,7 +85,7 @@ describe('map sources', () => {
 
   it('stay the same objects while they are the same, so that no layer is made anew', async () => {
     const before = maps.sources;
-    answer = { sources: [structuredClone(before[0] as MapSource), failing('osm', 'gone')], file: '' };
+    answer = { sources: [structuredClone(before[0] as MapSource), failing('osm', 'gone')], file: '', file_error: null };
     await maps.load();
     expect(maps.sources[0]).toBe(before[0]);
     expect(maps.sources[1]).not.toBe(before[1]);
@@ -78,14 +108,14 @@ describe('map sources', () => {
   });
 
   it('that the station keeps old pictures of are told as such', async () => {
-    answer = { sources: [failing('pnoa', 'HTTP 500')], file: '' };
+    answer = { sources: [failing('pnoa', 'HTTP 500')], file: '', file_error: null };
     await maps.load();
     expect(maps.failing).toMatchObject([{ isStale: true, problem: { detail: 'HTTP 500' } }]);
   });
 
   it('without a grid are not drawn, and say why', async () => {
     const state = { ...source('x').state, status: 'key_missing' as const, detail: 'needs a key' };
-    answer = { sources: [source('google', { grid: null, state })], file: '' };
+    answer = { sources: [source('google', { grid: null, state })], file: '', file_error: null };
     maps.setBase('google');
     await maps.load();
     expect(maps.shown).toEqual([]);
