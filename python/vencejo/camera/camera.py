@@ -218,7 +218,8 @@ class Camera:
                 return None
             self._asked_s = self._monotonic_s()
             raw, still, pixels = self._raw, self._jpeg, self._pixels
-            newest = self._group[-1] if self._group else None
+            # FFmpeg gives a picture when it has the one after it.
+            newest = self._group[-2:][0] if self._group else None
             if newest is not None:
                 self._ensure_decoder()
             decoder = self._decoder
