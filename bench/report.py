@@ -182,33 +182,33 @@ def render(results: dict[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def station_part(page: str) -> str:
-    """Return the station's part of a page, empty when it has none: its figures are measured one at a time."""
-    begin = page.find(STATION_TITLE)
-    return "" if begin < 0 else page[begin:]
+def other_parts(page: str) -> list[str]:
+    """Return the parts of a page that `render` does not write: figures that other programs measure, one at a time."""
+    known = {section.title for section in SECTIONS.values()}
+    parts = page.split("\n## ")[1:]
+    return [f"## {part.strip()}\n" for part in parts if part.partition("\n")[0] not in known]
 
 
 def write_station(path: Path, name: str, found: dict[str, Any], machine: dict[str, str]) -> None:
     """Put one figure of the station into the page, in place of what it had measured before."""
     page = path.read_text(encoding="utf-8") if path.exists() else "# Results\n"
-    part = station_part(page)
-    before = page.removesuffix(part).rstrip("\n")
-    rows = {row.partition(" | ")[0].removeprefix("| "): row for row in part.splitlines() if row.startswith("| ")}
+    before = next((part for part in other_parts(page) if part.startswith(STATION_TITLE)), "")
+    rows = {row.partition(" | ")[0].removeprefix("| "): row for row in before.splitlines() if row.startswith("| ")}
     figure = STATION[name]
-    where = f"{found['date']}, {machine['cores']} cores, {machine['system']}"
-    rows[figure.title] = (
-        f"| {figure.title} | {figure.write(found['figures'])} | {figure.aim} | {where}{found['detail']} |"
-    )
+    where = f"{found['date']}, {machine['cores']} cores, {machine['system']}{found['detail']}"
+    rows[figure.title] = f"| {figure.title} | {figure.write(found['figures'])} | {figure.aim} | {where} |"
     lines = [
         STATION_TITLE,
         "",
-        "Written by the programs in `bench/station`, one row each ([README.md](README.md)).",
+        "Written by the programs in `bench/station`, one row each ([README.md](README.md)). The load is that of the whole machine.",
         "",
         "| what | measured | aim | when and where |",
         "|---|---|---|---|",
         *(rows[figure.title] for figure in STATION.values() if figure.title in rows),
     ]
-    path.write_text(before + "\n\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    part = "\n".join(lines) + "\n"
+    page = page.replace(before, part) if before else page.rstrip("\n") + "\n\n" + part
+    path.write_text(page, encoding="utf-8")
 
 
 def _against(section: Section, result: dict[str, Any]) -> str:

@@ -372,8 +372,8 @@ def main() -> int:
         results["machine"] = machine()
         store.write_text(json.dumps(results, indent=1))
         page = ROOT / "bench/RESULTS.md"
-        station = report.station_part(page.read_text(encoding="utf-8")) if page.exists() else ""
-        page.write_text(report.render(results) + (f"\n{station}" if station else ""), encoding="utf-8")
+        others = report.other_parts(page.read_text(encoding="utf-8")) if page.exists() else []
+        page.write_text("\n".join([report.render(results), *others]), encoding="utf-8")
     print("wrote bench/RESULTS.md")
     return 0
 

@@ -75,11 +75,15 @@ def chromium() -> Iterator[Browser]:
             browser.close()
 
 
-def keep(name: str, figures: dict[str, float], detail: str = "") -> None:
-    """Put one figure into bench/RESULTS.md, and with all digits under ``bench/out``."""
+def keep(name: str, figures: dict[str, float]) -> None:
+    """Put one figure into bench/RESULTS.md, and with all digits under ``bench/out``.
+
+    How busy the machine was in the last quarter of an hour stands beside it: on one that others use too it matters most.
+    """
     from bench import report
     from bench.run import machine
 
+    detail = f", load {os.getloadavg()[2]:.0f}"
     found = {"figures": figures, "detail": detail, "date": datetime.now(timezone.utc).date().isoformat()}
     (OUT / f"station-{name}.json").write_text(json.dumps(found, indent=1))
     print(json.dumps({name: found}), flush=True)

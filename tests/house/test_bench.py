@@ -83,3 +83,24 @@ def test_report_shows_ratios_and_reasons() -> None:
     assert "| mavsdk | not measured: not there |" in page
     rows = [line for line in page.splitlines() if line.startswith("|")]
     assert len({row.count("|") for row in rows}) == 1, "a row with another number of cells"
+
+
+def test_a_figure_of_the_station_replaces_its_own_row_and_nothing_else(tmp_path: Path) -> None:
+    page = tmp_path / "RESULTS.md"
+    decode = next(iter(report.SECTIONS.values())).title
+    page.write_text(f"# Results\n\n## {decode}\n\nfirst\n\n## Others\n\nkept\n", encoding="utf-8")
+    machine = {"cores": "2", "system": "Debian"}
+    figures = {"runs": 3.0, "paint_s": 0.5, "map_s": 0.75, "transferred_kb": 287.0}
+    for paint_s in (0.5, 0.25):
+        found = {"figures": {**figures, "paint_s": paint_s}, "detail": ", load 1", "date": "2026-11-21"}
+        report.write_station(page, "paint", found, machine)
+    frames = {"empty_per_s": 60.0, "frames_per_s": 30.0, "dragged_per_s": 25.0, "longest_ms": 50.0}
+    report.write_station(page, "frames", {"figures": frames, "detail": "", "date": "2026-11-21"}, machine)
+    text = page.read_text(encoding="utf-8")
+    assert "first" in text
+    assert "kept" in text
+    assert "0.25 s, map" in text
+    assert "0.50 s" not in text
+    assert text.count(report.STATION_TITLE) == 1
+    assert "30.0 frames/s" in text
+    assert [part.partition("\n")[0] for part in report.other_parts(text)] == ["## Others", report.STATION_TITLE]
