@@ -154,7 +154,12 @@ export class MapAdapter {
       layers: [
         this.#coast,
         new CanvasLayer([this.#grid, this.#trails], look, 2),
-        new CanvasLayer([this.#areas, this.#route.lines, this.#home, this.#route.marks], look, 3, () => this.#version),
+        new CanvasLayer(
+          [this.#areas, this.#route.lines, this.#home, this.#route.marks, this.#areas.marks],
+          look,
+          3,
+          () => this.#version,
+        ),
         new CanvasLayer([this.#placing], look, 2.5),
         new CanvasLayer([this.#vehicles, this.#ruler], look, 4),
       ],

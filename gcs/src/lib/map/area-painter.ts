@@ -82,6 +82,13 @@ export class AreaPainter implements Painter {
     context.setLineDash([]);
     const selectedZone = zoneOf(this.#view.selected);
     for (const [index, zone] of this.#zones.entries()) this.#paintZone(frame, zone, index, index === selectedZone);
+  }
+
+  /** What lies above the route: points, the drawing, and what can be moved. */
+  readonly marks: Painter = { paint: (frame) => this.#paintMarks(frame) };
+
+  #paintMarks(frame: Frame): void {
+    const { theme } = frame;
     this.#paintSketch(frame);
     for (const point of this.#view.vehicleRally ?? []) pin(frame, frame.pixel(toXY(point)), 'R', theme.muted, false);
     this.#view.rally.forEach((point, index) => {
