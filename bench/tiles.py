@@ -3,9 +3,8 @@
 
     .venv/bin/python bench/tiles.py [--runs 5] [--tiles 2000]
 
-Contestants: our server with the file as a source (`file`), our server with the same tiles in the cache of a service (`cache`), `martin`
-where it is on the path (`cargo install martin --no-default-features --features mbtiles`), and datasette with its plugin datasette-tiles
-where `BENCH_DATASETTE` names its program. Each gets the same requests for 256-pixel tiles of about 20 kB in random order: one after another on one
+Contestants: our server with the file as a source (`file`), our server with the same tiles in the cache of a service (`cache`), and `martin`
+where it is on the path (`cargo install martin --no-default-features --features mbtiles`). Each gets the same requests for 256-pixel tiles of about 20 kB in random order: one after another on one
 connection (median, 99 %), then 16 connections at once for some seconds (tiles/s, CPU of the server). The client is one process that only
 reads sockets; it takes part of the two cores from everybody alike.
 """
@@ -290,20 +289,10 @@ def main() -> int:
                 one_by_one(port, paths)
                 return measure(port, pid, paths, options.seconds)
 
-        def datasette() -> dict[str, float]:
-            program = os.environ.get("BENCH_DATASETTE")
-            if program is None:
-                raise harness.NotMeasured("BENCH_DATASETTE names no program")
-            port = free_tcp_port()
-            with running([program, "serve", "-p", str(port), str(file)], port) as (port, pid):
-                paths = [f"/-/tiles/bench/{ZOOM}/{column}/{row}.png" for column, row in places]
-                return measure(port, pid, paths[:500], options.seconds)
-
         contestants = {
             "Vencejo, file": ours("file"),
             "Vencejo, cache of a service": ours("cache"),
             "martin": martin,
-            "datasette-tiles": datasette,
         }
         figures = harness.repeat(options.runs, contestants)
     section = table(figures, options.runs)

@@ -170,7 +170,7 @@ mod tests {
     #[test]
     fn colours_are_heights_or_void() {
         for (pixel, encoding, height) in [
-            ([137, 219, 68, 255], Encoding::Terrarium, Some(2523.265_6)),
+            ([137, 219, 68, 255], Encoding::Terrarium, Some(2_523.265_6)),
             ([128, 0, 0, 255], Encoding::Terrarium, Some(0.0)),
             ([0, 0, 0, 255], Encoding::Terrarium, None),
             ([255, 255, 255, 255], Encoding::Terrarium, None),

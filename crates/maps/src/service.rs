@@ -217,6 +217,8 @@ struct State {
     cache_max_mb: u32,
 }
 
+type HeightKey = (String, TileId);
+
 pub(crate) struct Shared {
     pub(crate) config: MapsConfig,
     pub(crate) fetcher: Fetcher,
@@ -224,7 +226,8 @@ pub(crate) struct Shared {
     state: RwLock<State>,
     /// Held while the file is read or changed.
     edits: tokio::sync::Mutex<()>,
-    heights: Mutex<Vec<((String, TileId), Arc<HeightTile>)>>,
+    /// Unpacked, by source and tile, the newest last.
+    heights: Mutex<Vec<(HeightKey, Arc<HeightTile>)>>,
     pub(crate) areas: crate::areas::Running,
     pub(crate) closing: watch::Sender<bool>,
 }

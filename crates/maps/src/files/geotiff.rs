@@ -1,6 +1,7 @@
 //! GeoTIFF files (OGC 19-008r4) as tiles of their own coordinate reference system, and as heights. Overviews inside the file,
 //! as cloud-optimised GeoTIFFs have them, are used.
 
+use std::collections::hash_map::Entry;
 use std::collections::{HashMap, VecDeque};
 use std::fs::File;
 use std::io::BufReader;
@@ -231,11 +232,10 @@ impl GeoTiff {
             open.pieces.push_back(found.clone());
             return Ok(found.1);
         }
-        if !open.decoders.contains_key(&image.index) {
-            let made = decoder(&self.path, image.index).map_err(|error| self.broken(error))?;
-            open.decoders.insert(image.index, made);
-        }
-        let decoder = open.decoders.get_mut(&image.index).ok_or_else(|| self.broken("it cannot be read"))?;
+        let decoder = match open.decoders.entry(image.index) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(free) => free.insert(decoder(&self.path, image.index).map_err(|error| self.broken(error))?),
+        };
         let (width, height) = decoder.chunk_data_dimensions(piece);
         let decoded = decoder.read_chunk(piece).map_err(|error| self.broken(error.to_string()))?;
         let read = convert(&image.colours, decoded, width, height).map_err(|reason| self.broken(reason))?;
