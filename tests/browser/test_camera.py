@@ -1,0 +1,122 @@
+"""Cameras in the station: H.264 and JPEG are shown, kept and recorded; a camera that dies says so and returns."""
+
+from __future__ import annotations
+
+import re
+
+from playwright.async_api import Locator, Page, expect
+
+from tests.browser.conftest import OpenStation, Serve
+from tests.browser.station_page import StationPage
+from tests.camera.mjpeg_server import MjpegServer, picture
+from tests.camera.test_bytes import VIDEO
+
+
+def window(station: StationPage, name: str = "nose") -> Locator:
+    """The camera's window."""
+    return station.page.get_by_role("region", name=station.text("camera.window", name=name), exact=True)
+
+
+async def see_state(station: StationPage, key: str) -> None:
+    await expect(window(station).get_by_role("status").first).to_have_text(station.text(key))
+
+
+async def pixels(canvas: Locator, spots: list[tuple[float, float]]) -> list[tuple[int, int, int]]:
+    """Red, green and blue of spots of the picture, in parts of its size."""
+    found: list[list[int]] = await canvas.evaluate(
+        """(canvas, spots) => {
+            const copy = new OffscreenCanvas(canvas.width, canvas.height);
+            const context = copy.getContext('2d', { willReadFrequently: true });
+            context.drawImage(canvas, 0, 0);
+            return spots.map(([x, y]) => [...context.getImageData(
+                Math.min(canvas.width - 1, Math.round(x * canvas.width)),
+                Math.min(canvas.height - 1, Math.round(y * canvas.height)), 1, 1).data]);
+        }""",
+        spots,
+    )
+    return [(spot[0], spot[1], spot[2]) for spot in found]
+
+
+async def test_a_camera_that_dies_says_so_and_returns(open_station: OpenStation, serve: Serve) -> None:
+    first = MjpegServer()
+    try:
+        served = serve("--link", "udpin:127.0.0.1:0", "--camera", f"nose={first.url}")
+        async with open_station(served.url, language="es") as station:
+            first.send(picture(200))
+            await station.button("camera.show").click()
+            canvas = window(station).locator("canvas")
+            await station.eventually(lambda: is_grey(canvas, 200), "the picture")
+            # It is not followed by another: it is old, and says so.
+            await see_state(station, "camera.late")
+            await expect(window(station)).to_contain_text(re.compile(r"Esta imagen tiene|llegan imágenes"))
+            first.close()
+            await see_state(station, "camera.dead")
+            await expect(window(station)).to_contain_text(station.text("camera.deadDetail"))
+            with MjpegServer(first.port) as second:
+                second.send(picture(90))
+                await station.eventually(lambda: is_grey(canvas, 90), "the picture after its return")
+    finally:
+        first.close()
+
+
+async def is_grey(canvas: Locator, level: int) -> bool:
+    red, green, blue = (await pixels(canvas, [(0.5, 0.5)]))[0]
+    return max(abs(red - level), abs(green - level), abs(blue - level)) <= 3
+
+
+async def test_h264_is_shown_recorded_and_kept_as_a_picture(open_station: OpenStation, serve: Serve) -> None:
+    video = VIDEO / "counter-640x480-30.mp4"
+    served = serve(
+        "--link", "udpin:127.0.0.1:0", "--camera", f"nose={video}", "--camera", f"tail={VIDEO / 'small-h264.mp4'}"
+    )
+    async with open_station(served.url) as station:
+        page = station.page
+        await page.keyboard.press("c")
+        await see_state(station, "camera.live")
+        canvas = window(station).locator("canvas")
+        await expect(canvas).to_have_js_property("width", 640)
+        assert await page.evaluate("async () => (await (await fetch('/api/v1/cameras/nose')).json()).codec") == "h264"
+        numbers = [await number(canvas)]
+
+        async def moves_on() -> bool:
+            numbers.append(await number(canvas))
+            return len(set(numbers)) > 5
+
+        await station.eventually(moves_on, "moving pictures")
+        async with page.expect_download() as download:
+            await station.button("camera.snapshot").click()
+        assert (await download.value).suggested_filename.endswith(".jpg")
+        await station.button("camera.record").click()
+        await expect(window(station)).to_contain_text(station.like("camera.recording"))
+        await station.button("camera.stop").click()
+        await expect(window(station)).to_contain_text(".mkv")
+        await station.choice(window(station), "camera.choose").select_option("tail")
+        await expect(window(station, "tail").locator("canvas")).to_have_js_property("width", 160)
+        await moves(station, page)
+
+
+async def moves(station: StationPage, page: Page) -> None:
+    """The window moves and changes its size by keyboard, and changes places with the map."""
+    grip = window(station, "tail").get_by_role("button", name=station.text("camera.move"), exact=True)
+    before = await window(station, "tail").bounding_box()
+    await grip.focus()
+    await page.keyboard.press("ArrowRight")
+    await page.keyboard.press("Shift+ArrowDown")
+    after = await window(station, "tail").bounding_box()
+    assert before is not None
+    assert after is not None
+    assert (after["x"] - before["x"], after["height"] - before["height"]) == (24, 24)
+    await station.button("camera.swap").click()
+    boxes = [await window(station, "tail").bounding_box(), await station.map.bounding_box()]
+    assert boxes[0] is not None
+    assert boxes[1] is not None
+    assert boxes[0]["width"] > 1400 > 400 > boxes[1]["width"]
+    await station.button("camera.swapBack").click()
+    await page.keyboard.press("c")
+    await expect(window(station, "tail")).to_have_count(0)
+
+
+async def number(canvas: Locator) -> int:
+    """The number that a picture of the counting film carries."""
+    blocks = [((16 + 76 * bit + 30) / 640, 30 / 480) for bit in range(8)]
+    return sum(128 >> bit for bit, (red, _, _) in enumerate(await pixels(canvas, blocks)) if red > 127)
