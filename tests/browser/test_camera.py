@@ -1,15 +1,20 @@
-"""Cameras in the station: H.264 and JPEG are shown, kept and recorded; a camera that dies says so and returns."""
+"""Flight E6: video from the on-board camera is seen in the station, while the plane flies. Off stops it; a camera that dies returns."""
 
 from __future__ import annotations
 
+import asyncio
+import math
 import re
 
 from playwright.async_api import Locator, Page, expect
+from vencejo import MissionItem, Plan, connect
 
 from tests.browser.conftest import OpenStation, Serve
+from tests.browser.plane import Plane, offset
 from tests.browser.station_page import StationPage
 from tests.camera.mjpeg_server import MjpegServer, picture
 from tests.camera.test_bytes import VIDEO
+from tests.support import wait_for
 
 
 def window(station: StationPage, name: str = "nose") -> Locator:
@@ -35,6 +40,88 @@ async def pixels(canvas: Locator, spots: list[tuple[float, float]]) -> list[tupl
         spots,
     )
     return [(spot[0], spot[1], spot[2]) for spot in found]
+
+
+async def horizon(canvas: Locator, x: float) -> float | None:
+    """Where sky becomes ground in a column of the picture, in parts of its height; ``None`` without both."""
+    rows = [row / 100 for row in range(1, 100)]
+    is_sky = [blue > red + 15 for red, _, blue in await pixels(canvas, [(x, row) for row in rows])]
+    if not is_sky[0] or is_sky[-1]:
+        return None
+    return rows[is_sky.index(False)]
+
+
+async def roll_seen_deg(canvas: Locator) -> float | None:
+    """Roll by the horizon of the picture; ``None`` when it is not all in sight."""
+    left, right = await horizon(canvas, 0.3), await horizon(canvas, 0.7)
+    if left is None or right is None:
+        return None
+    size: list[int] = await canvas.evaluate("canvas => [canvas.width, canvas.height]")
+    # With the right wing down the horizon rises to the right.
+    return math.degrees(math.atan2((left - right) * size[1], 0.4 * size[0]))
+
+
+async def test_e6_video_from_the_plane_is_seen_while_it_flies(open_station: OpenStation, serve: Serve) -> None:
+    plan = Plan(
+        items=(
+            MissionItem.takeoff(*offset(0, -200), alt_rel_home_m=40.0, pitch_deg=15.0),
+            MissionItem.waypoint(*offset(250, -350), alt_rel_home_m=60.0),
+            MissionItem.waypoint(*offset(250, 250), alt_rel_home_m=60.0),
+            MissionItem.loiter(*offset(0, 0), alt_rel_home_m=60.0),
+        )
+    )
+    with Plane(speedup=4.0, camera="127.0.0.1:0", link="tcp:127.0.0.1:0") as plane:
+        served = serve("--link", plane.link, "--rate", "20", "--camera", f"nose={plane.camera}")
+        async with open_station(served.url) as station:
+            await station.button("camera.show").click()
+            await see_state(station, "camera.live")
+            canvas = window(station).locator("canvas")
+
+            async def is_level() -> bool:
+                roll_deg = await roll_seen_deg(canvas)
+                return roll_deg is not None and abs(roll_deg) < 3.0
+
+            await station.eventually(is_level, "a level horizon on the ground")
+            await asyncio.to_thread(fly, plane.link, plan)
+            seen_deg = []
+            for _ in range(3):
+
+                async def is_true() -> bool:
+                    before_deg = plane.truth().roll_deg
+                    shown_deg = await roll_seen_deg(canvas)
+                    after_deg = plane.truth().roll_deg
+                    if shown_deg is None or min(abs(before_deg), abs(after_deg)) < 12.0:
+                        return False
+                    seen_deg.append(after_deg)
+                    return min(before_deg, after_deg) - 6.0 <= shown_deg <= max(before_deg, after_deg) + 6.0
+
+                await station.eventually(is_true, "the roll of a turn in the picture", 60.0)
+            assert max(map(abs, seen_deg)) > 10.0
+            await window(station).get_by_role("button", name=station.text("camera.hide"), exact=True).click()
+            await expect(window(station)).to_have_count(0)
+            await nobody_looks(served.url, station)
+
+
+def fly(link: str, plan: Plan) -> None:
+    """Another program sends a mission and starts it."""
+    with connect(link, record=False) as plane:
+        plane.upload(plan)
+
+        def is_ready() -> bool:
+            status = plane.telemetry.sys_status
+            return status is not None and status.is_ready_to_arm is True
+
+        wait_for(is_ready, "ready to arm", 60.0)
+        plane.arm()
+        plane.set_mode("AUTO")
+
+
+async def nobody_looks(url: str, station: StationPage) -> None:
+    async def none() -> bool:
+        listed = await station.page.evaluate("async () => (await (await fetch('/api/v1/cameras')).json())")
+        return [camera["viewers"] for camera in listed] == [0]
+
+    await station.eventually(none, "nothing is sent to anybody")
 
 
 async def test_a_camera_that_dies_says_so_and_returns(open_station: OpenStation, serve: Serve) -> None:
