@@ -189,6 +189,10 @@ def test_a_file_is_played_again_and_again(name: str, codec: str | None) -> None:
         assert frame.rgb.std() > 30, "a picture, not a grey"
 
 
+def decodes(camera: Camera) -> bool:
+    return camera._decoder is not None
+
+
 def test_h264_is_decoded_only_while_somebody_asks() -> None:
     frames = coded(VIDEO / "small-h264.mp4")
     camera_now = [0.0]
@@ -204,17 +208,17 @@ def test_h264_is_decoded_only_while_somebody_asks() -> None:
 
     with Camera("a.mp4", open=lambda _: Stepped([]), monotonic_s=lambda: camera_now[0]) as camera:
         wait_for(lambda: is_live(camera), "live")
-        assert camera._decoder is None
+        assert not decodes(camera)
         for _ in range(5):
             given.release()
         wait_for(lambda: camera.status.frames == 6, "six pictures")
         shown = camera.latest(timeout_s=10.0)
         assert shown is not None
         assert shown.captured_unix_s == pytest.approx(frames[4].captured_unix_s, abs=0.002), "one behind the newest"
-        assert camera._decoder is not None
+        assert decodes(camera)
         camera_now[0] += 10.0
         given.release()
-        wait_for(lambda: camera._decoder is None, "no decoder when nobody asks")
+        wait_for(lambda: not decodes(camera), "no decoder when nobody asks")
 
 
 def test_viewers_without_h264_get_jpeg() -> None:
@@ -259,7 +263,7 @@ def test_pictures_for_programs_stay_within_their_limits(server: MjpegServer) -> 
         assert whole.data == picture(200), "the camera's own, where it fits"
     for wrong in ({"max_width": 3}, {"max_rate_hz": 0.0}, {"jpeg_quality": 0}):
         with pytest.raises(CameraError, match="goes from"):
-            FrameSource(camera, **wrong)  # type: ignore[arg-type]
+            FrameSource(camera, **wrong)
 
 
 def test_a_program_is_told_when_the_source_is_gone(tmp_path: Path) -> None:
@@ -293,7 +297,8 @@ def test_a_still_knows_where_it_was_taken() -> None:
         assert gps[3] == "W"
         assert degrees[0] + degrees[1] / 60 + degrees[2] / 3600 == pytest.approx(3.79785678, abs=3e-8)
         assert float(gps[6]) == pytest.approx(712.345)
-        assert (gps[16], float(gps[17])) == ("T", pytest.approx(271.5))
+        assert gps[16] == "T"
+        assert float(gps[17]) == pytest.approx(271.5)
         xmp = image.info["xmp"].decode()
         for said in (
             'Camera:Roll="-12.500"',
@@ -303,6 +308,8 @@ def test_a_still_knows_where_it_was_taken() -> None:
         ):
             assert said in xmp
     whole, bare = cv2.imdecode(np.frombuffer(still, np.uint8), 1), cv2.imdecode(np.frombuffer(data, np.uint8), 1)
+    assert whole is not None
+    assert bare is not None
     assert np.array_equal(whole, bare), "the picture itself is untouched"
 
 
@@ -410,7 +417,7 @@ def test_the_raspberry_pis_program_is_read(tmp_path: Path) -> None:
         "-",
     ]
     source = RpicamSource(address, find=lambda name: os.fspath(program) if name == "rpicam-vid" else None)
-    frames = []
+    frames: list[EncodedFrame] = []
     with pytest.raises(CameraError, match="no cameras available"):
         frames.extend(source.frames())
     assert len(frames) == 59, "all but the last, which the end cut short"

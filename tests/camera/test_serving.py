@@ -44,6 +44,9 @@ class Viewer(WebSocket):
         super().__init__(client, path=f"/api/v1/cameras/{name}/stream?accept={accept}")
         self.told: list[dict[str, object]] = []
 
+    def __enter__(self) -> Viewer:
+        return self
+
     def pictures(self) -> Iterator[Seen]:
         """Pictures until the end."""
         deadline = time.monotonic() + PATIENCE_S
