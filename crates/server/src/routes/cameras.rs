@@ -1,5 +1,7 @@
 //! Cameras: which there are, their pictures, and recording them.
 
+#![allow(unused_qualifications, reason = "utoipa's query parameters name their type in full")]
+
 use std::sync::Arc;
 
 use axum::Json;
