@@ -78,7 +78,9 @@ def serve(
     ] = None,
     maps: Annotated[
         Path | None,
-        typer.Option("--maps", metavar="FOLDER", help="Where map sources and their cache are; by default in the data folder."),
+        typer.Option(
+            "--maps", metavar="FOLDER", help="Where map sources and their cache are; by default in the data folder."
+        ),
     ] = None,
     open_browser: Annotated[bool, typer.Option("--open", help="Open a browser here.")] = False,
     record: RecordOption = True,

@@ -15,14 +15,18 @@ import { projectionFor } from './projections';
 
 export interface GridLevel {
   readonly resolution: number;
-  readonly origin: readonly [number, number];
-  readonly tile_px: readonly [number, number];
-  readonly size?: readonly [number, number] | null;
+  /** x and y of the top left corner. */
+  readonly origin: readonly number[];
+  /** Width and height. */
+  readonly tile_px: readonly number[];
+  /** Columns and rows. */
+  readonly size?: readonly number[] | null;
 }
 
 export interface Grid {
   readonly crs: string;
-  readonly extent?: readonly [number, number, number, number] | null;
+  /** West, south, east and north in the system's own units. */
+  readonly extent?: readonly number[] | null;
   readonly levels: readonly GridLevel[];
   readonly min_level: number;
   readonly max_level: number;
@@ -152,7 +156,7 @@ export class SourceLayers {
     const tileGrid = new TileGrid({
       resolutions: levels.map((level) => level.resolution * density),
       origins: levels.map((level) => [...level.origin]),
-      tileSizes: levels.map(({ tile_px: [width, height] }) => [width / density, height / density]),
+      tileSizes: levels.map(({ tile_px: [width = 256, height = 256] }) => [width / density, height / density]),
       minZoom: grid.min_level,
       ...(grid.extent && { extent: [...grid.extent] }),
       ...(sizes.every((size) => size != null) && { sizes: sizes.map((size) => [...(size ?? [])]) }),
