@@ -104,21 +104,16 @@ class Client:
         )
 
     def wait_ready(self) -> None:
-        """Wait until the vehicle is heard and its own checks pass; JdeRobot's interfaces cannot tell."""
+        """Wait until the vehicle is heard and its own checks pass."""
         control, jderobot_ready = self.control, self.telemetry
         wait_for(lambda: 1 in jderobot_ready.vehicles(), "a vehicle", READY_S)
 
         def passes() -> bool:
-            # MAV_CMD_RUN_PREARM_CHECKS makes the vehicle write what fails; GPS is what takes its time.
             navigation = jderobot_ready.getNavigation(0)
-            return navigation.gpsFix is not self.ice.Unset and navigation.gpsFix >= 3 and _is_set(self, navigation)
+            return navigation.isReadyToArm is True and navigation.homeLatDeg is not self.ice.Unset
 
-        wait_for(passes, "a position", READY_S)
+        wait_for(passes, "the vehicle's own checks", READY_S)
         assert control.modes(0), "its modes are known"
-
-
-def _is_set(client: Client, navigation: Any) -> bool:
-    return navigation.homeLatDeg is not client.ice.Unset
 
 
 def load_slices(*names: str) -> tuple[Any, Any, Any]:

@@ -93,6 +93,7 @@ class States:
             **self._known(
                 telemetry.heartbeat, heartbeatAgeS="age_s", mode="mode", isArmed="is_armed", mavType="mav_type"
             ),
+            **self._known(telemetry.sys_status, isReadyToArm="is_ready_to_arm"),
             **self._known(telemetry.extended, landed="landed"),
             **self._known(
                 telemetry.hud,
