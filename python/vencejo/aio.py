@@ -57,16 +57,24 @@ async def _finished(pending: _native.Pending, progress: ProgressCallback | None 
             loop.call_soon_threadsafe(ended.set)
 
     pending.on_done(wake)
+    told: tuple[int, int] | None = None
+
+    def tell() -> None:
+        nonlocal told
+        step = pending.progress()
+        if progress is not None and step is not None and step[1] and step != told:
+            progress(*step)
+            told = step
+
     try:
         while progress is not None and not ended.is_set():
-            step = pending.progress()
-            if step is not None and step[1]:
-                progress(*step)
+            tell()
             try:
                 await asyncio.wait_for(ended.wait(), 0.1)
             except asyncio.TimeoutError:
                 continue
         await ended.wait()
+        tell()
     except BaseException:
         pending.cancel()
         raise

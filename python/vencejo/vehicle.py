@@ -437,11 +437,15 @@ class Vehicle(VehicleState):
     def _wait(self, pending: _native.Pending, progress: ProgressCallback | None = None) -> Any:
         try:
             if progress is not None:
-                seen = 0
+                seen, told = 0, None
                 while (step := pending.wait_progress(seen)) is not None:
-                    seen, done, total = step
-                    if total:
-                        progress(done, total)
+                    seen, *told = step
+                    if told[1]:
+                        progress(*told)
+                # The last report may have come together with the end.
+                last = pending.progress()
+                if last is not None and last[1] and list(last) != told:
+                    progress(*last)
             return pending.wait(None)
         except BaseException:
             pending.cancel()
