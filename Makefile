@@ -13,6 +13,8 @@ CHECK := scripts/check.sh
 CARGO_TEST := --workspace --exclude vencejo-py --locked
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
+# One more than there are cores: many tests wait for a plane or a page.
+PYTEST_WORKERS ?= $(shell echo $$(( $$(nproc) + 1 )))
 BENCH_ARGS ?=
 SCREENSHOT_ARGS ?=
 
@@ -32,7 +34,7 @@ test: ## Everything that CI runs: layout, format, lints, types, Rust and Python 
 	@$(MAKE) --no-print-directory native
 	@$(CHECK) gcs-check npm --prefix gcs run --silent check
 	@$(CHECK) gcs-test npm --prefix gcs test --silent
-	@$(CHECK) pytest $(PY) -m pytest -q -n auto --dist worksteal $(PYTEST_ARGS)
+	@$(CHECK) pytest $(PY) -m pytest -q -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)
 	@$(CHECK) tree scripts/tree_state.sh check
 	@printf '\nmake test: all passed\n'
 
