@@ -58,9 +58,13 @@ beforeEach(() => {
   now_ms = 0;
 });
 
+/** The address is asked for before the socket is opened. */
+const opened = () => Promise.resolve();
+
 describe('CameraStream', () => {
-  it('hands on pictures, states and the time, and no nonsense', () => {
+  it('hands on pictures, states and the time, and no nonsense', async () => {
     const stream = new CameraStream('no/se', true, handlers, world);
+    await opened();
     expect(addresses).toEqual(['/api/v1/cameras/no%2Fse/stream?accept=h264,jpeg']);
     const [socket] = sockets;
     socket?.onopen?.();
@@ -81,18 +85,21 @@ describe('CameraStream', () => {
     expect(timers).toEqual([]);
   });
 
-  it('connects again after an end and after silence, until it is closed', () => {
+  it('connects again after an end and after silence, until it is closed', async () => {
     const stream = new CameraStream('nose', false, handlers, world);
+    await opened();
     expect(addresses[0]).toContain('accept=jpeg');
     sockets[0]?.onopen?.();
     sockets[0]?.onclose?.();
     expect(said).toEqual(['open', 'away']);
     advance(250);
+    await opened();
     expect(sockets.length).toBe(2);
     sockets[1]?.onopen?.();
     advance(SILENCE_LIMIT_MS);
     expect(sockets[1]?.isClosed).toBe(true);
     advance(250);
+    await opened();
     expect(sockets.length).toBe(3);
     stream.close();
     advance(60_000);

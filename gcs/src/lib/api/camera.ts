@@ -2,7 +2,7 @@
 import { readPicture, type Picture } from '$lib/domain/video';
 import { Http } from './http';
 import type { components } from './schema';
-import { retryDelay_ms, SILENCE_LIMIT_MS } from './socket';
+import { browserWorld, Socket, type SocketWorld } from './socket';
 
 export type CameraInfo = components['schemas']['CameraInfo'];
 export type CameraMessage = components['schemas']['CameraMessage'];
@@ -26,60 +26,38 @@ export interface StreamHandlers {
   connected(isConnected: boolean): void;
 }
 
-/** What the stream needs from outside, so that tests need neither network nor time. */
-export interface StreamWorld {
-  open(path: string): WebSocket;
-  setTimeout(run: () => void, ms: number): number;
-  clearTimeout(timer: number): void;
-  random(): number;
-}
-
-const browser: StreamWorld = {
+const browser: SocketWorld = {
+  ...browserWorld,
   open(address) {
     const { protocol, host } = window.location;
-    return new WebSocket(`${protocol === 'https:' ? 'wss' : 'ws'}://${host}${address}`);
+    return browserWorld.open(`${protocol === 'https:' ? 'wss' : 'ws'}://${host}${address}`);
   },
-  setTimeout: (run, ms) => window.setTimeout(run, ms),
-  clearTimeout: (timer) => window.clearTimeout(timer),
-  random: Math.random,
 };
 
-/** The stream of one camera, from its making until it is closed. Reconnects for ever, and notices silence. */
+/** The stream of one camera, from its making until it is closed. */
 export class CameraStream {
-  readonly #address: string;
   readonly #handlers: StreamHandlers;
-  readonly #world: StreamWorld;
-  #socket: WebSocket | null = null;
-  #timer: number | null = null;
-  #attempt = 0;
-  #isClosed = false;
+  readonly #socket: Socket;
 
-  constructor(name: string, showsH264: boolean, handlers: StreamHandlers, world: StreamWorld = browser) {
-    this.#address = http.address(path(name, `/stream?accept=${showsH264 ? 'h264,jpeg' : 'jpeg'}`));
+  constructor(name: string, showsH264: boolean, handlers: StreamHandlers, world: SocketWorld = browser) {
     this.#handlers = handlers;
-    this.#world = world;
-    this.#connect();
+    const address = http.address(path(name, `/stream?accept=${showsH264 ? 'h264,jpeg' : 'jpeg'}`));
+    this.#socket = new Socket(
+      {
+        address: () => address,
+        message: (data) => this.#hear(data),
+        state: (state) => {
+          if (state === 'open') handlers.connected(true);
+          if (state === 'waiting') handlers.connected(false);
+        },
+      },
+      world,
+    );
+    this.#socket.start();
   }
 
   close(): void {
-    this.#isClosed = true;
-    this.#drop();
-  }
-
-  #connect(): void {
-    const socket = this.#world.open(this.#address);
-    this.#socket = socket;
-    socket.binaryType = 'arraybuffer';
-    socket.onopen = () => {
-      this.#attempt = 0;
-      this.#handlers.connected(true);
-    };
-    socket.onmessage = (event: MessageEvent) => {
-      this.#watch();
-      this.#hear(event.data);
-    };
-    socket.onclose = () => this.#retry();
-    this.#watch();
+    this.#socket.close();
   }
 
   #hear(data: unknown): void {
@@ -97,34 +75,5 @@ export class CameraStream {
     }
     if (message.type === 'camera') this.#handlers.camera(message);
     else if (message.type === 'clock') this.#handlers.time(message.unix_us / 1000);
-  }
-
-  /** The server speaks each second: silence means that the connection is dead. */
-  #watch(): void {
-    this.#stopTimer();
-    this.#timer = this.#world.setTimeout(() => this.#retry(), SILENCE_LIMIT_MS);
-  }
-
-  #retry(): void {
-    this.#drop();
-    if (this.#isClosed) return;
-    this.#handlers.connected(false);
-    const wait_ms = retryDelay_ms(this.#attempt, this.#world.random());
-    this.#attempt += 1;
-    this.#timer = this.#world.setTimeout(() => this.#connect(), wait_ms);
-  }
-
-  #drop(): void {
-    this.#stopTimer();
-    const socket = this.#socket;
-    this.#socket = null;
-    if (socket === null) return;
-    socket.onopen = socket.onmessage = socket.onclose = null;
-    socket.close();
-  }
-
-  #stopTimer(): void {
-    if (this.#timer !== null) this.#world.clearTimeout(this.#timer);
-    this.#timer = null;
   }
 }

@@ -1,6 +1,5 @@
 import { describe, expect, it } from 'vitest';
 import { SILENCE_LIMIT_MS, Socket, parse, retryDelay_ms, type SocketState } from './socket';
-import type { ServerMessage } from './types';
 
 /** A world with its own time, in which sockets open when the test says so. */
 class World {
@@ -62,9 +61,9 @@ class FakeSocket {
 function start(address: (signal: AbortSignal) => Promise<string> = () => Promise.resolve('ws://here')) {
   const world = new World();
   const states: SocketState[] = [];
-  const messages: ServerMessage[] = [];
+  const messages: unknown[] = [];
   const socket = new Socket(
-    { address, message: (message) => messages.push(message), state: (state) => states.push(state) },
+    { address, message: (data) => messages.push(parse(data)), state: (state) => states.push(state) },
     world,
   );
   socket.start();

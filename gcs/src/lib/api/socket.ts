@@ -13,8 +13,9 @@ export interface SocketHandlers {
    * Asked before each attempt: opens the session, gives the address. A rejection counts as a failed attempt; so does
    * silence, and then `signal` ends what was begun.
    */
-  address(signal: AbortSignal): Promise<string>;
-  message(message: ServerMessage): void;
+  address(signal: AbortSignal): Promise<string> | string;
+  /** What came: text, or an `ArrayBuffer`. */
+  message(data: unknown): void;
   state(state: SocketState): void;
 }
 
@@ -26,7 +27,7 @@ export interface SocketWorld {
   random(): number;
 }
 
-const browser: SocketWorld = {
+export const browserWorld: SocketWorld = {
   open: (address) => new WebSocket(address),
   setTimeout: (run, ms) => window.setTimeout(run, ms),
   clearTimeout: (timer) => window.clearTimeout(timer),
@@ -50,7 +51,7 @@ export class Socket {
   /** Counts the attempts, so that what belongs to an older one is ignored. */
   #generation = 0;
 
-  constructor(handlers: SocketHandlers, world: SocketWorld = browser) {
+  constructor(handlers: SocketHandlers, world: SocketWorld = browserWorld) {
     this.#handlers = handlers;
     this.#world = world;
   }
@@ -96,6 +97,7 @@ export class Socket {
       if (generation === this.#generation) this.#retry();
       return;
     }
+    socket.binaryType = 'arraybuffer';
     this.#socket = socket;
     this.#watch();
     socket.onopen = () => {
@@ -107,8 +109,7 @@ export class Socket {
     socket.onmessage = (event: MessageEvent) => {
       if (generation !== this.#generation) return;
       this.#watch();
-      const message = parse(event.data);
-      if (message !== null) this.#handlers.message(message);
+      this.#handlers.message(event.data);
     };
     socket.onclose = () => {
       if (generation === this.#generation) this.#retry();

@@ -2,7 +2,7 @@
 import { Api, type CommandName, type VehicleCommands } from '$lib/api/client';
 import { problemFrom } from '$lib/api/problem';
 
-import { Socket, type SocketState } from '$lib/api/socket';
+import { parse, Socket, type SocketState } from '$lib/api/socket';
 import type { LinkInfo, Problem, ServerMessage, Session } from '$lib/api/types';
 import { SvelteMap } from 'svelte/reactivity';
 import { clock } from './clock.svelte';
@@ -43,7 +43,10 @@ class Station {
 
   readonly #socket = new Socket({
     address: (signal) => this.#openSession(signal),
-    message: (message) => this.receive(message),
+    message: (data) => {
+      const message = parse(data);
+      if (message !== null) this.receive(message);
+    },
     state: (state) => this.#setSocketState(state),
   });
 
