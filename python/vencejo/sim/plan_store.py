@@ -292,37 +292,21 @@ def normalise(item: WireItem) -> WireItem | MissionResult:
     return replace(stored, frame=frame, x=item.x, y=item.y, z=float32(centimetres * float32(0.01)))
 
 
-class MissionStore:
-    """The mission. Item 0 is home: it is written like any other, and always read as where home is now."""
+class _ListStore:
+    """Items that ArduPlane writes into their places one by one as they come: an upload is not atomic."""
 
-    max_items = MISSION_MAX_ITEMS
+    max_items: int
     complaints: tuple[tuple[Severity, str], ...] = ()
 
     def __init__(self) -> None:
         self._items: list[WireItem] = []
         self.revision = 0
-        self.home: WireItem | None = None
-        """Home as item 0 shows it, None until the vehicle has one."""
 
     def __len__(self) -> int:
         return len(self._items)
 
-    def set_home(self, lat_deg: float, lon_deg: float, alt_amsl_m: float) -> None:
-        """Home is here now; with it an empty mission gets its item 0."""
-        self.home = WireItem(
-            seq=0,
-            frame=0,
-            command=16,
-            x=round(lat_deg * 1e7),
-            y=round(lon_deg * 1e7),
-            z=float32(round(alt_amsl_m * 100.0) * float32(0.01)),
-        )
-        if not self._items:
-            self._items.append(self.home)
-            self.revision += 1
-
     def begin(self, count: int) -> None:
-        """An upload of ``count`` items starts: what lies beyond is gone at once (ArduPlane's upload is not atomic)."""
+        """An upload of ``count`` items starts: what lies beyond is gone at once."""
         self.truncate(count)
 
     def truncate(self, count: int) -> None:
@@ -331,18 +315,11 @@ class MissionStore:
             del self._items[count:]
             self.revision += 1
 
-    def put(self, item: WireItem, *, last_seq: int) -> MissionResult:
-        """Store an item at its place, or at the end when it is the next one."""
-        stored = normalise(item)
-        if isinstance(stored, MissionResult):
-            return stored
-        if stored.command == 177:
-            target = int(stored.p1)
-            if target == 0 or (target >= len(self._items) and target > last_seq):
-                return MissionResult.ERROR
-        if item.seq < len(self._items):
-            self._items[item.seq] = stored
-        elif item.seq == len(self._items) and item.seq < self.max_items:
+    def _store(self, seq: int, stored: WireItem) -> MissionResult:
+        """Put an item at its place, or at the end when it is the next one."""
+        if seq < len(self._items):
+            self._items[seq] = stored
+        elif seq == len(self._items) and seq < self.max_items:
             self._items.append(stored)
         else:
             return MissionResult.ERROR
@@ -362,9 +339,47 @@ class MissionStore:
 
     def read(self, seq: int) -> WireItem | None:
         """An item as the station reads it back, None when there is none."""
-        if seq == 0 and self.home is not None:
-            return self.home
         return self._items[seq] if 0 <= seq < len(self._items) else None
+
+
+class MissionStore(_ListStore):
+    """The mission. Item 0 is home: it is written like any other, and always read as where home is now."""
+
+    max_items = MISSION_MAX_ITEMS
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.home: WireItem | None = None
+        """Home as item 0 shows it, None until the vehicle has one."""
+
+    def set_home(self, lat_deg: float, lon_deg: float, alt_amsl_m: float) -> None:
+        """Home is here now; with it an empty mission gets its item 0."""
+        self.home = WireItem(
+            seq=0,
+            frame=0,
+            command=16,
+            x=round(lat_deg * 1e7),
+            y=round(lon_deg * 1e7),
+            z=float32(round(alt_amsl_m * 100.0) * float32(0.01)),
+        )
+        if not self._items:
+            self._items.append(self.home)
+            self.revision += 1
+
+    def put(self, item: WireItem, *, last_seq: int) -> MissionResult:
+        """Store an item; a jump must not lead beyond ``last_seq``, nor to home."""
+        stored = normalise(item)
+        if isinstance(stored, MissionResult):
+            return stored
+        if stored.command == 177:
+            target = int(stored.p1)
+            if target == 0 or (target >= len(self._items) and target > last_seq):
+                return MissionResult.ERROR
+        return self._store(item.seq, stored)
+
+    def read(self, seq: int) -> WireItem | None:
+        """An item as the station reads it back, None when there is none."""
+        return self.home if seq == 0 and self.home is not None else super().read(seq)
 
     def contains(self, command: int) -> bool:
         """Whether some item has that command."""
@@ -505,24 +520,10 @@ def _fence_shapes(items: Sequence[WireItem]) -> tuple[FenceShape, ...]:
     return tuple(shapes)
 
 
-class RallyStore:
+class RallyStore(_ListStore):
     """Rally points; altitudes are whole metres."""
 
     max_items = RALLY_MAX_ITEMS
-    complaints: tuple[tuple[Severity, str], ...] = ()
-
-    def __init__(self) -> None:
-        self._items: list[WireItem] = []
-        self.revision = 0
-
-    def __len__(self) -> int:
-        return len(self._items)
-
-    def begin(self, count: int) -> None:
-        """An upload of ``count`` points starts: points beyond are gone at once."""
-        if count < len(self._items):
-            del self._items[count:]
-            self.revision += 1
 
     def put(self, item: WireItem, *, last_seq: int) -> MissionResult:
         """Store a point."""
@@ -546,29 +547,7 @@ class RallyStore:
             autocontinue=0,
             mission_type=2,
         )
-        if item.seq < len(self._items):
-            self._items[item.seq] = stored
-        elif item.seq == len(self._items) and item.seq < self.max_items:
-            self._items.append(stored)
-        else:
-            return MissionResult.ERROR
-        self.revision += 1
-        return MissionResult.ACCEPTED
-
-    def complete(self) -> MissionResult:
-        """The upload has ended."""
-        return MissionResult.ACCEPTED
-
-    def abandon(self) -> None:
-        """The upload was given up; what arrived stays."""
-
-    def clear(self) -> None:
-        """Forget all points."""
-        self.begin(0)
-
-    def read(self, seq: int) -> WireItem | None:
-        """A point as the station reads it back."""
-        return self._items[seq] if 0 <= seq < len(self._items) else None
+        return self._store(item.seq, stored)
 
     def points(self) -> Iterable[RallyPoint]:
         """The points as the autopilot flies to them."""
