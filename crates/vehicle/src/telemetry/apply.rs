@@ -21,6 +21,19 @@ use crate::modes::{FlightMode, ModeFamily};
 /// `MAV_AUTOPILOT_ARDUPILOTMEGA`.
 const AUTOPILOT_ARDUPILOT: u8 = 3;
 
+/// [`imu`] of SCALED_IMU, SCALED_IMU2 or SCALED_IMU3: three types with the same fields.
+macro_rules! scaled_imu {
+    ($m:ident, $check:ident) => {
+        imu(
+            [$m.xacc, $m.yacc, $m.zacc],
+            [$m.xgyro, $m.ygyro, $m.zgyro],
+            [$m.xmag, $m.ymag, $m.zmag],
+            $m.temperature,
+            $check,
+        )
+    };
+}
+
 impl Telemetry {
     /// Reads a message of the vehicle into its group. `None`: the message has no group.
     pub fn apply(&mut self, message: &Message, now: MonoTime) -> Option<Group> {
@@ -124,36 +137,15 @@ impl Telemetry {
                 Group::RawImu
             }
             MavMessage::SCALED_IMU(m) => {
-                let value = imu(
-                    [m.xacc, m.yacc, m.zacc],
-                    [m.xgyro, m.ygyro, m.zgyro],
-                    [m.xmag, m.ymag, m.zmag],
-                    m.temperature,
-                    check,
-                );
-                self.imus[0] = Some(sampled(value, now, check));
+                self.imus[0] = Some(sampled(scaled_imu!(m, check), now, check));
                 Group::Imu
             }
             MavMessage::SCALED_IMU2(m) => {
-                let value = imu(
-                    [m.xacc, m.yacc, m.zacc],
-                    [m.xgyro, m.ygyro, m.zgyro],
-                    [m.xmag, m.ymag, m.zmag],
-                    m.temperature,
-                    check,
-                );
-                self.imus[1] = Some(sampled(value, now, check));
+                self.imus[1] = Some(sampled(scaled_imu!(m, check), now, check));
                 Group::Imu
             }
             MavMessage::SCALED_IMU3(m) => {
-                let value = imu(
-                    [m.xacc, m.yacc, m.zacc],
-                    [m.xgyro, m.ygyro, m.zgyro],
-                    [m.xmag, m.ymag, m.zmag],
-                    m.temperature,
-                    check,
-                );
-                self.imus[2] = Some(sampled(value, now, check));
+                self.imus[2] = Some(sampled(scaled_imu!(m, check), now, check));
                 Group::Imu
             }
             MavMessage::SCALED_PRESSURE(m) => {
