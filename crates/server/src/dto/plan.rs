@@ -1,0 +1,240 @@
+//! Plans: what they hold, what is wrong with them, and what is known of those on board.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::PlanUncertainty;
+
+/// Which plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PlanKind {
+    /// What to fly.
+    Mission,
+    /// Where to stay.
+    Fence,
+    /// Where to return to when home is farther.
+    Rally,
+}
+
+/// How sure we are of a plan on board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PlanCertainty {
+    /// It may be anything.
+    Unknown,
+    /// There is none.
+    Empty,
+    /// Read back from the vehicle.
+    Verified,
+}
+
+/// What is known of a plan on board.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+pub struct PlanState {
+    /// How sure we are.
+    pub state: PlanCertainty,
+    /// Items, home not counted.
+    #[schema(required = true)]
+    pub count: Option<u16>,
+    /// Fingerprint of the items as the vehicle holds them.
+    #[schema(required = true)]
+    pub hash: Option<String>,
+    /// Why it is not known; absent when it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    pub reason: Option<PlanUncertainty>,
+    /// All that in English words.
+    pub detail: String,
+}
+
+/// What is known of the plans on board.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+pub struct PlanStates {
+    /// The mission.
+    pub mission: PlanState,
+    /// The fence.
+    pub fence: PlanState,
+    /// The rally points.
+    pub rally: PlanState,
+}
+
+/// A position on the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LatLon {
+    /// WGS-84 latitude.
+    pub lat_deg: f64,
+    /// WGS-84 longitude.
+    pub lon_deg: f64,
+}
+
+/// A place with its height above mean sea level.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Home {
+    /// WGS-84 latitude.
+    pub lat_deg: f64,
+    /// WGS-84 longitude.
+    pub lon_deg: f64,
+    /// Height above mean sea level.
+    pub alt_amsl_m: f64,
+}
+
+/// One item of a mission.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlanItem {
+    /// `MAV_CMD` number.
+    pub command: u16,
+    /// Its name without `MAV_CMD_`. Ignored in a request.
+    #[serde(default)]
+    #[schema(required = true)]
+    pub name: String,
+    /// `MAV_FRAME`: 0 above mean sea level, 3 above home, 10 above terrain, 2 no position.
+    pub frame: u8,
+    /// Parameters 1 to 4, then latitude, longitude and height of a command that has a position; null where unset.
+    #[schema(value_type = Vec<Option<f64>>, min_items = 7, max_items = 7)]
+    pub params: [Option<f64>; 7],
+    /// Whether the mission goes on by itself after it.
+    #[serde(default = "yes")]
+    #[schema(required = true)]
+    pub autocontinue: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// Shape of a fence zone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ZoneShape {
+    /// Three or more corners in order.
+    Polygon,
+    /// One point and a radius.
+    Circle,
+}
+
+/// One zone of a fence.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FenceZone {
+    /// `true`: stay inside; `false`: stay outside.
+    pub inclusion: bool,
+    /// Its shape.
+    pub shape: ZoneShape,
+    /// Corners of a polygon, or the centre of a circle.
+    pub points: Vec<LatLon>,
+    /// Radius of a circle; null for a polygon.
+    #[serde(default)]
+    #[schema(required = true)]
+    pub radius_m: Option<f64>,
+}
+
+/// Where to return to after a breach of the fence.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ReturnPoint {
+    /// WGS-84 latitude.
+    pub lat_deg: f64,
+    /// WGS-84 longitude.
+    pub lon_deg: f64,
+    /// Height above home.
+    pub alt_rel_home_m: f64,
+}
+
+/// A geofence.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema, Default)]
+#[serde(deny_unknown_fields)]
+pub struct Fence {
+    /// Zones, all of which apply.
+    pub zones: Vec<FenceZone>,
+    /// Where to return to after a breach.
+    #[serde(default)]
+    #[schema(required = true)]
+    pub return_point: Option<ReturnPoint>,
+}
+
+/// A place to return to instead of home.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RallyPoint {
+    /// WGS-84 latitude.
+    pub lat_deg: f64,
+    /// WGS-84 longitude.
+    pub lon_deg: f64,
+    /// Height, counted as `frame` says.
+    pub alt_m: f64,
+    /// `MAV_FRAME`: 0 above mean sea level, 3 above home, 10 above terrain.
+    pub frame: u8,
+}
+
+/// A plan: mission, fence and rally points.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema, Default)]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    /// What to do, in order, without home.
+    #[serde(default)]
+    #[schema(required = true)]
+    pub items: Vec<PlanItem>,
+    /// Planned home; the vehicle sets its own when it arms.
+    #[serde(default)]
+    #[schema(required = true)]
+    pub home: Option<Home>,
+    /// Where to stay.
+    #[serde(default)]
+    #[schema(required = true)]
+    pub fence: Fence,
+    /// Where to return to when home is farther.
+    #[serde(default)]
+    #[schema(required = true)]
+    pub rally: Vec<RallyPoint>,
+}
+
+/// How to write a plan to a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PlanFormat {
+    /// QGroundControl's JSON: mission, fence and rally.
+    Plan,
+    /// "QGC WPL 110": the mission alone.
+    Waypoints,
+}
+
+/// A plan to look over.
+#[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlanCheck {
+    /// The plan.
+    pub plan: Plan,
+    /// The vehicle that is to fly it: its place and whether it is on the ground are taken into account.
+    #[serde(default)]
+    pub vehicle: Option<u8>,
+}
+
+/// How bad a finding is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FindingSeverity {
+    /// Not to be sent.
+    Error,
+    /// For the pilot to judge.
+    Warning,
+}
+
+/// Something wrong or doubtful in a plan.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct Finding {
+    /// How bad it is.
+    pub severity: FindingSeverity,
+    /// Stable kind, such as `zero-coordinates`.
+    pub code: String,
+    /// The item, counted from 1; null when it is about the whole plan.
+    #[schema(required = true)]
+    pub item: Option<usize>,
+    /// What is wrong.
+    pub message: String,
+    /// How to mend it.
+    pub remedy: String,
+}

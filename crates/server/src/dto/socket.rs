@@ -1,0 +1,160 @@
+//! What is said on the WebSocket, both ways.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{
+    Cause, LinkInfo, MissionProgress, Operation, PlanKind, PlanState, RawMessage, SessionInfo, TelemetryGroups,
+    VehicleSummary,
+};
+
+/// What a client says on the WebSocket.
+#[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
+#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+pub enum ClientMessage {
+    /// Wants a vehicle's telemetry; again with another rate changes the rate.
+    Subscribe {
+        /// The vehicle's system id; it need not have been heard yet.
+        vehicle: u8,
+        /// Messages per second, 1 to 50.
+        #[schema(minimum = 1, maximum = 50)]
+        rate_hz: f64,
+    },
+    /// Wants it no more.
+    Unsubscribe {
+        /// The vehicle's system id.
+        vehicle: u8,
+    },
+    /// Wants a vehicle's raw messages, the newest of each sender; again with other names or another rate changes that.
+    SubscribeMessages {
+        /// The vehicle's system id; it need not have been heard yet.
+        vehicle: u8,
+        /// Only these messages, by name; all when absent.
+        #[serde(default)]
+        #[schema(max_items = 64)]
+        names: Option<Vec<String>>,
+        /// How often each is told at most, 1 to 50 a second.
+        #[schema(minimum = 1, maximum = 50)]
+        rate_hz: f64,
+    },
+    /// Wants them no more.
+    UnsubscribeMessages {
+        /// The vehicle's system id.
+        vehicle: u8,
+    },
+}
+
+/// What the server says on the WebSocket. Telemetry, lists and states are the newest when they are sent: a client that
+/// reads slowly misses older ones. Texts and events are queued; too many of them end the connection with code 1013.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+#[serde(tag = "type", rename_all = "snake_case")]
+#[allow(clippy::large_enum_variant, reason = "made and written at once, never kept")]
+pub enum ServerMessage {
+    /// The first message.
+    Hello {
+        /// The server's version.
+        version: String,
+        /// When this was sent, seconds on the station's clock.
+        time_s: f64,
+        /// Who we take the client for.
+        #[serde(flatten)]
+        session: SessionInfo,
+    },
+    /// The vehicles heard so far: at once, when one comes or goes, and each second.
+    Vehicles {
+        /// By system id.
+        vehicles: Vec<VehicleSummary>,
+    },
+    /// A subscribed vehicle's values that changed.
+    Telemetry {
+        /// The vehicle.
+        vehicle: u8,
+        /// When they were taken, seconds on the station's clock.
+        time_s: f64,
+        /// Only the groups that changed.
+        groups: TelemetryGroups,
+        /// Where it stands in its mission; absent when that did not change.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        #[schema(nullable = false)]
+        progress: Option<MissionProgress>,
+    },
+    /// A subscribed raw message: the newest of this name and sender.
+    Message {
+        /// The vehicle.
+        vehicle: u8,
+        /// How many of it have come since it was subscribed to; those between were not told.
+        count: u64,
+        /// It.
+        message: RawMessage,
+    },
+    /// A text that the vehicle wrote.
+    Text {
+        /// The vehicle.
+        vehicle: u8,
+        /// `MAV_SEVERITY`: 0 emergency to 7 debug.
+        severity: u8,
+        /// What it wrote.
+        text: String,
+        /// When, seconds on the station's clock.
+        time_s: f64,
+    },
+    /// Something happened to a vehicle.
+    Event {
+        /// The vehicle.
+        vehicle: u8,
+        /// `lost`, `regained`, `rebooted`, `mode`, `armed`, `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`,
+        /// `home`, `streams_fell_back`.
+        kind: String,
+        /// What belongs to it: `mode` and `from`, `landed`, or `item`.
+        #[schema(value_type = BTreeMap<String, EventDetail>)]
+        detail: BTreeMap<&'static str, EventDetail>,
+        /// When, seconds on the station's clock.
+        time_s: f64,
+    },
+    /// What is known of a plan on board changed.
+    PlanState {
+        /// The vehicle.
+        vehicle: u8,
+        /// Which plan.
+        kind: PlanKind,
+        /// What is known now.
+        state: PlanState,
+    },
+    /// An operation began, went on or ended; without its result.
+    Operation(Operation),
+    /// The links, each second.
+    Links {
+        /// By id.
+        links: Vec<LinkInfo>,
+    },
+    /// Who holds control.
+    Control {
+        /// Whether this session holds it.
+        has_control: bool,
+        /// Name of the session that holds it; null when nobody does.
+        #[schema(required = true)]
+        holder: Option<String>,
+        /// Name of the session that asks for it; null when nobody does.
+        #[schema(required = true)]
+        requested_by: Option<String>,
+    },
+    /// What the client said could not be done.
+    Error {
+        /// Why, in English.
+        detail: String,
+        /// The same for programs.
+        cause: Cause,
+    },
+}
+
+/// A detail of an event.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(untagged)]
+pub enum EventDetail {
+    /// A word.
+    Text(String),
+    /// A number.
+    Number(u32),
+}

@@ -1,0 +1,111 @@
+//! What is known of a vehicle, and its parameters.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{LinkInfo, PlanStates, TelemetryGroups};
+
+/// A vehicle in the list of vehicles.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct VehicleSummary {
+    /// MAVLink system id.
+    pub system_id: u8,
+    /// `MAV_TYPE`; 1 is a fixed-wing plane.
+    #[schema(required = true)]
+    pub mav_type: Option<u8>,
+    /// `MAV_AUTOPILOT`; 3 is ArduPilot.
+    #[schema(required = true)]
+    pub autopilot: Option<u8>,
+    /// Flight mode by name.
+    #[schema(required = true)]
+    pub mode: Option<String>,
+    /// Whether the motors can run.
+    #[schema(required = true)]
+    pub is_armed: Option<bool>,
+    /// Time since the vehicle was heard; stale after 3.5 s, lost after 5 s.
+    #[schema(required = true)]
+    pub age_s: Option<f64>,
+    /// The link that it is reached over.
+    #[schema(required = true)]
+    pub link: Option<u32>,
+    /// Share of its frames that were lost.
+    #[schema(required = true)]
+    pub loss_pct: Option<f64>,
+    /// Round trip of the newest TIMESYNC exchange.
+    #[schema(required = true)]
+    pub round_trip_ms: Option<f64>,
+}
+
+/// Where the vehicle stands in its mission.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema, Default)]
+pub struct MissionProgress {
+    /// Item in execution, counted from 1.
+    #[schema(required = true)]
+    pub item: Option<u16>,
+    /// Items in the mission.
+    #[schema(required = true)]
+    pub total: Option<u16>,
+    /// Items reached, ascending.
+    pub reached: Vec<u16>,
+    /// Whether it was flown to its end.
+    pub is_complete: bool,
+    /// Distance over ground to the mission's end.
+    #[schema(required = true)]
+    pub distance_m: Option<f64>,
+    /// Time for that at the present speed.
+    #[schema(required = true)]
+    pub time_s: Option<f64>,
+    /// Distance to the item in execution.
+    #[schema(required = true)]
+    pub leg_distance_m: Option<f64>,
+}
+
+/// Everything that is known of a vehicle.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct VehicleState {
+    /// MAVLink system id.
+    pub system_id: u8,
+    /// When this was taken, seconds on the station's clock.
+    pub time_s: f64,
+    /// The newest values by group.
+    pub telemetry: TelemetryGroups,
+    /// Where it stands in its mission.
+    pub progress: MissionProgress,
+    /// What is known of the plans on board.
+    pub plan_states: PlanStates,
+    /// Flight modes that it has, by name.
+    pub mode_names: Vec<String>,
+    /// The link that it is reached over, with the vehicle's own counters.
+    #[schema(required = true)]
+    pub link: Option<LinkInfo>,
+}
+
+/// A text that the vehicle wrote (STATUSTEXT).
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct Text {
+    /// When, seconds on the station's clock.
+    pub time_s: f64,
+    /// `MAV_SEVERITY`: 0 emergency to 7 debug.
+    pub severity: u8,
+    /// What it wrote.
+    pub text: String,
+}
+
+/// A parameter of the vehicle.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct Param {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its type on the wire: `int8` … `real32`.
+    pub kind: String,
+}
+
+/// A parameter's new value.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NewParam {
+    /// The value.
+    pub value: f64,
+}
