@@ -75,6 +75,9 @@ pub enum FlightError {
         /// What is wrong and how to mend it.
         problem: String,
     },
+    /// A landing that cannot be designed as it is asked for.
+    #[error("landing: {0}")]
+    BadLanding(String),
     /// A file that cannot be read as a whole.
     #[error("{0}")]
     BadFile(String),

@@ -11,6 +11,7 @@
 //! | [`progress`] | how far and how long a mission still is |
 //! | [`geodesy`] | distances, bearings, legs, local frames, polygons on WGS-84 |
 //! | [`crs`] | coordinates of maps: Web Mercator and UTM |
+//! | [`landing`] | the circle down, the final leg and the landing that end a mission |
 //! | [`guidance`] | the laws that steer a plane: lateral, height and speed, attitude |
 //!
 //! # From a file to the wire and back
@@ -60,6 +61,7 @@ pub mod error;
 pub mod formats;
 pub mod geodesy;
 pub mod guidance;
+pub mod landing;
 pub mod plan;
 pub mod progress;
 
