@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import importlib.util
 import math
 import selectors
 import signal
@@ -266,11 +267,11 @@ class SimServer:
         self.listening.append(Listening(str(spec), tuple(plane.system_id for plane in planes)))
 
     def _open_cameras(self, address: str) -> None:
-        try:
-            from vencejo.sim.camera.http import CameraServer, parse_address
-            from vencejo.sim.camera.nose import NoseCamera
-        except ImportError as error:
-            raise ValueError(f"camera: {error}: pip install 'vencejo[camera]'") from error
+        from vencejo.sim.camera.http import CameraServer, parse_address
+        from vencejo.sim.camera.nose import NoseCamera
+
+        if importlib.util.find_spec("cv2") is None:
+            raise ValueError("camera: OpenCV is not installed: pip install 'vencejo[camera]'")
         place = parse_address(address)
         self._noses = {plane: NoseCamera(plane.heading_deg, self.options.camera_rate_hz) for plane in self.world.planes}
         self.cameras = CameraServer(place, {plane.system_id: nose for plane, nose in self._noses.items()})

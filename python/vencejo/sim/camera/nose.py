@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import NamedTuple
-
-import cv2
+from typing import TYPE_CHECKING, NamedTuple
 
 from vencejo.sim.autopilot.interface import Outlook
 
-from .render import Renderer
 from .view import Pinhole, Pose
+
+if TYPE_CHECKING:
+    from .render import Renderer
 
 __all__ = ["Frame", "NoseCamera"]
 
@@ -130,7 +130,12 @@ class NoseCamera:
                 self._changed.notify_all()
 
     def _picture(self, outlook: Outlook) -> bytes:
+        # OpenCV takes its time to load: the first who looks waits for it, not the simulator's start.
+        import cv2
+
         if self._renderer is None:
+            from .render import Renderer
+
             self._renderer = Renderer(self._heading_deg, self.camera)
         self._renderer.mark(outlook.home_m, outlook.landings_m)
         pose = Pose(*outlook[:6])
