@@ -6,11 +6,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 from vencejo import _native
+from vencejo.station import default_record_dir
 
-__all__ = ["VideoFeed", "VideoRequest", "VideoStatus"]
+__all__ = ["VideoFeed", "VideoRequest", "VideoStatus", "default_video_dir"]
+
+
+def default_video_dir() -> Path:
+    """Where recordings and pictures are kept: ``$VENCEJO_DATA/video``, else the user's data folder (XDG base directories)."""
+    return default_record_dir().parent / "video"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,7 +26,7 @@ class VideoStatus:
 
     Attributes
     ----------
-    state : {"starting", "live", "stalled", "dead"}
+    state : {"standby", "starting", "live", "stalled", "dead"}
     reason : str or None
         Why no pictures come.
     codec : {"h264", "jpeg"} or None
@@ -32,7 +39,7 @@ class VideoStatus:
         Name of the file, duration in seconds, bytes, and why it ended before it was told to.
     """
 
-    state: Literal["starting", "live", "stalled", "dead"] = "starting"
+    state: Literal["standby", "starting", "live", "stalled", "dead"] = "starting"
     reason: str | None = None
     codec: Literal["h264", "jpeg"] | None = None
     size: tuple[int, int] | None = None
@@ -46,12 +53,13 @@ class VideoRequest:
 
     Attributes
     ----------
-    kind : {"snapshot", "start_recording", "stop_recording"}
+    kind : {"snapshot", "keep_snapshot", "start_recording", "stop_recording"}
+        To keep a snapshot is to write it beside the recordings, and to answer it as well.
     """
 
     def __init__(self, native: _native.VideoRequest) -> None:
         self._native = native
-        self.kind: Literal["snapshot", "start_recording", "stop_recording"] = native.kind
+        self.kind: Literal["snapshot", "keep_snapshot", "start_recording", "stop_recording"] = native.kind
 
     def answer(self, data: bytes = b"") -> None:
         """Say that it is done; for a snapshot, with the JPEG file."""

@@ -214,7 +214,7 @@ def test_h264_is_decoded_only_while_somebody_asks() -> None:
         wait_for(lambda: camera.status.frames == 6, "six pictures")
         shown = camera.latest(timeout_s=10.0)
         assert shown is not None
-        assert shown.captured_unix_s == pytest.approx(frames[4].captured_unix_s, abs=0.002), "one behind the newest"
+        assert shown.captured_unix_s >= frames[4].captured_unix_s - 0.002, "one behind the newest at most"
         assert decodes(camera)
         camera_now[0] += 10.0
         given.release()

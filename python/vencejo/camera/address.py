@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Final
 from urllib.parse import urlsplit, urlunsplit
@@ -19,9 +19,13 @@ STREAMS: Final = frozenset({"rtsp", "rtsps", "rtp", "udp", "tcp", "srt", "rtmp"}
 SIMULATED: Final = "http://127.0.0.1:8554/stream.mjpg"
 """Where `vencejo sim --camera` serves its nose camera."""
 
+ON_DEMAND: Final = "on-demand:"
+SECRETS: Final = re.compile(r"(?i)([^&;=]*(?:pass|pwd|secret|token|auth|key|usr|user|login)[^&;=]*)=[^&;]*")
+"""Parameters of a URL that hold what is shown to nobody; cameras that take the password so are many."""
+
 HELP: Final = (
     "a source is a device (/dev/video0), rpicam, sim, a stream (rtsp://…, http://…, udp://…, tcp://…), an .sdp file for RTP, or a "
-    "video file; NAME= before it gives it a name"
+    "video file; NAME= before it gives it a name, on-demand: before it has it read only while somebody looks"
 )
 
 
@@ -48,6 +52,8 @@ class SourceAddress:
         What a device is asked for; ``None`` leaves it to the device.
     shown : str
         The same without passwords, for people.
+    is_on_demand : bool
+        Whether it is read only while somebody looks, records or asks for pictures.
     """
 
     kind: SourceKind
@@ -56,6 +62,7 @@ class SourceAddress:
     height: int | None = None
     rate_hz: int | None = None
     shown: str = ""
+    is_on_demand: bool = False
 
 
 def parse_source(text: str) -> SourceAddress:
@@ -66,7 +73,8 @@ def parse_source(text: str) -> SourceAddress:
     text : str
         ``/dev/video0`` or ``v4l2:/dev/video0``; ``rpicam`` or ``rpicam:1``; either with a mode behind a comma, such as
         ``/dev/video0,1280x720@30``. ``rtsp://``, ``rtsps://``, ``udp://``, ``tcp://``, ``srt://``, ``rtmp://``, ``http://``
-        and ``https://`` URLs. ``sim`` is the nose camera of `vencejo sim --camera`. Anything else is the path of a video file; an ``.sdp`` file describes an RTP stream.
+        and ``https://`` URLs. ``sim`` is the nose camera of `vencejo sim --camera`. Anything else is the path of a video file; an
+        ``.sdp`` file describes an RTP stream. With ``on-demand:`` before it, it is read only while somebody wants pictures.
 
     Raises
     ------
@@ -81,6 +89,8 @@ def parse_source(text: str) -> SourceAddress:
     'rtsp://…@10.0.0.5/live'
     """
     text = text.strip()
+    if text.startswith(ON_DEMAND):
+        return replace(parse_source(text.removeprefix(ON_DEMAND)), is_on_demand=True)
     if not text or "\0" in text:
         raise CameraError(f"no camera source: {HELP}")
     scheme = text.partition("://")[0].lower() if "://" in text else ""
@@ -109,10 +119,13 @@ def _url(text: str, scheme: str) -> SourceAddress:
         parts = urlsplit(text)
         host, _ = parts.hostname, parts.port
     except ValueError as error:
-        raise CameraError(f"{text!r} is no URL ({error}); {HELP}") from error
+        # What is no URL may hold a password all the same.
+        raise CameraError(f"{scheme}://… is no URL ({error}); {HELP}") from error
     shown = text
     if parts.username is not None:
         shown = urlunsplit(parts._replace(netloc="…@" + parts.netloc.rpartition("@")[2]))
+    if SECRETS.search(parts.query):
+        shown = shown.replace(parts.query, SECRETS.sub(r"\1=…", parts.query))
     if scheme == "file":
         return SourceAddress(kind=SourceKind.FILE, location=text.removeprefix("file://"), shown=text)
     if scheme in {"http", "https"} and host:

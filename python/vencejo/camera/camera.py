@@ -19,7 +19,7 @@ from vencejo.camera import jpeg
 from vencejo.camera.address import NAME, SourceAddress, parse_source
 from vencejo.camera.decoder import Decoder
 from vencejo.camera.errors import CameraError
-from vencejo.camera.frames import Codec, EncodedFrame, Frame, RawFrame
+from vencejo.camera.frames import Codec, EncodedFrame, Frame
 from vencejo.camera.recorder import Recording, VideoRecorder, default_video_dir
 from vencejo.camera.sources import Source, open_source
 
@@ -32,9 +32,13 @@ LAST_RETRY_S: Final = 10.0
 SETTLED_S: Final = 5.0
 """A source that lived this long begins with the first wait again."""
 ASKED_S: Final = 3.0
-"""Decoding goes on for so long after the last time that somebody asked for pixels."""
+"""Decoding, and reading on demand, go on for so long after the last time that somebody asked."""
 MAX_BEHIND_S: Final = 0.5
-"""A decoded picture further behind the newest is waited past."""
+"""A decoder further behind the newest picture is one that begins: it is waited for."""
+KEEPS_UP_S: Final = 0.1
+"""How long one that runs along is waited for."""
+WAKE_S: Final = 8.0
+"""How long a source that is read on demand may take to its first picture when one is asked for."""
 MAX_GROUP: Final = 600
 MAX_GROUP_BYTES: Final = 8 << 20
 RATE_WINDOW_S: Final = 2.0
@@ -43,6 +47,7 @@ RATE_WINDOW_S: Final = 2.0
 class CameraState(Enum):
     """Whether pictures come."""
 
+    STANDBY = "standby"
     STARTING = "starting"
     LIVE = "live"
     STALLED = "stalled"
@@ -56,7 +61,7 @@ class CameraStatus:
     Attributes
     ----------
     state : CameraState
-        ``STARTING`` on the way to the first picture; ``LIVE``; ``STALLED`` when the source is there but nothing comes;
+        ``STANDBY`` when a source is read on demand and nobody asks; ``STARTING`` on the way to the first picture; ``LIVE``; ``STALLED`` when the source is there but nothing comes;
         ``DEAD`` when it is not there: it is tried again for ever.
     reason : str or None
         Why no pictures come.
@@ -92,7 +97,8 @@ class Camera:
     Parameters
     ----------
     source : str
-        See `vencejo.camera.parse_source`.
+        See `vencejo.camera.parse_source`. One that is read on demand is read while somebody looks (`watch`), records or asks for
+        pictures.
     name : str, optional
         1 to 32 letters, digits, ``-`` or ``_``; default ``"camera"``.
     recording_dir : Path, optional
@@ -141,7 +147,7 @@ class Camera:
         self._arrived = threading.Condition(self._lock)
         self._stop = threading.Event()
         self._source: Source | None = None
-        self._state = CameraState.STARTING
+        self._state = CameraState.STANDBY if self._address.is_on_demand else CameraState.STARTING
         self._reason: str | None = None
         self._codec: Codec | None = None
         self._size: tuple[int, int] | None = None
@@ -152,10 +158,16 @@ class Camera:
         self._group: list[EncodedFrame] = []
         self._group_bytes = 0
         self._jpeg: EncodedFrame | None = None
-        self._raw: RawFrame | None = None
+        self._raw: Frame | None = None
+        """The newest picture of a source that does not encode."""
         self._pixels: Frame | None = None
+        """The newest JPEG picture, decoded."""
         self._decoder: Decoder | None = None
         self._asked_s: float | None = None
+        """When somebody asked for pixels."""
+        self._wanted_s: float | None = None
+        """When somebody asked for pictures of any kind."""
+        self._is_watched = False
         self._wants_jpeg = False
         self._recorder: VideoRecorder | None = None
         self._ended_recording: Recording | None = None
@@ -167,6 +179,11 @@ class Camera:
     def source(self) -> str:
         """Where its pictures come from, without passwords."""
         return self._address.shown
+
+    @property
+    def recording_dir(self) -> Path:
+        """Where its recordings go."""
+        return self._recording_dir
 
     @property
     def status(self) -> CameraStatus:
@@ -193,10 +210,22 @@ class Camera:
                 recording=recording,
             )
 
+    @property
+    def is_on_demand(self) -> bool:
+        """Whether its source is read only while somebody looks, records or asks for pictures."""
+        return self._address.is_on_demand
+
+    def watch(self, is_watched: bool) -> None:
+        """Whether somebody looks: only then a source that is read on demand is read for its listeners."""
+        with self._lock:
+            if self._is_watched != is_watched:
+                self._is_watched = is_watched
+                self._want()
+
     def latest(self, timeout_s: float = 1.0) -> Frame | None:
         """The newest picture in pixels.
 
-        The first call begins to decode; after three seconds without a call that ends.
+        The first call begins to decode, and to read where that is done on demand; after three seconds without a call that ends.
 
         Parameters
         ----------
@@ -214,6 +243,7 @@ class Camera:
             When OpenCV is not installed.
         """
         with self._lock:
+            self._want()
             if not self._arrived.wait_for(self._has_pictures, timeout_s):
                 return None
             self._asked_s = self._monotonic_s()
@@ -224,7 +254,7 @@ class Camera:
                 self._ensure_decoder()
             decoder = self._decoder
         if raw is not None:
-            return _to_rgb(raw)
+            return raw
         if still is None:
             return _decoded(decoder, newest, timeout_s)
         if pixels is not None and pixels.captured_unix_s == still.captured_unix_s:
@@ -232,12 +262,17 @@ class Camera:
         bgr = jpeg.decode(still.data)
         if bgr is None:
             return pixels
-        pixels = _to_rgb(RawFrame(bgr=bgr, captured_unix_s=still.captured_unix_s))
+        pixels = Frame(bgr=bgr, captured_unix_s=still.captured_unix_s)
         self._pixels = pixels
         return pixels
 
     def latest_jpeg(self, timeout_s: float = 1.0) -> EncodedFrame | None:
         """The newest picture as JPEG: the source's own where it sends JPEG, else encoded here.
+
+        Parameters
+        ----------
+        timeout_s : float, optional
+            How long to wait for the first, default 1 s.
 
         Returns
         -------
@@ -245,12 +280,13 @@ class Camera:
             ``None`` when there was none in time.
         """
         with self._lock:
+            self._want()
             if not self._arrived.wait_for(self._has_pictures, timeout_s):
                 return None
             if self._codec == "jpeg":
                 return self._jpeg
         frame = self.latest(timeout_s)
-        return None if frame is None else self._encode(_to_bgr(frame))
+        return None if frame is None else jpeg.encoded(frame, quality=self._quality)
 
     def listen(self, listener: Callable[[EncodedFrame], None]) -> Callable[[], None]:
         """Have every encoded picture handed to a function, in the camera's thread: it must be quick and not raise.
@@ -279,6 +315,8 @@ class Camera:
     def start_recording(self) -> Recording:
         """Begin to record; the recording that is under way when there is one.
 
+        A source that is read on demand is waited for: 8 s at most.
+
         Raises
         ------
         CameraError
@@ -287,6 +325,9 @@ class Camera:
         with self._lock:
             if self._recorder is not None and self._recorder.status().problem is None:
                 return self._recorder.status()
+            self._want()
+            if self._state is CameraState.STANDBY:
+                self._arrived.wait_for(self._has_pictures, WAKE_S)
             if not self._has_pictures() or self._state is not CameraState.LIVE:
                 raise CameraError(f"no pictures come from {self.source}, so there is nothing to record")
             self._recorder = VideoRecorder(self._recording_dir, self.name, group=self._group)
@@ -297,6 +338,7 @@ class Camera:
         """End the recording; ``None`` when there was none."""
         with self._lock:
             recorder, self._recorder, self._ended_recording = self._recorder, None, None
+            self._want()
         return None if recorder is None else recorder.close()
 
     def close(self) -> None:
@@ -329,7 +371,7 @@ class Camera:
 
     def _run(self) -> None:
         wait_s = FIRST_RETRY_S
-        while not self._stop.is_set():
+        while self._wait_for_demand():
             began_s = self._monotonic_s()
             try:
                 self._read()
@@ -341,12 +383,27 @@ class Camera:
             if self._stop.is_set():
                 return
             with self._lock:
+                if not self._is_demanded():
+                    continue
                 self._state, self._reason = CameraState.DEAD, reason
                 self._forget()
             if self._monotonic_s() - began_s > SETTLED_S:
                 wait_s = FIRST_RETRY_S
             self._stop.wait(wait_s)
             wait_s = min(wait_s * 2, LAST_RETRY_S)
+
+    def _wait_for_demand(self) -> bool:
+        """Stand by while nobody wants pictures of a source that is read on demand. ``False`` at the end."""
+        with self._lock:
+            if not self._is_demanded():
+                self._state, self._reason = CameraState.STANDBY, None
+                # Who asks next knows how its pictures are encoded, but is not shown old ones.
+                codec = self._codec
+                self._forget()
+                self._codec = codec
+                self._arrived.wait_for(lambda: self._stop.is_set() or self._is_demanded())
+                self._state = CameraState.STARTING
+            return not self._stop.is_set()
 
     def _read(self) -> None:
         source = self._open(self._address)
@@ -356,7 +413,7 @@ class Camera:
             if self._stop.is_set():
                 return
             for frame in source.frames():
-                if self._stop.is_set():
+                if self._stop.is_set() or not self._is_demanded():
                     return
                 self._take(frame)
         finally:
@@ -364,7 +421,7 @@ class Camera:
             with self._lock:
                 self._source = None
 
-    def _take(self, frame: EncodedFrame | RawFrame) -> None:
+    def _take(self, frame: EncodedFrame | Frame) -> None:
         size = len(frame.data) if isinstance(frame, EncodedFrame) else 0
         with self._lock:
             now = self._monotonic_s()
@@ -373,17 +430,16 @@ class Camera:
             self._size = (frame.width, frame.height)
             self._frames += 1
             self._arrivals.append((now, size))
+            self._forget_arrivals(now)
             codec = frame.codec if isinstance(frame, EncodedFrame) else None
             if codec != self._codec:
                 self._forget()
                 self._codec = codec
-            if isinstance(frame, RawFrame):
+            if isinstance(frame, Frame):
                 self._raw = frame
-                is_wanted = self._wants_jpeg or self._recorder is not None
-                # A raw picture has no size in the stream: what is sent of it counts.
-                encoded = self._encode(frame) if is_wanted and (self._listeners or self._recorder) else None
+                is_passed_on = self._recorder is not None or (self._wants_jpeg and bool(self._listeners))
             else:
-                encoded = frame
+                is_passed_on = True
                 if frame.codec == "jpeg":
                     self._jpeg = frame
                 else:
@@ -391,8 +447,9 @@ class Camera:
                     self._feed_decoder(frame, now)
             listeners, recorder = self._listeners, self._recorder
             self._arrived.notify_all()
-        if encoded is None:
+        if not is_passed_on:
             return
+        encoded = jpeg.encoded(frame, quality=self._quality) if isinstance(frame, Frame) else frame
         if recorder is not None:
             recorder.add(encoded)
         for listener in listeners:
@@ -431,12 +488,12 @@ class Camera:
             # It ends by itself; to wait for it here could be to wait for ourselves.
             threading.Thread(target=decoder.close, name="video decoder's end", daemon=True).start()
 
-    def _on_picture(self, picture: RawFrame) -> None:
+    def _on_picture(self, picture: Frame) -> None:
         """In the decoder's thread: a picture for those who do not show H.264."""
         with self._lock:
             listeners = self._listeners if self._wants_jpeg and self._codec == "h264" else ()
         if listeners:
-            encoded = self._encode(picture)
+            encoded = jpeg.encoded(picture, quality=self._quality)
             for listener in listeners:
                 listener(encoded)
 
@@ -453,19 +510,21 @@ class Camera:
     def _has_pictures(self) -> bool:
         return self._jpeg is not None or self._raw is not None or bool(self._group)
 
-    def _encode(self, picture: RawFrame) -> EncodedFrame:
-        return EncodedFrame(
-            data=jpeg.encode(picture.bgr, quality=self._quality),
-            codec="jpeg",
-            captured_unix_s=picture.captured_unix_s,
-            is_key=True,
-            width=picture.width,
-            height=picture.height,
-        )
+    def _want(self) -> None:
+        self._wanted_s = self._monotonic_s()
+        self._arrived.notify_all()
 
-    def _rates(self, now: float) -> tuple[float | None, float | None]:
+    def _is_demanded(self) -> bool:
+        if not self._address.is_on_demand or self._is_watched or self._recorder is not None:
+            return True
+        return self._wanted_s is not None and self._monotonic_s() - self._wanted_s <= ASKED_S
+
+    def _forget_arrivals(self, now: float) -> None:
         while self._arrivals and now - self._arrivals[0][0] > RATE_WINDOW_S:
             self._arrivals.popleft()
+
+    def _rates(self, now: float) -> tuple[float | None, float | None]:
+        self._forget_arrivals(now)
         if len(self._arrivals) < 2:
             return None, None
         span_s = self._arrivals[-1][0] - self._arrivals[0][0]
@@ -480,14 +539,5 @@ def _decoded(decoder: Decoder | None, newest: EncodedFrame | None, timeout_s: fl
         return None
     picture = decoder.picture()
     # One that runs along is a picture behind at most; a new one has to come up to the present first.
-    if picture is None or newest.captured_unix_s - picture.captured_unix_s > MAX_BEHIND_S:
-        picture = decoder.wait(newest.captured_unix_s, timeout_s)
-    return None if picture is None else _to_rgb(picture)
-
-
-def _to_rgb(picture: RawFrame) -> Frame:
-    return Frame(rgb=picture.bgr[:, :, ::-1], captured_unix_s=picture.captured_unix_s)
-
-
-def _to_bgr(frame: Frame) -> RawFrame:
-    return RawFrame(bgr=frame.rgb[:, :, ::-1], captured_unix_s=frame.captured_unix_s)
+    is_new = picture is None or newest.captured_unix_s - picture.captured_unix_s > MAX_BEHIND_S
+    return decoder.wait(newest.captured_unix_s, timeout_s if is_new else min(timeout_s, KEEPS_UP_S))

@@ -7,11 +7,14 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from vencejo.camera.frames import EncodedFrame, RawFrame, opencv
+from vencejo.camera.frames import EncodedFrame, Frame, opencv
 from vencejo.camera.matroska import MatroskaWriter
-from vencejo.camera.opening import STREAM_OF_OURS, ffmpeg_options
 
 __all__ = ["Decoder"]
+
+PRIMER: Final = 8
+"""Times that the first key frame is given. FFmpeg looks at seven pictures of H.264 before it gives the first, to learn in which
+order they are shown: with these it has seen them, and every picture after comes at once."""
 
 MAX_BACKLOG: Final = 8 << 20
 """Bytes that wait at most; a decoder that is further behind begins again at a key frame."""
@@ -30,15 +33,17 @@ class Decoder:
         Called with each picture, in the decoder's thread.
     """
 
-    def __init__(self, group: Sequence[EncodedFrame], *, on_picture: Callable[[RawFrame], None] | None = None) -> None:
+    def __init__(self, group: Sequence[EncodedFrame], *, on_picture: Callable[[Frame], None] | None = None) -> None:
         self._begin_unix_s = group[0].captured_unix_s
         self._writer = MatroskaWriter(group[0])
         self._pipe = _Pipe()
         self._on_picture = on_picture
         self._newest = threading.Condition()
-        self._picture: RawFrame | None = None
+        self._picture: Frame | None = None
         self._has_ended = False
-        self._pipe.write(self._writer.header() + b"".join(self._writer.block(frame) for frame in group))
+        self._pipe.write(
+            self._writer.header() + b"".join(self._writer.block(frame) for frame in (*[group[0]] * PRIMER, *group))
+        )
         self._thread = threading.Thread(target=self._run, name="video decoder", daemon=True)
         self._thread.start()
 
@@ -49,12 +54,12 @@ class Decoder:
         self._pipe.write(self._writer.block(frame))
         return True
 
-    def picture(self) -> RawFrame | None:
+    def picture(self) -> Frame | None:
         """The newest picture that is decoded."""
         with self._newest:
             return self._picture
 
-    def wait(self, captured_unix_s: float, timeout_s: float) -> RawFrame | None:
+    def wait(self, captured_unix_s: float, timeout_s: float) -> Frame | None:
         """The first picture not older than that; the newest when none comes in time."""
 
         def is_there() -> bool:
@@ -76,17 +81,20 @@ class Decoder:
     def _run(self) -> None:
         cv2 = opencv()
         # One thread: with more, FFmpeg holds back as many pictures as there are threads.
-        with ffmpeg_options(STREAM_OF_OURS):
-            capture = cv2.VideoCapture(self._pipe, cv2.CAP_FFMPEG, [cv2.CAP_PROP_N_THREADS, 1])
+        capture = cv2.VideoCapture(self._pipe, cv2.CAP_FFMPEG, [cv2.CAP_PROP_N_THREADS, 1])
+        newest_ms = -1.0
         try:
             while capture.isOpened() and capture.grab():
+                at_ms = float(capture.get(cv2.CAP_PROP_POS_MSEC))
+                if at_ms <= newest_ms:
+                    continue  # the first again
                 if self._pipe.backlog() > 0 and not self._pipe.has_ended:
                     continue  # a newer one is there: turning this one into pixels would be for nothing
                 is_there, bgr = capture.retrieve()
                 if not is_there:
                     continue
-                at_unix_s = self._begin_unix_s + float(capture.get(cv2.CAP_PROP_POS_MSEC)) / 1000.0
-                picture = RawFrame(bgr=bgr, captured_unix_s=at_unix_s)
+                newest_ms = at_ms
+                picture = Frame(bgr=bgr, captured_unix_s=self._begin_unix_s + at_ms / 1000.0)
                 with self._newest:
                     self._picture = picture
                     self._newest.notify_all()

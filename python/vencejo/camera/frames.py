@@ -2,19 +2,34 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Codec", "EncodedFrame", "Frame", "Pixels", "RawFrame"]
+__all__ = ["Codec", "EncodedFrame", "Frame", "Pixels", "opencv"]
 
 Codec: TypeAlias = Literal["h264", "jpeg"]
 """How a picture is encoded. H.264 is a byte stream (ITU-T H.264 annex B), one access unit a picture."""
 
 Pixels: TypeAlias = NDArray[np.uint8]
 """Height × width × 3 bytes."""
+
+
+FFMPEG_OPTIONS: Final = "|".join(
+    (
+        # One TCP connection: passes firewalls, and loses nothing on the way.
+        "rtsp_transport;tcp",
+        # RTP described by an .sdp file needs to be allowed.
+        "protocol_whitelist;file,crypto,data,http,https,tcp,tls,udp,rtp,rtsp,srt,rtmp",
+        # What the video is shows soon; how many pictures a second it has need not be counted before the first is given.
+        "analyzeduration;1000000",
+        "fpsprobesize;0",
+    )
+)
+"""For whatever FFmpeg opens. The environment is of the whole process: so these are the same for all, and never changed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,19 +59,24 @@ class EncodedFrame:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RawFrame:
-    """A picture that no source encoded.
+class Frame:
+    """A picture in pixels: of a source that does not encode, or decoded.
 
     Attributes
     ----------
     bgr : ndarray
-        Height × width × 3 bytes: blue, green, red. Not to be written to.
+        Height × width × 3 bytes: blue, green, red, as OpenCV has them. Not to be written to.
     captured_unix_s : float
         When it was taken, in seconds since 1970, UTC.
     """
 
     bgr: Pixels = field(repr=False)
     captured_unix_s: float
+
+    @property
+    def rgb(self) -> Pixels:
+        """The same bytes seen as red, green, blue."""
+        return self.bgr[:, :, ::-1]
 
     @property
     def width(self) -> int:
@@ -69,32 +89,6 @@ class RawFrame:
         return int(self.bgr.shape[0])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Frame:
-    """A picture to look at.
-
-    Attributes
-    ----------
-    rgb : ndarray
-        Height × width × 3 bytes: red, green, blue. Not to be written to.
-    captured_unix_s : float
-        When it was taken, in seconds since 1970, UTC.
-    """
-
-    rgb: Pixels = field(repr=False)
-    captured_unix_s: float
-
-    @property
-    def width(self) -> int:
-        """Pixels."""
-        return int(self.rgb.shape[1])
-
-    @property
-    def height(self) -> int:
-        """Pixels."""
-        return int(self.rgb.shape[0])
-
-
 def opencv() -> Any:
     """OpenCV, made quiet; it is loaded when it is first needed.
 
@@ -105,6 +99,9 @@ def opencv() -> Any:
     """
     from vencejo.camera.errors import CameraError
 
+    # It reads these once, or at each opening; what a person has set stands.
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+    os.environ.setdefault("OPENCV_FFMPEG_CAPTURE_OPTIONS", FFMPEG_OPTIONS)
     try:
         import cv2
     except ImportError as error:

@@ -9,7 +9,16 @@ import struct
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-__all__ = ["AccessUnits", "decoder_configuration", "is_key", "length_prefixed", "parameter_sets", "units"]
+__all__ = [
+    "AccessUnits",
+    "decoder_configuration",
+    "is_key",
+    "length_prefixed",
+    "parameter_sets",
+    "size",
+    "units",
+    "with_parameter_sets",
+]
 
 IDR: Final = 5
 SEI: Final = 6
@@ -21,6 +30,11 @@ BEFORE_SLICES: Final = frozenset({SEI, SPS, PPS, DELIMITER, 14, 15, 16, 17, 18})
 """Types of units that begin an access unit after a slice (section 7.4.1.2.3)."""
 
 START: Final = b"\x00\x00\x01"
+RECOVERY_POINT: Final = 6
+"""Type of the SEI message that says: decoding may begin here (annex D.1.8)."""
+HIGH_PROFILES: Final = frozenset({100, 110, 122, 244, 44, 83, 86, 118, 128, 138, 139, 134, 135})
+"""Profiles whose parameter sets say how colours are sampled (section 7.3.2.1.1)."""
+MAX_SIDE: Final = 16384
 MAX_ACCESS_UNIT: Final = 16 << 20
 """Bytes; a stream without an end to its pictures is none."""
 
@@ -45,8 +59,115 @@ def kind(unit: bytes) -> int:
 
 
 def is_key(data: bytes) -> bool:
-    """Whether an access unit can be decoded without those before it: it holds an IDR slice."""
-    return any(kind(unit) == IDR for unit in units(data))
+    """Whether an access unit can be decoded without those before it: it holds an IDR slice, or is a recovery point.
+
+    Cameras that refresh the picture piece by piece (intra refresh) send no IDR pictures, and mark where decoding may begin.
+    """
+    return any(kind(unit) == IDR or (kind(unit) == SEI and _is_recovery_point(unit)) for unit in units(data))
+
+
+def _is_recovery_point(sei: bytes) -> bool:
+    """Whether a recovery point is among the messages of a SEI unit (section 7.3.2.3.1)."""
+    at = 1
+    while at + 2 < len(sei):
+        numbers = []
+        for _ in range(2):  # type, then size: as many 255s as fit, and the rest
+            number = 0
+            while at < len(sei) and sei[at] == 0xFF:
+                number += 0xFF
+                at += 1
+            if at >= len(sei):
+                return False
+            numbers.append(number + sei[at])
+            at += 1
+        if numbers[0] == RECOVERY_POINT:
+            return True
+        at += numbers[1]
+    return False
+
+
+class _Bits:
+    """Numbers in a unit, bit by bit (section 7.2)."""
+
+    def __init__(self, data: bytes) -> None:
+        self._value = int.from_bytes(data, "big")
+        self._left = 8 * len(data)
+
+    def take(self, count: int) -> int:
+        """A number of so many bits."""
+        if count > self._left:
+            raise ValueError("it ends too soon")
+        self._left -= count
+        return self._value >> self._left & (1 << count) - 1
+
+    def golomb(self) -> int:
+        """A number in the exponential Golomb code without sign (section 9.1)."""
+        zeros = 0
+        while self.take(1) == 0:
+            zeros += 1
+            if zeros > 31:
+                raise ValueError("no number")
+        return (1 << zeros) - 1 + self.take(zeros)
+
+
+def size(sps: bytes) -> tuple[int, int] | None:
+    """Width and height in pixels that a sequence parameter set tells (section 7.3.2.1.1); ``None`` when it is broken."""
+    try:
+        bits = _Bits(sps[1:].replace(b"\x00\x00\x03", b"\x00\x00"))
+        profile = bits.take(8)
+        bits.take(16)
+        bits.golomb()  # seq_parameter_set_id
+        sampling, is_separate = 1, 0
+        if profile in HIGH_PROFILES:
+            sampling = bits.golomb()
+            if sampling == 3:
+                is_separate = bits.take(1)
+            bits.golomb()  # bit_depth_luma_minus8
+            bits.golomb()  # bit_depth_chroma_minus8
+            bits.take(1)  # qpprime_y_zero_transform_bypass_flag
+            if bits.take(1):
+                for index in range(8 if sampling != 3 else 12):
+                    if bits.take(1):
+                        _skip_scaling_list(bits, 16 if index < 6 else 64)
+        bits.golomb()  # log2_max_frame_num_minus4
+        order = bits.golomb()  # pic_order_cnt_type
+        if order == 0:
+            bits.golomb()
+        elif order == 1:
+            bits.take(1)
+            bits.golomb()
+            bits.golomb()
+            for _ in range(min(bits.golomb(), 255)):
+                bits.golomb()
+        bits.golomb()  # max_num_ref_frames
+        bits.take(1)
+        columns, rows = bits.golomb() + 1, bits.golomb() + 1
+        is_frames = bits.take(1)  # frame_mbs_only_flag
+        if not is_frames:
+            bits.take(1)
+        bits.take(1)
+        left = right = top = bottom = 0
+        if bits.take(1):
+            left, right, top, bottom = (bits.golomb() for _ in range(4))
+    except ValueError:
+        return None
+    # Cropping counts in units of the colours' samples (equations 7-19 to 7-22).
+    chroma = 0 if is_separate else sampling
+    across = 2 if chroma in (1, 2) else 1
+    down = (2 if chroma == 1 else 1) * (2 - is_frames)
+    width = 16 * columns - across * (left + right)
+    height = 16 * rows * (2 - is_frames) - down * (top + bottom)
+    return (width, height) if 0 < width <= MAX_SIDE and 0 < height <= MAX_SIDE else None
+
+
+def _skip_scaling_list(bits: _Bits, count: int) -> None:
+    """Pass over a scaling list (section 7.3.2.1.1.1)."""
+    last, following = 8, 8
+    for _ in range(count):
+        if following:
+            code = bits.golomb()
+            following = (last + ((code + 1) // 2 if code % 2 else -(code // 2))) % 256
+        last = following or last
 
 
 def parameter_sets(data: bytes) -> tuple[bytes, bytes] | None:

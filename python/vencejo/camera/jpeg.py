@@ -7,9 +7,9 @@ from typing import Final
 import numpy as np
 
 from vencejo.camera.errors import CameraError
-from vencejo.camera.frames import Pixels, opencv
+from vencejo.camera.frames import EncodedFrame, Frame, Pixels, opencv
 
-__all__ = ["BEGIN", "END", "decode", "encode", "encode_rgb", "size", "with_segments"]
+__all__ = ["BEGIN", "END", "decode", "encode", "encode_rgb", "encoded", "size", "with_segments"]
 
 BEGIN: Final = b"\xff\xd8"
 END: Final = b"\xff\xd9"
@@ -72,6 +72,18 @@ def encode(bgr: Pixels, *, quality: int = 80) -> bytes:
     if not done:
         raise CameraError("the picture could not be encoded")
     return bytes(data)
+
+
+def encoded(frame: Frame, *, quality: int = 80) -> EncodedFrame:
+    """A picture of the same moment, encoded. See `encode`."""
+    return EncodedFrame(
+        data=encode(frame.bgr, quality=quality),
+        codec="jpeg",
+        captured_unix_s=frame.captured_unix_s,
+        is_key=True,
+        width=frame.width,
+        height=frame.height,
+    )
 
 
 def encode_rgb(rgb: Pixels) -> bytes:

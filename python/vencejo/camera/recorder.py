@@ -1,13 +1,15 @@
-"""Recordings of a camera: Matroska files in a folder of their own, written by a thread of their own, crash-safe.
+"""Recordings of cameras, and the still pictures that are kept: files in one folder.
 
-Files are named by us alone (time and camera), never overwritten. Below a floor of free space nothing is written; a file
-that has grown too large is closed and the next begun. What the disk does reaches nobody but the recording: pictures that it
-is too slow for are dropped up to the next key frame, and counted.
+Recordings are Matroska files, written by a thread of their own, crash-safe. Files are named by us alone (time and camera; the
+server reads its list from the names), never overwritten. Below a floor of free space nothing is written; a file that has grown
+too large is closed and the next begun. What the disk does reaches nobody but the recording: pictures that it is too slow for are
+dropped up to the next key frame, and counted.
 """
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import queue
 import shutil
@@ -22,19 +24,14 @@ from typing import BinaryIO, Final
 from vencejo.camera.errors import CameraError
 from vencejo.camera.frames import EncodedFrame
 from vencejo.camera.matroska import MatroskaWriter
-from vencejo.station import default_record_dir
+from vencejo.video import default_video_dir
 
-__all__ = ["RecorderLimits", "Recording", "VideoRecorder", "default_video_dir"]
+__all__ = ["RecorderLimits", "Recording", "VideoRecorder", "default_video_dir", "keep_still"]
 
 QUEUE: Final = 300
 """Pictures that wait for the disk at most: ten seconds at 30 a second."""
 SYNC_INTERVAL_S: Final = 1.0
 """How often what was written is forced to the disk, and free space looked at."""
-
-
-def default_video_dir() -> Path:
-    """Where recordings go: ``$VENCEJO_DATA/video``, else the user's data folder (XDG base directories)."""
-    return default_record_dir().parent / "video"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +43,7 @@ class RecorderLimits:
     max_file_bytes : int
         A file that has grown to this size is closed and the next begun; default 2 GiB.
     quota_bytes : int
-        What all recordings in the folder may take together; default 32 GiB. Nothing is deleted: recording ends.
+        What all recordings and pictures in the folder may take together; default 32 GiB. Nothing is deleted: recording ends.
     free_floor_bytes : int
         Free space of the disk below which nothing is written; default 500 MB.
     """
@@ -117,7 +114,7 @@ class VideoRecorder:
         self._limits = limits or RecorderLimits()
         self._free_bytes = free_bytes
         self._unix_s = unix_s
-        self._waiting: queue.Queue[EncodedFrame | None] = queue.Queue(QUEUE)
+        self._waiting: queue.Queue[EncodedFrame | None] = queue.Queue(QUEUE + len(group))
         self._lock = threading.Lock()
         self._needs_key = not group
         self._dropped = 0
@@ -125,11 +122,10 @@ class VideoRecorder:
         self._duration_s = 0.0
         self._bytes = 0
         self._writer: MatroskaWriter | None = None
-        self._older_bytes = self._prepare()
+        self._older_bytes = _prepare(folder, self._limits, free_bytes)
         self._path, self._file = self._new_file()
-        for frame in list(group)[: QUEUE // 2]:
+        for frame in group:
             self._waiting.put_nowait(frame)
-        self._needs_key = not group or len(group) > QUEUE // 2
         self._thread = threading.Thread(target=self._run, name="video recorder", daemon=True)
         self._thread.start()
 
@@ -168,37 +164,11 @@ class VideoRecorder:
         self._thread.join(10.0)
         return self.status()
 
-    def _prepare(self) -> int:
-        """Make the folder; bytes of the recordings in it."""
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            older = sum(path.stat().st_size for path in self._folder.glob("*.mkv"))
-        except OSError as error:
-            raise CameraError(f"nothing can be recorded in {self._folder}: {error.strerror}") from error
-        problem = self._no_room(older)
-        if problem is not None:
-            raise CameraError(problem)
-        return older
-
-    def _no_room(self, used: int) -> str | None:
-        if self._free_bytes(self._folder) < self._limits.free_floor_bytes:
-            return f"less than {self._limits.free_floor_bytes / 1e6:.0f} MB are free on the disk of {self._folder}"
-        if used >= self._limits.quota_bytes:
-            return f"the recordings in {self._folder} take {used / 1e9:.1f} GB, which is all they may; delete some"
-        return None
-
     def _new_file(self) -> tuple[Path, BinaryIO]:
-        at = datetime.fromtimestamp(0, timezone.utc) + timedelta(seconds=self._unix_s())
-        for attempt in range(100):
-            more = "" if attempt == 0 else f"-{attempt + 1}"
-            path = self._folder / f"{at:%Y-%m-%d_%H-%M-%S}_{self._name}{more}.mkv"
-            try:
-                return path, path.open("xb", buffering=0)
-            except FileExistsError:
-                continue
-            except OSError as error:
-                raise CameraError(f"nothing can be recorded in {self._folder}: {error.strerror}") from error
-        raise CameraError(f"nothing can be recorded in {self._folder}: all names of this second are taken")
+        return _new_file(self._folder, self._name, "mkv", self._unix_s())
+
+    def _no_room(self) -> str | None:
+        return _no_room(self._folder, self._limits, self._free_bytes, self._older_bytes + self._bytes)
 
     def _run(self) -> None:
         synced = time.monotonic()
@@ -208,7 +178,7 @@ class VideoRecorder:
                 if time.monotonic() - synced >= SYNC_INTERVAL_S:
                     synced = time.monotonic()
                     os.fsync(self._file.fileno())
-                    problem = self._no_room(self._older_bytes + self._bytes)
+                    problem = self._no_room()
                     if problem is not None:
                         raise CameraError(problem)
         except (OSError, CameraError) as error:
@@ -217,7 +187,8 @@ class VideoRecorder:
                 self._problem = text
         finally:
             with contextlib.suppress(OSError):
-                os.fsync(self._file.fileno())
+                self._end_file()
+            with contextlib.suppress(OSError):
                 self._file.close()
             if self._bytes == 0:
                 # Nothing came: an empty file helps nobody.
@@ -231,7 +202,7 @@ class VideoRecorder:
                 if is_full:
                     self._append(self._writer.block(frame))
                 return
-            os.fsync(self._file.fileno())
+            self._end_file()
             self._file.close()
             path, self._file = self._new_file()
             with self._lock:
@@ -244,14 +215,104 @@ class VideoRecorder:
         if self._writer is None:
             if not frame.is_key:
                 return
-            self._writer = MatroskaWriter(frame)
+            self._writer = MatroskaWriter(frame, title=self._name)
             self._append(self._writer.header())
         self._append(self._writer.block(frame))
 
     def _append(self, data: bytes) -> None:
         written = self._file.write(data)
         if written != len(data):
-            raise OSError(28, "the disk is full")
+            raise OSError(errno.ENOSPC, "the disk is full")
         with self._lock:
             self._bytes += len(data)
             self._duration_s = 0.0 if self._writer is None else self._writer.duration_s
+
+    def _end_file(self) -> None:
+        """Give the file its length and index, and force it to the disk."""
+        if self._writer is not None:
+            tail, patches = self._writer.end()
+            self._append(tail)
+            os.fsync(self._file.fileno())
+            for position, data in patches:
+                self._file.seek(position)
+                self._file.write(data)
+        os.fsync(self._file.fileno())
+
+
+def keep_still(
+    folder: Path,
+    name: str,
+    data: bytes,
+    *,
+    limits: RecorderLimits | None = None,
+    free_bytes: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
+    unix_s: float | None = None,
+) -> Path:
+    """Write a still picture (JPEG) beside the recordings.
+
+    Parameters
+    ----------
+    folder : Path
+        Where to; made when it is not there.
+    name : str
+        The camera's name.
+    data : bytes
+        The file.
+    limits : RecorderLimits, optional
+    free_bytes : callable, optional
+        Free space of the disk that a folder is on.
+    unix_s : float, optional
+        The time of day.
+
+    Raises
+    ------
+    CameraError
+        When nothing can be written there.
+    """
+    _prepare(folder, limits or RecorderLimits(), free_bytes)
+    path, file = _new_file(folder, name, "jpg", time.time() if unix_s is None else unix_s)
+    try:
+        with file:
+            if file.write(data) != len(data):
+                raise OSError(errno.ENOSPC, "the disk is full")
+            os.fsync(file.fileno())
+    except OSError as error:
+        path.unlink(missing_ok=True)
+        raise CameraError(f"{path}: {error.strerror or error}") from error
+    return path
+
+
+def _prepare(folder: Path, limits: RecorderLimits, free_bytes: Callable[[Path], int]) -> int:
+    """Make the folder; bytes of what is in it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        used = sum(path.stat().st_size for path in folder.iterdir() if path.suffix in (".mkv", ".jpg"))
+    except OSError as error:
+        raise CameraError(f"nothing can be recorded in {folder}: {error.strerror}") from error
+    problem = _no_room(folder, limits, free_bytes, used)
+    if problem is not None:
+        raise CameraError(problem)
+    return used
+
+
+def _no_room(folder: Path, limits: RecorderLimits, free_bytes: Callable[[Path], int], used: int) -> str | None:
+    if free_bytes(folder) < limits.free_floor_bytes:
+        return f"less than {limits.free_floor_bytes / 1e6:.0f} MB are free on the disk of {folder}"
+    if used >= limits.quota_bytes:
+        return f"the recordings in {folder} take {used / 1e9:.1f} GB, which is all they may; delete some"
+    return None
+
+
+def _new_file(folder: Path, name: str, kind: str, unix_s: float) -> tuple[Path, BinaryIO]:
+    at = datetime.fromtimestamp(0, timezone.utc) + timedelta(seconds=unix_s)
+    for attempt in range(100):
+        # No camera's name has a dot.
+        more = "" if attempt == 0 else f".{attempt + 1}"
+        path = folder / f"{at:%Y-%m-%d_%H-%M-%S}_{name}{more}.{kind}"
+        try:
+            return path, path.open("xb", buffering=0)
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise CameraError(f"nothing can be recorded in {folder}: {error.strerror}") from error
+    raise CameraError(f"nothing can be recorded in {folder}: all names of this second are taken")

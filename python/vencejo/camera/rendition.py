@@ -7,12 +7,10 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-import numpy as np
-
 from vencejo.camera import jpeg
 from vencejo.camera.camera import Camera, CameraState
 from vencejo.camera.errors import CameraError
-from vencejo.camera.frames import EncodedFrame, Frame, Pixels, RawFrame, opencv
+from vencejo.camera.frames import EncodedFrame, Frame, Pixels, opencv
 
 __all__ = ["FrameSource"]
 
@@ -110,7 +108,7 @@ class FrameSource:
                 return None
             size = self._fitted(frame.width, frame.height)
             if size != (frame.width, frame.height):
-                frame = Frame(rgb=_resized(frame.rgb, size), captured_unix_s=frame.captured_unix_s)
+                frame = Frame(bgr=_resized(frame.bgr, size), captured_unix_s=frame.captured_unix_s)
             self._frame = (now, frame)
             return frame
 
@@ -130,7 +128,7 @@ class FrameSource:
         own = self.camera.latest_jpeg(timeout_s)
         if own is not None and self._fitted(own.width, own.height) != (own.width, own.height):
             frame = self.latest(timeout_s)
-            own = None if frame is None else self._encoded(frame)
+            own = None if frame is None else jpeg.encoded(frame, quality=self._quality)
         with self._lock:
             self._jpeg = None if own is None else (now, own)
         return own
@@ -140,24 +138,13 @@ class FrameSource:
         if status.state is CameraState.DEAD:
             raise CameraError(f"camera {self.name} is dead: {status.reason}")
 
-    def _encoded(self, frame: Frame) -> EncodedFrame:
-        picture = RawFrame(bgr=frame.rgb[:, :, ::-1], captured_unix_s=frame.captured_unix_s)
-        return EncodedFrame(
-            data=jpeg.encode(picture.bgr, quality=self._quality),
-            codec="jpeg",
-            captured_unix_s=picture.captured_unix_s,
-            is_key=True,
-            width=picture.width,
-            height=picture.height,
-        )
-
     def _fitted(self, width: int, height: int) -> tuple[int, int]:
         max_width, max_height = self._limits
         scale = min(1.0, (max_width or width) / width, (max_height or height) / height)
         return max(1, round(width * scale)), max(1, round(height * scale))
 
 
-def _resized(rgb: Pixels, size: tuple[int, int]) -> Pixels:
+def _resized(bgr: Pixels, size: tuple[int, int]) -> Pixels:
     cv2 = opencv()
-    made: Pixels = cv2.resize(np.ascontiguousarray(rgb), size, interpolation=cv2.INTER_AREA)
+    made: Pixels = cv2.resize(bgr, size, interpolation=cv2.INTER_AREA)
     return made

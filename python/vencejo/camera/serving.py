@@ -8,9 +8,10 @@ import time
 from types import TracebackType
 from typing import TYPE_CHECKING, Final
 
-from vencejo.camera.camera import Camera
+from vencejo.camera.camera import WAKE_S, Camera
 from vencejo.camera.errors import CameraError
 from vencejo.camera.frames import EncodedFrame
+from vencejo.camera.recorder import keep_still
 from vencejo.camera.still import Pose, pose_of, with_pose
 from vencejo.errors import ClosedError, VencejoError
 from vencejo.video import VideoFeed, VideoRequest, VideoStatus
@@ -55,6 +56,7 @@ class ServedCamera:
         self._stop.set()
         self._end()
         self._camera.want_jpeg(False)
+        self._camera.watch(False)
         self._feed.close()
         if threading.current_thread() is not self._thread:
             self._thread.join(5.0)
@@ -84,7 +86,9 @@ class ServedCamera:
             try:
                 self._feed.set_status(self._status())
                 request = self._feed.next_request(LOOK_INTERVAL_S)
-                self._camera.want_jpeg(self._feed.jpeg_viewers > 0)
+                jpeg_viewers, h264_viewers = self._feed.jpeg_viewers, self._feed.h264_viewers
+                self._camera.watch(jpeg_viewers + h264_viewers > 0)
+                self._camera.want_jpeg(jpeg_viewers > 0)
                 if request is not None:
                     self._answer(request)
             except ClosedError:
@@ -108,8 +112,10 @@ class ServedCamera:
     def _answer(self, request: VideoRequest) -> None:
         try:
             picture = b""
-            if request.kind == "snapshot":
+            if request.kind in {"snapshot", "keep_snapshot"}:
                 picture = still_picture(self._camera, self._server)
+                if request.kind == "keep_snapshot":
+                    keep_still(self._camera.recording_dir, self._camera.name, picture)
             elif request.kind == "start_recording":
                 self._camera.start_recording()
             else:
@@ -136,7 +142,7 @@ def still_picture(camera: Camera, server: Server | None = None, *, unix_s: float
     CameraError
         When there is no picture of now.
     """
-    frame = camera.latest_jpeg()
+    frame = camera.latest_jpeg(WAKE_S if camera.is_on_demand else 1.0)
     now = time.time() if unix_s is None else unix_s
     if frame is None:
         raise CameraError(f"there is no picture: {camera.status.reason or 'none has come yet'}")

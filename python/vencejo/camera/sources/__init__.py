@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Protocol
 
 from vencejo.camera.address import SourceAddress, SourceKind
-from vencejo.camera.frames import EncodedFrame, RawFrame
+from vencejo.camera.frames import EncodedFrame, Frame
 
 __all__ = ["Source", "open_source"]
 
@@ -14,7 +14,7 @@ __all__ = ["Source", "open_source"]
 class Source(Protocol):
     """An open source."""
 
-    def frames(self) -> Iterator[EncodedFrame | RawFrame]:
+    def frames(self) -> Iterator[EncodedFrame | Frame]:
         """Pictures as they come, until the source ends.
 
         Raises

@@ -14,8 +14,8 @@ from urllib.parse import urlsplit
 from vencejo.camera import h264, jpeg
 from vencejo.camera.address import SourceAddress
 from vencejo.camera.errors import CameraError
-from vencejo.camera.frames import Codec, EncodedFrame, RawFrame, opencv
-from vencejo.camera.opening import SOURCES, ffmpeg_options
+from vencejo.camera.frames import Codec, EncodedFrame, Frame, opencv
+from vencejo.camera.timing import CaptureClock
 
 __all__ = ["FfmpegSource", "open_file", "open_stream"]
 
@@ -87,25 +87,28 @@ class FfmpegSource:
         self._unix_s = unix_s
         self._stop = threading.Event()
         self._sets: tuple[bytes, bytes] | None = None
+        self._size = (0, 0)
         self._capture, self._codec = self._open()
 
-    def frames(self) -> Iterator[EncodedFrame | RawFrame]:
+    def frames(self) -> Iterator[EncodedFrame | Frame]:
         """Pictures as they come. See `Source`."""
         try:
             if not self._is_looped:
-                yield from self._pictures(self._capture)
+                clock = CaptureClock(unix_s=self._unix_s)
+                for at_s, frame in self._pictures(self._capture):
+                    yield _at(frame, clock.captured_unix_s(at_s))
                 if not self._stop.is_set():
                     raise CameraError("the stream ended, or nothing came for some time")
                 return
-            pace = Pace(self._stop, self._unix_s)
+            pace = Pace(self._stop)
             while not self._stop.is_set():
                 count = 0
-                for at_s, frame in self._timed(self._capture):
-                    captured_unix_s = pace.wait(at_s, count == 0)
-                    if captured_unix_s is None:
+                clock = CaptureClock(unix_s=self._unix_s)
+                for due_s, at_s, frame in self._due(self._capture):
+                    if not pace.wait(due_s, count == 0):
                         return
                     count += 1
-                    yield _at(frame, captured_unix_s)
+                    yield _at(frame, clock.captured_unix_s(at_s))
                 if count == 0:
                     raise CameraError(f"{self._shown} holds no pictures")
                 self._capture.release()
@@ -123,73 +126,76 @@ class FfmpegSource:
             *(cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, OPEN_TIMEOUT_MS),
             *(cv2.CAP_PROP_READ_TIMEOUT_MSEC, READ_TIMEOUT_MS),
         ]
-        with ffmpeg_options(SOURCES, own_stand=True):
-            capture = cv2.VideoCapture(self._location, cv2.CAP_FFMPEG, [*timeouts, cv2.CAP_PROP_FORMAT, -1])
+        capture = cv2.VideoCapture(self._location, cv2.CAP_FFMPEG, [*timeouts, cv2.CAP_PROP_FORMAT, -1])
         if not capture.isOpened():
             raise CameraError(f"{self._shown} holds no video that can be read")
         fourcc = int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little").decode("latin-1").lower()
         codec = _CODECS.get(fourcc)
         if codec is None:
             capture.release()
-            with ffmpeg_options(SOURCES, own_stand=True):
-                capture = cv2.VideoCapture(self._location, cv2.CAP_FFMPEG, timeouts)
+            capture = cv2.VideoCapture(self._location, cv2.CAP_FFMPEG, timeouts)
             if not capture.isOpened():
                 raise CameraError(f"{self._shown} holds video that cannot be decoded ({fourcc!r})")
         return capture, codec
 
-    def _pictures(self, capture: Any) -> Iterator[EncodedFrame | RawFrame]:
+    def _pictures(self, capture: Any) -> Iterator[tuple[float, EncodedFrame | Frame]]:
+        """Pictures in the order of their code, each with its time in the stream, in seconds."""
         cv2 = opencv()
-        width, height = int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT))
+        self._size = (int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))
         while not self._stop.is_set():
             is_there, picture = capture.read()
             if not is_there:
                 return
-            now = self._unix_s()
+            at_s = float(capture.get(cv2.CAP_PROP_POS_MSEC)) / 1000.0
             if self._codec is None:
-                yield RawFrame(bgr=picture, captured_unix_s=now)
-                continue
-            data = picture.tobytes()
-            is_key = True
-            if self._codec == "h264":
-                is_key = h264.is_key(data)
-                if is_key:
-                    self._sets = h264.parameter_sets(data) or self._sets
-                    data = h264.with_parameter_sets(data, self._sets)
-            elif (size := jpeg.size(data)) is not None:
-                width, height = size
-            else:
-                continue  # a broken picture
-            yield EncodedFrame(
-                data=data, codec=self._codec, captured_unix_s=now, is_key=is_key, width=width, height=height
-            )
+                yield at_s, Frame(bgr=picture, captured_unix_s=0.0)
+            elif (frame := self._encoded(picture.tobytes(), self._codec)) is not None:
+                yield at_s, frame
 
-    def _timed(self, capture: Any) -> Iterator[tuple[float, EncodedFrame | RawFrame]]:
-        """Pictures of a file, each with its time from the beginning, in seconds and never going back.
+    def _encoded(self, data: bytes, codec: Codec) -> EncodedFrame | None:
+        """A picture as it came; ``None`` for a broken one."""
+        is_key = True
+        if codec == "h264":
+            is_key = h264.is_key(data)
+            if is_key:
+                self._sets = h264.parameter_sets(data) or self._sets
+                data = h264.with_parameter_sets(data, self._sets)
+                if self._sets is not None:
+                    # Cameras that are told to change their size do so in the middle of the stream.
+                    self._size = h264.size(self._sets[0]) or self._size
+        else:
+            size = jpeg.size(data)
+            if size is None:
+                return None
+            self._size = size
+        width, height = self._size
+        return EncodedFrame(data=data, codec=codec, captured_unix_s=0.0, is_key=is_key, width=width, height=height)
 
-        Pictures that are coded before others that are shown first (B pictures) come a picture's time apart.
+    def _due(self, capture: Any) -> Iterator[tuple[float, float, EncodedFrame | Frame]]:
+        """Pictures of a file, each with the time when it is due, which never goes back, and its time in the file.
+
+        Pictures that are coded before others that are shown first (B pictures) are due a picture's time apart.
         """
         cv2 = opencv()
         rate_hz = capture.get(cv2.CAP_PROP_FPS)
         step_s = 1.0 / rate_hz if 1.0 <= rate_hz <= 1000.0 else 1.0 / 30.0
-        at_s = -step_s
-        for frame in self._pictures(capture):
-            said_s = float(capture.get(cv2.CAP_PROP_POS_MSEC)) / 1000.0
-            at_s = said_s if said_s > at_s else at_s + step_s
-            yield at_s, frame
+        due_s = -step_s
+        for at_s, frame in self._pictures(capture):
+            due_s = at_s if at_s > due_s else due_s + step_s
+            yield due_s, at_s, frame
 
 
 class Pace:
     """Holds the pictures of a file back until their time has come, round after round."""
 
-    def __init__(self, stop: threading.Event, unix_s: Callable[[], float]) -> None:
+    def __init__(self, stop: threading.Event) -> None:
         self._stop = stop
-        self._unix_s = unix_s
         self._begin_s: float | None = None
         self._last_s = 0.0
         self._step_s = 0.0
 
-    def wait(self, at_s: float, is_first: bool) -> float | None:
-        """Wait for the picture at a time of the file; gives the time of day that it stands for, ``None`` to end."""
+    def wait(self, at_s: float, is_first: bool) -> bool:
+        """Wait for the picture at a time of the file; ``False`` to end."""
         now = time.monotonic()
         if self._begin_s is None:
             self._begin_s = now - at_s
@@ -203,10 +209,8 @@ class Pace:
         if pause_s > MAX_PAUSE_S or pause_s < -MAX_PAUSE_S:
             # A file with a hole, or a machine that slept: go on from here.
             self._begin_s, pause_s = now - at_s, 0.0
-        if pause_s > 0 and self._stop.wait(pause_s):
-            return None
-        return None if self._stop.is_set() else self._unix_s()
+        return not self._stop.wait(max(pause_s, 0.0))
 
 
-def _at(frame: EncodedFrame | RawFrame, captured_unix_s: float) -> EncodedFrame | RawFrame:
+def _at(frame: EncodedFrame | Frame, captured_unix_s: float) -> EncodedFrame | Frame:
     return replace(frame, captured_unix_s=captured_unix_s)

@@ -74,6 +74,8 @@ class RpicamSource:
                     if is_key:
                         sets = h264.parameter_sets(data) or sets
                         data = h264.with_parameter_sets(data, sets)
+                        # The board gives the nearest size that it can.
+                        self._size = (h264.size(sets[0]) if sets is not None else None) or self._size
                     width, height = self._size
                     yield EncodedFrame(
                         data=data, codec="h264", captured_unix_s=now, is_key=is_key, width=width, height=height

@@ -12,7 +12,7 @@ from typing import Any, Final
 from vencejo.camera import jpeg
 from vencejo.camera.address import SourceAddress
 from vencejo.camera.errors import CameraError
-from vencejo.camera.frames import EncodedFrame, RawFrame, opencv
+from vencejo.camera.frames import EncodedFrame, Frame, opencv
 
 __all__ = ["V4l2Source"]
 
@@ -55,7 +55,7 @@ class V4l2Source:
             self._capture.release()
             self._capture = self._open(is_jpeg=False)
 
-    def frames(self) -> Iterator[EncodedFrame | RawFrame]:
+    def frames(self) -> Iterator[EncodedFrame | Frame]:
         """Pictures as they come. See `Source`."""
         try:
             while not self._stop.is_set():
@@ -64,7 +64,7 @@ class V4l2Source:
                     break
                 now = time.time()
                 if not self._is_jpeg:
-                    yield RawFrame(bgr=picture, captured_unix_s=now)
+                    yield Frame(bgr=picture, captured_unix_s=now)
                     continue
                 data = picture.tobytes()
                 size = jpeg.size(data)
