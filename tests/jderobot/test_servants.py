@@ -142,6 +142,35 @@ def test_the_next_camera_and_its_recording(client: Client, cameras: list[Source]
     assert client.camera.getCameraDescription().name == "nose"
 
 
+def test_an_operation_under_way_does_not_hold_up_the_end() -> None:
+    """As an upload to a vehicle that is out of reach would: Ice waits for every answer before it ends."""
+    asked, go = threading.Event(), threading.Event()
+
+    class Slow(Source):
+        def latest(self) -> Picture | None:
+            asked.set()
+            go.wait(60.0)
+            return None
+
+    settings = IceSettings().with_settings(ANY_PORT, where="here")
+    ended = threading.Event()
+    with vencejo.Station(record=False) as station:
+        server = IceServer(station, settings, cameras=[Slow("slow")])
+        try:
+            with client_of(server.proxies) as client:
+                pending = client.camera.getImageDataAsync("RGB8")
+                assert asked.wait(30.0)
+                closing = threading.Thread(target=lambda: (server.close(), ended.set()))
+                closing.start()
+                assert ended.wait(30.0), "the end waits for the operation"
+                closing.join()
+                with pytest.raises((client.ice.UnknownException, client.ice.LocalException)):
+                    pending.result(30.0)
+        finally:
+            go.set()
+            server.close()
+
+
 def test_before_a_vehicle_is_heard_there_are_zeros_where_no_exception_is(client: Client) -> None:
     pose, navdata = client.pose.getPose3DData(), client.navdata.getNavdata()
     assert (pose.x, pose.y, pose.z, pose.q0) == (0.0, 0.0, 0.0, 1.0)

@@ -1,11 +1,12 @@
-"""Threads for what takes long, so that a mission under way holds up no other call."""
+"""Threads for what takes long, so that a mission under way holds up no other call, and no call holds up the driver's end."""
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Final, TypeVar
+from concurrent.futures import Future, InvalidStateError, ThreadPoolExecutor
+from typing import Any, Final, TypeVar
 
 from vencejo.errors import Busy
 
@@ -15,6 +16,7 @@ _T = TypeVar("_T")
 _THREADS: Final = 8
 _WAITING: Final = 64
 """Operations under way or waiting; more are refused."""
+_ENDING: Final = "the driver is ending"
 
 
 class Workers:
@@ -22,7 +24,9 @@ class Workers:
 
     def __init__(self) -> None:
         self._pool = ThreadPoolExecutor(_THREADS, thread_name_prefix="vencejo-ice")
-        self._room = threading.BoundedSemaphore(_WAITING)
+        self._lock = threading.Lock()
+        self._promised: set[Future[Any]] = set()
+        self._closed = False
 
     def later(self, work: Callable[[], _T]) -> Future[_T]:
         """Run something; its result or exception becomes the answer.
@@ -32,16 +36,38 @@ class Workers:
         Busy
             When too much waits already, or everything ends.
         """
-        if not self._room.acquire(blocking=False):
-            raise Busy(f"{_WAITING} operations wait already; wait for some of them")
-        try:
-            future = self._pool.submit(work)
-        except RuntimeError as error:
-            self._room.release()
-            raise Busy("the driver is ending") from error
-        future.add_done_callback(lambda _: self._room.release())
-        return future
+        promise: Future[_T] = Future()
+        with self._lock:
+            if self._closed:
+                raise Busy(_ENDING)
+            if len(self._promised) >= _WAITING:
+                raise Busy(f"{_WAITING} operations wait already; wait for some of them")
+            self._promised.add(promise)
+            self._pool.submit(self._run, work, promise)
+        return promise
+
+    def _run(self, work: Callable[[], _T], promise: Future[_T]) -> None:
+        # It was answered already when the driver ended meanwhile.
+        with contextlib.suppress(InvalidStateError):
+            try:
+                result = work()
+            except BaseException as error:  # noqa: BLE001 - whoever waits for the promise handles it
+                self._forget(promise)
+                promise.set_exception(error)
+            else:
+                self._forget(promise)
+                promise.set_result(result)
+
+    def _forget(self, promise: Future[Any]) -> None:
+        with self._lock:
+            self._promised.discard(promise)
 
     def close(self) -> None:
-        """Take nothing more; what runs ends by itself."""
+        """Take nothing more, and answer what is under way: it ends by itself, and Ice would wait for it."""
+        with self._lock:
+            self._closed = True
+            promised, self._promised = self._promised, set()
+        for promise in promised:
+            with contextlib.suppress(InvalidStateError):
+                promise.set_exception(Busy(_ENDING))
         self._pool.shutdown(wait=False, cancel_futures=True)
