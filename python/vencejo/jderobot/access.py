@@ -11,11 +11,12 @@ import threading
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any, Final
+from urllib.parse import urlsplit
 
-from vencejo.jderobot.settings import Network
+from vencejo.jderobot.settings import Network, is_loopback
 from vencejo.jderobot.subject import LOG
 
-__all__ = ["ConnectionLimit", "Gate", "raise_file_limit", "remote_address"]
+__all__ = ["ConnectionLimit", "Gate", "raise_file_limit", "remote_address", "web_origin"]
 
 _DESCRIPTORS: Final = Path("/proc/self/fd")
 _LOOK_S: Final = 0.5
@@ -51,10 +52,10 @@ class Gate:
 
     @property
     def is_open(self) -> bool:
-        """Whether everybody may."""
+        """Whether every program may; pages of other machines in a browser here may not even so."""
         return self._operator is None
 
-    def refusal(self, remote: str | None, token: str, operation: str) -> str | None:
+    def refusal(self, remote: str | None, token: str, operation: str, origin: str | None = None) -> str | None:
         """Why a request is refused, ``None`` when it is not.
 
         Parameters
@@ -64,13 +65,15 @@ class Gate:
         token : str
             What it brought, or nothing.
         operation : str
+        origin : str or None, optional
+            Of the page that it comes from, when a browser sent it. A page speaks with its visitor's address, so its own
+            has to be let in too.
         """
+        is_known_page = origin is None or self._is_let_in_page(origin)
         if self._operator is None or self._viewer is None:
+            return None if is_known_page else f"pages of {origin} are not let in: serve the page from this machine"
+        if is_known_page and self._is_let_in((remote or "").removeprefix("::ffff:")):
             return None
-        with contextlib.suppress(ValueError):
-            address = ipaddress.ip_address((remote or "").removeprefix("::ffff:"))
-            if any(address in network for network in self._allow):
-                return None
         given = token.encode()
         # Both are compared, whole.
         is_operator = hmac.compare_digest(given, self._operator.encode())
@@ -84,6 +87,20 @@ class Gate:
             "or let your network in with --ice-allow"
         )
 
+    def _is_let_in(self, remote: str) -> bool:
+        try:
+            address = ipaddress.ip_address(remote)
+        except ValueError:
+            return False
+        return any(address in network for network in self._allow)
+
+    def _is_let_in_page(self, origin: str) -> bool:
+        try:
+            host = urlsplit(origin).hostname or ""
+        except ValueError:
+            return False
+        return is_loopback(host) or self._is_let_in(host)
+
 
 def remote_address(connection: Any) -> str | None:
     """Where a connection comes from; ``None`` for one within the process."""
@@ -92,6 +109,17 @@ def remote_address(connection: Any) -> str | None:
         remote = getattr(info, "remoteAddress", None)
         if remote:
             return str(remote)
+        info = info.underlying
+    return None
+
+
+def web_origin(connection: Any) -> str | None:
+    """Origin of the page in a browser that a connection comes from; ``None`` for one of a program."""
+    info = None if connection is None else connection.getInfo()
+    while info is not None:
+        headers = getattr(info, "headers", None)
+        if headers is not None:
+            return next((value for name, value in headers.items() if name.lower() == "origin"), None)
         info = info.underlying
     return None
 

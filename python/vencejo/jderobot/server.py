@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vencejo.errors import InvalidRequest, VencejoError
-from vencejo.jderobot.access import ConnectionLimit, Gate, raise_file_limit, remote_address
+from vencejo.jderobot.access import ConnectionLimit, Gate, raise_file_limit, remote_address, web_origin
 from vencejo.jderobot.camera import Camera, FrameSource
 from vencejo.jderobot.cmdvel import CMDVel
 from vencejo.jderobot.extra import Extra
@@ -123,9 +123,11 @@ class IceServer:
             if not endpoints:
                 continue
             adapter = self._adapter(interface, endpoints)
-            named = {settings.identity(interface) + suffix: servant for suffix, servant in objects.items()}
-            gate = self._gate(adapter, tokens)
-            adapter.addServantLocator(slices.servant(Locator, slices.ice.ServantLocator)(slices, gate, named), "")
+            named = {
+                name + suffix: servant for name in settings.identities(interface) for suffix, servant in objects.items()
+            }
+            locator = slices.servant(Locator, slices.ice.ServantLocator)
+            adapter.addServantLocator(locator(slices, self._gate(adapter, tokens), named), "")
             adapters[interface] = adapter
         ports = {port for adapter in adapters.values() for _, port in _listening(adapter)}
         limit = ConnectionLimit(ports, settings.max_connections)
@@ -137,7 +139,13 @@ class IceServer:
     def _adapter(self, interface: str, endpoints: str) -> Any:
         ice = self._ice
         try:
-            return self._communicator.createObjectAdapterWithEndpoints(f"Vencejo.{interface}", endpoints)
+            adapter = self._communicator.createObjectAdapterWithEndpoints(f"Vencejo.{interface}", endpoints)
+            if any(endpoint.getInfo().datagram() for endpoint in adapter.getEndpoints()):
+                raise InvalidRequest(
+                    f"{interface}.Endpoints is {endpoints!r}: datagrams have no answer and no sender that could be "
+                    "trusted; use tcp, ssl, ws or wss"
+                )
+            return adapter
         except (ice.SocketException, ice.DNSException) as error:
             why = os.strerror(error.error) if getattr(error, "error", 0) > 0 else type(error).__name__
             raise VencejoError(f"{interface} cannot listen on {endpoints!r}: {why}") from error
@@ -188,10 +196,14 @@ class Locator:
 
     def locate(self, current: Any) -> tuple[object | None, None]:
         """The servant; ``None`` for an object that is not here."""
-        if not self._gate.is_open:
-            refusal = self._gate.refusal(remote_address(current.con), current.ctx.get("token", ""), current.operation)
+        origin = web_origin(current.con)
+        if origin is not None or not self._gate.is_open:
+            token = current.ctx.get("token", "")
+            refusal = self._gate.refusal(remote_address(current.con), token, current.operation, origin)
             if refusal is not None:
                 raise self._ice.UnknownException(refusal)
+        if current.facet:  # ours have none; asked for one, an object without it is not the one
+            raise self._ice.FacetNotExistException(current.id, current.facet, current.operation)
         return (None if current.id.category else self._servants.get(current.id.name)), None
 
     def finished(self, current: Any, servant: object, cookie: None) -> None:

@@ -45,14 +45,17 @@ class Interface:
         TCP port that existing configurations use.
     identity : str
         Name of its object.
+    also : tuple of str
+        Other names that it answers to, which clients in use have in their configurations.
     """
 
     port: int
     identity: str
+    also: tuple[str, ...] = ()
 
 
 INTERFACES: Final[Mapping[str, Interface]] = {
-    "Camera": Interface(9999, "cameraA"),
+    "Camera": Interface(9999, "cameraA", also=("ardrone_camera",)),
     "Pose3D": Interface(9998, "ardrone_pose3d"),
     "Navdata": Interface(9996, "ardrone_navdata"),
     "CMDVel": Interface(9995, "ardrone_cmdvel"),
@@ -65,6 +68,10 @@ identities ``vencejo_telemetry``, ``vencejo_missions`` and ``vencejo_control``."
 
 _ENDPOINTS: Final = re.compile(r":(?=\s*(?:default|tcp|ssl|ws|wss|udp)\b)")
 """Between two endpoints: IPv6 addresses have colons too."""
+_COMMENT: Final = re.compile(r"(?<!\\)#.*")
+_SEPARATOR: Final = re.compile(r"(?<!\\)=")
+_ESCAPED: Final = re.compile(r"\\([#=\\ ])")
+"""In a ``.cfg`` file of Ice, where a backslash makes ``#``, ``=``, itself and a space mean themselves."""
 _CFG_PREFIXES: Final = ("Vencejo.", "ArDrone.", "APMServer.")
 """Whose properties a ``.cfg`` file may hold: ours, and those that configurations of older drivers use."""
 
@@ -150,6 +157,10 @@ class IceSettings:
         """Name of an interface's object."""
         return self.names.get(interface, INTERFACES[interface].identity)
 
+    def identities(self, interface: str) -> tuple[str, ...]:
+        """All names that an interface's object answers to, its own first."""
+        return tuple(dict.fromkeys((self.identity(interface), *INTERFACES[interface].also)))
+
     def with_settings(self, given: Mapping[str, str], *, where: str) -> IceSettings:
         """These settings with others by their names.
 
@@ -169,10 +180,15 @@ class IceSettings:
         endpoints, names, simple = dict(self.endpoints), dict(self.names), {}
         for key, value in given.items():
             interface, _, what = key.rpartition(".")
-            if interface.lower() in known and what.lower() in ("endpoints", "name", "proxy"):
+            if interface.lower() in known and what.lower() in ("endpoints", "name"):
                 target = endpoints if what.lower() == "endpoints" else names
                 target[known[interface.lower()]] = value.strip()
                 continue
+            if interface.lower() in known and what.lower() == "proxy":
+                raise InvalidRequest(
+                    f"{where}: {key} is a client's setting; a driver has {interface}.Endpoints, such as "
+                    f"'tcp -h 127.0.0.1 -p {INTERFACES[known[interface.lower()]].port}', and {interface}.Name"
+                )
             setting = _SETTINGS.get(key.lower())
             if setting is None:
                 raise InvalidRequest(f"{where}: {key!r} is no setting; they are {', '.join(setting_names())}")
@@ -251,7 +267,7 @@ def setting_names() -> list[str]:
 
 
 def read_cfg(path: Path, base: IceSettings) -> IceSettings:
-    """Settings of an Ice ``.cfg`` file: ``NAME=VALUE`` lines, ``#`` begins a comment.
+    """Settings of an Ice ``.cfg`` file: ``NAME=VALUE`` lines, ``#`` begins a comment, a backslash escapes.
 
     What begins with ``Vencejo.``, or with ``ArDrone.`` or ``APMServer.`` as in the configurations of older drivers, are
     our settings; of the older ones what we do not have is passed over. The rest are properties of Ice.
@@ -264,12 +280,13 @@ def read_cfg(path: Path, base: IceSettings) -> IceSettings:
     ours: dict[str, str] = {}
     properties = dict(base.properties)
     for number, line in enumerate(_text(path).splitlines(), 1):
-        line = line.partition("#")[0].strip()
+        line = _COMMENT.sub("", line).strip()
         if not line:
             continue
-        key, separator, value = (part.strip() for part in line.partition("="))
-        if not separator or not key:
+        parts = [_ESCAPED.sub(r"\1", part.strip()) for part in _SEPARATOR.split(line, maxsplit=1)]
+        if len(parts) != 2 or not parts[0]:
             raise InvalidRequest(f"{path}, line {number}: write NAME=VALUE")
+        key, value = parts
         prefix = next((prefix for prefix in _CFG_PREFIXES if key.startswith(prefix)), None)
         if prefix is None:
             properties[key] = value
