@@ -17,6 +17,9 @@ from tests.support import HOME, simulated_plane
 pytestmark = pytest.mark.e2e
 
 SPEEDUP = "20"
+"""Where two programs talk with the vehicle, whose patience is by its own clock."""
+IN_FLIGHT = 60.0
+"""Where it only has to fly."""
 FLIGHT_TIMEOUT_S = 150.0
 LANDING_TOLERANCE_M = 20.0
 WINDS = {"calm": (0, 0), "north": (5, 0), "east": (5, 90), "south": (5, 180), "west": (5, 270)}
@@ -74,6 +77,11 @@ def ready(plane: vencejo.Vehicle) -> None:
     )
 
 
+def hurry(plane: vencejo.Vehicle) -> None:
+    """Have simulated time go faster from now on."""
+    plane.params["SIM_SPEEDUP"] = IN_FLIGHT
+
+
 def test_e1_a_mission_that_another_program_loaded_is_followed(plane: vencejo.Vehicle) -> None:
     """Another station loads and starts the mission; ours only watches, and sees attitude and position truly."""
     plan = Plan(items=(takeoff(), *waypoints(), MissionItem.return_to_launch()))
@@ -90,6 +98,7 @@ def test_e1_a_mission_that_another_program_loaded_is_followed(plane: vencejo.Veh
         assert plane.plan_state().state == "unknown", "another station changed the mission"
         with Flight(plane) as flight:
             rival.set_mode_auto()
+            rival.param_set_send("SIM_SPEEDUP", IN_FLIGHT)
             plane.wait_until(
                 lambda telemetry: len(flight.reached) >= len(CIRCUIT) + 1,
                 timeout_s=FLIGHT_TIMEOUT_S,
@@ -124,6 +133,7 @@ def test_e2_a_mission_is_sent_to_a_plane_in_the_air(plane: vencejo.Vehicle) -> N
     assert plane.telemetry.mode == "TAKEOFF", "an upload changes no mode"
     with Flight(plane) as flight:
         plane.start_mission()
+        hurry(plane)
         plane.wait_until(
             lambda telemetry: plane.mission_progress.item == len(plan), timeout_s=FLIGHT_TIMEOUT_S, what="the last item"
         )
@@ -139,6 +149,7 @@ def test_e3_take_off_and_waypoints_from_the_ground(plane: vencejo.Vehicle) -> No
     with Flight(plane) as flight:
         plane.arm()
         plane.start_mission()
+        hurry(plane)
         plane.wait_until(
             lambda telemetry: telemetry.mode == "RTL" or plane.mission_progress.item == len(plan),
             timeout_s=FLIGHT_TIMEOUT_S,
@@ -157,6 +168,7 @@ def test_e4_take_off_and_landing(plane: vencejo.Vehicle) -> None:
     with Flight(plane) as flight:
         plane.arm()
         plane.start_mission()
+        hurry(plane)
         telemetry = flight.fly_to_the_end(FLIGHT_TIMEOUT_S)
     assert_waypoints_passed(flight, plan)
     assert landing_error_m(telemetry, plan) <= LANDING_TOLERANCE_M
