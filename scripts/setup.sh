@@ -107,7 +107,8 @@ python_env() { # run | dev
     fi
     say "installing $lock into $VENV"
     # --no-deps: the lock is complete; what it leaves out, it leaves out on purpose (requirements/overrides.txt).
-    "$VENV/bin/python" -m pip install --quiet --require-hashes --no-deps -r "$lock"
+    # --no-compile: each module is compiled when it is first imported; of most packages a small part ever is.
+    "$VENV/bin/python" -m pip install --quiet --no-compile --require-hashes --no-deps -r "$lock"
     mkdir -p "$STAMPS"
     echo "$want" >"$STAMPS/$1"
 }
