@@ -42,6 +42,7 @@ WAKE_S: Final = 8.0
 MAX_GROUP: Final = 600
 MAX_GROUP_BYTES: Final = 8 << 20
 RATE_WINDOW_S: Final = 2.0
+MIN_RATE_SPAN_S: Final = 1.0
 
 
 class CameraState(Enum):
@@ -528,8 +529,8 @@ class Camera:
         if len(self._arrivals) < 2:
             return None, None
         span_s = self._arrivals[-1][0] - self._arrivals[0][0]
-        if span_s <= 0.0:
-            return None, None
+        if span_s < MIN_RATE_SPAN_S:
+            return None, None  # those that waited while a stream was opened come all at once
         bits = 8 * sum(size for _, size in list(self._arrivals)[1:])
         return (len(self._arrivals) - 1) / span_s, bits / span_s if bits else None
 

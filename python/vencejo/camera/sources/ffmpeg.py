@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
-from urllib.parse import urlsplit
 
 from vencejo.camera import h264, jpeg
 from vencejo.camera.address import SourceAddress
 from vencejo.camera.errors import CameraError
 from vencejo.camera.frames import Codec, EncodedFrame, Frame, opencv
+from vencejo.camera.sources.reasons import why_not
 from vencejo.camera.timing import CaptureClock
 
 __all__ = ["FfmpegSource", "open_file", "open_stream"]
@@ -22,7 +21,6 @@ __all__ = ["FfmpegSource", "open_file", "open_stream"]
 OPEN_TIMEOUT_MS: Final = 10_000
 READ_TIMEOUT_MS: Final = 5_000
 """A stream in which nothing comes for so long is gone."""
-PORTS: Final = {"rtsp": 554, "rtsps": 322, "rtmp": 1935, "http": 80, "https": 443}
 MAX_PAUSE_S: Final = 10.0
 """Longest pause between two pictures of a file; a broken one may say more."""
 _CODECS: Final[dict[str, Codec]] = {"h264": "h264", "avc1": "h264", "mjpg": "jpeg", "jpeg": "jpeg"}
@@ -36,14 +34,6 @@ def open_stream(address: SourceAddress) -> FfmpegSource:
     CameraError
         When nobody answers, or what comes is no video.
     """
-    parts = urlsplit(address.location)
-    port = parts.port or PORTS.get(parts.scheme)
-    if parts.scheme in {*PORTS, "tcp"} and parts.hostname and port and not parts.query.startswith("listen"):
-        # FFmpeg tells nobody why it failed. This does.
-        try:
-            socket.create_connection((parts.hostname, port), timeout=5.0).close()
-        except OSError as error:
-            raise CameraError(f"no answer from {parts.hostname}:{port}: {error.strerror or error}") from error
     return FfmpegSource(address.location, address.shown)
 
 
@@ -128,7 +118,7 @@ class FfmpegSource:
         ]
         capture = cv2.VideoCapture(self._location, cv2.CAP_FFMPEG, [*timeouts, cv2.CAP_PROP_FORMAT, -1])
         if not capture.isOpened():
-            raise CameraError(f"{self._shown} holds no video that can be read")
+            raise CameraError(why_not(self._location) or f"{self._shown} holds, or sends, no video that can be read")
         fourcc = int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little").decode("latin-1").lower()
         codec = _CODECS.get(fourcc)
         if codec is None:

@@ -63,20 +63,42 @@ def open_http(address: SourceAddress) -> Source:
 def _get(url: str) -> http.client.HTTPResponse:
     parts = urlsplit(url)
     bare = urlunsplit(parts._replace(netloc=parts.netloc.rpartition("@")[2]))
-    request = urllib.request.Request(bare, headers={"Accept": "*/*", "User-Agent": "vencejo"})
-    if parts.username is not None:
-        secret = f"{unquote(parts.username)}:{unquote(parts.password or '')}"
-        request.add_header("Authorization", "Basic " + b64encode(secret.encode()).decode())
+    user, password = unquote(parts.username or ""), unquote(parts.password or "")
+    # User and password go to this address alone, wherever it redirects to; in the clear only to who knows nothing better.
+    passwords = urllib.request.HTTPPasswordMgrWithDefaultRealm()
+    if user:
+        passwords.add_password(None, bare, user, password)
+    opener = urllib.request.build_opener(urllib.request.HTTPDigestAuthHandler(passwords))
+
+    def ask(*, is_basic: bool) -> http.client.HTTPResponse:
+        request = urllib.request.Request(bare, headers={"Accept": "*/*", "User-Agent": "vencejo"})
+        if is_basic:
+            secret = b64encode(f"{user}:{password}".encode()).decode()
+            request.add_unredirected_header("Authorization", f"Basic {secret}")
+        response = opener.open(request, timeout=TIMEOUT_S)
+        assert isinstance(response, http.client.HTTPResponse)
+        return response
+
     try:
-        response = urllib.request.urlopen(request, timeout=TIMEOUT_S)
+        try:
+            return ask(is_basic=False)
+        except urllib.error.HTTPError as error:
+            error.close()
+            challenge = error.headers.get("WWW-Authenticate", "")
+            if error.code != 401 or not user or challenge.lower().startswith("digest"):
+                raise
+            return ask(is_basic=True)
     except urllib.error.HTTPError as error:
         error.close()
-        hint = "; give user and password as http://USER:PASSWORD@…" if error.code == 401 else ""
-        raise CameraError(f"the camera answers {error.code} {error.reason}{hint}") from error
+        if error.code == 401:
+            raise CameraError(
+                "the camera refuses this user or password (401)"
+                if user
+                else "the camera asks for user and password (401); give them as http://USER:PASSWORD@…"
+            ) from error
+        raise CameraError(f"the camera answers {error.code} {error.reason}") from error
     except (OSError, http.client.HTTPException, ValueError) as error:
         raise CameraError(f"no answer from {parts.hostname}: {_why(error)}") from error
-    assert isinstance(response, http.client.HTTPResponse)
-    return response
 
 
 def _why(error: Exception) -> str:
