@@ -1,5 +1,5 @@
 // Requests to the server's HTTP API. Every failure is a ProblemError.
-import { NO_ANSWER, ownProblem, ProblemError, problemOf } from './problem';
+import { noAnswer, ProblemError, problemOf } from './problem';
 
 export type Method = 'GET' | 'POST' | 'PUT' | 'DELETE';
 
@@ -43,7 +43,7 @@ export class Http {
     try {
       response = await this.#fetch(this.#base + path, init);
     } catch (error) {
-      throw new ProblemError(ownProblem('No answer', NO_ANSWER, String(error)));
+      throw new ProblemError(noAnswer(error));
     }
     if (!response.ok) throw new ProblemError(await problemOf(response));
     return response;

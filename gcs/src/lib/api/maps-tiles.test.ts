@@ -1,5 +1,7 @@
 import { describe, expect, it } from 'vitest';
-import { MOST_AT_ONCE, tileLoader } from './maps-tiles';
+import { MOST_AT_ONCE, MOST_OF_ONE, tileLoader } from './maps-tiles';
+
+const { signal } = new AbortController();
 
 const problem = (status: number, type: string, detail: string): Response =>
   new Response(JSON.stringify({ type, title: 'No', status, detail }), {
@@ -14,8 +16,8 @@ describe('tiles', () => {
         ? new Response('old', { headers: { 'vencejo-tile': 'stale' } })
         : new Response('new', { headers: { 'vencejo-tile': 'hit' } }),
     );
-    expect(await loader('/t/new')).toMatchObject({ kind: 'tile', isStale: false });
-    expect(await loader('/t/old')).toMatchObject({ kind: 'tile', isStale: true });
+    expect(await loader('a', '/t/new', signal)).toMatchObject({ kind: 'tile', isStale: false });
+    expect(await loader('a', '/t/old', signal)).toMatchObject({ kind: 'tile', isStale: true });
   });
 
   it('are told apart from failures', async () => {
@@ -25,30 +27,64 @@ describe('tiles', () => {
       if (String(input) === '/bad') return problem(502, 'urn:vencejo:source-failed', 'LayerNotDefined: pnoa');
       throw new TypeError('offline');
     });
-    expect(await loader('/none')).toEqual({ kind: 'none' });
-    expect(await loader('/gone')).toMatchObject({ kind: 'failed', problem: { status: 404 } });
-    expect(await loader('/bad')).toMatchObject({ kind: 'failed', problem: { detail: 'LayerNotDefined: pnoa' } });
-    expect(await loader('/away')).toMatchObject({ kind: 'failed', problem: { status: 0 } });
+    expect(await loader('a', '/none', signal)).toEqual({ kind: 'none' });
+    expect(await loader('a', '/gone', signal)).toMatchObject({ kind: 'failed', problem: { status: 404 } });
+    expect(await loader('a', '/bad', signal)).toMatchObject({
+      kind: 'failed',
+      problem: { detail: 'LayerNotDefined: pnoa' },
+    });
+    expect(await loader('a', '/away', signal)).toMatchObject({ kind: 'failed', problem: { status: 0 } });
   });
 
-  it('leave connections free for commands', async () => {
-    const open: (() => void)[] = [];
-    let most = 0;
-    let running = 0;
-    const loader = tileLoader(async () => {
-      running += 1;
-      most = Math.max(most, running);
-      await new Promise<void>((resolve) => open.push(resolve));
-      running -= 1;
+  /** A server that answers only when it is told to, tile by tile; `asked` has their addresses in turn. */
+  function slowServer() {
+    const asked: string[] = [];
+    const answers = new Map<string, () => void>();
+    const loader = tileLoader(async (input, init) => {
+      asked.push(String(input));
+      await new Promise<void>((resolve, reject) => {
+        answers.set(String(input), resolve);
+        init?.signal?.addEventListener('abort', () => reject(new DOMException('ended', 'AbortError')));
+      });
       return new Response('x');
     });
-    const all = Array.from({ length: 20 }, (_, index) => loader(`/t/${index}`));
-    let ended = 0;
-    void Promise.all(all.map((one) => one.then(() => (ended += 1))));
-    while (ended < 20) {
-      open.shift()?.();
-      await Promise.resolve();
-    }
-    expect(most).toBe(MOST_AT_ONCE);
+    const settle = () => new Promise((resolve) => setTimeout(resolve));
+    const answer = async (address: string) => {
+      answers.get(address)?.();
+      await settle();
+    };
+    return { asked, answer, loader, settle, signal: new AbortController().signal };
+  }
+
+  it('leave connections free for commands, and places for other sources', async () => {
+    const { asked, answer, loader, settle, signal } = slowServer();
+    for (const name of ['a', 'b'])
+      for (let index = 0; index < 5; index += 1) void loader(name, `/${name}/${index}`, signal);
+    await settle();
+    expect(asked).toEqual(['/a/0', '/a/1', '/a/2', '/b/0']);
+    expect(asked).toHaveLength(MOST_AT_ONCE);
+    expect(asked.filter((address) => address.startsWith('/a'))).toHaveLength(MOST_OF_ONE);
+    // one that hangs stands in nobody's way
+    for (let index = 0; index < 5; index += 1) await answer(`/b/${index}`);
+    expect(asked.filter((address) => address.startsWith('/b'))).toHaveLength(5);
+  });
+
+  it('come first that were asked for last', async () => {
+    const { asked, answer, loader, settle, signal } = slowServer();
+    for (let index = 0; index < 5; index += 1) void loader('a', `/old/${index}`, signal);
+    await settle();
+    for (let index = 0; index < 2; index += 1) void loader('a', `/new/${index}`, signal);
+    for (let index = 0; index < 3; index += 1) await answer(`/old/${index}`);
+    expect(asked.slice(MOST_OF_ONE)).toEqual(['/new/0', '/new/1', '/old/3']);
+  });
+
+  it('are given up when nobody waits for them', async () => {
+    const { asked, loader, settle } = slowServer();
+    const abort = new AbortController();
+    const all = Array.from({ length: 5 }, (_, index) => loader('a', `/${index}`, abort.signal));
+    await settle();
+    abort.abort();
+    expect(await Promise.all(all)).toEqual(all.map(() => ({ kind: 'ended' })));
+    expect(asked).toHaveLength(MOST_OF_ONE);
   });
 });

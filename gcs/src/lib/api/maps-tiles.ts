@@ -1,5 +1,5 @@
 // Tiles of a map's source, with the reason where there is none: an <img> would hide it.
-import { NO_ANSWER, ownProblem, problemOf } from './problem';
+import { noAnswer, problemOf } from './problem';
 import type { Problem } from './types';
 
 export type TileAnswer =
@@ -7,36 +7,87 @@ export type TileAnswer =
   | { readonly kind: 'tile'; readonly picture: Blob; readonly isStale: boolean }
   /** The source has nothing there. */
   | { readonly kind: 'none' }
+  /** Nobody waits for it any more. */
+  | { readonly kind: 'ended' }
   | { readonly kind: 'failed'; readonly problem: Problem };
 
-export type TileLoader = (address: string) => Promise<TileAnswer>;
+/** Fetches a tile of a source; `signal` tells that nobody waits for it any more. */
+export type TileLoader = (source: string, address: string, signal: AbortSignal) => Promise<TileAnswer>;
 
 /**
  * So many at once. A browser opens six connections to a server (HTTP/1.1); a slow map source must not keep a command to the
  * plane waiting for one of them.
  */
 export const MOST_AT_ONCE = 4;
+/** And of one source: one that hangs must not keep the others from the map. */
+export const MOST_OF_ONE = 3;
+
+interface Waiting {
+  readonly source: string;
+  /** Tiles that were asked for together. */
+  readonly batch: number;
+  readonly begin: () => void;
+}
 
 export function tileLoader(fetchWith: typeof fetch = (...args) => fetch(...args)): TileLoader {
-  let running = 0;
-  const waiting: (() => void)[] = [];
-  return async (address) => {
-    // who ends hands its place on
-    if (running >= MOST_AT_ONCE) await new Promise<void>((resolve) => waiting.push(resolve));
-    else running += 1;
+  const running = new Map<string, number>();
+  const waiting: Waiting[] = [];
+  let [all, batch, isBatchOpen] = [0, 0, false];
+
+  const ofOne = (source: string): number => running.get(source) ?? 0;
+
+  /** The batch of what is asked for now, which ends with the piece of work that asks. */
+  function batchNow(): number {
+    if (!isBatchOpen) {
+      isBatchOpen = true;
+      batch += 1;
+      queueMicrotask(() => (isBatchOpen = false));
+    }
+    return batch;
+  }
+
+  /** Whose turn it is: the source with the fewest under way; of that what was asked for last, since that is looked at now. */
+  function turn(): number {
+    let best = -1;
+    waiting.forEach(({ source, batch: ofBatch }, index) => {
+      if (ofOne(source) >= MOST_OF_ONE) return;
+      const other = waiting[best];
+      const fewer = other === undefined ? -1 : ofOne(source) - ofOne(other.source);
+      if (fewer < 0 || (fewer === 0 && other !== undefined && ofBatch > other.batch)) best = index;
+    });
+    return best;
+  }
+
+  function goOn(): void {
+    while (all < MOST_AT_ONCE) {
+      const index = turn();
+      const [next] = index < 0 ? [] : waiting.splice(index, 1);
+      if (next === undefined) return;
+      all += 1;
+      running.set(next.source, ofOne(next.source) + 1);
+      next.begin();
+    }
+  }
+
+  return async (source, address, signal) => {
+    const ofBatch = batchNow();
+    await new Promise<void>((begin) => {
+      waiting.push({ source, batch: ofBatch, begin });
+      goOn();
+    });
     try {
-      return await load(address, fetchWith);
+      return signal.aborted ? { kind: 'ended' } : await load(address, signal, fetchWith);
     } finally {
-      const next = waiting.shift();
-      if (next === undefined) running -= 1;
-      else next();
+      all -= 1;
+      running.set(source, ofOne(source) - 1);
+      goOn();
     }
   };
 }
 
-async function load(address: string, fetchWith: typeof fetch): Promise<TileAnswer> {
+async function load(address: string, signal: AbortSignal, fetchWith: typeof fetch): Promise<TileAnswer> {
   try {
-    const response = await fetchWith(address, { credentials: 'same-origin' });
+    const response = await fetchWith(address, { credentials: 'same-origin', signal });
     if (response.ok) {
       const isStale = response.headers.get('vencejo-tile') === 'stale';
       return { kind: 'tile', picture: await response.blob(), isStale };
@@ -45,6 +96,7 @@ async function load(address: string, fetchWith: typeof fetch): Promise<TileAnswe
     const isNone = problem.status === 404 && problem.type.endsWith(':no-tile');
     return isNone ? { kind: 'none' } : { kind: 'failed', problem };
   } catch (error) {
-    return { kind: 'failed', problem: ownProblem('No answer', NO_ANSWER, String(error)) };
+    if (signal.aborted) return { kind: 'ended' };
+    return { kind: 'failed', problem: noAnswer(error) };
   }
 }

@@ -5,6 +5,7 @@ import type { Cause, Problem } from './types';
 const NO_KIND = 'about:blank';
 /** No answer came: the server is away. */
 export const NO_ANSWER = 0;
+const NO_ANSWER_TITLE = 'No answer';
 
 export class ProblemError extends Error {
   readonly problem: Problem;
@@ -40,6 +41,11 @@ export async function problemOf(response: Response): Promise<Problem> {
 function isCause(value: unknown): value is Cause {
   return typeof value === 'object' && value !== null && 'code' in value && typeof value.code === 'string';
 }
+
+/** What to tell when the server is away. */
+export const noAnswer = (error: unknown): Problem => ownProblem(NO_ANSWER_TITLE, NO_ANSWER, String(error));
+
+export const isNoAnswer = ({ title, status }: Problem): boolean => status === NO_ANSWER && title === NO_ANSWER_TITLE;
 
 /** A problem of our own making. */
 export function ownProblem(title: string, status: number, detail = ''): Problem {

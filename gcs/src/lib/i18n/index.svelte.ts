@@ -24,6 +24,11 @@ export function fill(text: string, values: Readonly<Record<string, string | numb
   return text.replace(/\{(\w+)\}/g, (whole, name: string) => (name in values ? String(values[name]) : whole));
 }
 
+/** What the server says in English, in the language in use where the catalogue has the very same words; else as it is. */
+export function translated(key: string, said: string): string {
+  return hasText(key) && messages.en[key] === said ? t(key) : said;
+}
+
 /** Whether `key` is one of the texts: for keys that are put together from what the server says. */
 export function hasText(key: string): key is MessageKey {
   return key in messages.en;

@@ -48,7 +48,6 @@ export const mapsEn = {
   'maps.retry': 'Try again',
   'maps.hide': 'Put aside',
   'maps.openPanel': 'Maps',
-  'maps.fault.no-answer': 'The station does not answer.',
   'maps.fault.source-failed': 'The source refuses.',
   'maps.fault.source-timeout': 'The source does not answer in time.',
   'maps.fault.source-offline': 'There is no network, and nothing is kept of this place.',
@@ -57,6 +56,9 @@ export const mapsEn = {
   'maps.fault.source-invalid': 'Its settings or its file are wrong.',
   'maps.fault.source-key_missing': 'It needs a key.',
   'maps.fault.source-failing': 'The source refuses.',
+  'maps.fault.map-crs': 'The map cannot warp its coordinate system.',
+  'maps.fault.map-source': 'The map cannot show it.',
+  'maps.fault.map-picture': 'What came is not a picture.',
   'maps.fault.no-source': 'The station does not know it any more.',
   'maps.beyond':
     'This map ends at 85° of latitude: {what} is shown at its edge, not where it is. Numbers and plan stay right.',
@@ -89,6 +91,31 @@ export const mapsEn = {
   'maps.preset.keyLink': 'Where to get one',
   'maps.preset.terms': 'Terms',
   'maps.preset.noOffline': 'No offline areas: {reason}',
+  'maps.presetAbout.pnoa':
+    'Orthophotos of Spain, 25 cm a pixel, by the Instituto Geográfico Nacional. Free under CC-BY 4.0 with attribution.',
+  'maps.presetAbout.ign-base':
+    'Map of Spain by the Instituto Geográfico Nacional. Free under CC-BY 4.0 with attribution.',
+  'maps.presetAbout.osm':
+    "The world by OpenStreetMap's volunteers, from its own servers. Their policy: say who asks, keep tiles for 7 days, no downloading ahead.",
+  'maps.presetAbout.esri-imagery':
+    'Satellite and aerial pictures of the world by Esri. Attribution required; not to be kept for offline use.',
+  'maps.presetAbout.sentinel2':
+    'The world without clouds, 10 m a pixel, by EOX from Sentinel-2 pictures of 2020. CC BY-NC-SA 4.0: free where no money is made; commercial use needs a licence of EOX.',
+  'maps.presetAbout.google-satellite':
+    "Google's satellite pictures by its Map Tiles API, with your own key, which Google bills. Nothing may be fetched ahead or kept longer than Google's answers say. In the European Economic Area Google restricts which are given out.",
+  'maps.presetAbout.google-roadmap':
+    "Google's street map by its Map Tiles API, with your own key, which Google bills. Nothing may be fetched ahead or kept longer than Google's answers say.",
+  'maps.presetAbout.azure-imagery':
+    'Satellite and aerial pictures by Microsoft (which ended Bing Maps in their favour), with your own key, which Microsoft bills. Nothing may be kept longer than its answers say.',
+  'maps.presetAbout.terrain':
+    "Heights of the world, about 30 m a pixel (SRTM, EU-DEM and others, put together by Mapzen), from Amazon's open data.",
+  'maps.presetOffline.osm':
+    "OpenStreetMap's tile policy forbids to download its tiles ahead; what you have looked at is kept",
+  'maps.presetOffline.esri-imagery':
+    "Esri's terms forbid to download and keep its basemaps outside Esri's own software",
+  'maps.presetOffline.google-satellite': "Google's terms forbid to fetch tiles ahead and to keep them",
+  'maps.presetOffline.google-roadmap': "Google's terms forbid to fetch tiles ahead and to keep them",
+  'maps.presetOffline.azure-imagery': "Microsoft's terms forbid to keep its tiles for offline use",
   'maps.upload': 'Choose a file…',
   'maps.uploading': 'Sending {name} to the station…',
   'maps.files': 'In the station’s map folder',
@@ -190,7 +217,7 @@ export const mapsEn = {
   'maps.area.named': '{source}, {date}',
   'maps.area.estimating': 'Counting…',
   'maps.area.estimate': '{tiles} tiles, {have} of them there already; about {size} to fetch',
-  'maps.area.guess': 'The size is a guess: no tile of this source is known yet.',
+  'maps.area.guess': 'The size is a guess: too few tiles of this source are known yet.',
   'maps.area.most': 'At most {count} tiles at once.',
   'maps.area.download': 'Download',
   'maps.area.progress': '{done} of {tiles} tiles, {size}',

@@ -50,7 +50,6 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.retry': 'Reintentar',
   'maps.hide': 'Apartar',
   'maps.openPanel': 'Mapas',
-  'maps.fault.no-answer': 'La estación no responde.',
   'maps.fault.source-failed': 'La fuente se niega.',
   'maps.fault.source-timeout': 'La fuente no responde a tiempo.',
   'maps.fault.source-offline': 'No hay red, y de este lugar no hay nada guardado.',
@@ -59,6 +58,9 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.fault.source-invalid': 'Sus ajustes o su fichero están mal.',
   'maps.fault.source-key_missing': 'Necesita una clave.',
   'maps.fault.source-failing': 'La fuente se niega.',
+  'maps.fault.map-crs': 'El mapa no sabe deformar su sistema de coordenadas.',
+  'maps.fault.map-source': 'El mapa no puede mostrarla.',
+  'maps.fault.map-picture': 'Lo que llegó no es una imagen.',
   'maps.fault.no-source': 'La estación ya no la conoce.',
   'maps.beyond':
     'Este mapa acaba a 85° de latitud: {what} se dibuja en su borde y no donde está. Los números y el plan son correctos.',
@@ -91,6 +93,32 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.preset.keyLink': 'Dónde conseguirla',
   'maps.preset.terms': 'Condiciones',
   'maps.preset.noOffline': 'Sin zonas sin conexión: {reason}',
+  'maps.presetAbout.pnoa':
+    'Ortofotos de España, 25 cm por píxel, del Instituto Geográfico Nacional. Libres con CC-BY 4.0, citando la fuente.',
+  'maps.presetAbout.ign-base':
+    'Mapa de España del Instituto Geográfico Nacional. Libre con CC-BY 4.0, citando la fuente.',
+  'maps.presetAbout.osm':
+    'El mundo, por los voluntarios de OpenStreetMap, desde sus propios servidores. Su política: decir quién pide, guardar las teselas 7 días y no descargar por adelantado.',
+  'maps.presetAbout.esri-imagery':
+    'Imágenes aéreas y de satélite del mundo, de Esri. Hay que citar la fuente; no pueden guardarse para usarlas sin conexión.',
+  'maps.presetAbout.sentinel2':
+    'El mundo sin nubes, 10 m por píxel, por EOX con imágenes de Sentinel-2 de 2020. CC BY-NC-SA 4.0: libre donde no se gana dinero; para uso comercial hace falta una licencia de EOX.',
+  'maps.presetAbout.google-satellite':
+    'Las imágenes de satélite de Google por su Map Tiles API, con tu propia clave, que Google cobra. Nada puede traerse por adelantado ni guardarse más de lo que dicen sus respuestas. En el Espacio Económico Europeo, Google restringe cuáles entrega.',
+  'maps.presetAbout.google-roadmap':
+    'El callejero de Google por su Map Tiles API, con tu propia clave, que Google cobra. Nada puede traerse por adelantado ni guardarse más de lo que dicen sus respuestas.',
+  'maps.presetAbout.azure-imagery':
+    'Imágenes aéreas y de satélite de Microsoft (que cerró Bing Maps en su favor), con tu propia clave, que Microsoft cobra. Nada puede guardarse más de lo que dicen sus respuestas.',
+  'maps.presetAbout.terrain':
+    'Alturas del mundo, unos 30 m por píxel (SRTM, EU-DEM y otras, reunidas por Mapzen), de los datos abiertos de Amazon.',
+  'maps.presetOffline.osm':
+    'la política de teselas de OpenStreetMap prohíbe descargarlas por adelantado; lo que has mirado se guarda',
+  'maps.presetOffline.esri-imagery':
+    'las condiciones de Esri prohíben descargar y guardar sus mapas base fuera de sus propios programas',
+  'maps.presetOffline.google-satellite': 'las condiciones de Google prohíben traer teselas por adelantado y guardarlas',
+  'maps.presetOffline.google-roadmap': 'las condiciones de Google prohíben traer teselas por adelantado y guardarlas',
+  'maps.presetOffline.azure-imagery':
+    'las condiciones de Microsoft prohíben guardar sus teselas para usarlas sin conexión',
   'maps.upload': 'Elegir un fichero…',
   'maps.uploading': 'Enviando {name} a la estación…',
   'maps.files': 'En la carpeta de mapas de la estación',
@@ -192,7 +220,7 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.area.named': '{source}, {date}',
   'maps.area.estimating': 'Contando…',
   'maps.area.estimate': '{tiles} teselas, {have} de ellas ya guardadas; unos {size} por traer',
-  'maps.area.guess': 'El tamaño es una suposición: aún no se conoce ninguna tesela de esta fuente.',
+  'maps.area.guess': 'El tamaño es una suposición: aún se conocen pocas teselas de esta fuente.',
   'maps.area.most': 'Como mucho {count} teselas a la vez.',
   'maps.area.download': 'Descargar',
   'maps.area.progress': '{done} de {tiles} teselas, {size}',

@@ -28,6 +28,7 @@ export const shellEn = {
   'bar.noVehicle': 'No vehicle yet',
   'bar.noVehicleHint': 'Waiting for a heartbeat on the links.',
   'bar.linkLost': 'Link lost',
+  'problem.noAnswer': 'The station does not answer.',
   'bar.serverAway': 'Vencejo is away',
   'bar.lostDetail': 'Last heard {age} ago. Values are old; the position is estimated.',
   'bar.serverAwayDetail': 'No connection to the server for {age}. Trying again.',

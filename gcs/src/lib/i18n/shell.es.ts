@@ -30,6 +30,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'bar.noVehicle': 'Aún no hay vehículo',
   'bar.noVehicleHint': 'Esperando un latido en los enlaces.',
   'bar.linkLost': 'Enlace perdido',
+  'problem.noAnswer': 'La estación no responde.',
   'bar.serverAway': 'Vencejo no responde',
   'bar.lostDetail': 'Última señal hace {age}. Los valores son antiguos; la posición es estimada.',
   'bar.serverAwayDetail': 'Sin conexión con el servidor desde hace {age}. Reintentando.',

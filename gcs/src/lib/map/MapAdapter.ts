@@ -102,6 +102,8 @@ const TOUCH_TOLERANCE_PX = 22;
 const MOUSE_TOLERANCE_PX = 10;
 /** After a move by hand the view is left alone for so long. */
 const HANDS_OFF_MS = 4000;
+/** The loader decides which of these come first: a source that hangs must not fill the map's own list of tiles under way. */
+const TILES_UNDER_WAY = 64;
 /** A plane farther off than this many windows is jumped to, not zoomed out to. */
 const JUMP_FACTOR = 12;
 
@@ -176,6 +178,7 @@ export class MapAdapter {
       // an element that takes the keyboard: the map itself
       keyboardEventTarget: target,
       moveTolerance: 4,
+      maxTilesLoading: TILES_UNDER_WAY,
     });
     this.#sources = new SourceLayers(this.#map, tiles, sources, 1);
     this.#coast.setStyle(coastStyle(this.#theme));

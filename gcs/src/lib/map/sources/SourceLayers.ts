@@ -9,7 +9,6 @@ import type Projection from 'ol/proj/Projection';
 import TileImage from 'ol/source/TileImage';
 import TileGrid from 'ol/tilegrid/TileGrid';
 import type { TileLoader } from '$lib/api/maps-tiles';
-import { NO_ANSWER, ownProblem } from '$lib/api/problem';
 import type { Problem } from '$lib/api/types';
 import { projectionFor } from './projections';
 
@@ -56,16 +55,23 @@ export interface SourceEvents {
 const RETRY_S = [5, 10, 20, 40, 60] as const;
 /** A source is hidden when the map is so many times coarser than its coarsest level: the tiles would be thousands. */
 const COARSEST_FACTOR = 8;
-const M_PER_DEG = 111_320;
+/** Pixels of pictures that a layer keeps for when they are looked at again: 384 tiles of 256 px, about 100 MB unpacked. */
+const KEPT_PX = 384 * 256 * 256;
+/** A window of common size with the levels beside its own is filled by fewer. */
+const LEAST_KEPT = 64;
 
 interface Entry {
   readonly key: string;
+  /** Ends what is under way when the layer goes. */
+  readonly abort: AbortController;
   layer: TileLayer<TileImage> | null;
   hasFailed: boolean;
   /** Failures since everything was last asked for anew. */
   failures: number;
   waiting: number;
   attempts: number;
+  /** How often everything was asked for anew. */
+  rounds: number;
   timer: ReturnType<typeof setTimeout> | undefined;
 }
 
@@ -122,11 +128,13 @@ export class SourceLayers {
   async #add(source: ShownSource, key: string, isFine: boolean): Promise<void> {
     const entry: Entry = {
       key,
+      abort: new AbortController(),
       layer: null,
       hasFailed: false,
       failures: 0,
       waiting: 0,
       attempts: 0,
+      rounds: 0,
       timer: undefined,
     };
     this.#entries.set(source.id, entry);
@@ -135,10 +143,10 @@ export class SourceLayers {
       const projection = await projectionFor(source.grid.crs);
       if (this.#entries.get(source.id) !== entry) return;
       if (projection !== null) entry.layer = this.#layer(source, projection, entry, isFine);
-      else problem = ownProblem('Unknown coordinate system', 0, source.grid.crs);
+      else problem = ownFault('map-crs', source.grid.crs);
     } catch (error) {
       // a grid that cannot be, or the part of the app that warps did not come
-      problem = ownProblem('The map cannot show this source', NO_ANSWER, String(error));
+      problem = ownFault('map-source', String(error));
     }
     if (problem !== null) this.#events.failed?.(source.id, problem);
     if (entry.layer === null) return;
@@ -161,6 +169,7 @@ export class SourceLayers {
       ...(grid.extent && { extent: [...grid.extent] }),
       ...(sizes.every((size) => size != null) && { sizes: sizes.map((size) => [...(size ?? [])]) }),
     });
+    // The newer ol/source/ImageTile warps with WebGL, which many a tablet has not; this one warps on a plain canvas.
     const tiles = new TileImage({
       projection,
       tileGrid,
@@ -170,19 +179,20 @@ export class SourceLayers {
       tileUrlFunction: ([z = 0, x = 0, y = 0]) => fill(tilesUrl, z, x, y),
       tileLoadFunction: (tile, address) => void this.#fetch(source.id, entry, tile as ImageTile, address),
     });
-    const unit_m = projection.getUnits() === 'degrees' ? M_PER_DEG : 1;
+    const [width = 256, height = 256] = coarsest.tile_px;
     return new TileLayer({
       source: tiles,
       preload: 1,
-      cacheSize: 384,
-      maxResolution: coarsest.resolution * unit_m * COARSEST_FACTOR,
+      cacheSize: Math.max(LEAST_KEPT, Math.round(KEPT_PX / (width * height))),
+      maxResolution: coarsest.resolution * (projection.getMetersPerUnit() ?? 1) * COARSEST_FACTOR,
     });
   }
 
   async #fetch(id: string, entry: Entry, tile: ImageTile, address: string): Promise<void> {
     entry.waiting += 1;
-    const answer = await this.#load(address);
+    const answer = await this.#load(id, address, entry.abort.signal);
     entry.waiting -= 1;
+    if (answer.kind === 'ended') return;
     if (answer.kind === 'none') end(tile, TileState.EMPTY);
     else if (answer.kind === 'failed') {
       end(tile, TileState.ERROR);
@@ -193,7 +203,7 @@ export class SourceLayers {
       if (picture !== null) tile.setImage(picture);
       else {
         end(tile, TileState.ERROR);
-        this.#failed(id, entry, ownProblem('Not a picture', 0, `${answer.picture.type}, ${answer.picture.size} B`));
+        this.#failed(id, entry, ownFault('map-picture', `${answer.picture.type}, ${answer.picture.size} B`));
       }
     }
     if (entry.waiting === 0 && entry.failures === 0 && entry.hasFailed && this.#entries.get(id) === entry) {
@@ -222,22 +232,33 @@ export class SourceLayers {
     clearTimeout(entry.timer);
     entry.timer = undefined;
     entry.attempts += 1;
+    entry.rounds += 1;
     entry.failures = 0;
     const source = entry.layer?.getSource();
     const shown = this.#stack.find((one) => one.id === id);
     if (!source || !shown) return;
     // with another key everything is asked for anew, and what is there is shown until it comes
-    source.setTileUrlFunction(([z = 0, x = 0, y = 0]) => fill(shown.tilesUrl, z, x, y), `${Date.now()}`);
+    source.setTileUrlFunction(([z = 0, x = 0, y = 0]) => fill(shown.tilesUrl, z, x, y), `${entry.rounds}`);
   }
 
   #remove(id: string, entry: Entry): void {
     clearTimeout(entry.timer);
+    entry.abort.abort();
     this.#entries.delete(id);
     if (entry.layer === null) return;
     this.#map.removeLayer(entry.layer);
+    entry.layer.getSource()?.dispose();
     entry.layer.dispose();
   }
 }
+
+/** What the map itself cannot do with what came. */
+const ownFault = (kind: 'map-crs' | 'map-source' | 'map-picture', detail: string): Problem => ({
+  type: `urn:vencejo:${kind}`,
+  title: kind,
+  status: 0,
+  detail,
+});
 
 const keyOf = ({ tilesUrl, grid }: ShownSource, isFine: boolean): string => JSON.stringify([tilesUrl, grid, isFine]);
 

@@ -1,5 +1,6 @@
 // What went wrong, in the language in use: by the stable code and the fields of the cause that the server gives with a problem.
 // A code without a text, as of a newer server, is told in the server's own English.
+import { isNoAnswer } from '$lib/api/problem';
 import type { Problem } from '$lib/api/types';
 import { hasText, t, type MessageKey } from '$lib/i18n/index.svelte';
 import { settings } from '$lib/state/settings.svelte';
@@ -20,6 +21,7 @@ const WORDS = ['problem', 'expected', 'wanted', 'observed', 'reason', 'step', 'w
 const TOLD = new Set(['recorder', 'not-found', 'plan-unknown', 'only-mission', 'too-many', 'command-refused']);
 
 export function problemWords(problem: Problem): ProblemWords {
+  if (isNoAnswer(problem)) return { text: t('problem.noAnswer'), said: '', remedy: '' };
   const cause = causeOf(problem);
   const key = `problem.${cause?.['code'] ?? ''}`;
   if (cause === null || !hasText(key)) {
