@@ -17,6 +17,7 @@ import {
 } from '$lib/domain/sources';
 import type { LonLat } from '$lib/domain/lonlat';
 import type { Box } from '$lib/domain/tiling';
+import { station } from './station.svelte';
 import { load, save } from './stored';
 
 export const mapsApi = new MapsApi();
@@ -149,6 +150,13 @@ class Maps {
       return null;
     }
     return state.detail ?? state.last_error ?? state.status;
+  }
+
+  /** Asks for what did not come. An operator's wish goes past the server's own waiting time too. */
+  async tryAgain(source: MapSource): Promise<void> {
+    if (station.isOperator) await mapsApi.check(source.id).catch(() => undefined);
+    this.retryTiles(source.id);
+    await this.load();
   }
 
   async load(): Promise<void> {

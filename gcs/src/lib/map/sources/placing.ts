@@ -38,9 +38,15 @@ const PIECES = 10;
 
 export class PlacingPainter implements Painter {
   placing: Placing = NOTHING_PLACED;
+  /** The pieces of a picture lie over each other by a hair: only as a whole can it be made translucent. */
+  #whole: CanvasRenderingContext2D | null = null;
 
   paint(frame: Frame): void {
-    if (this.placing.picture !== null) paintPicture(frame, this.placing.picture);
+    if (this.placing.picture === null) this.#whole = null;
+    else {
+      this.#whole ??= document.createElement('canvas').getContext('2d');
+      if (this.#whole !== null) paintPicture(frame, this.placing.picture, this.#whole);
+    }
     for (const area of this.placing.areas) paintArea(frame, area);
     const { context, theme } = frame;
     context.font = `600 12px ${theme.font}`;
@@ -106,19 +112,24 @@ function paintArea(frame: Frame, { corners, buffer_m, label, isDraft }: PlacedAr
   haloText(frame, label, x + 4, y - 4, isDraft ? theme.text : theme.muted);
 }
 
-function paintPicture(frame: Frame, { image, corners, opacity }: PlacedPicture): void {
+function paintPicture(frame: Frame, { image, corners, opacity }: PlacedPicture, whole: CanvasRenderingContext2D): void {
   const [a, b, c, d] = toLine(corners).map((at) => frame.pixel(at));
   if (!a || !b || !c || !d || image.naturalWidth === 0) return;
   const { context, theme } = frame;
   const place = quadMapping([a, b, c, d] satisfies Quad);
-  context.save();
-  context.globalAlpha = opacity;
   if (place !== null) {
+    // a canvas that is given a size is empty
+    [whole.canvas.width, whole.canvas.height] = [context.canvas.width, context.canvas.height];
+    whole.scale(frame.pixelRatio, frame.pixelRatio);
     for (let row = 0; row < PIECES; row += 1) {
-      for (let column = 0; column < PIECES; column += 1) paintPiece(frame, image, place, column, row);
+      for (let column = 0; column < PIECES; column += 1) paintPiece(whole, image, place, column, row);
     }
+    context.save();
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.globalAlpha = opacity;
+    context.drawImage(whole.canvas, 0, 0);
+    context.restore();
   }
-  context.restore();
   context.beginPath();
   [a, b, c, d, a].forEach(([x, y], index) => (index === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
   // corners that cross over make no picture
@@ -126,7 +137,7 @@ function paintPicture(frame: Frame, { image, corners, opacity }: PlacedPicture):
 }
 
 function paintPiece(
-  { context }: Frame,
+  context: CanvasRenderingContext2D,
   image: HTMLImageElement,
   place: (u: number, v: number) => Point,
   column: number,
