@@ -17,6 +17,28 @@ ARGUMENTS = [
     *("--disable-renderer-backgrounding", "--disable-backgrounding-occluded-windows"),
     "--disable-background-timer-throttling",
 ]
+SLOW_DISPLAY = """
+(() => {
+  const display = window.requestAnimationFrame.bind(window);
+  const waiting = new Map();
+  let handle = 0, last_ms = -Infinity, isDue = false;
+  const draw = (now_ms) => {
+    [isDue, last_ms] = [false, now_ms];
+    for (const one of [...waiting.keys()]) {
+      const callback = waiting.get(one);
+      if (waiting.delete(one)) callback(now_ms);
+    }
+  };
+  window.requestAnimationFrame = (callback) => {
+    waiting.set(++handle, callback);
+    if (!isDue) setTimeout(() => display(draw), last_ms + 100 - performance.now());
+    isDue = true;
+    return handle;
+  };
+  window.cancelAnimationFrame = (one) => void waiting.delete(one);
+})();
+"""
+"""To be run in a page: a display of ten frames a second. At sixty, without a graphics card, the horizon alone takes a third of a core."""
 WIDE = (1440, 900)
 PHONE = (390, 844)
 

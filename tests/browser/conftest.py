@@ -16,7 +16,7 @@ import pytest
 import pytest_asyncio
 from playwright.async_api import Browser, ConsoleMessage, Page, expect
 
-from tests.browser.chromium import WIDE, running
+from tests.browser.chromium import SLOW_DISPLAY, WIDE, running
 from tests.browser.station_page import PATIENCE_S, StationPage
 from tests.browser.texts import Language
 from tests.server.client import Served, serving
@@ -81,6 +81,7 @@ def _open_station(browser: Browser, request: pytest.FixtureRequest) -> OpenStati
         await context.add_init_script(
             f"localStorage.getItem('vencejo.settings') ?? localStorage.setItem('vencejo.settings', '{{\"rate_hz\": {RATE_HZ}}}')"
         )
+        await context.add_init_script(SLOW_DISPLAY)
         faults: list[str] = []
         try:
             page = await context.new_page()
