@@ -2,25 +2,21 @@
 //! nothing: what is marked is there, what is not marked is looked for and fetched.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use bytes::Bytes;
-use rusqlite::{Connection, OpenFlags, OptionalExtension, params};
+use rusqlite::{Connection, ErrorCode, params};
 use serde::Serialize;
 use tokio::sync::{Semaphore, watch};
 use tokio::task::JoinSet;
 use utoipa::ToSchema;
 
-use crate::cache::{self, Cache, Kept};
+use crate::cache::Cache;
 use crate::cover::{self, Shape};
 use crate::error::{MapError, Result};
-use crate::grid::{TileGrid, TileId};
+use crate::grid::TileId;
 use crate::service::{Maps, blocking};
-use crate::settings::SourceSettings;
-use crate::sniff;
 use crate::source::Source;
 
 /// Tiles of an area at most.
@@ -29,14 +25,17 @@ pub const MAX_TILES: u64 = 500_000;
 const USUAL_BYTES: u64 = 18_000;
 /// Tiles that are taken in hand at once.
 const BATCH: u32 = 128;
+/// How often at least it is written down how far an area is, while tiles come.
+const NOTE_EVERY: Duration = Duration::from_secs(1);
 /// Areas that download at once.
 const AT_ONCE: usize = 2;
 /// Faults in a row after which an area gives up.
 const MAX_FAULTS: u32 = 25;
 /// How long an area waits for the network, at first and at most.
 const WAIT: (Duration, Duration) = (Duration::from_secs(5), Duration::from_secs(60));
-/// How long an imported tile is new.
-const IMPORTED: Duration = Duration::from_secs(30 * 86_400);
+
+/// How often it is looked whether an area that another process fetches is left to this one, at first and at least.
+const CLAIM_WAIT: (Duration, Duration) = (Duration::from_millis(20), Duration::from_secs(2));
 
 /// State of an area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
@@ -231,7 +230,7 @@ fn areas_of(cache: &Cache, source: &str) -> Result<Vec<Area>> {
 
 /// States of a tile of an area.
 const OPEN: i64 = 0;
-const DONE: i64 = 1;
+pub(crate) const DONE: i64 = 1;
 const FAILED: i64 = 2;
 
 fn add_area(cache: &Cache, id: &str, area: &NewArea, tiles: &[TileId], now_s: i64) -> Result<()> {
@@ -256,6 +255,57 @@ fn add_area(cache: &Cache, id: &str, area: &NewArea, tiles: &[TileId], now_s: i6
 fn set_state(cache: &Cache, id: &str, state: AreaState, detail: Option<&str>) -> Result<()> {
     cache.writer().execute("UPDATE areas SET state=?, detail=? WHERE id=?", params![state.name(), detail, id])?;
     Ok(())
+}
+
+/// Notes how a download goes; `false` when it is no longer to run: somebody paused or removed it, perhaps another process.
+fn set_running(cache: &Cache, id: &str, state: AreaState, detail: Option<&str>) -> Result<bool> {
+    let sql = "UPDATE areas SET state=?, detail=? WHERE id=? AND state='running'";
+    Ok(cache.writer().execute(sql, params![state.name(), detail, id])? > 0)
+}
+
+/// Sees to it that one process fetches an area, of all that use the folder: a lock that ends with who has it, however that ends.
+/// SQLite's, since every system has it. `None`: another one fetches it.
+fn claim(cache: &Cache, id: &str) -> Result<Option<Claim>> {
+    let path = cache.path().with_file_name(format!(".area-{id}.lock"));
+    let lock = Connection::open(&path)?;
+    match lock.execute_batch("PRAGMA journal_mode=MEMORY; PRAGMA synchronous=OFF; BEGIN EXCLUSIVE;") {
+        Ok(()) => Ok(Some(Claim { _lock: Mutex::new(lock), path })),
+        Err(error) if error.sqlite_error_code() == Some(ErrorCode::DatabaseBusy) => Ok(None),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Waits for the right to fetch an area: its holder may be about to end. `None` when it is no longer to be fetched.
+async fn claimed(cache: &Arc<Cache>, id: &str) -> Result<Option<Claim>> {
+    let mut wait = CLAIM_WAIT.0;
+    loop {
+        let (cache, id) = (cache.clone(), id.to_owned());
+        let (got, is_wanted) = blocking(move || {
+            let got = claim(&cache, &id)?;
+            let sql = "SELECT 1 FROM areas WHERE id=? AND state='running'";
+            Ok((got, cache.read(|reader| reader.prepare_cached(sql)?.exists([&id]))?))
+        })
+        .await?;
+        match (got, is_wanted) {
+            (_, false) => return Ok(None),
+            (Some(claim), true) => return Ok(Some(claim)),
+            (None, true) => tokio::time::sleep(wait).await,
+        }
+        wait = (wait * 2).min(CLAIM_WAIT.1);
+    }
+}
+
+/// The right to fetch an area.
+struct Claim {
+    _lock: Mutex<Connection>,
+    path: std::path::PathBuf,
+}
+
+impl Drop for Claim {
+    fn drop(&mut self) {
+        // Whoever opened it meanwhile has a file without a name and fetches as well: that costs time, and nothing else.
+        let _ = std::fs::remove_file(&self.path);
+    }
 }
 
 fn open_tiles(cache: &Cache, id: &str) -> Result<Vec<TileId>> {
@@ -335,7 +385,7 @@ impl Maps {
         .await
     }
 
-    fn keeper(&self, id: &str) -> Result<(Arc<Source>, Arc<Cache>)> {
+    pub(crate) fn keeper(&self, id: &str) -> Result<(Arc<Source>, Arc<Cache>)> {
         let source = self.source(id)?;
         if let Some(reason) = source.settings.offline_refusal() {
             return Err(MapError::OfflineRefused { source_id: id.to_owned(), reason });
@@ -369,6 +419,7 @@ impl Maps {
             })
             .await?
         };
+        self.tell_news();
         self.run(&source, &cache, &id);
         self.area(&id).await
     }
@@ -408,7 +459,7 @@ impl Maps {
         found.ok_or_else(|| MapError::NoArea(id.to_owned()))
     }
 
-    async fn find(&self, id: &str) -> Result<(Area, Arc<Source>, Arc<Cache>)> {
+    pub(crate) async fn find(&self, id: &str) -> Result<(Area, Arc<Source>, Arc<Cache>)> {
         let area = self.area(id).await?;
         let source = self.source(&area.source)?;
         let cache = source.cache.clone().ok_or_else(|| MapError::NoArea(id.to_owned()))?;
@@ -426,6 +477,7 @@ impl Maps {
             let id = id.to_owned();
             blocking(move || set_state(&cache, &id, AreaState::Paused, None)).await?;
         }
+        self.tell_news();
         self.area(id).await
     }
 
@@ -437,7 +489,12 @@ impl Maps {
         let (area, source, cache) = self.find(id).await?;
         self.keeper(&area.source)?;
         let is_whole = area.done == area.tiles;
-        if area.state != AreaState::Running && !is_whole {
+        if is_whole && !matches!(area.state, AreaState::Running | AreaState::Done) {
+            // It was paused while its last tiles came.
+            let name = id.to_owned();
+            blocking(move || set_state(&cache, &name, AreaState::Done, None)).await?;
+            self.tell_news();
+        } else if area.state != AreaState::Running && !is_whole {
             let (again, name) = (cache.clone(), id.to_owned());
             blocking(move || {
                 again
@@ -448,6 +505,7 @@ impl Maps {
             .await?;
             source.try_again();
             self.run(&source, &cache, id);
+            self.tell_news();
         }
         self.area(id).await
     }
@@ -459,7 +517,7 @@ impl Maps {
     pub async fn remove_area(&self, id: &str) -> Result<()> {
         let (_, _, cache) = self.find(id).await?;
         self.stop(id);
-        let (id, now_s) = (id.to_owned(), self.now_s());
+        let id = id.to_owned();
         blocking(move || {
             {
                 let mut writer = cache.writer();
@@ -468,9 +526,11 @@ impl Maps {
                 transaction.execute("DELETE FROM areas WHERE id=?", [&id])?;
                 transaction.commit()?;
             }
-            cache.shrink(now_s)
+            cache.shrink()
         })
-        .await
+        .await?;
+        self.tell_news();
+        Ok(())
     }
 
     fn stop(&self, id: &str) {
@@ -534,10 +594,12 @@ impl Maps {
             }
             drop(stops);
             maps.shared.areas.rates.lock().unwrap_or_else(PoisonError::into_inner).remove(&id);
+            maps.tell_news();
         });
     }
 
     async fn download(&self, source: &Arc<Source>, cache: &Arc<Cache>, id: &str) -> Result<()> {
+        let Some(_claim) = claimed(cache, id).await? else { return Ok(()) };
         let _permit = self.shared.areas.gate.acquire().await.map_err(|_| MapError::Closed)?;
         let parallel = usize::from(source.settings.parallel.unwrap_or(4)).max(1);
         let mut wait = WAIT.0;
@@ -553,11 +615,11 @@ impl Maps {
                     format!("{} tiles could not be fetched ({why}); going on tries them again", area.failed)
                 });
                 let (end, name) = (cache.clone(), id.to_owned());
-                return blocking(move || set_state(&end, &name, AreaState::Done, detail.as_deref())).await;
+                return blocking(move || set_running(&end, &name, AreaState::Done, detail.as_deref()).map(drop)).await;
             }
             let began = Instant::now();
             let mut marks = Vec::with_capacity(batch.len());
-            let (mut bytes, mut silence) = (0, None);
+            let (mut bytes, mut silence, mut count, mut noted_at) = (0, None, 0, began);
             let mut tasks: JoinSet<(TileId, Outcome)> = JoinSet::new();
             let mut left = batch.iter().copied();
             loop {
@@ -581,18 +643,28 @@ impl Maps {
                     }
                     Outcome::Silent(why) => silence = Some(why),
                 }
+                if noted_at.elapsed() >= NOTE_EVERY && !marks.is_empty() {
+                    count += marks.len();
+                    if !self.note(cache, id, &mut marks, &mut bytes).await? {
+                        return Ok(());
+                    }
+                    noted_at = Instant::now();
+                }
             }
-            let (noted, name, count) = (cache.clone(), id.to_owned(), marks.len());
-            blocking(move || mark(&noted, &name, &marks, bytes)).await?;
+            count += marks.len();
+            self.note(cache, id, &mut marks, &mut bytes).await?;
             if faults_in_a_row >= MAX_FAULTS {
                 let text =
                     format!("{MAX_FAULTS} tiles in a row could not be fetched: {}", last_fault.unwrap_or_default());
                 let (end, name) = (cache.clone(), id.to_owned());
-                return blocking(move || set_state(&end, &name, AreaState::Failed, Some(&text))).await;
+                return blocking(move || set_running(&end, &name, AreaState::Failed, Some(&text)).map(drop)).await;
             }
             let detail = silence.as_ref().map(|why| format!("waits for the network: {why}"));
             let (noted, name) = (cache.clone(), id.to_owned());
-            blocking(move || set_state(&noted, &name, AreaState::Running, detail.as_deref())).await?;
+            if !blocking(move || set_running(&noted, &name, AreaState::Running, detail.as_deref())).await? {
+                return Ok(());
+            }
+            self.tell_news();
             let tiles_s = (count > 0).then(|| count as f64 / began.elapsed().as_secs_f64().max(1e-3));
             self.shared
                 .areas
@@ -609,6 +681,26 @@ impl Maps {
         }
     }
 
+    /// Writes down which tiles came to what; `false` when the area is no longer to be fetched.
+    async fn note(
+        &self,
+        cache: &Arc<Cache>,
+        id: &str,
+        marks: &mut Vec<(TileId, i64)>,
+        bytes: &mut u64,
+    ) -> Result<bool> {
+        let (cache, id) = (cache.clone(), id.to_owned());
+        let (marks, bytes) = (std::mem::take(marks), std::mem::take(bytes));
+        let goes_on = blocking(move || {
+            mark(&cache, &id, &marks, bytes)?;
+            let sql = "SELECT 1 FROM areas WHERE id=? AND state='running'";
+            cache.read(|reader| reader.prepare_cached(sql)?.exists([&id]))
+        })
+        .await?;
+        self.tell_news();
+        Ok(goes_on)
+    }
+
     /// Sees to it that a tile is in the cache.
     async fn ensure(&self, source: &Arc<Source>, cache: &Arc<Cache>, tile: TileId) -> Outcome {
         let looked = cache.clone();
@@ -618,198 +710,24 @@ impl Maps {
             Err(error) => return Outcome::Fault(error.to_string()),
         }
         match self.serve(source, tile).await {
-            Ok(tile) => Outcome::Here(tile.data.len() as u64),
+            Ok(shown) => {
+                // What was shown is not yet what is kept: the service may forbid that, or the disk be full.
+                let looked = cache.clone();
+                match blocking(move || looked.has(tile)).await {
+                    Ok(true) => Outcome::Here(shown.data.len() as u64),
+                    Ok(false) => Outcome::Fault(
+                        "it came, but could not be kept: the service forbids it, or the disk is full".to_owned(),
+                    ),
+                    Err(error) => Outcome::Fault(error.to_string()),
+                }
+            }
             Err(MapError::NoTile) => Outcome::Here(0),
             Err(error) if error.is_network() || matches!(error, MapError::Busy) => Outcome::Silent(error.to_string()),
             Err(error) => Outcome::Fault(error.to_string()),
         }
     }
-
-    // ---- files
-
-    /// Writes what is here of an area into an MBTiles file of the folder for temporary ones, and gives its path.
-    ///
-    /// # Errors
-    /// [`MapError::NoArea`], [`MapError::Storage`].
-    pub async fn export_area(&self, id: &str) -> Result<(PathBuf, String)> {
-        let (area, source, cache) = self.find(id).await?;
-        let grid = self.known_grid(&source).await?;
-        let folder = self.folder().join("tmp");
-        let settings = source.settings.clone();
-        blocking(move || {
-            std::fs::create_dir_all(&folder)?;
-            let path = folder.join(format!("{}-{}.mbtiles", area.id, new_id(&cache)?));
-            let result = export(&cache, &area, &grid, &settings, &path);
-            if result.is_err() {
-                let _ = std::fs::remove_file(&path);
-            }
-            result.map(|()| (path, area.name))
-        })
-        .await
-    }
-
-    /// Takes the tiles of an MBTiles file into a source's cache, as an area that is done.
-    ///
-    /// # Errors
-    /// [`MapError::MapFile`] when the file is none, or of another grid; [`MapError::OfflineRefused`].
-    pub async fn import_area(&self, source: &str, name: &str, path: PathBuf) -> Result<Area> {
-        let (source, cache) = self.keeper(source)?;
-        let grid = self.known_grid(&source).await?;
-        let (name, now_s) = (sniff::one_line(name, 100), self.now_s());
-        let id = blocking(move || import(&cache, &grid, &source.settings, &name, &path, now_s)).await?;
-        self.area(&id).await
-    }
 }
 
-fn new_id(cache: &Cache) -> Result<String> {
+pub(crate) fn new_id(cache: &Cache) -> Result<String> {
     cache.read(|reader| reader.query_row("SELECT lower(hex(randomblob(8)))", [], |row| row.get(0)))
-}
-
-/// Tells the grid of an exported file.
-fn grid_mark(grid: &TileGrid) -> String {
-    let parts: Vec<_> =
-        grid.levels.iter().map(|level| (level.resolution.to_bits(), level.origin, level.tile_px)).collect();
-    format!("{}-{:016x}", grid.crs.code(), crate::settings::fnv1a(format!("{parts:?}").as_bytes()))
-}
-
-/// Rows of a level, by which MBTiles counts from the bottom.
-fn rows(grid: &TileGrid, level: u8) -> u64 {
-    let size = grid.levels.get(usize::from(level)).and_then(|level| level.size);
-    size.map_or(1_u64 << level.min(62), |[_, rows]| rows.into())
-}
-
-fn export(cache: &Cache, area: &Area, grid: &TileGrid, settings: &SourceSettings, path: &Path) -> Result<()> {
-    let out = Connection::open(path)?;
-    out.execute_batch(
-        "PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; PRAGMA application_id=0x4d504258;
-         CREATE TABLE metadata (name TEXT, value TEXT);
-         CREATE TABLE tiles (zoom_level INTEGER, tile_column INTEGER, tile_row INTEGER, tile_data BLOB);",
-    )?;
-    out.execute("ATTACH ? AS cache", [cache.path().to_string_lossy()])?;
-    for level in area.min_level..=area.max_level {
-        out.execute(
-            "INSERT INTO tiles SELECT level, col, ? - row, data FROM cache.images AS image WHERE level=? AND data IS NOT NULL \
-             AND EXISTS (SELECT 1 FROM cache.area_tiles AS kept WHERE kept.level=image.level AND kept.col=image.col \
-             AND kept.row=image.row AND kept.area=?)",
-            params![rows(grid, level).cast_signed() - 1, level, area.id],
-        )?;
-    }
-    out.execute_batch("CREATE UNIQUE INDEX tile_index ON tiles (zoom_level, tile_column, tile_row)")?;
-    let sample: Option<Vec<u8>> =
-        out.query_row("SELECT tile_data FROM tiles LIMIT 1", [], |row| row.get(0)).optional()?;
-    let sample = sample.ok_or_else(|| MapError::Request("nothing of the area is here yet".to_owned()))?;
-    let format = sniff::Picture::of(&sample).map_or("png", sniff::Picture::short);
-    let named: Vec<&str> = settings.attribution.iter().map(|named| named.text.as_str()).collect();
-    let mut notes = vec![
-        ("name", area.name.clone()),
-        ("format", format.to_owned()),
-        ("type", "baselayer".to_owned()),
-        ("minzoom", area.min_level.to_string()),
-        ("maxzoom", area.max_level.to_string()),
-        ("attribution", named.join(", ")),
-        ("description", settings.name.clone()),
-        ("vencejo_source", settings.id.clone()),
-        ("vencejo_grid", grid_mark(grid)),
-        ("vencejo_shape", serde_json::to_string(&area.shape).map_err(MapError::storage)?),
-    ];
-    if let Some(bounds) = cover::bounds(&area.shape) {
-        notes.push((
-            "bounds",
-            format!("{},{},{},{}", bounds.west_deg, bounds.south_deg, bounds.east_deg, bounds.north_deg),
-        ));
-    }
-    for (name, value) in notes {
-        out.execute("INSERT INTO metadata VALUES (?, ?)", params![name, value])?;
-    }
-    Ok(())
-}
-
-fn import(
-    cache: &Cache,
-    grid: &TileGrid,
-    settings: &SourceSettings,
-    name: &str,
-    path: &Path,
-    now_s: i64,
-) -> Result<String> {
-    let wrong = |reason: String| MapError::file("the file", reason);
-    let failed = |error: rusqlite::Error| wrong(format!("no MBTiles file: {error}"));
-    let file = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY).map_err(failed)?;
-    file.set_db_config(rusqlite::config::DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false)?;
-    let note = |name: &str| -> Option<String> {
-        file.query_row("SELECT value FROM metadata WHERE name=?", [name], |row| row.get(0)).ok()
-    };
-    let usual = TileGrid::standard(crate::crs::Crs::WebMercator, 256, 0, 0);
-    let is_usual = grid.crs == usual.crs
-        && grid.levels.iter().enumerate().all(|(zoom, level)| {
-            let expected = usual.levels[0].resolution / f64::from(1_u32 << zoom.min(30));
-            (level.resolution / expected - 1.0).abs() < 1e-9 && level.origin == usual.levels[0].origin
-        });
-    match note("vencejo_grid") {
-        Some(mark) if mark != grid_mark(grid) => {
-            return Err(wrong(format!("its tiles lie on another grid than those of '{}'", settings.id)));
-        }
-        None if !is_usual => {
-            return Err(wrong(format!(
-                "'{}' is not in Web Mercator, so only files that were exported of it fit",
-                settings.id
-            )));
-        }
-        _ => {}
-    }
-    let count: i64 = file.query_row("SELECT COUNT(*) FROM tiles", [], |row| row.get(0)).map_err(failed)?;
-    if count.cast_unsigned() > MAX_TILES {
-        return Err(MapError::AreaTooLarge { tiles: count.cast_unsigned(), most: MAX_TILES });
-    }
-    let mut query = file.prepare("SELECT zoom_level, tile_column, tile_row, tile_data FROM tiles").map_err(failed)?;
-    let mut found = query.query([]).map_err(failed)?;
-    let id = new_id(cache)?;
-    let mut writer = cache.writer();
-    let transaction = writer.transaction()?;
-    let (mut min_level, mut max_level, mut tiles, mut bytes) = (u8::MAX, 0, 0_u64, 0_u64);
-    let mut corners: Option<[f64; 4]> = None;
-    {
-        let mut insert = transaction
-            .prepare("INSERT OR IGNORE INTO area_tiles (level, col, row, area, state) VALUES (?, ?, ?, ?, ?)")?;
-        while let Some(row) = found.next().map_err(failed)? {
-            let number = |index: usize| row.get::<_, i64>(index).map_err(failed);
-            let level = u8::try_from(number(0)?).map_err(|_| wrong("a zoom is out of range".to_owned()))?;
-            let from_top = rows(grid, level).cast_signed() - 1 - number(2)?;
-            let place = u32::try_from(number(1)?).ok().zip(u32::try_from(from_top).ok());
-            let Some((column, row_number)) = place else { return Err(wrong("a tile lies off the grid".to_owned())) };
-            let tile = TileId { level, column, row: row_number };
-            let Some(extent) = grid.tile_extent(tile) else { continue };
-            let data: Vec<u8> = row.get(3).map_err(failed)?;
-            sniff::check_picture(&data).map_err(|reason| wrong(format!("tile {tile} is {reason}")))?;
-            bytes += data.len() as u64;
-            cache::put(&transaction, tile, &Kept::new(Some(Bytes::from(data)), now_s, IMPORTED))?;
-            insert.execute(params![tile.level, tile.column, tile.row, id, DONE])?;
-            (min_level, max_level) = (min_level.min(level), max_level.max(level));
-            let [a, b, c, d] = corners.unwrap_or(extent);
-            corners = Some([a.min(extent[0]), b.min(extent[1]), c.max(extent[2]), d.max(extent[3])]);
-            tiles += 1;
-        }
-    }
-    let bounds = corners.and_then(|extent| crate::settings::Bounds::around(grid.crs, extent));
-    let Some(bounds) = bounds.filter(|_| tiles > 0) else {
-        return Err(wrong("it has no tiles that the source could show".to_owned()));
-    };
-    let shape: Option<Shape> = note("vencejo_shape").and_then(|text| serde_json::from_str(&text).ok());
-    let shape = shape.filter(|shape| shape.check().is_ok()).unwrap_or(Shape::Box(bounds));
-    let own = note("name").map(|name| sniff::one_line(&name, 100));
-    let name = if name.trim().is_empty() { own.filter(|own| !own.is_empty()) } else { Some(name.to_owned()) };
-    transaction.execute(
-        "INSERT INTO areas (id, name, shape, min_level, max_level, state, created_s, bytes) VALUES (?, ?, ?, ?, ?, 'done', ?, ?)",
-        params![
-            id,
-            name.unwrap_or_else(|| "imported".to_owned()),
-            serde_json::to_string(&shape).map_err(MapError::storage)?,
-            min_level,
-            max_level,
-            now_s,
-            bytes.cast_signed()
-        ],
-    )?;
-    transaction.commit()?;
-    Ok(id)
 }

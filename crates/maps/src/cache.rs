@@ -3,18 +3,18 @@
 //!
 //! Calls block; the service makes them off the runtime's threads.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use bytes::Bytes;
-use rusqlite::{Connection, OpenFlags, OptionalExtension, params};
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params};
 
 use crate::error::{MapError, Result};
 use crate::grid::TileId;
-use crate::settings::fnv1a;
+use crate::sniff;
 
 /// Connections that read at once at most.
 const READERS: usize = 4;
@@ -22,6 +22,8 @@ const READERS: usize = 4;
 const TOUCHES: usize = 512;
 /// Every how many tiles the size is looked at.
 const LOOK_EVERY: u64 = 32;
+/// Bytes that the write-ahead log keeps on disk when it is empty.
+const WAL_BYTES: i64 = 16 * 1024 * 1024;
 /// Version of the tables.
 const SCHEMA: i64 = 1;
 
@@ -68,7 +70,7 @@ impl Kept {
     /// A new picture, or the knowledge that there is none.
     #[must_use]
     pub fn new(data: Option<Bytes>, now_s: i64, lifetime: Duration) -> Self {
-        let hash = data.as_ref().map_or(0, |data| fnv1a(data));
+        let hash = data.as_ref().map_or(0, |data| sniff::hash(data));
         let lifetime = i64::try_from(lifetime.as_secs()).unwrap_or(i64::MAX / 4).min(i64::MAX / 4);
         Self { data, etag: None, last_modified: None, hash, fetched_s: now_s, expires_s: now_s + lifetime }
     }
@@ -91,7 +93,8 @@ pub struct Cache {
     path: PathBuf,
     writer: Mutex<Connection>,
     readers: Mutex<Vec<Connection>>,
-    touched: Mutex<HashSet<TileId>>,
+    /// Which tiles were used, and when; not yet in the file.
+    touched: Mutex<HashMap<TileId, i64>>,
     max_bytes: AtomicU64,
     written: AtomicU64,
 }
@@ -105,18 +108,21 @@ impl Cache {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder)?;
         }
-        let writer = Connection::open(path)?;
-        writer.busy_timeout(Duration::from_secs(10))?;
-        writer.pragma_update(None, "journal_mode", "WAL")?;
-        writer.pragma_update(None, "synchronous", "NORMAL")?;
-        // "MPBX", by which MBTiles files are told.
-        writer.pragma_update(None, "application_id", 0x4d50_4258)?;
-        let version: i64 = writer.pragma_query_value(None, "user_version", |row| row.get(0))?;
-        if version > SCHEMA {
-            return Err(MapError::storage(format!("{} was made by a newer Vencejo", path.display())));
-        }
-        writer.execute_batch(TABLES)?;
-        writer.pragma_update(None, "user_version", SCHEMA)?;
+        let writer = match prepare(path) {
+            Err(Unready::Broken(reason)) => {
+                set_aside(path)?;
+                tracing::error!(
+                    path = %path.display(), reason,
+                    "the cache of a map source was broken: it was put aside as .broken, and a new one begun"
+                );
+                prepare(path)
+            }
+            other => other,
+        };
+        let writer = writer.map_err(|unready| match unready {
+            Unready::Broken(reason) => MapError::storage(format!("{}: {reason}", path.display())),
+            Unready::Other(error) => error,
+        })?;
         Ok(Self {
             path: path.to_owned(),
             writer: Mutex::new(writer),
@@ -157,7 +163,6 @@ impl Cache {
                 let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
                 let reader = Connection::open_with_flags(&self.path, flags)?;
                 reader.busy_timeout(Duration::from_secs(10))?;
-                reader.pragma_update(None, "mmap_size", 256 * 1024 * 1024)?;
                 reader
             }
         };
@@ -194,14 +199,23 @@ impl Cache {
         })?;
         if found.is_some() {
             let mut touched = self.touched.lock().unwrap_or_else(PoisonError::into_inner);
-            touched.insert(tile);
-            if touched.len() >= TOUCHES {
-                let uses = std::mem::take(&mut *touched);
-                drop(touched);
-                self.note_uses(&uses, now_s)?;
+            touched.insert(tile, now_s);
+            let is_much = touched.len() >= TOUCHES;
+            drop(touched);
+            if is_much {
+                self.flush()?;
             }
         }
         Ok(found)
+    }
+
+    /// Writes down which tiles were used when, so that those are not forgotten first.
+    ///
+    /// # Errors
+    /// [`MapError::Storage`].
+    pub fn flush(&self) -> Result<()> {
+        let uses = std::mem::take(&mut *self.touched.lock().unwrap_or_else(PoisonError::into_inner));
+        if uses.is_empty() { Ok(()) } else { self.note_uses(&uses) }
     }
 
     /// Whether a tile is there, or known not to be, without using it.
@@ -215,14 +229,14 @@ impl Cache {
         })
     }
 
-    fn note_uses(&self, uses: &HashSet<TileId>, now_s: i64) -> Result<()> {
+    fn note_uses(&self, uses: &HashMap<TileId, i64>) -> Result<()> {
         let mut writer = self.writer();
         let transaction = writer.transaction()?;
         {
             let mut note =
                 transaction.prepare_cached("UPDATE images SET used_s=? WHERE level=? AND col=? AND row=?")?;
-            for tile in uses {
-                note.execute(params![now_s, tile.level, tile.column, tile.row])?;
+            for (tile, used_s) in uses {
+                note.execute(params![used_s, tile.level, tile.column, tile.row])?;
             }
         }
         transaction.commit()?;
@@ -239,7 +253,7 @@ impl Cache {
             put(&writer, tile, kept)?;
         }
         if self.written.fetch_add(1, Ordering::Relaxed).is_multiple_of(LOOK_EVERY) {
-            self.shrink(kept.fetched_s)?;
+            self.shrink()?;
         }
         Ok(())
     }
@@ -260,14 +274,13 @@ impl Cache {
     ///
     /// # Errors
     /// [`MapError::Storage`].
-    pub fn shrink(&self, now_s: i64) -> Result<()> {
+    pub fn shrink(&self) -> Result<()> {
         let max_bytes = self.max_bytes();
         let mut bytes = self.bytes()?;
         if bytes <= max_bytes {
             return Ok(());
         }
-        let uses = std::mem::take(&mut *self.touched.lock().unwrap_or_else(PoisonError::into_inner));
-        self.note_uses(&uses, now_s)?;
+        self.flush()?;
         // Down to nine tenths, so that it is not done for each tile.
         let aim = max_bytes / 10 * 9;
         while bytes > aim {
@@ -374,6 +387,56 @@ impl Cache {
     }
 }
 
+/// Why a file cannot be used as a cache.
+enum Unready {
+    /// It is no database, or one that was damaged: by power that failed, or a card that is worn.
+    Broken(String),
+    Other(MapError),
+}
+
+impl From<rusqlite::Error> for Unready {
+    fn from(error: rusqlite::Error) -> Self {
+        match error.sqlite_error_code() {
+            Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => Self::Broken(error.to_string()),
+            _ => Self::Other(error.into()),
+        }
+    }
+}
+
+/// Opens the connection that writes, with its tables.
+fn prepare(path: &Path) -> std::result::Result<Connection, Unready> {
+    let writer = Connection::open(path)?;
+    writer.busy_timeout(Duration::from_secs(10))?;
+    // Readers do not wait for the writer; a power cut may lose the last tiles, never the file.
+    writer.pragma_update(None, "journal_mode", "WAL")?;
+    writer.pragma_update(None, "synchronous", "NORMAL")?;
+    writer.pragma_update(None, "journal_size_limit", WAL_BYTES)?;
+    // "MPBX", by which MBTiles files are told.
+    writer.pragma_update(None, "application_id", 0x4d50_4258)?;
+    let version: i64 = writer.pragma_query_value(None, "user_version", |row| row.get(0))?;
+    if version > SCHEMA {
+        let reason = format!("{} was made by a newer Vencejo", path.display());
+        return Err(Unready::Other(MapError::storage(reason)));
+    }
+    writer.execute_batch(TABLES)?;
+    writer.pragma_update(None, "user_version", SCHEMA)?;
+    Ok(writer)
+}
+
+/// Puts a broken file aside, with what belongs to it: somebody may want to save what is in it.
+fn set_aside(path: &Path) -> Result<()> {
+    let with = |end: &str| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(end);
+        PathBuf::from(name)
+    };
+    std::fs::rename(path, with(".broken"))?;
+    for end in ["-wal", "-shm"] {
+        let _ = std::fs::remove_file(with(end));
+    }
+    Ok(())
+}
+
 /// Writes a tile with a connection, in whose transaction it may be.
 pub(crate) fn put(connection: &Connection, tile: TileId, kept: &Kept) -> rusqlite::Result<()> {
     connection
@@ -449,7 +512,7 @@ mod tests {
             // The second is used all the time.
             cache.get(tile(1), i64::from(column)).expect("read");
         }
-        cache.shrink(1000).expect("shrunk");
+        cache.shrink().expect("shrunk");
         let fill = cache.fill().expect("read");
         assert!(fill.bytes <= 400_000 && fill.tiles > 10, "{fill:?}");
         assert_eq!(fill.pinned_tiles, 1);
@@ -462,11 +525,60 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_no_cache_is_refused() {
+    fn a_broken_cache_is_put_aside_and_a_new_one_begun() {
         let folder = Folder::new();
         let path = folder.path().join("a.mbtiles");
-        std::fs::write(&path, "no database at all, but long enough to be read as one, which it is not")
-            .expect("written");
-        assert!(matches!(Cache::open(&path, 1), Err(MapError::Storage(_))));
+        let text = "no database at all, but long enough to be read as one, which it is not";
+        std::fs::write(&path, text).expect("written");
+        let cache = Cache::open(&path, 1 << 30).expect("a new one");
+        cache.put(tile(1), &kept(5, 0)).expect("kept");
+        assert_eq!(std::fs::read_to_string(folder.path().join("a.mbtiles.broken")).expect("read"), text);
+        // A folder in its place is nothing that could be put aside.
+        std::fs::create_dir_all(folder.path().join("b.mbtiles/x")).expect("made");
+        assert!(matches!(Cache::open(&folder.path().join("b.mbtiles"), 1), Err(MapError::Storage(_))));
+    }
+
+    #[test]
+    fn what_was_used_is_remembered_over_a_restart() {
+        let folder = Folder::new();
+        let path = folder.path().join("a.mbtiles");
+        let cache = Cache::open(&path, 1 << 30).expect("a cache");
+        for column in 0..100 {
+            cache.put(tile(column), &kept(10_000, 0)).expect("kept");
+        }
+        cache.get(tile(7), 50).expect("read");
+        cache.flush().expect("noted");
+        drop(cache);
+        let cache = Cache::open(&path, 300_000).expect("a cache");
+        cache.shrink().expect("shrunk");
+        assert!(cache.has(tile(7)).expect("read") && cache.fill().expect("read").tiles < 40);
+    }
+
+    #[test]
+    fn readers_and_writers_at_once_lose_nothing_and_keep_to_the_limit() {
+        let folder = Folder::new();
+        let cache = Cache::open(&folder.path().join("a.mbtiles"), 1_000_000).expect("a cache");
+        // Time goes on for all threads alike.
+        let clock = std::sync::atomic::AtomicI64::new(0);
+        std::thread::scope(|scope| {
+            for thread in 0..4_u32 {
+                let (cache, clock) = (&cache, &clock);
+                scope.spawn(move || {
+                    for turn in 0..100 {
+                        let (tile, now_s) = (tile(thread * 1000 + turn), clock.fetch_add(1, Ordering::SeqCst));
+                        cache.put(tile, &kept(10_000, now_s)).expect("kept");
+                        if let Some(found) = cache.get(tile, now_s).expect("read") {
+                            assert_eq!(found.data, kept(10_000, 0).data);
+                        }
+                        // One that all use must not be forgotten.
+                        cache.put(TileId { level: 1, column: 0, row: 0 }, &kept(100, now_s)).expect("kept");
+                    }
+                });
+            }
+        });
+        cache.shrink().expect("shrunk");
+        let fill = cache.fill().expect("read");
+        assert!(fill.bytes <= 1_000_000 && fill.tiles > 20, "{fill:?}");
+        assert!(cache.has(TileId { level: 1, column: 0, row: 0 }).expect("read"));
     }
 }

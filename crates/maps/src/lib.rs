@@ -6,21 +6,26 @@
 //!
 //! | module | owns |
 //! |---|---|
-//! | [`service`] | the maps of a station: tiles, changes, heights |
+//! | [`service`] | the maps of a station: their sources, read from the file and got ready |
+//! | [`tiles`], `changes`, `heights` | what is done with them: tiles, changes of the sources, heights of the ground |
+//! | [`listing`] | sources as they are shown |
 //! | `source` | one source in use: addresses, fetches under way, how it fares |
 //! | [`settings`], [`file`](mod@file), [`presets`] | what a source is, its file, well-known ones with their terms |
 //! | [`cache`] | what is kept, as MBTiles in SQLite |
-//! | [`areas`], [`cover`] | what is fetched ahead, and which tiles that takes |
+//! | [`areas`], `area_files`, [`cover`] | what is fetched ahead, files of it, and which tiles that takes |
 //! | [`net`] | fetching: who may be asked, how much may be answered |
-//! | [`wms`], [`wmts`], [`xyz`], `google` | the services |
+//! | [`wms`], [`wmts`], [`xyz`], `google`, `cog` | the services |
 //! | [`files`] | MBTiles, PMTiles, GeoTIFF, pictures with corners, files of heights |
 //! | [`uploads`] | files that are handed in |
 //! | [`elevation`] | heights from pictures, interpolation, profiles |
 //! | [`crs`], [`grid`] | coordinate reference systems, grids of tiles |
 //! | [`sniff`], [`raster`], [`xml`] | reading what others wrote, within bounds |
 
+mod area_files;
 pub mod areas;
 pub mod cache;
+mod changes;
+mod cog;
 pub mod cover;
 pub mod crs;
 pub mod elevation;
@@ -29,6 +34,8 @@ pub mod file;
 pub mod files;
 mod google;
 pub mod grid;
+mod heights;
+pub mod listing;
 pub mod net;
 pub mod presets;
 pub mod raster;
@@ -38,6 +45,7 @@ pub mod sniff;
 mod source;
 #[cfg(test)]
 mod testing;
+pub mod tiles;
 pub mod uploads;
 pub mod wms;
 pub mod wmts;
@@ -46,5 +54,7 @@ pub mod xyz;
 
 pub use areas::{Area, AreaState, Estimate, NewArea};
 pub use error::{MapError, Result};
-pub use service::{MapSource, MapSources, Maps, MapsConfig, Origin, Tile};
+pub use listing::{MapConfiguration, MapSource, MapSources};
+pub use service::{Maps, MapsConfig};
 pub use source::{CacheState, SourceState, Status};
+pub use tiles::{Origin, Tile};

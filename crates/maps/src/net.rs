@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::error::Error as StdError;
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
@@ -12,7 +13,7 @@ use bytes::{Bytes, BytesMut};
 use reqwest::dns::{Addrs, Name, Resolve, Resolving};
 use reqwest::header::{self, HeaderMap, HeaderName};
 use reqwest::{Client, redirect};
-use tokio::sync::Semaphore;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use url::{Host, Url};
 
 use crate::error::{MapError, Result};
@@ -60,6 +61,8 @@ pub struct Request {
     pub secret: Option<String>,
     /// Fetches at once from this host.
     pub parallel: u8,
+    /// Only these bytes of the file, its first and one beyond its last.
+    pub range: Option<Range<u64>>,
 }
 
 impl Request {
@@ -83,6 +86,7 @@ impl Request {
             json: None,
             secret,
             parallel: settings.parallel.unwrap_or(DEFAULT_PARALLEL),
+            range: None,
         })
     }
 }
@@ -165,6 +169,8 @@ pub struct Answer {
     pub freshness: Freshness,
     /// When to come back, where the service says so.
     pub retry_after: Option<Duration>,
+    /// Bytes of the whole file, where a part of it was asked for and came.
+    pub whole_bytes: Option<u64>,
     /// The body, unpacked.
     pub body: Bytes,
 }
@@ -241,13 +247,17 @@ impl Resolve for PublicOnly {
     }
 }
 
+/// How many fetches a host gets at once, and who may.
+type Gate = (u8, Arc<Semaphore>);
+
 /// Fetches; one for all sources.
 #[derive(Clone)]
 pub struct Fetcher {
     public: Client,
     local: Client,
     patience: Patience,
-    hosts: Arc<Mutex<HashMap<String, Arc<Semaphore>>>>,
+    /// By host: how many fetches at once, and who may.
+    hosts: Arc<Mutex<HashMap<String, Gate>>>,
 }
 
 impl fmt::Debug for Fetcher {
@@ -288,12 +298,29 @@ impl Fetcher {
     /// # Errors
     /// [`MapError::Service`], [`MapError::Timeout`], [`MapError::Offline`].
     pub async fn fetch(&self, request: &Request) -> Result<Answer> {
+        let turn = self.turn(request).await?;
+        self.fetch_in_turn(request, turn).await
+    }
+
+    /// Waits until a request may be sent to its host, of which few are at once.
+    pub(crate) async fn turn(&self, request: &Request) -> Result<OwnedSemaphorePermit> {
         let host = request.url.host_str().unwrap_or_default().to_owned();
         let gate = {
             let mut hosts = self.hosts.lock().unwrap_or_else(PoisonError::into_inner);
-            hosts.entry(host).or_insert_with(|| Arc::new(Semaphore::new(request.parallel.max(1).into()))).clone()
+            let parallel = request.parallel.max(1);
+            let new = || (parallel, Arc::new(Semaphore::new(parallel.into())));
+            let gate = hosts.entry(host).or_insert_with(new);
+            if gate.0 != parallel {
+                // The settings were changed; who waits at the old gate passes it as before.
+                *gate = new();
+            }
+            gate.1.clone()
         };
-        let _permit = gate.acquire().await.map_err(|_| MapError::Closed)?;
+        gate.acquire_owned().await.map_err(|_| MapError::Closed)
+    }
+
+    /// Fetches when it is its turn.
+    pub(crate) async fn fetch_in_turn(&self, request: &Request, _turn: OwnedSemaphorePermit) -> Result<Answer> {
         let mut url = request.url.clone();
         for _ in 0..=MAX_REDIRECTS {
             let response = self.send(request, &url).await?;
@@ -334,6 +361,12 @@ impl Fetcher {
             Some(json) => client.post(url.clone()).header(header::CONTENT_TYPE, "application/json").body(json.clone()),
             None => client.get(url.clone()),
         };
+        if let Some(range) = &request.range {
+            // Packed, the bytes would be others.
+            asked = asked
+                .header(header::RANGE, format!("bytes={}-{}", range.start, range.end.saturating_sub(1)))
+                .header(header::ACCEPT_ENCODING, "identity");
+        }
         if let Some(etag) = &request.etag {
             asked = asked.header(header::IF_NONE_MATCH, etag);
         }
@@ -359,8 +392,35 @@ impl Fetcher {
             last_modified: short(header::LAST_MODIFIED),
             freshness: Freshness::of(headers),
             retry_after: text(header::RETRY_AFTER).and_then(|text| text.trim().parse().ok()).map(Duration::from_secs),
+            whole_bytes: None,
             body: Bytes::new(),
         };
+        if let Some(range) = &request.range {
+            match answer.status {
+                200 => {
+                    return Err(self.service(
+                        request,
+                        url,
+                        "answers with the whole file where a part was asked for (it knows no Range requests); download the file \
+                         and add it as a file",
+                    ));
+                }
+                206 => {
+                    let said = text(header::CONTENT_RANGE);
+                    let part = said.as_deref().and_then(content_range);
+                    let is_asked_for = |(first, end, whole): &(u64, u64, u64)| {
+                        *first == range.start && *end == range.end.min(*whole) && *first < *end
+                    };
+                    let Some((_, _, whole)) = part.filter(is_asked_for) else {
+                        let said = said.unwrap_or_else(|| "no range".to_owned());
+                        let reason = format!("answers with another part of the file than was asked for ({said})");
+                        return Err(self.service(request, url, &reason));
+                    };
+                    answer.whole_bytes = Some(whole);
+                }
+                _ => {}
+            }
+        }
         let too_large = || self.service(request, url, &format!("answers with more than {} bytes", request.max_bytes));
         if response.content_length().is_some_and(|length| length > request.max_bytes as u64) {
             return Err(too_large());
@@ -371,6 +431,11 @@ impl Fetcher {
                 return Err(too_large());
             }
             body.extend_from_slice(&part);
+        }
+        let wanted =
+            request.range.as_ref().zip(answer.whole_bytes).map(|(range, whole)| range.end.min(whole) - range.start);
+        if wanted.is_some_and(|wanted| wanted != body.len() as u64) {
+            return Err(self.service(request, url, "the answer was cut short"));
         }
         answer.body = body.freeze();
         Ok(answer)
@@ -394,6 +459,13 @@ impl Fetcher {
         }
         MapError::Service { host, reason: format!("the answer was cut short or is broken ({reason})") }
     }
+}
+
+/// First byte, one beyond the last, and bytes of the whole, of a `Content-Range` (RFC 9110, section 14.4).
+fn content_range(text: &str) -> Option<(u64, u64, u64)> {
+    let (range, whole) = text.trim().strip_prefix("bytes")?.trim().split_once('/')?;
+    let (first, last) = range.split_once('-')?;
+    Some((first.trim().parse().ok()?, last.trim().parse::<u64>().ok()?.checked_add(1)?, whole.trim().parse().ok()?))
 }
 
 /// Host and port of an address: paths and queries may hold secrets.

@@ -24,7 +24,7 @@ pub enum SourceKind {
     Mbtiles,
     /// A file of tiles, PMTiles version 3.
     Pmtiles,
-    /// A GeoTIFF, with overviews or without (COG).
+    /// A GeoTIFF: a file, with overviews or without, or a cloud-optimised one (COG) by its address.
     Geotiff,
     /// A picture whose four corners are known.
     Image,
@@ -181,6 +181,7 @@ pub struct SourceSettings {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terms_url: Option<String>,
     /// XYZ: address with `{z} {x} {y}`, or `{-y}`, `{q}`, `{s}`, `{switch:a,b}`, `{key}`. WMS, WMTS: the service's address.
+    /// GeoTIFF: its address, where it is read over the network.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub url: Option<String>,
     /// For `{s}`.
@@ -376,10 +377,22 @@ impl SourceSettings {
         self.key.as_deref().filter(|key| !key.is_empty())
     }
 
+    /// Whether it is read from files of this machine; a GeoTIFF may be a service's.
+    #[must_use]
+    pub const fn is_file(&self) -> bool {
+        self.kind.is_file() && !self.is_remote_tiff()
+    }
+
+    /// Whether it is a GeoTIFF that is read over the network, in parts.
+    #[must_use]
+    pub const fn is_remote_tiff(&self) -> bool {
+        matches!(self.kind, SourceKind::Geotiff) && self.url.is_some()
+    }
+
     /// Why no offline areas may be made of it.
     #[must_use]
     pub fn offline_refusal(&self) -> Option<String> {
-        if self.kind.is_file() {
+        if self.is_file() {
             return Some("its tiles are in a file of this machine already".to_owned());
         }
         if self.offline && self.cache == Caching::Keep && self.kind != SourceKind::Google {
@@ -500,9 +513,22 @@ impl SourceSettings {
                     faults.push("map_type: satellite, roadmap or terrain".to_owned());
                 }
             }
+            SourceKind::Geotiff if self.is_remote_tiff() => {
+                let url = self.check_url(faults);
+                if url.replace("{key}", "").contains('{') {
+                    faults.push("url: of a GeoTIFF has no place but {key}".to_owned());
+                }
+                if self.path.is_some() {
+                    faults.push("path: a GeoTIFF has a path or a url, not both".to_owned());
+                }
+                if self.role == Role::Elevation {
+                    faults.push("role: a GeoTIFF by its address is shown, not used as heights".to_owned());
+                }
+            }
             SourceKind::Mbtiles | SourceKind::Pmtiles | SourceKind::Geotiff | SourceKind::Image | SourceKind::Dem => {
                 if self.path.as_deref().is_none_or(|path| path.trim().is_empty()) {
-                    faults.push("path: which file is needed".to_owned());
+                    let or = if self.kind == SourceKind::Geotiff { ", or the url of one" } else { "" };
+                    faults.push(format!("path: which file is needed{or}"));
                 }
                 if self.kind == SourceKind::Image {
                     let is_place = |at: &Corner| at.lat_deg.abs() <= 85.0 && at.lon_deg.abs() <= 180.0;

@@ -11,6 +11,7 @@ use tokio::sync::watch;
 use utoipa::ToSchema;
 
 use crate::cache::Cache;
+use crate::cog::{Known, RemoteTiff};
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::files::dem::Dem;
@@ -21,8 +22,8 @@ use crate::files::pmtiles::Pmtiles;
 use crate::files::{About, TileFile};
 use crate::google::Google;
 use crate::grid::{TileGrid, TileId};
-use crate::service::Tile;
 use crate::settings::{Caching, DEFAULT_MAX_ZOOM, SourceKind, SourceSettings};
+use crate::tiles::Tile;
 use crate::xyz::Template;
 use crate::{wms, wmts};
 
@@ -35,12 +36,14 @@ const SILENCES: u32 = 3;
 
 /// How a source is read, ready to be.
 pub(crate) enum Live {
-    Xyz(Template, TileGrid),
-    Wms(Crs, TileGrid),
+    Xyz(Template, Arc<TileGrid>),
+    Wms(Crs, Arc<TileGrid>),
     /// Known once its capabilities were read.
-    Wmts(Mutex<Option<Arc<(wmts::Layer, TileGrid)>>>),
-    Google(Google, TileGrid),
-    File(Arc<dyn TileFile>),
+    Wmts(Mutex<Option<(Arc<wmts::Layer>, Arc<TileGrid>)>>),
+    Google(Google, Arc<TileGrid>),
+    /// Known once its first part was read.
+    Cog(RemoteTiff, Mutex<Option<(Known, Arc<TileGrid>)>>),
+    File(Arc<dyn TileFile>, Arc<TileGrid>),
     Dem(Arc<Dem>),
     /// Cannot be used, and why.
     Unusable(String),
@@ -116,6 +119,8 @@ pub struct CacheState {
 
 #[derive(Debug, Default)]
 struct Health {
+    /// Whether the last thing that was asked of it failed; seconds cannot tell what came last.
+    is_failing: bool,
     last_success_s: Option<i64>,
     last_error_s: Option<i64>,
     last_error: Option<MapError>,
@@ -157,6 +162,8 @@ pub struct Source {
     /// Held while its capabilities are read.
     pub(crate) learning: tokio::sync::Mutex<()>,
     health: Mutex<Health>,
+    /// Told when it begins to fail or works again.
+    news: watch::Sender<u64>,
 }
 
 impl std::fmt::Debug for Source {
@@ -167,10 +174,17 @@ impl std::fmt::Debug for Source {
 
 /// Note of the cache that holds a WMTS layer.
 const LAYER_NOTE: &str = "wmts_layer";
+/// Note of the cache that holds where a GeoTIFF's tiles are.
+const COG_NOTE: &str = "geotiff";
 
 impl Source {
     /// Gets a source ready. Blocks: files are opened.
-    pub(crate) fn open(settings: SourceSettings, folder: &Path, cache: Option<Arc<Cache>>) -> Self {
+    pub(crate) fn open(
+        settings: SourceSettings,
+        folder: &Path,
+        cache: Option<Arc<Cache>>,
+        news: watch::Sender<u64>,
+    ) -> Self {
         let (live, about) = match prepare(&settings, folder, cache.as_deref()) {
             Ok(ready) => ready,
             Err(reason) => (Live::Unusable(reason), About::default()),
@@ -184,25 +198,47 @@ impl Source {
             flights: Mutex::default(),
             learning: tokio::sync::Mutex::default(),
             health: Mutex::default(),
+            news,
         }
     }
 
     /// The grid of its tiles, as far as it is known.
-    pub(crate) fn grid(&self) -> Option<TileGrid> {
+    pub(crate) fn grid(&self) -> Option<Arc<TileGrid>> {
         match &self.live {
-            Live::Xyz(_, grid) | Live::Wms(_, grid) | Live::Google(_, grid) => Some(grid.clone()),
+            Live::Xyz(_, grid) | Live::Wms(_, grid) | Live::Google(_, grid) | Live::File(_, grid) => Some(grid.clone()),
             Live::Wmts(known) => {
                 let known = known.lock().unwrap_or_else(PoisonError::into_inner);
                 known.as_ref().map(|known| known.1.clone())
             }
-            Live::File(file) => Some(self.limited(file.grid().clone())),
+            Live::Cog(_, known) => {
+                let known = known.lock().unwrap_or_else(PoisonError::into_inner);
+                known.as_ref().map(|known| known.1.clone())
+            }
             Live::Dem(_) | Live::Unusable(_) => None,
         }
     }
 
-    /// With the settings' own bounds and zooms.
-    fn limited(&self, grid: TileGrid) -> TileGrid {
-        limited(&self.settings, grid)
+    /// What it says about itself.
+    pub(crate) fn about(&self) -> About {
+        match &self.live {
+            Live::Cog(_, known) => {
+                let known = known.lock().unwrap_or_else(PoisonError::into_inner);
+                known.as_ref().map(|known| known.0.about()).unwrap_or_default()
+            }
+            _ => self.about.clone(),
+        }
+    }
+
+    /// Notes where a GeoTIFF of the network lies, in the cache as well, so that it is known without the network.
+    pub(crate) fn set_cog(&self, found: Known) -> Result<()> {
+        let Live::Cog(_, known) = &self.live else { return Ok(()) };
+        let grid = found.grid().ok_or_else(|| self.unusable("its system is not known here"))?;
+        if let (Some(cache), Ok(text)) = (&self.cache, serde_json::to_string(&found)) {
+            cache.set_note(COG_NOTE, &text)?;
+        }
+        let grid = Arc::new(limited(&self.settings, grid));
+        *known.lock().unwrap_or_else(PoisonError::into_inner) = Some((found, grid));
+        Ok(())
     }
 
     /// Notes what a WMTS service said of the layer, in the cache as well, so that it is known without the network.
@@ -212,8 +248,8 @@ impl Source {
             cache.set_note(LAYER_NOTE, &text)?;
         }
         if let Live::Wmts(known) = &self.live {
-            let grid = limited(&self.settings, grid);
-            *known.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new((layer, grid)));
+            let grid = Arc::new(limited(&self.settings, grid));
+            *known.lock().unwrap_or_else(PoisonError::into_inner) = Some((Arc::new(layer), grid));
         }
         Ok(())
     }
@@ -235,6 +271,9 @@ impl Source {
     /// Notes that the service did what it was asked for.
     pub(crate) fn succeeded(&self, tile: Option<TileId>, now_s: i64) {
         let mut health = self.health();
+        if std::mem::take(&mut health.is_failing) {
+            self.news.send_modify(|count| *count = count.wrapping_add(1));
+        }
         health.last_success_s = Some(now_s);
         (health.until_s, health.silences) = (0, 0);
         if let Some(tile) = tile {
@@ -246,6 +285,9 @@ impl Source {
     pub(crate) fn failed(&self, tile: Option<TileId>, error: &MapError, retry_after: Option<Duration>, now_s: i64) {
         count(&self.counts.failed, 1);
         let mut health = self.health();
+        if !std::mem::replace(&mut health.is_failing, true) {
+            self.news.send_modify(|count| *count = count.wrapping_add(1));
+        }
         health.last_error_s = Some(now_s);
         health.last_error = Some(error.clone());
         if error.is_network() {
@@ -308,13 +350,12 @@ impl Source {
         let hits = read(&self.counts.hits);
         let health = self.health();
         let last_error = health.last_error.as_ref().map(ToString::to_string);
-        let is_failing = health.last_error_s.is_some() && health.last_error_s >= health.last_success_s;
         let (status, detail) = match &self.live {
             Live::Unusable(reason) => (Status::Invalid, Some(reason.clone())),
             _ if self.settings.needs_key() && self.settings.key().is_none() => {
                 (Status::KeyMissing, Some(MapError::KeyMissing(self.settings.id.clone()).to_string()))
             }
-            _ if is_failing => {
+            _ if health.is_failing => {
                 let is_network = health.last_error.as_ref().is_some_and(MapError::is_network);
                 let is_unusable = matches!(health.last_error, Some(MapError::Unusable { .. }));
                 let status = match (is_network, is_unusable) {
@@ -364,13 +405,15 @@ fn prepare(
     let max_zoom = settings.max_zoom.unwrap_or(DEFAULT_MAX_ZOOM);
     let min_zoom = settings.min_zoom.unwrap_or(0);
     let tile_px = settings.tile_px.unwrap_or(256);
-    let grid = |crs: Crs| TileGrid::standard(crs, tile_px, min_zoom, max_zoom).within(settings.bounds.as_ref());
+    let grid =
+        |crs: Crs| Arc::new(TileGrid::standard(crs, tile_px, min_zoom, max_zoom).within(settings.bounds.as_ref()));
     let path = || folder.join(settings.path.as_deref().unwrap_or_default());
     let named = |error: String| format!("{}: {error}", settings.path.as_deref().unwrap_or_default());
     let plain = |live: Live| (live, About::default());
     let of_file = |file: Arc<dyn TileFile>| {
         let about = file.about();
-        (Live::File(file), about)
+        let grid = Arc::new(limited(settings, file.grid().clone()));
+        (Live::File(file, grid), about)
     };
     Ok(match settings.kind {
         SourceKind::Xyz => {
@@ -385,14 +428,23 @@ fn prepare(
             let known = cache.and_then(|cache| cache.note(LAYER_NOTE).ok().flatten());
             let layer: Option<wmts::Layer> = known.and_then(|text| serde_json::from_str(&text).ok());
             let known = layer.and_then(|layer| {
-                let grid = limited(settings, layer.grid()?);
-                Some(Arc::new((layer, grid)))
+                let grid = Arc::new(limited(settings, layer.grid()?));
+                Some((Arc::new(layer), grid))
             });
             plain(Live::Wmts(Mutex::new(known)))
         }
         SourceKind::Google => plain(Live::Google(Google::default(), grid(Crs::WebMercator))),
         SourceKind::Mbtiles => of_file(Arc::new(Mbtiles::open(&path(), tile_px).map_err(named)?)),
         SourceKind::Pmtiles => of_file(Arc::new(Pmtiles::open(&path(), tile_px).map_err(named)?)),
+        SourceKind::Geotiff if settings.is_remote_tiff() => {
+            let known = cache.and_then(|cache| cache.note(COG_NOTE).ok().flatten());
+            let known: Option<Known> = known.and_then(|text| serde_json::from_str(&text).ok());
+            let known = known.and_then(|known| {
+                let grid = Arc::new(limited(settings, known.grid()?));
+                Some((known, grid))
+            });
+            plain(Live::Cog(RemoteTiff::default(), Mutex::new(known)))
+        }
         SourceKind::Geotiff => of_file(Arc::new(GeoTiff::open(&path()).map_err(named)?)),
         SourceKind::Image => of_file(Arc::new(Overlay::open(&path(), &settings.corners).map_err(named)?)),
         SourceKind::Dem => {

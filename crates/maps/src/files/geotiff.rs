@@ -4,16 +4,18 @@
 use std::collections::hash_map::Entry;
 use std::collections::{HashMap, VecDeque};
 use std::fs::File;
-use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::io::{self, BufReader, Read, Seek};
+use std::ops::Range;
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use bytes::Bytes;
+use flate2::bufread::ZlibDecoder;
 use tiff::ColorType;
-use tiff::decoder::{Decoder, DecodingResult, Limits};
+use tiff::decoder::{ChunkType, Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
-use super::{About, TileFile};
+use super::{About, TileFile, lzw};
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::grid::{Level, MAX_LEVELS, TileGrid, TileId};
@@ -31,6 +33,16 @@ const KEPT_BYTES: usize = 64 * 1024 * 1024;
 /// Bytes of one piece, unpacked, at most.
 const MAX_PIECE: usize = 128 * 1024 * 1024;
 
+/// What a TIFF is read from.
+pub(crate) trait Input: Read + Seek + Send {}
+
+impl<T: Read + Seek + Send> Input for T {}
+
+/// Opens what a TIFF is read from, once for each of its images.
+pub(crate) type OpenInput = Box<dyn Fn() -> io::Result<Box<dyn Input>> + Send + Sync>;
+
+type TiffDecoder = Decoder<BufReader<Box<dyn Input>>>;
+
 /// One image of the file: the picture itself or an overview.
 #[derive(Debug, Clone)]
 struct Image {
@@ -39,12 +51,30 @@ struct Image {
     height: u32,
     piece: (u32, u32),
     colours: Colours,
+    /// Where its pieces are in the file, and how many bytes they have.
+    places: Arc<Vec<(u64, u64)>>,
+    /// Which of its pixels are to be seen.
+    mask: Option<Mask>,
+    /// How its pieces are written, where they are packed by LZW.
+    lzw: Option<lzw::Layout>,
+}
+
+/// An image's mask: one bit a pixel, packed by Deflate, as GDAL writes them (TIFF 6.0, NewSubfileType, bit 2).
+#[derive(Debug, Clone)]
+struct Mask {
+    index: usize,
+    width: u32,
+    height: u32,
+    piece: (u32, u32),
+    places: Arc<Vec<(u64, u64)>>,
 }
 
 #[derive(Debug, Clone)]
 enum Colours {
     /// Bands of 8 or 16 bits.
     Bands(usize),
+    /// Brightness and two differences of colour, as JPEG has them.
+    YCbCr,
     /// Red, green, blue of each index.
     Palette(Arc<Vec<[u8; 3]>>),
     /// One band of numbers that are no colours: heights.
@@ -55,7 +85,12 @@ enum Colours {
 #[derive(Debug)]
 enum Piece {
     Colours(Raster),
-    Numbers { width: u32, values: Vec<f32> },
+    Numbers {
+        width: u32,
+        values: Vec<f32>,
+    },
+    /// Rows of whole bytes, the leftmost pixel in the highest bit.
+    Mask(Vec<u8>),
 }
 
 impl Piece {
@@ -63,20 +98,45 @@ impl Piece {
         match self {
             Self::Colours(raster) => raster.rgba.len(),
             Self::Numbers { values, .. } => values.len() * 4,
+            Self::Mask(bits) => bits.len(),
         }
     }
 }
 
 #[derive(Default)]
 struct Open {
-    decoders: HashMap<usize, Decoder<BufReader<File>>>,
+    decoders: HashMap<usize, TiffDecoder>,
     pieces: VecDeque<((usize, u32), Arc<Piece>)>,
     bytes: usize,
 }
 
+impl Open {
+    /// A piece that was unpacked lately.
+    fn known(&mut self, key: (usize, u32)) -> Option<Arc<Piece>> {
+        let at = self.pieces.iter().position(|(known, _)| *known == key)?;
+        let found = self.pieces.remove(at)?;
+        self.pieces.push_back(found.clone());
+        Some(found.1)
+    }
+
+    /// Keeps a piece, and forgets those that were used least recently.
+    fn keep(&mut self, key: (usize, u32), piece: Piece) -> Arc<Piece> {
+        let piece = Arc::new(piece);
+        self.bytes += piece.bytes();
+        self.pieces.push_back((key, piece.clone()));
+        while self.bytes > KEPT_BYTES
+            && let Some((_, old)) = self.pieces.pop_front()
+        {
+            self.bytes -= old.bytes();
+        }
+        piece
+    }
+}
+
 /// A GeoTIFF that is open for reading.
 pub struct GeoTiff {
-    path: PathBuf,
+    name: String,
+    input: OpenInput,
     crs: Crs,
     /// Top left corner of the top left pixel.
     origin: [f64; 2],
@@ -92,12 +152,12 @@ pub struct GeoTiff {
 
 impl std::fmt::Debug for GeoTiff {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("GeoTiff").field("path", &self.path).field("crs", &self.crs).finish_non_exhaustive()
+        f.debug_struct("GeoTiff").field("name", &self.name).field("crs", &self.crs).finish_non_exhaustive()
     }
 }
 
-fn decoder(path: &Path, image: usize) -> std::result::Result<Decoder<BufReader<File>>, String> {
-    let file = File::open(path).map_err(|error| error.to_string())?;
+fn decoder(input: &OpenInput, image: usize) -> std::result::Result<TiffDecoder, String> {
+    let file = input().map_err(|error| error.to_string())?;
     let mut limits = Limits::default();
     limits.decoding_buffer_size = MAX_PIECE;
     limits.intermediate_buffer_size = MAX_PIECE;
@@ -108,7 +168,7 @@ fn decoder(path: &Path, image: usize) -> std::result::Result<Decoder<BufReader<F
     Ok(decoder)
 }
 
-fn doubles(decoder: &mut Decoder<BufReader<File>>, tag: u16) -> Option<Vec<f64>> {
+fn doubles(decoder: &mut TiffDecoder, tag: u16) -> Option<Vec<f64>> {
     decoder.get_tag_f64_vec(Tag::Unknown(tag)).ok()
 }
 
@@ -118,35 +178,56 @@ impl GeoTiff {
     /// # Errors
     /// What is wrong with it, in words, and what helps.
     pub fn open(path: &Path) -> std::result::Result<Self, String> {
-        let mut first = decoder(path, 0)?;
+        let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        let (name, path) = (path.display().to_string(), path.to_owned());
+        let mut file = Self::read(name, Box::new(move || Ok(Box::new(File::open(&path)?))))?;
+        file.about.name = stem;
+        Ok(file)
+    }
+
+    /// Reads what is needed of a TIFF before its pixels.
+    ///
+    /// # Errors
+    /// What is wrong with it, in words, and what helps.
+    pub(crate) fn read(name: String, input: OpenInput) -> std::result::Result<Self, String> {
+        let mut first = decoder(&input, 0)?;
         let crs = crs_of(&mut first)?;
         let (origin, pixel) = transform_of(&mut first)?;
         let no_data = first.get_tag_ascii_string(Tag::GdalNodata).ok();
         let no_data = no_data.and_then(|text| text.trim_matches(['\0', ' ']).parse::<f64>().ok());
-        let mut images = vec![image(&mut first, 0)?];
+        let mut mark = [0; 2];
+        input().and_then(|mut input| input.read_exact(&mut mark)).map_err(|error| error.to_string())?;
+        // "MM" as opposed to "II".
+        let is_big_endian = mark == *b"MM";
+        let mut images = vec![image(&mut first, 0, is_big_endian)?];
+        let mut masks = Vec::new();
         for index in 1..MAX_IMAGES {
             if !first.more_images() || first.next_image().is_err() {
                 break;
             }
             // Bit 0: a smaller copy; bit 2: a mask (TIFF 6.0, NewSubfileType).
             let subfile: u32 = first.find_tag_unsigned(Tag::NewSubfileType).ok().flatten().unwrap_or(0);
-            if subfile & 0b101 == 0b001
-                && let Ok(overview) = image(&mut first, index)
+            if subfile & 0b100 != 0 {
+                masks.extend(mask(&mut first, index));
+            } else if subfile & 0b101 == 0b001
+                && let Ok(overview) = image(&mut first, index, is_big_endian)
             {
                 images.push(overview);
             }
         }
         images.sort_by_key(|image| std::cmp::Reverse(image.width));
+        for image in &mut images {
+            image.mask = masks.iter().find(|mask| (mask.width, mask.height) == (image.width, image.height)).cloned();
+        }
         let size = [images[0].width, images[0].height];
         let far = [origin[0] + f64::from(size[0]) * pixel[0], origin[1] - f64::from(size[1]) * pixel[1]];
         let extent = [origin[0], far[1], far[0], origin[1]];
         let bounds =
             Bounds::around(crs, extent).ok_or("it lies off the Earth: its coordinates and its system do not fit")?;
         let grid = own_grid(crs, origin, pixel, size, extent);
-        let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-        let about = About { name, bounds: Some(bounds), is_overlay: true, ..About::default() };
+        let about = About { bounds: Some(bounds), is_overlay: true, ..About::default() };
         drop(first);
-        Ok(Self { path: path.to_owned(), crs, origin, pixel, images, no_data, grid, about, open: Mutex::default() })
+        Ok(Self { name, input, crs, origin, pixel, images, no_data, grid, about, open: Mutex::default() })
     }
 
     /// Whether it holds heights, or one band that can be taken for such.
@@ -174,7 +255,7 @@ impl GeoTiff {
     }
 
     fn broken(&self, reason: impl Into<String>) -> MapError {
-        MapError::file(self.path.display().to_string(), reason)
+        MapError::file(self.name.clone(), reason)
     }
 
     /// The height at a place, between the four pixels around it; `None` where one of them is void, or off the file. Blocks.
@@ -210,11 +291,63 @@ impl GeoTiff {
         let (piece, [x, y]) = self.piece_of(image, column, row);
         let value = match &*self.piece(image, piece)? {
             Piece::Numbers { width, values } => values.get(y as usize * *width as usize + x as usize).copied(),
-            Piece::Colours(_) => return Err(self.broken("it holds colours, not heights")),
+            Piece::Colours(_) | Piece::Mask(_) => return Err(self.broken("it holds colours, not heights")),
         };
         let value = value.map(f64::from).filter(|value| value.is_finite());
         // −32768 is SRTM's void, whether or not the file says so.
         Ok(value.filter(|value| self.no_data.is_none_or(|void| void != *value) && *value > -32_768.0 && *value < 1e6))
+    }
+
+    /// The coarsest image that is still fine enough for a level, and its pixels for one of the finest.
+    fn image_for(&self, level: &Level) -> Result<(&Image, [f64; 2])> {
+        let [width, height] = [self.images[0].width, self.images[0].height].map(f64::from);
+        let scale = |image: &Image| width / f64::from(image.width);
+        let wanted = level.resolution / self.pixel[0];
+        let image = self.images.iter().rev().find(|image| scale(image) <= wanted * 1.01).unwrap_or(&self.images[0]);
+        let pixels = f64::from(TILE_PX) * wanted / scale(image);
+        if pixels * pixels > MAX_READ_PX as f64 {
+            let reason =
+                "it has no overviews, so it cannot be shown from this far; make some with gdaladdo, or use -of COG";
+            return Err(self.broken(reason));
+        }
+        Ok((image, [f64::from(image.width) / width, f64::from(image.height) / height]))
+    }
+
+    /// Bytes of the file that a tile is made of, but for the pieces that are unpacked already.
+    ///
+    /// # Errors
+    /// As for the tile.
+    pub(crate) fn needs(&self, tile: TileId) -> Result<Vec<Range<u64>>> {
+        let Some([left, bottom, right, top]) = self.grid.tile_extent(tile) else { return Ok(Vec::new()) };
+        let (image, ratio) = self.image_for(&self.grid.levels[usize::from(tile.level)])?;
+        let span = |from: f64, to: f64, size: u32, piece: u32| {
+            let last = f64::from(size) - 1.0;
+            let is_off = to < 0.0 || from > last;
+            (!is_off).then(|| from.clamp(0.0, last) as u32 / piece..=to.clamp(0.0, last) as u32 / piece)
+        };
+        let column = |x: f64| (x - self.origin[0]) / self.pixel[0] * ratio[0];
+        let row = |y: f64| (self.origin[1] - y) / self.pixel[1] * ratio[1];
+        let columns = span(column(left), column(right), image.width, image.piece.0);
+        let rows = span(row(top), row(bottom), image.height, image.piece.1);
+        let (Some(columns), Some(rows)) = (columns, rows) else { return Ok(Vec::new()) };
+        let of_image = (image.index, image.width, image.piece, &image.places, columns, rows);
+        let of_mask = image.mask.as_ref().and_then(|mask| {
+            let columns = span(column(left), column(right), mask.width, mask.piece.0)?;
+            let rows = span(row(top), row(bottom), mask.height, mask.piece.1)?;
+            Some((mask.index, mask.width, mask.piece, &mask.places, columns, rows))
+        });
+        let open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut ranges = Vec::new();
+        for (index, width, piece, places, columns, rows) in std::iter::once(of_image).chain(of_mask) {
+            let across = width.div_ceil(piece.0);
+            for number in rows.flat_map(|row| columns.clone().map(move |column| row * across + column)) {
+                let is_known = open.pieces.iter().any(|(key, _)| *key == (index, number));
+                if let Some((at, bytes)) = places.get(number as usize).filter(|(_, bytes)| !is_known && *bytes > 0) {
+                    ranges.push(*at..at.saturating_add(*bytes));
+                }
+            }
+        }
+        Ok(ranges)
     }
 
     fn piece_of(&self, image: &Image, column: u32, row: u32) -> (u32, [u32; 2]) {
@@ -226,28 +359,84 @@ impl GeoTiff {
     fn piece(&self, image: &Image, piece: u32) -> Result<Arc<Piece>> {
         let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
         let key = (image.index, piece);
-        if let Some(at) = open.pieces.iter().position(|(known, _)| *known == key)
-            && let Some(found) = open.pieces.remove(at)
-        {
-            open.pieces.push_back(found.clone());
-            return Ok(found.1);
+        if let Some(known) = open.known(key) {
+            return Ok(known);
+        }
+        let (width, height) = piece_size(image, piece);
+        if image.places.get(piece as usize).is_some_and(|(_, bytes)| *bytes == 0) {
+            // A piece that was never written: nothing is there.
+            return Ok(Arc::new(match image.colours {
+                Colours::Numbers | Colours::Bands(1) => {
+                    Piece::Numbers { width, values: vec![f32::NAN; width as usize * height as usize] }
+                }
+                _ => Piece::Colours(Raster::filled(width, height, [0; 4])),
+            }));
         }
         let decoder = match open.decoders.entry(image.index) {
             Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(free) => free.insert(decoder(&self.path, image.index).map_err(|error| self.broken(error))?),
+            Entry::Vacant(free) => free.insert(decoder(&self.input, image.index).map_err(|error| self.broken(error))?),
         };
-        let (width, height) = decoder.chunk_data_dimensions(piece);
-        let decoded = decoder.read_chunk(piece).map_err(|error| self.broken(error.to_string()))?;
+        let decoded = match image.lzw {
+            Some(layout) => {
+                let (at, bytes) = image.places.get(piece as usize).copied().unwrap_or((0, 0));
+                // The last strip has the rows that are left; tiles are whole.
+                let layout = lzw::Layout { height: if layout.is_tiled { layout.height } else { height }, ..layout };
+                let packed = self.bytes(at, bytes.min(MAX_PIECE as u64)).map_err(|error| self.broken(error))?;
+                lzw::unpack(&packed, layout, width, height).map_err(|error| self.broken(error))?
+            }
+            None => decoder.read_chunk(piece).map_err(|error| self.broken(error.to_string()))?,
+        };
         let read = convert(&image.colours, decoded, width, height).map_err(|reason| self.broken(reason))?;
-        let read = Arc::new(read);
-        open.bytes += read.bytes();
-        open.pieces.push_back((key, read.clone()));
-        while open.bytes > KEPT_BYTES
-            && let Some((_, old)) = open.pieces.pop_front()
-        {
-            open.bytes -= old.bytes();
-        }
+        Ok(open.keep(key, read))
+    }
+
+    /// Bytes of the file as they are.
+    fn bytes(&self, at: u64, count: u64) -> std::result::Result<Vec<u8>, String> {
+        let mut read = Vec::new();
+        let mut input = (self.input)().map_err(|error| error.to_string())?;
+        let taken = input.seek(io::SeekFrom::Start(at)).and_then(|_| input.take(count).read_to_end(&mut read));
+        taken.map_err(|error| error.to_string())?;
         Ok(read)
+    }
+
+    /// Whether a pixel is to be seen.
+    fn is_seen(&self, mask: &Mask, column: u32, row: u32, last: &mut Option<(u32, Arc<Piece>)>) -> Result<bool> {
+        let across = mask.width.div_ceil(mask.piece.0);
+        let number = row / mask.piece.1 * across + column / mask.piece.0;
+        let piece = match last {
+            Some((known, piece)) if *known == number => piece.clone(),
+            _ => {
+                let piece = self.mask_piece(mask, number)?;
+                *last = Some((number, piece.clone()));
+                piece
+            }
+        };
+        let (x, y) = (column % mask.piece.0, row % mask.piece.1);
+        let stride = mask.piece.0.div_ceil(8);
+        Ok(match &*piece {
+            Piece::Mask(bits) => {
+                bits.get((y * stride + x / 8) as usize).is_some_and(|byte| byte >> (7 - x % 8) & 1 == 1)
+            }
+            _ => true,
+        })
+    }
+
+    fn mask_piece(&self, mask: &Mask, number: u32) -> Result<Arc<Piece>> {
+        let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = (mask.index, number);
+        if let Some(known) = open.known(key) {
+            return Ok(known);
+        }
+        let (at, bytes) = mask.places.get(number as usize).copied().unwrap_or((0, 0));
+        let whole = u64::from(mask.piece.0.div_ceil(8)) * u64::from(mask.piece.1);
+        let mut bits = Vec::new();
+        // A piece that was never written hides all.
+        if bytes > 0 {
+            let packed = self.bytes(at, bytes.min(MAX_PIECE as u64)).map_err(|error| self.broken(error))?;
+            let unpacked = ZlibDecoder::new(&*packed).take(whole.min(MAX_PIECE as u64)).read_to_end(&mut bits);
+            unpacked.map_err(|error| self.broken(format!("its mask: {error}")))?;
+        }
+        Ok(open.keep(key, Piece::Mask(bits)))
     }
 
     fn colour(&self, image: &Image, column: u32, row: u32, last: &mut Option<(u32, Arc<Piece>)>) -> Result<[u8; 4]> {
@@ -269,7 +458,7 @@ impl GeoTiff {
             Piece::Numbers { width, values } if x < *width => {
                 // One band of bytes is grey; heights are not drawn.
                 let value = values.get(y as usize * *width as usize + x as usize).copied().unwrap_or(0.0);
-                let is_void = self.no_data.is_some_and(|void| void == f64::from(value));
+                let is_void = value.is_nan() || self.no_data.is_some_and(|void| void == f64::from(value));
                 let grey = value.clamp(0.0, 255.0) as u8;
                 Ok(if is_void { [0; 4] } else { [grey, grey, grey, 255] })
             }
@@ -293,20 +482,9 @@ impl TileFile for GeoTiff {
         }
         let Some([left, _, _, top]) = self.grid.tile_extent(tile) else { return Ok(None) };
         let level = &self.grid.levels[usize::from(tile.level)];
-        let [width, height] = [self.images[0].width, self.images[0].height].map(f64::from);
-        // The coarsest image that is still fine enough.
-        let scale = |image: &Image| width / f64::from(image.width);
-        let wanted = level.resolution / self.pixel[0];
-        let image = self.images.iter().rev().find(|image| scale(image) <= wanted * 1.01).unwrap_or(&self.images[0]);
-        let ratio = [f64::from(image.width) / width, f64::from(image.height) / height];
-        let pixels = f64::from(TILE_PX) * wanted / scale(image);
-        if pixels * pixels > MAX_READ_PX as f64 {
-            let reason =
-                "it has no overviews, so it cannot be shown from this far; make some with gdaladdo, or use -of COG";
-            return Err(self.broken(reason));
-        }
+        let (image, ratio) = self.image_for(level)?;
         let mut raster = Raster::filled(TILE_PX, TILE_PX, [0; 4]);
-        let mut last = None;
+        let (mut last, mut last_mask) = (None, None);
         for row in 0..TILE_PX {
             let y = top - (f64::from(row) + 0.5) * level.resolution;
             let from_row = ((self.origin[1] - y) / self.pixel[1] * ratio[1]).floor();
@@ -319,11 +497,25 @@ impl TileFile for GeoTiff {
                 if from_column < 0.0 || from_column >= f64::from(image.width) {
                     continue;
                 }
-                raster.set(column, row, self.colour(image, from_column as u32, from_row as u32, &mut last)?);
+                let (x, y) = (from_column as u32, from_row as u32);
+                if let Some(mask) = &image.mask
+                    && !self.is_seen(mask, x, y, &mut last_mask)?
+                {
+                    continue;
+                }
+                raster.set(column, row, self.colour(image, x, y, &mut last)?);
             }
         }
         Ok((!raster.is_clear()).then(|| raster.to_png().into()))
     }
+}
+
+/// Pixels of a piece: those at the right and bottom edges are cut.
+fn piece_size(image: &Image, piece: u32) -> (u32, u32) {
+    let across = image.width.div_ceil(image.piece.0);
+    let (column, row) = (piece % across, piece / across);
+    let cut = |whole: u32, size: u32, number: u32| size.min(whole.saturating_sub(number.saturating_mul(size)));
+    (cut(image.width, image.piece.0, column), cut(image.height, image.piece.1, row))
 }
 
 /// A grid whose finest level has the file's own pixels and whose coarsest holds it in one tile.
@@ -342,7 +534,7 @@ fn own_grid(crs: Crs, origin: [f64; 2], pixel: [f64; 2], size: [u32; 2], extent:
     grid
 }
 
-fn image(decoder: &mut Decoder<BufReader<File>>, index: usize) -> std::result::Result<Image, String> {
+fn image(decoder: &mut TiffDecoder, index: usize, is_big_endian: bool) -> std::result::Result<Image, String> {
     let (width, height) = decoder.dimensions().map_err(|error| error.to_string())?;
     let piece = decoder.chunk_dimensions();
     if width == 0 || height == 0 || piece.0 == 0 || piece.1 == 0 {
@@ -363,7 +555,8 @@ fn image(decoder: &mut Decoder<BufReader<File>>, index: usize) -> std::result::R
         ColorType::Gray(8) if !float => Colours::Bands(1),
         ColorType::Gray(_) => Colours::Numbers,
         ColorType::GrayA(_) => Colours::Bands(2),
-        ColorType::RGB(_) | ColorType::YCbCr(_) => Colours::Bands(3),
+        ColorType::RGB(_) => Colours::Bands(3),
+        ColorType::YCbCr(8) => Colours::YCbCr,
         ColorType::RGBA(_) => Colours::Bands(4),
         ColorType::Multiband { num_samples, .. } => Colours::Bands(num_samples.into()),
         other => return Err(format!("its colours are {other:?}; make it RGB with gdal_translate -expand rgb")),
@@ -371,7 +564,60 @@ fn image(decoder: &mut Decoder<BufReader<File>>, index: usize) -> std::result::R
     if planar == 2 && !matches!(colours, Colours::Numbers | Colours::Bands(1)) {
         return Err("its bands are stored apart; make it with gdal_translate -co INTERLEAVE=PIXEL".to_owned());
     }
-    Ok(Image { index, width, height, piece, colours })
+    let places = places(decoder)?;
+    let lzw = lzw_layout(decoder, piece, is_big_endian);
+    Ok(Image { index, width, height, piece, colours, places, mask: None, lzw })
+}
+
+/// Where the pieces of an image are, and how many bytes they have.
+fn places(decoder: &mut TiffDecoder) -> std::result::Result<Arc<Vec<(u64, u64)>>, String> {
+    let tags = match decoder.get_chunk_type() {
+        ChunkType::Strip => (Tag::StripOffsets, Tag::StripByteCounts),
+        ChunkType::Tile => (Tag::TileOffsets, Tag::TileByteCounts),
+    };
+    let mut numbers = |tag| decoder.get_tag_u64_vec(tag).map_err(|error| error.to_string());
+    Ok(Arc::new(numbers(tags.0)?.into_iter().zip(numbers(tags.1)?).collect()))
+}
+
+/// How pieces that are packed by LZW are written; `None` for others, which the `tiff` crate reads.
+fn lzw_layout(decoder: &mut TiffDecoder, piece: (u32, u32), is_big_endian: bool) -> Option<lzw::Layout> {
+    let mut number = |tag| decoder.find_tag_unsigned::<u32>(tag).ok().flatten();
+    if number(Tag::Compression)? != 5 {
+        return None;
+    }
+    let is_apart = number(Tag::PlanarConfiguration) == Some(2);
+    let samples = if is_apart { 1 } else { number(Tag::SamplesPerPixel).unwrap_or(1) as usize };
+    let predictor = number(Tag::Predictor).unwrap_or(1);
+    let all = |decoder: &mut TiffDecoder, tag| decoder.get_tag_u16_vec(tag).ok();
+    let bits = all(decoder, Tag::BitsPerSample).unwrap_or_else(|| vec![1]);
+    let format = all(decoder, Tag::SampleFormat).and_then(|all| all.first().copied()).unwrap_or(1);
+    let bits = bits.first().copied().filter(|first| bits.iter().all(|bits| bits == first))?;
+    let is_float = format == 3;
+    let is_read = matches!((bits, is_float, predictor), (8 | 16 | 32, false, 1 | 2) | (32, true, 1 | 3));
+    let is_tiled = matches!(decoder.get_chunk_type(), ChunkType::Tile);
+    is_read.then_some(lzw::Layout {
+        width: piece.0,
+        height: piece.1,
+        samples,
+        bytes: usize::from(bits / 8),
+        is_float,
+        is_signed: format == 2,
+        predictor,
+        is_big_endian,
+        is_tiled,
+    })
+}
+
+/// A mask, when it is written as GDAL does; others are not used.
+fn mask(decoder: &mut TiffDecoder, index: usize) -> Option<Mask> {
+    let (width, height) = decoder.dimensions().ok()?;
+    let piece = decoder.chunk_dimensions();
+    let mut number = |tag| decoder.find_tag_unsigned::<u32>(tag).ok().flatten();
+    let (bits, packing) = (number(Tag::BitsPerSample).unwrap_or(1), number(Tag::Compression)?);
+    // 8 and 32946: Deflate, new and old.
+    let is_read = bits == 1 && matches!(packing, 8 | 32_946) && width > 0 && height > 0 && piece.0 > 0 && piece.1 > 0;
+    let places = places(decoder).ok().filter(|_| is_read)?;
+    Some(Mask { index, width, height, piece, places })
 }
 
 fn convert(colours: &Colours, decoded: DecodingResult, width: u32, height: u32) -> std::result::Result<Piece, String> {
@@ -395,6 +641,9 @@ fn convert(colours: &Colours, decoded: DecodingResult, width: u32, height: u32) 
             };
             Piece::Numbers { width, values }
         }
+        (Colours::YCbCr, DecodingResult::U8(values)) => {
+            Piece::Colours(Raster { width, height, rgba: rgba_from_ycbcr(&values) })
+        }
         (Colours::Bands(bands), DecodingResult::U8(values)) => {
             Piece::Colours(Raster { width, height, rgba: rgba_from(&values, *bands) })
         }
@@ -405,14 +654,25 @@ fn convert(colours: &Colours, decoded: DecodingResult, width: u32, height: u32) 
         _ => return Err("its colours have neither 8 nor 16 bits".to_owned()),
     };
     let is_whole = match &piece {
+        Piece::Mask(_) => true,
         Piece::Colours(raster) => raster.rgba.len() >= count * 4,
         Piece::Numbers { values, .. } => values.len() >= count,
     };
     if is_whole { Ok(piece) } else { Err("a piece of it was cut short".to_owned()) }
 }
 
+/// Red, green and blue from JPEG's brightness and differences (ITU-T T.871, section 7).
+fn rgba_from_ycbcr(values: &[u8]) -> Vec<u8> {
+    let colour = |pixel: &[u8]| {
+        let [y, cb, cr] = [f32::from(pixel[0]), f32::from(pixel[1]) - 128.0, f32::from(pixel[2]) - 128.0];
+        let byte = |value: f32| value.round().clamp(0.0, 255.0) as u8;
+        [byte(y + 1.402 * cr), byte(y - 0.344_136 * cb - 0.714_136 * cr), byte(y + 1.772 * cb), 255]
+    };
+    values.chunks_exact(3).flat_map(colour).collect()
+}
+
 /// The system by the GeoKey directory (tag 34735): keys of four numbers each behind a header of four.
-fn crs_of(decoder: &mut Decoder<BufReader<File>>) -> std::result::Result<Crs, String> {
+fn crs_of(decoder: &mut TiffDecoder) -> std::result::Result<Crs, String> {
     let keys = decoder
         .get_tag_u16_vec(Tag::GeoKeyDirectoryTag)
         .map_err(|_| "it is not georeferenced; use it as kind image, with its corners".to_owned())?;
@@ -429,7 +689,7 @@ fn crs_of(decoder: &mut Decoder<BufReader<File>>) -> std::result::Result<Crs, St
 }
 
 /// Corner of the top left pixel, and a pixel's size.
-fn transform_of(decoder: &mut Decoder<BufReader<File>>) -> std::result::Result<([f64; 2], [f64; 2]), String> {
+fn transform_of(decoder: &mut TiffDecoder) -> std::result::Result<([f64; 2], [f64; 2]), String> {
     const RASTER_TYPE: u16 = 1025;
     let keys = decoder.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).unwrap_or_default();
     let is_point = keys.chunks_exact(4).skip(1).any(|key| key[0] == RASTER_TYPE && key[3] == 2);

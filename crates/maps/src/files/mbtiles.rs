@@ -33,7 +33,6 @@ fn open(path: &Path) -> rusqlite::Result<Connection> {
     reader.busy_timeout(Duration::from_secs(5))?;
     // A file of others may hold views and triggers with functions of its own.
     reader.set_db_config(rusqlite::config::DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false)?;
-    reader.pragma_update(None, "mmap_size", 256 * 1024 * 1024)?;
     Ok(reader)
 }
 

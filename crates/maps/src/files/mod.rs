@@ -2,6 +2,7 @@
 
 pub mod dem;
 pub mod geotiff;
+mod lzw;
 pub mod mbtiles;
 pub mod overlay;
 pub mod pmtiles;

@@ -13,11 +13,10 @@ use utoipa::IntoParams;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vencejo_maps::presets::Preset;
-use vencejo_maps::service::MapConfiguration;
 use vencejo_maps::settings::{Bounds, SourceSettings};
 use vencejo_maps::uploads::MAX_FILE_BYTES;
 use vencejo_maps::wms::Capabilities;
-use vencejo_maps::{MapError, MapSource, MapSources, SourceState};
+use vencejo_maps::{MapConfiguration, MapError, MapSource, MapSources, SourceState};
 
 use super::tiles::picture;
 use crate::dto::maps::{CapabilitiesRequest, MapAttributions, MapFileInfo, MapFileTaken, MapOrder};

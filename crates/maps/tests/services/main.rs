@@ -1,5 +1,8 @@
 //! The maps against services that behave and that do not, over real sockets on this machine, under a clock that the test moves.
 
+mod cog;
+mod misbehaving;
+
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -245,6 +248,17 @@ async fn what_never_ends_is_cut_off() {
     assert!(packed.len() < 1024 * 1024);
     let (error, _world, _service) = meets(move |_| Some(answer("200 OK", "Content-Encoding: gzip\r\n", &packed))).await;
     assert!(error.to_string().contains("more than"), "{error}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_source_that_works_again_says_so_at_once() {
+    let (_, world, service) = meets(|_| Some(answer("500 Oops", "", b"down"))).await;
+    assert_eq!(world.state("a").await.status, Status::Failing);
+    // No second goes by between the failure and the test, which asks also for what was not to be asked for again yet.
+    service.now(|_| Some(answer("200 OK", "", &png())));
+    let state = world.maps.check("a").await.expect("a state");
+    assert_eq!((state.status, state.detail), (Status::Ok, None));
+    assert_eq!(world.maps.tile("a", TILE).await.expect("a tile").origin, Origin::Fetched);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -1,0 +1,104 @@
+//! Changes to the sources: each goes to their file, which is then read as if a person had edited it.
+
+use std::collections::BTreeMap;
+use std::sync::PoisonError;
+
+use crate::error::{MapError, Result};
+use crate::listing::MapSource;
+use crate::service::{Maps, blocking, is_cache_of, is_inside};
+use crate::settings::SourceSettings;
+
+impl Maps {
+    /// Puts a source in the place of that of its id, or adds it. A key that is absent stays as it was.
+    ///
+    /// # Errors
+    /// [`MapError::Settings`] with all faults, [`MapError::SourcesFile`] when the file is wrong as it is.
+    pub async fn put(&self, mut settings: SourceSettings) -> Result<MapSource> {
+        let edit = self.shared.edits.lock().await;
+        let before = self.source(&settings.id).ok();
+        if settings.key.is_none() {
+            settings.key = before.as_ref().and_then(|source| source.settings.key.clone());
+        }
+        settings.key = settings.key.filter(|key| !key.is_empty());
+        settings.has_key = None;
+        let mut faults = settings.faults();
+        let is_same_path = before.as_ref().is_some_and(|source| source.settings.path == settings.path);
+        if let Some(path) = &settings.path
+            && !is_same_path
+            && !is_inside(path)
+        {
+            faults.push(format!(
+                "path: by this way only files of the maps folder are taken, such as files/NAME; put the file into {}, send it \
+                 with POST /api/v1/maps/files, or write its path into sources.toml by hand",
+                self.folder().join("files").display()
+            ));
+        }
+        if !faults.is_empty() {
+            return Err(MapError::Settings { source_id: settings.id, faults });
+        }
+        let (file, id) = (self.shared.file.clone(), settings.id.clone());
+        blocking(move || file.put(&settings)).await?;
+        self.reload_held().await?;
+        drop(edit);
+        let source = self.source(&id)?;
+        // Its state says why when this fails; the settings are kept all the same: the network may be away.
+        let _ = self.known_grid(&source).await;
+        self.describe(&id).await
+    }
+
+    /// Sets the order of sources to that of a list; those that it does not name keep theirs.
+    ///
+    /// # Errors
+    /// [`MapError::NoSource`], [`MapError::SourcesFile`].
+    pub async fn set_order(&self, ids: &[String]) -> Result<()> {
+        let _edit = self.shared.edits.lock().await;
+        let mut orders = BTreeMap::new();
+        for (index, id) in (1_i32..).zip(ids) {
+            self.source(id)?;
+            orders.insert(id.clone(), index * 10);
+        }
+        let file = self.shared.file.clone();
+        blocking(move || file.set_orders(&orders)).await?;
+        self.reload_held().await
+    }
+
+    /// Removes a source, and where it is wished all that is cached of it.
+    ///
+    /// # Errors
+    /// [`MapError::NoSource`], [`MapError::SourcesFile`].
+    pub async fn remove(&self, id: &str, forget_cache: bool) -> Result<()> {
+        let _edit = self.shared.edits.lock().await;
+        let source = self.source(id)?;
+        self.stop_areas_of(id).await;
+        let (file, name) = (self.shared.file.clone(), id.to_owned());
+        blocking(move || file.remove(&name)).await?;
+        self.reload_held().await?;
+        drop(source);
+        if forget_cache {
+            let (folder, name) = (self.shared.config.folder.join("cache"), id.to_owned());
+            blocking(move || {
+                for entry in std::fs::read_dir(&folder)?.flatten() {
+                    if is_cache_of(&entry.file_name().to_string_lossy(), &name) {
+                        std::fs::remove_file(entry.path())?;
+                    }
+                }
+                Ok(())
+            })
+            .await?;
+        }
+        Ok(())
+    }
+
+    /// Forgets what is cached of a source but for its offline areas.
+    ///
+    /// # Errors
+    /// [`MapError::NoSource`], [`MapError::Storage`].
+    pub async fn clear_cache(&self, id: &str) -> Result<()> {
+        let source = self.source(id)?;
+        self.shared.heights.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        match source.cache.clone() {
+            Some(cache) => blocking(move || cache.clear()).await,
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,491 @@
+//! Tiles to show: from a source's file, its cache or its service, and what is kept of what came.
+
+use std::sync::{Arc, PoisonError};
+use std::time::Duration;
+
+use bytes::Bytes;
+use tokio::sync::watch;
+
+use crate::cache::Kept;
+use crate::cog::Made;
+use crate::error::{MapError, Result};
+use crate::files::TileFile;
+use crate::google;
+use crate::grid::TileId;
+use crate::net::{Answer, Freshness, Request};
+use crate::service::{Maps, blocking, with_key};
+use crate::settings::{Caching, SourceKind, SourceSettings};
+use crate::sniff::{self, Picture};
+use crate::source::{Flight, Live, Source, SourceState, count, tile_url};
+use crate::xml;
+
+/// Bytes of a tile at most.
+const MAX_TILE: usize = 8 * 1024 * 1024;
+/// Fetches of one source that wait or run at most.
+const MAX_FLIGHTS: usize = 512;
+/// How long a tile is new where its service says nothing.
+const USUAL_LIFETIME: Duration = Duration::from_secs(7 * 86_400);
+/// How long "there is none" is believed.
+const NONE_LIFETIME: Duration = Duration::from_secs(86_400);
+/// How long browsers may show a tile without asking.
+const BROWSER_S: i64 = 3600;
+
+/// Where a tile came from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// From the cache, and new.
+    Hit,
+    /// From the service.
+    Fetched,
+    /// From the cache; the service says that it is the same.
+    Revalidated,
+    /// From the cache, old: the service failed.
+    Stale,
+    /// From a file of this machine.
+    File,
+}
+
+impl Origin {
+    /// In a word.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Hit => "hit",
+            Self::Fetched => "fetched",
+            Self::Revalidated => "revalidated",
+            Self::Stale => "stale",
+            Self::File => "file",
+        }
+    }
+}
+
+/// A tile to show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tile {
+    /// The picture.
+    pub data: Bytes,
+    /// What kind of picture.
+    pub picture: Picture,
+    /// Tells whether it is the same.
+    pub hash: u64,
+    /// Where it came from.
+    pub origin: Origin,
+    /// How long a browser may show it without asking again, seconds.
+    pub max_age_s: i64,
+}
+
+impl Maps {
+    /// A tile of a source, from its file, its cache or its service.
+    ///
+    /// # Errors
+    /// [`MapError`] of nearly every kind; [`MapError::NoTile`] where nothing is to be drawn.
+    pub async fn tile(&self, id: &str, tile: TileId) -> Result<Tile> {
+        let source = self.source(id)?;
+        self.serve(&source, tile).await
+    }
+
+    pub(crate) async fn serve(&self, source: &Arc<Source>, tile: TileId) -> Result<Tile> {
+        if let Live::File(file, grid) = &source.live {
+            return if grid.contains(tile) { self.read_file(source, file, tile).await } else { Err(MapError::NoTile) };
+        }
+        let grid = self.known_grid(source).await?;
+        if !grid.contains(tile) {
+            return Err(MapError::NoTile);
+        }
+        let now_s = self.now_s();
+        let kept = self.kept(source, tile, now_s).await;
+        if let Some(kept) = &kept
+            && kept.expires_s > now_s
+        {
+            count(&source.counts.hits, 1);
+            return show(kept, Origin::Hit, now_s);
+        }
+        if source.settings.needs_key() && source.settings.key().is_none() {
+            return Err(MapError::KeyMissing(source.settings.id.clone()));
+        }
+        let result = match source.rest(tile, now_s) {
+            Some(error) => Err(error),
+            None => self.join_flight(source, tile, kept.clone()).await,
+        };
+        match result {
+            Err(error) if error != MapError::NoTile => {
+                // What was seen before is better than nothing, where it may be kept.
+                let old = kept.filter(|_| source.settings.cache == Caching::Keep);
+                let shown = old.and_then(|kept| show(&kept, Origin::Stale, now_s).ok());
+                if shown.is_some() {
+                    count(&source.counts.stale, 1);
+                }
+                shown.ok_or(error)
+            }
+            other => other,
+        }
+    }
+
+    async fn read_file(&self, source: &Source, file: &Arc<dyn TileFile>, tile: TileId) -> Result<Tile> {
+        let reader = file.clone();
+        let read = blocking(move || Ok(reader.tile(tile)?.map(|data| (sniff::hash(&data), data)))).await;
+        let shown = read.and_then(|found| {
+            let (hash, data) = found.ok_or(MapError::NoTile)?;
+            let picture = Picture::of(&data);
+            let picture =
+                picture.ok_or_else(|| source.unusable(format!("tile {tile} is {}", sniff::describe(&data))))?;
+            // A file may be replaced at any time.
+            Ok(Tile { data, picture, hash, origin: Origin::File, max_age_s: 60 })
+        });
+        match shown {
+            Err(error) if error != MapError::NoTile => {
+                let error = source.unusable(error.to_string());
+                source.failed(None, &error, None, self.now_s());
+                Err(error)
+            }
+            other => {
+                source.succeeded(None, self.now_s());
+                count(&source.counts.hits, 1);
+                other
+            }
+        }
+    }
+
+    /// What is kept of a tile. A cache that cannot be read is told, and is as good as none.
+    async fn kept(&self, source: &Arc<Source>, tile: TileId, now_s: i64) -> Option<Kept> {
+        let cache = source.cache.clone().filter(|_| source.is_kept())?;
+        match blocking(move || cache.get(tile, now_s)).await {
+            Ok(kept) => kept,
+            Err(error) => {
+                source.failed(None, &error, None, now_s);
+                None
+            }
+        }
+    }
+
+    /// Waits for the fetch of a tile, which is begun when nobody else waits for it. It ends when nobody does any more.
+    async fn join_flight(&self, source: &Arc<Source>, tile: TileId, kept: Option<Kept>) -> Result<Tile> {
+        let mut landing = {
+            let mut flights = source.flights.lock().unwrap_or_else(PoisonError::into_inner);
+            match flights.get(&tile) {
+                Some(flight) => flight.subscribe(),
+                None if flights.len() >= MAX_FLIGHTS => return Err(MapError::Busy),
+                None => {
+                    let (flight, landing) = watch::channel(None);
+                    let flight = Arc::new(flight);
+                    flights.insert(tile, flight.clone());
+                    tokio::spawn(self.clone().fly(source.clone(), tile, kept, flight));
+                    landing
+                }
+            }
+        };
+        let result = landing.wait_for(Option::is_some).await.map_err(|_| MapError::Closed)?;
+        result.clone().unwrap_or(Err(MapError::Closed))
+    }
+
+    async fn fly(self, source: Arc<Source>, tile: TileId, kept: Option<Kept>, flight: Flight) {
+        let mut closing = self.shared.closing.subscribe();
+        // However it ends, who waits is told and the next one may begin.
+        let landing = Landing { source: source.clone(), tile, flight: flight.clone(), result: Err(MapError::Closed) };
+        let result = tokio::select! {
+            result = self.fetch(&source, tile, kept) => result,
+            () = abandoned(&source, tile, &flight) => return,
+            _ = closing.wait_for(|closing| *closing) => Err(MapError::Closed),
+        };
+        landing.with(result);
+    }
+
+    /// Fetches a tile, and keeps it where it may be.
+    async fn fetch(&self, source: &Arc<Source>, tile: TileId, kept: Option<Kept>) -> Result<Tile> {
+        let mut retry_after = None;
+        let result = self.ask(source, tile, kept.as_ref(), &mut retry_after).await;
+        let now_s = self.now_s();
+        match &result {
+            Ok(_) | Err(MapError::NoTile) => source.succeeded(Some(tile), now_s),
+            Err(error) => source.failed(Some(tile), error, retry_after, now_s),
+        }
+        result
+    }
+
+    async fn ask(
+        &self,
+        source: &Arc<Source>,
+        tile: TileId,
+        kept: Option<&Kept>,
+        retry_after: &mut Option<Duration>,
+    ) -> Result<Tile> {
+        let settings = &source.settings;
+        if let Live::Cog(remote, _) = &source.live {
+            return self.ask_cog(source, remote, tile, kept).await;
+        }
+        let mut is_second = false;
+        let (request, answer) = loop {
+            let url = match &source.live {
+                Live::Google(google, _) => google.url(&self.shared.fetcher, settings, tile, self.now_s()).await?,
+                _ => tile_url(source, tile)?,
+            };
+            let mut request = Request::new(settings, &url, MAX_TILE)?;
+            if let Some(kept) = kept.filter(|kept| kept.data.is_some()) {
+                request.etag.clone_from(&kept.etag);
+                request.last_modified.clone_from(&kept.last_modified);
+            }
+            let turn = self.shared.fetcher.turn(&request).await?;
+            // While it waited for its turn the service may have fallen silent.
+            if let Some(error) = source.rest(tile, self.now_s()) {
+                return Err(error);
+            }
+            let answer = self.shared.fetcher.fetch_in_turn(&request, turn).await?;
+            // A session may be ended before its time.
+            if let (Live::Google(google, _), 400 | 401 | 403, false) = (&source.live, answer.status, is_second) {
+                google.forget().await;
+                is_second = true;
+                continue;
+            }
+            break (request, answer);
+        };
+        *retry_after = answer.retry_after.filter(|_| matches!(answer.status, 429 | 503));
+        count(&source.counts.bytes, answer.body.len() as u64);
+        let now_s = self.now_s();
+        let failed = |reason: String| MapError::Service {
+            host: crate::net::shown(&request.url),
+            reason: crate::net::hide(&reason, request.secret.as_deref()),
+        };
+        match answer.status {
+            304 => {
+                let kept =
+                    kept.ok_or_else(|| failed("says that nothing changed, though nothing was known".to_owned()))?;
+                let mut renewed = kept.clone();
+                (renewed.fetched_s, renewed.expires_s) = (now_s, until(now_s, lifetime(settings, &answer.freshness)));
+                self.renew(source, tile, &renewed).await;
+                count(&source.counts.revalidated, 1);
+                show(&renewed, Origin::Revalidated, now_s)
+            }
+            204 | 404 | 410 => self.none(source, tile, kept).await,
+            200 => {
+                if let Err(reason) = sniff::check_picture(&answer.body) {
+                    let root = answer.body.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'<');
+                    let root = root.then(|| xml::Element::parse(&answer.body).ok()).flatten();
+                    return Err(match root.as_ref().and_then(xml::exception) {
+                        Some(said) => failed(said),
+                        None => failed(format!("answers with {reason}")),
+                    });
+                }
+                let mut new = Kept::new(Some(answer.body.clone()), now_s, lifetime(settings, &answer.freshness));
+                (new.etag, new.last_modified) = (answer.etag.clone(), answer.last_modified.clone());
+                count(&source.counts.fetched, 1);
+                if may_keep(settings, &answer.freshness) {
+                    self.keep(source, tile, new.clone()).await;
+                }
+                show(&new, Origin::Fetched, now_s)
+            }
+            _ => {
+                let root = xml::Element::parse(&answer.body).ok();
+                match root.as_ref().and_then(xml::exception) {
+                    // How tile services say that there is none.
+                    Some(said) if said.contains("TileOutOfRange") => self.none(source, tile, kept).await,
+                    Some(said) => Err(failed(said)),
+                    None => Err(refused(&request, &answer)),
+                }
+            }
+        }
+    }
+
+    /// A tile of a GeoTIFF of the network.
+    async fn ask_cog(
+        &self,
+        source: &Arc<Source>,
+        remote: &crate::cog::RemoteTiff,
+        tile: TileId,
+        kept: Option<&Kept>,
+    ) -> Result<Tile> {
+        let (settings, fetcher, url) = (&source.settings, &self.shared.fetcher, with_key(&source.settings));
+        let known = kept.filter(|kept| kept.data.is_some()).zip(kept.and_then(|kept| kept.etag.as_deref()));
+        if let Some((kept, mark)) = known
+            && let Some(freshness) = remote.is_still(mark, fetcher, settings, &url, self.now_s()).await?
+        {
+            let (mut renewed, now_s) = (kept.clone(), self.now_s());
+            (renewed.fetched_s, renewed.expires_s) = (now_s, until(now_s, lifetime(settings, &freshness)));
+            self.renew(source, tile, &renewed).await;
+            count(&source.counts.revalidated, 1);
+            return show(&renewed, Origin::Revalidated, now_s);
+        }
+        let grid = source.grid();
+        let Made { data, mark, freshness, bytes } = remote.tile(fetcher, settings, &url, tile, self.now_s()).await?;
+        if !remote.lies_on(grid.as_deref()).await {
+            return Err(source.unusable(crate::cog::MOVED));
+        }
+        count(&source.counts.bytes, bytes);
+        let now_s = self.now_s();
+        let mut new = Kept::new(data, now_s, lifetime(settings, &freshness));
+        new.etag = Some(mark);
+        count(&source.counts.fetched, 1);
+        if may_keep(settings, &freshness) {
+            self.keep(source, tile, new.clone()).await;
+        }
+        show(&new, Origin::Fetched, now_s)
+    }
+
+    /// The service says that it has no tile there. A picture that was seen before is not given up for that: services that are
+    /// being repaired say so as well; they are asked again after a while.
+    async fn none(&self, source: &Arc<Source>, tile: TileId, kept: Option<&Kept>) -> Result<Tile> {
+        let now_s = self.now_s();
+        if let Some(old) = kept.filter(|kept| kept.data.is_some() && source.settings.cache == Caching::Keep) {
+            let mut old = old.clone();
+            old.expires_s = until(now_s, NONE_LIFETIME);
+            self.renew(source, tile, &old).await;
+            count(&source.counts.stale, 1);
+            return show(&old, Origin::Stale, now_s);
+        }
+        self.keep(source, tile, Kept::new(None, now_s, NONE_LIFETIME)).await;
+        Err(MapError::NoTile)
+    }
+
+    /// Notes until when a kept tile is new.
+    async fn renew(&self, source: &Arc<Source>, tile: TileId, kept: &Kept) {
+        let Some(cache) = source.cache.clone().filter(|_| source.is_kept()) else { return };
+        let (fetched_s, expires_s) = (kept.fetched_s, kept.expires_s);
+        let noted = blocking(move || cache.renew(tile, fetched_s, expires_s)).await;
+        self.tell_storage(source, noted);
+    }
+
+    /// Keeps what came, where it may be. A disk that takes no more is told; the tile is shown all the same.
+    async fn keep(&self, source: &Arc<Source>, tile: TileId, kept: Kept) {
+        let Some(cache) = source.cache.clone().filter(|_| source.is_kept()) else { return };
+        let by_headers = source.settings.cache == Caching::Headers;
+        let noted = blocking(move || {
+            if by_headers {
+                // Nothing stays beyond its time, seen or not.
+                cache.drop_expired(kept.fetched_s)?;
+                if kept.expires_s <= kept.fetched_s {
+                    return Ok(());
+                }
+            }
+            cache.put(tile, &kept)
+        })
+        .await;
+        self.tell_storage(source, noted);
+    }
+
+    fn tell_storage(&self, source: &Source, noted: Result<()>) {
+        if let Err(error) = noted {
+            tracing::warn!(%error, source = source.settings.id, "a tile could not be kept");
+            source.failed(None, &error, None, self.now_s());
+        }
+    }
+
+    /// Asks a source for one tile now, past its cache.
+    ///
+    /// # Errors
+    /// [`MapError::NoSource`]; what fails is in the state.
+    pub async fn check(&self, id: &str) -> Result<SourceState> {
+        let source = self.source(id)?;
+        source.try_again();
+        if let Ok(grid) = self.known_grid(&source).await {
+            let level = f64::midpoint(f64::from(grid.min_level), f64::from(grid.max_level)) as u8;
+            let is_locked = source.settings.needs_key() && source.settings.key().is_none();
+            if let Some(tile) = grid.middle(level).filter(|_| !is_locked) {
+                let checked = match &source.live {
+                    Live::File(..) => self.serve(&source, tile).await,
+                    _ => self.join_flight(&source, tile, None).await,
+                };
+                // What was under way before and failed meanwhile may be asked for again too.
+                if checked.is_ok() {
+                    source.try_again();
+                }
+            }
+        }
+        blocking(move || Ok(source.state())).await
+    }
+
+    /// The file of a source of kind image.
+    ///
+    /// # Errors
+    /// [`MapError::Unusable`] for other kinds and files that cannot be read.
+    pub async fn image(&self, id: &str) -> Result<Tile> {
+        let source = self.source(id)?;
+        if source.settings.kind != SourceKind::Image {
+            return Err(source.unusable("it is no picture with corners"));
+        }
+        let path = self.folder().join(source.settings.path.as_deref().unwrap_or_default());
+        let read = blocking(move || crate::files::overlay::read_file(&path).map_err(MapError::Storage)).await;
+        let data = Bytes::from(read.map_err(|error| source.unusable(error.to_string()))?);
+        let kind = Picture::of(&data).ok_or_else(|| source.unusable(format!("it is {}", sniff::describe(&data))))?;
+        Ok(Tile { hash: sniff::hash(&data), data, picture: kind, origin: Origin::File, max_age_s: 60 })
+    }
+}
+
+/// The end of a fetch, also of one whose task was torn off.
+struct Landing {
+    source: Arc<Source>,
+    tile: TileId,
+    flight: Flight,
+    result: Result<Tile>,
+}
+
+impl Landing {
+    fn with(mut self, result: Result<Tile>) {
+        self.result = result;
+    }
+}
+
+impl Drop for Landing {
+    fn drop(&mut self) {
+        let mut flights = self.source.flights.lock().unwrap_or_else(PoisonError::into_inner);
+        // An abandoned one is off the list, and another may have begun in its place.
+        if flights.get(&self.tile).is_some_and(|flight| Arc::ptr_eq(flight, &self.flight)) {
+            flights.remove(&self.tile);
+        }
+        drop(flights);
+        self.flight.send_replace(Some(std::mem::replace(&mut self.result, Err(MapError::Closed))));
+    }
+}
+
+/// Waits until nobody waits for a fetch any more, and takes it off the list.
+async fn abandoned(source: &Source, tile: TileId, flight: &Flight) {
+    loop {
+        flight.closed().await;
+        let mut flights = source.flights.lock().unwrap_or_else(PoisonError::into_inner);
+        // Under the lock nobody can join; somebody may have before it.
+        if flight.receiver_count() == 0 {
+            flights.remove(&tile);
+            return;
+        }
+    }
+}
+
+/// What a status other than 200 means.
+pub(crate) fn refused(request: &Request, answer: &Answer) -> MapError {
+    let words = google::words(answer.status, &answer.body);
+    let help = match answer.status {
+        401 | 403 => "; check the key, and whether the service may be used from here",
+        429 => "; it takes no more for now",
+        _ => "",
+    };
+    MapError::Service {
+        host: crate::net::shown(&request.url),
+        reason: crate::net::hide(&format!("answers with {words}{help}"), request.secret.as_deref()),
+    }
+}
+
+/// How long an answer is new here.
+fn lifetime(settings: &SourceSettings, freshness: &Freshness) -> Duration {
+    let said = freshness.lifetime;
+    match settings.cache {
+        Caching::Keep => {
+            let least = Duration::from_secs(u64::from(settings.cache_min_days.unwrap_or(0)) * 86_400);
+            said.unwrap_or(USUAL_LIFETIME).max(least)
+        }
+        Caching::Headers | Caching::None => said.unwrap_or_default(),
+    }
+}
+
+/// Whether a service lets its answer be kept, or the settings say that it does.
+fn may_keep(settings: &SourceSettings, freshness: &Freshness) -> bool {
+    !freshness.no_store || settings.cache_min_days.is_some_and(|days| days > 0)
+}
+
+fn until(now_s: i64, lifetime: Duration) -> i64 {
+    now_s.saturating_add(i64::try_from(lifetime.as_secs()).unwrap_or(i64::MAX / 4).min(i64::MAX / 4))
+}
+
+fn show(kept: &Kept, origin: Origin, now_s: i64) -> Result<Tile> {
+    let data = kept.data.clone().ok_or(MapError::NoTile)?;
+    let picture = Picture::of(&data).ok_or(MapError::NoTile)?;
+    let max_age_s = if origin == Origin::Stale { 0 } else { (kept.expires_s - now_s).clamp(0, BROWSER_S) };
+    Ok(Tile { data, picture, hash: kept.hash, origin, max_age_s })
+}
