@@ -1,9 +1,48 @@
-"""What every test may rely on, however pytest was started."""
+"""What every test may rely on, however pytest was started; and the order in which they begin."""
 
+import os
 import signal
 import threading
+
+import pytest
 
 # A shell starts background jobs with Ctrl-C ignored, and programs inherit that. Tests that press Ctrl-C start
 # programs of their own; with a handler here those begin with the default again.
 if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+BUSY = ("tests/house/test_wheel.py", "tests/browser")
+"""Where the tests are that take longest and want a core for themselves: they compile, or draw without a graphics card."""
+WAITING = (
+    "tests/cli/test_demo.py",
+    "tests/jderobot/test_flights.py",
+    "tests/flights",
+    "tests/faults/test_links.py",
+    "tests/sim/test_mavlink_flight.py",
+    "tests/sim/test_flight_missions.py",
+    "tests/sim/test_flight_commands.py",
+)
+"""Where the tests are that take long because they wait for a plane."""
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Have half of the workers begin with the busy ones and half with the waiting ones; short ones come last.
+
+    xdist's worksteal gives each worker a stretch of the list to begin with. No test may rely on the order.
+    """
+    workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+    if workers == 1:
+        return
+    busy, waiting = (
+        [item for place in places for item in items if item.nodeid.startswith(place)] for places in (BUSY, WAITING)
+    )
+    short = [item for item in items if not item.nodeid.startswith(BUSY + WAITING)]
+    total, items[:] = len(items), []
+    for number in range(workers):
+        pair = number // 2
+        stretch = waiting[pair :: workers // 2] if number % 2 else busy[pair :: (workers + 1) // 2]
+        room = max(0, (total - len(items)) // (workers - number) - len(stretch))
+        items += stretch + short[:room]
+        del short[:room]
+    items += short
