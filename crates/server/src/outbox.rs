@@ -25,6 +25,8 @@ pub enum Topic {
     Operation(u64),
     /// The list of links.
     Links,
+    /// Map sources and offline areas.
+    Maps,
 }
 
 impl Topic {

@@ -183,7 +183,8 @@ impl Server {
         }
         let app = App::new(station, access, config.on_board, alive.clone());
         if let Some(maps) = maps {
-            app.set_maps(maps);
+            app.set_maps(maps.clone());
+            runtime.spawn(app.clone().tell_maps(maps, alive.clone()));
         }
         let service = routes::router(app.clone()).into_make_service();
         let handle = Handle::new();

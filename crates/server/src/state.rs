@@ -27,6 +27,8 @@ use crate::video::VideoHub;
 const TICK: Duration = Duration::from_millis(200);
 /// Every how many ticks the lists are told though nothing changed.
 const TELL_EVERY: u32 = 5;
+/// How often clients are told at most that something of the maps is another.
+const TELL_MAPS: Duration = Duration::from_secs(1);
 /// Events of one vehicle that wait to be told at most; the oldest are dropped.
 const EVENT_QUEUE: usize = 1024;
 
@@ -265,6 +267,21 @@ impl App {
         }
         if self.shared.on_board {
             self.shared.station.set_heartbeat(false);
+        }
+    }
+
+    /// Tells the clients that something of the maps is another than before, until the server is closed.
+    pub async fn tell_maps(self, maps: Maps, _alive: Alive) {
+        let (mut news, mut closing) = (maps.news(), self.closing());
+        let tell = async {
+            while news.changed().await.is_ok() {
+                self.shared.outboxes.put_latest(Topic::Maps, &ServerMessage::Maps);
+                tokio::time::sleep(TELL_MAPS).await;
+            }
+        };
+        tokio::select! {
+            () = tell => {}
+            () = closed(&mut closing) => {}
         }
     }
 

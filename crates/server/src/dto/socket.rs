@@ -129,6 +129,9 @@ pub enum ServerMessage {
         /// By id.
         links: Vec<LinkInfo>,
     },
+    /// Something of the map sources or offline areas is another than before, or an area went on: at most once a second. Who
+    /// shows them asks for them again.
+    Maps,
     /// Who holds control.
     Control {
         /// Whether this session holds it.

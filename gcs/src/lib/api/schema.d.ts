@@ -3436,7 +3436,10 @@ export interface components {
             tms?: boolean;
             /** @description WMS: whether what is empty is to be transparent. */
             transparent?: boolean | null;
-            /** @description XYZ: address with `{z} {x} {y}`, or `{-y}`, `{q}`, `{s}`, `{switch:a,b}`, `{key}`. WMS, WMTS: the service's address. */
+            /**
+             * @description XYZ: address with `{z} {x} {y}`, or `{-y}`, `{q}`, `{s}`, `{switch:a,b}`, `{key}`. WMS, WMTS: the service's address.
+             *     GeoTIFF: its address, where it is read over the network.
+             */
             url?: string | null;
             /** @description WMS: `1.1.1` or `1.3.0`, the default. */
             version?: string | null;
@@ -4423,6 +4426,9 @@ export interface components {
             links: components["schemas"]["LinkInfo"][];
             /** @enum {string} */
             type: "links";
+        } | {
+            /** @enum {string} */
+            type: "maps";
         } | {
             /** @description Whether this session holds it. */
             has_control: boolean;
