@@ -191,6 +191,7 @@ class Operator:
 class VideoFeed:
     """Feeds one camera of a server."""
 
+        video_folder: str | None = None,
     def publish(
         self,
         data: bytes,
@@ -202,7 +203,7 @@ class VideoFeed:
     ) -> None: ...
     def set_status(
         self,
-        state: Literal["starting", "live", "stalled", "dead"],
+        state: Literal["standby", "starting", "live", "stalled", "dead"],
         reason: str | None,
         codec: Literal["h264", "jpeg"] | None,
         size: tuple[int, int] | None,
@@ -218,7 +219,7 @@ class VideoFeed:
 class VideoRequest:
     """Something that a browser wants of a camera."""
 
-    kind: Literal["snapshot", "start_recording", "stop_recording"]
+    kind: Literal["snapshot", "keep_snapshot", "start_recording", "stop_recording"]
     def answer(self, data: bytes) -> None: ...
     def refuse(self, reason: str) -> None: ...
 

@@ -22,7 +22,7 @@ from types import TracebackType
 from vencejo import _native
 from vencejo.errors import InvalidRequest
 from vencejo.station import Station, default_record_dir
-from vencejo.video import VideoFeed
+from vencejo.video import VideoFeed, default_video_dir
 
 __all__ = ["Operator", "Server", "Tokens", "default_maps_folder", "default_token_file", "has_app"]
 
@@ -86,6 +86,9 @@ class Server:
     maps_folder : path, optional
         Where map sources, their cache and offline areas are kept; made when it is not there. Default
         `default_maps_folder`.
+    video_folder : path, optional
+        Where the recordings and pictures of cameras are, to be listed and downloaded. Default
+        `vencejo.video.default_video_dir`.
 
     Raises
     ------
@@ -109,6 +112,7 @@ class Server:
         key: str | os.PathLike[str] | None = None,
         on_board: bool = False,
         maps_folder: str | os.PathLike[str] | None = None,
+        video_folder: str | os.PathLike[str] | None = None,
     ) -> None:
         address = _address(host)
         if not 0 <= port <= 65535:
@@ -130,6 +134,7 @@ class Server:
             tls=tls,
             on_board=on_board,
             maps_folder=os.fspath(maps_folder if maps_folder is not None else default_maps_folder()),
+            video_folder=os.fspath(video_folder if video_folder is not None else default_video_dir()),
         )
         self._station = station
 

@@ -174,7 +174,7 @@ async def test_h264_is_shown_recorded_and_kept_as_a_picture(open_station: OpenSt
             await station.button("camera.snapshot").click()
         assert (await download.value).suggested_filename.endswith(".jpg")
         await station.button("camera.record").click()
-        await expect(window(station)).to_contain_text(station.like("camera.recording"))
+        await expect(window(station)).to_contain_text(station.text("camera.isRecording"))
         await station.button("camera.stop").click()
         await expect(window(station)).to_contain_text(".mkv")
         await station.choice(window(station), "camera.choose").select_option("tail")

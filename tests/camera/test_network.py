@@ -109,7 +109,7 @@ class Guarded(http.server.BaseHTTPRequestHandler):
         if not is_let_in:
             self.send_response(401)
             if self.path == "/digest":
-                self.send_header("WWW-Authenticate", 'Digest realm="camera", nonce="abc", qop="auth", algorithm=MD5')
+                self.send_header("WWW-Authenticate", 'Digest realm="camera", nonce="abc", qop="auth", algorithm="md5"')
             elif self.path == "/basic":
                 self.send_header("WWW-Authenticate", 'Basic realm="camera"')
             self.send_header("Content-Length", "0")

@@ -140,6 +140,40 @@ def test_what_the_browser_asks_for(tmp_path: Path) -> None:
     assert not [path for path in tmp_path.iterdir() if path.suffix != ".mkv"]
 
 
+def test_what_was_recorded_is_listed_downloaded_and_deleted(tmp_path: Path) -> None:
+    with (
+        MjpegServer() as source,
+        Station(record=False) as station,
+        Server(station, port=0, video_folder=tmp_path) as server,
+        Camera(source.url, name="nose", recording_dir=tmp_path) as camera,
+        ServedCamera(server, camera),
+    ):
+        client = Client(server.url)
+        client.open_session(name="Ana")
+        assert client.done("GET", "footage") == []
+        source.send(picture(50))
+        wait_for(lambda: client.done("GET", "cameras/nose")["state"] == "live", "live")
+        still = client.ask("POST", "cameras/nose/snapshot")
+        assert still.status == 200
+        begun = client.done("POST", "cameras/nose/recording")["recording"]["file"]
+        for number in range(20):
+            source.send(picture(number))
+        wait_for(lambda: camera.status.frames == 21, "all pictures")
+        listed = {one["kind"]: one for one in client.done("GET", "footage")}
+        assert (listed["video"]["name"], listed["video"]["is_current"]) == (begun, True)
+        assert client.ask("DELETE", f"footage/{begun}").status == 409
+        client.done("DELETE", "cameras/nose/recording")
+        video, kept = client.ask("GET", f"footage/{begun}").body, listed["picture"]["name"]
+        assert video == (tmp_path / begun).read_bytes()
+        (ended,) = (one for one in client.done("GET", "footage") if one["kind"] == "video")
+        assert (ended["camera"], ended["is_current"], ended["bytes"]) == ("nose", False, len(video))
+        assert ended["duration_s"] == pytest.approx(coded_times(tmp_path / begun)[-1], abs=0.002)
+        assert abs(ended["begin_unix_s"] - time.time()) < 60
+        assert (tmp_path / kept).read_bytes() == still.body
+        client.done("DELETE", f"footage/{begun}")
+        assert [path.name for path in tmp_path.iterdir()] == [kept]
+
+
 def test_a_viewer_looks_and_does_not_record(tmp_path: Path) -> None:
     with serving(
         "--token", "--link", "udpin:127.0.0.1:0", "--camera", f"nose={VIDEO / 'small-h264.mp4'}", data=tmp_path
@@ -149,6 +183,8 @@ def test_a_viewer_looks_and_does_not_record(tmp_path: Path) -> None:
         wait_for(lambda: viewer.done("GET", "cameras/nose")["state"] == "live", "live")
         assert viewer.ask("GET", "cameras/nose/snapshot").status == 200
         assert viewer.ask("POST", "cameras/nose/recording").status == 403
+        assert viewer.ask("POST", "cameras/nose/snapshot").status == 403
+        assert viewer.ask("DELETE", "footage/any").status == 403
         operator = served.client(token=served.token("operator"))
         begun = operator.done("POST", "cameras/nose/recording")["recording"]
         assert (tmp_path / "video" / begun["file"]).exists()

@@ -31,7 +31,7 @@ pub struct PyServer {
 #[pymethods]
 impl PyServer {
     #[new]
-    #[pyo3(signature = (station, *, address, port, token_file, hosts, origins, tls, on_board, maps_folder))]
+    #[pyo3(signature = (station, *, address, port, token_file, hosts, origins, tls, on_board, maps_folder, video_folder=None))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of one constructor")]
     fn new(
         py: Python<'_>,
@@ -44,6 +44,7 @@ impl PyServer {
         tls: Option<(String, String)>,
         on_board: bool,
         maps_folder: Option<String>,
+        video_folder: Option<String>,
     ) -> PyResult<Self> {
         let ip = address.parse().map_err(|_| {
             errors::raise("InvalidRequest", format!("'{address}' is no address; one is like 127.0.0.1, 0.0.0.0 or ::"))
@@ -56,6 +57,7 @@ impl PyServer {
             tls: tls.map(|(certificate, key)| (certificate.into(), key.into())),
             on_board,
             maps_folder: maps_folder.map(Into::into),
+            video_folder: video_folder.map(Into::into),
         };
         let started = runtime::wait(py, None, Server::start(station.station(), config, runtime::handle()))?;
         let server = started.ok_or_else(|| errors::raise("ClosedError", "the server was not started"))?;

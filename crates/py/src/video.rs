@@ -89,11 +89,12 @@ impl PyVideoFeed {
         recording: Option<(String, f64, u64, Option<String>)>,
     ) -> PyResult<()> {
         let state = match state {
+            "standby" => CameraState::Standby,
             "starting" => CameraState::Starting,
             "live" => CameraState::Live,
             "stalled" => CameraState::Stalled,
             "dead" => CameraState::Dead,
-            _ => return Err(invalid(format!("state is '{state}': it is starting, live, stalled or dead"))),
+            _ => return Err(invalid(format!("state is '{state}': it is standby, starting, live, stalled or dead"))),
         };
         let codec = codec.map(self::codec).transpose()?;
         let recording =
@@ -142,6 +143,7 @@ impl PyVideoRequest {
         let request = self.request.lock().unwrap_or_else(PoisonError::into_inner);
         request.as_ref().map(|pending| match pending.request {
             CameraRequest::Snapshot => "snapshot",
+            CameraRequest::KeepSnapshot => "keep_snapshot",
             CameraRequest::StartRecording => "start_recording",
             CameraRequest::StopRecording => "stop_recording",
         })

@@ -55,6 +55,8 @@ pub struct ServerConfig {
     pub on_board: bool,
     /// Where map sources, their cache and offline areas are kept; made when it is not there. `None`: no maps are served.
     pub maps_folder: Option<PathBuf>,
+    /// Where the recordings and pictures of cameras are kept. `None`: none are listed.
+    pub video_folder: Option<PathBuf>,
 }
 
 impl Default for ServerConfig {
@@ -67,6 +69,7 @@ impl Default for ServerConfig {
             tls: None,
             on_board: false,
             maps_folder: None,
+            video_folder: None,
         }
     }
 }
@@ -185,6 +188,9 @@ impl Server {
         if let Some(maps) = maps {
             app.set_maps(maps.clone());
             runtime.spawn(app.clone().tell_maps(maps, alive.clone()));
+        }
+        if let Some(folder) = config.video_folder {
+            app.set_video_folder(folder);
         }
         let service = routes::router(app.clone()).into_make_service();
         let handle = Handle::new();

@@ -1,6 +1,7 @@
 //! What all handlers share, and the task that tells the clients what goes on.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
@@ -47,6 +48,8 @@ struct Shared {
     operations: Operations,
     outboxes: Outboxes,
     video: VideoHub,
+    /// Where the recordings of cameras are.
+    video_folder: OnceLock<PathBuf>,
     /// Where the server was given a folder for them.
     maps: OnceLock<Maps>,
     closing: watch::Sender<bool>,
@@ -80,6 +83,7 @@ impl App {
             operations: Operations::default(),
             outboxes: Outboxes::default(),
             video: VideoHub::default(),
+            video_folder: OnceLock::new(),
             maps: OnceLock::new(),
             closing: watch::channel(false).0,
             alive: Mutex::new(Some(alive)),
@@ -155,6 +159,17 @@ impl App {
             Problem::new(Cause::NoMaps, "this server was started without a folder for maps")
                 .remedy("start it with --maps FOLDER")
         })
+    }
+
+    /// Shows the recordings of this folder; the first that is given stays.
+    pub fn set_video_folder(&self, folder: PathBuf) {
+        // A second is refused, which is what is meant.
+        let _ = self.shared.video_folder.set(folder);
+    }
+
+    /// Where the recordings of cameras are, when the server was told.
+    pub fn video_folder(&self) -> Option<&Path> {
+        self.shared.video_folder.get().map(PathBuf::as_path)
     }
 
     /// The cameras.

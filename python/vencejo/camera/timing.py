@@ -47,12 +47,17 @@ class CaptureClock:
             Its time in the stream, from any beginning. The same again and again stands for a stream that tells no times: then
             pictures are taken to be immediate.
         """
+        self.came(at_s)
+        return self.taken_unix_s(at_s)
+
+    def came(self, at_s: float) -> None:
+        """Learn from a picture that came just now, and has that time in the stream."""
         now = self._monotonic_s()
         is_untold = at_s == self._last_s
         self._last_s = at_s
         if is_untold:
             self._leads_s = None
-            return self._unix_s()
+            return
         lead_s = now - at_s
         if self._leads_s is None or at_s < self._newest_s - MAX_REORDER_S:
             self._leads_s, self._window_begin_s, self._newest_s = (lead_s, lead_s), now, at_s
@@ -61,4 +66,9 @@ class CaptureClock:
         else:
             self._leads_s = (self._leads_s[0], min(self._leads_s[1], lead_s))
         self._newest_s = max(self._newest_s, at_s)
-        return self._unix_s() - (lead_s - min(self._leads_s))
+
+    def taken_unix_s(self, at_s: float) -> float:
+        """When a picture with that time in the stream was taken, as far as is known by now."""
+        if self._leads_s is None:
+            return self._unix_s()
+        return self._unix_s() - max(self._monotonic_s() - at_s - min(self._leads_s), 0.0)

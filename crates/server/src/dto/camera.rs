@@ -3,12 +3,14 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use crate::video::{Camera, CameraState as State, Codec, RecordingStatus};
+use crate::video::{Camera, CameraState as State, Codec, RecordingStatus, footage};
 
 /// Whether a camera's pictures come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CameraState {
+    /// The source is read on demand, and nobody looks or records.
+    Standby,
     /// On the way to the first picture.
     Starting,
     /// They come.
@@ -89,6 +91,7 @@ impl CameraInfo {
             name: camera.name().to_owned(),
             source: camera.source().to_owned(),
             state: match status.state {
+                State::Standby => CameraState::Standby,
                 State::Starting => CameraState::Starting,
                 State::Live => CameraState::Live,
                 State::Stalled => CameraState::Stalled,
@@ -126,4 +129,50 @@ pub enum CameraMessage {
         /// Microseconds since 1970, UTC.
         unix_us: u64,
     },
+}
+
+/// What a file of footage holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FootageKind {
+    /// A recording: Matroska.
+    Video,
+    /// A still picture: JPEG.
+    Picture,
+}
+
+impl From<footage::FootageKind> for FootageKind {
+    fn from(kind: footage::FootageKind) -> Self {
+        match kind {
+            footage::FootageKind::Video => Self::Video,
+            footage::FootageKind::Picture => Self::Picture,
+        }
+    }
+}
+
+/// A recording or picture of a camera on the server's disk.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct Footage {
+    /// The file's name.
+    pub name: String,
+    /// What it holds.
+    pub kind: FootageKind,
+    /// The camera's name.
+    pub camera: String,
+    /// When it was begun or taken, to the second: seconds since 1970, UTC.
+    pub begin_unix_s: u64,
+    /// How long a recording is; null for pictures, while it is being written, and when it was not ended in order.
+    #[schema(required = true)]
+    pub duration_s: Option<f64>,
+    /// How large it is.
+    pub bytes: u64,
+    /// Whether it is being written.
+    pub is_current: bool,
+}
+
+impl From<footage::Footage> for Footage {
+    fn from(found: footage::Footage) -> Self {
+        let footage::Footage { name, kind, camera, begin_unix_s, duration_s, bytes, is_current } = found;
+        Self { name, kind: kind.into(), camera, begin_unix_s, duration_s, bytes, is_current }
+    }
 }

@@ -30,7 +30,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
     OpenApiRouter::new()
         .routes(routes!(list_cameras))
         .routes(routes!(get_camera))
-        .routes(routes!(snapshot))
+        .routes(routes!(snapshot, keep_snapshot))
         .routes(routes!(start_recording, stop_recording))
         .routes(routes!(watch))
 }
@@ -88,6 +88,15 @@ async fn get_camera(_: Viewer, Camera(camera): Camera) -> Json<CameraInfo> {
     responses((status = 200, body = Vec<u8>, content_type = "image/jpeg"), Problem))]
 async fn snapshot(_: Viewer, Camera(camera): Camera) -> Result<Response, Problem> {
     let jpeg = ask(&camera, CameraRequest::Snapshot).await?;
+    Ok(([(header::CONTENT_TYPE, HeaderValue::from_static("image/jpeg"))], jpeg).into_response())
+}
+
+/// A still picture like that of GET, kept beside the recordings as well.
+#[utoipa::path(post, path = "/cameras/{name}/snapshot", tag = "cameras",
+    params(("name" = String, Path, description = "The camera's name")),
+    responses((status = 200, body = Vec<u8>, content_type = "image/jpeg"), Problem))]
+async fn keep_snapshot(_: Operator, Camera(camera): Camera) -> Result<Response, Problem> {
+    let jpeg = ask(&camera, CameraRequest::KeepSnapshot).await?;
     Ok(([(header::CONTENT_TYPE, HeaderValue::from_static("image/jpeg"))], jpeg).into_response())
 }
 

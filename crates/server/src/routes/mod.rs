@@ -3,6 +3,7 @@
 mod cameras;
 mod commands;
 mod elevation;
+mod footage;
 mod links;
 mod maps;
 mod maps_areas;
@@ -63,6 +64,7 @@ fn api() -> OpenApiRouter<App> {
         .merge(params::router())
         .merge(operations::router())
         .merge(cameras::router())
+        .merge(footage::router())
         .merge(messages::router())
         .merge(recordings::router())
         .merge(maps::router())
@@ -88,7 +90,10 @@ pub fn router(app: App) -> Router {
     let (api, _) = api().split_for_parts();
     let openapi = description();
     // A small answer, or one that is packed already, only gets slower.
-    let worth_packing = SizeAbove::new(1024).and(NotForContentType::IMAGES).and(NotForContentType::const_new("font/"));
+    let is_open = NotForContentType::IMAGES
+        .and(NotForContentType::const_new("font/"))
+        .and(NotForContentType::const_new("video/"));
+    let worth_packing = SizeAbove::new(1024).and(is_open);
     api.route("/api/v1/openapi.json", get(move || async move { Json(openapi) }))
         .route("/api/v1/ws", get(sessions::websocket))
         .route("/api", get(no_such_path))

@@ -6,6 +6,7 @@
 //!
 //! What only the feeder can do (a picture with its position, recording) is asked of it as a [`CameraRequest`].
 
+pub mod footage;
 mod queue;
 pub mod stream;
 #[cfg(test)]
@@ -132,6 +133,8 @@ impl Default for CameraStatus {
 /// Whether pictures come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CameraState {
+    /// The source is read on demand, and nobody looks or records.
+    Standby,
     /// On the way to the first picture.
     Starting,
     /// They come.
@@ -160,6 +163,8 @@ pub struct RecordingStatus {
 pub enum CameraRequest {
     /// A still picture with its position: the answer is a JPEG file.
     Snapshot,
+    /// The same, and that it is kept beside the recordings.
+    KeepSnapshot,
     /// Begin to record.
     StartRecording,
     /// End the recording.
@@ -224,10 +229,6 @@ impl VideoHub {
     /// # Errors
     /// [`CameraError::BadName`], [`CameraError::Taken`] and [`CameraError::TooMany`].
     pub fn add(&self, name: &str, source: &str) -> Result<VideoFeed, CameraError> {
-        let is_name = |name: &str| {
-            (1..=MAX_NAME).contains(&name.len())
-                && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_".contains(&byte))
-        };
         if !is_name(name) {
             return Err(CameraError::BadName(name.chars().take(MAX_NAME).collect()));
         }
@@ -266,9 +267,20 @@ impl VideoHub {
         self.cameras().iter().map(|camera| camera.viewers()).sum()
     }
 
+    /// Names of the files that are being recorded.
+    fn being_recorded(&self) -> Vec<String> {
+        let recordings = self.cameras().into_iter().filter_map(|camera| camera.status().recording);
+        recordings.filter(|recording| recording.problem.is_none()).map(|recording| recording.file).collect()
+    }
+
     fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Arc<Camera>>> {
         self.cameras.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+fn is_name(name: &str) -> bool {
+    (1..=MAX_NAME).contains(&name.len())
+        && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_".contains(&byte))
 }
 
 /// How many viewers want what.

@@ -1,10 +1,11 @@
-// Cameras: which there are, recording, still pictures, and the stream of one, over a WebSocket of its own.
+// Cameras: which there are, recording, still pictures, what was recorded, and the stream of one, over a WebSocket of its own.
 import { readPicture, type Picture } from '$lib/domain/video';
 import { Http } from './http';
 import type { components } from './schema';
 import { browserWorld, Socket, type SocketWorld } from './socket';
 
 export type CameraInfo = components['schemas']['CameraInfo'];
+export type Footage = components['schemas']['Footage'];
 export type CameraMessage = components['schemas']['CameraMessage'];
 
 const http = new Http();
@@ -15,6 +16,11 @@ export const cameraApi = {
   startRecording: (name: string) => http.json<CameraInfo>('POST', path(name, '/recording')),
   stopRecording: (name: string) => http.json<CameraInfo>('DELETE', path(name, '/recording')),
   snapshot: async (name: string): Promise<Blob> => (await http.request('GET', path(name, '/snapshot'))).blob(),
+  /** The same, kept on the server's disk as well. */
+  keepSnapshot: async (name: string): Promise<Blob> => (await http.request('POST', path(name, '/snapshot'))).blob(),
+  footage: () => http.json<Footage[]>('GET', '/footage'),
+  footageAddress: (name: string) => http.address(`/footage/${encodeURIComponent(name)}`),
+  deleteFootage: (name: string) => http.json<object>('DELETE', `/footage/${encodeURIComponent(name)}`),
 };
 
 export interface StreamHandlers {

@@ -66,7 +66,8 @@ export interface paths {
          */
         get: operations["snapshot"];
         put?: never;
-        post?: never;
+        /** A still picture like that of GET, kept beside the recordings as well. */
+        post: operations["keep_snapshot"];
         delete?: never;
         options?: never;
         head?: never;
@@ -194,6 +195,44 @@ export interface paths {
         /** The ground under a line, or under a plan's legs from its home. */
         post: operations["get_elevation_profile"];
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/footage": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The recordings and pictures of cameras on the server's disk, the newest first, 1000 at most. */
+        get: operations["list_footage"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/footage/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A recording (Matroska) or picture (JPEG) as it is on the disk. Parts of it are given to those who ask for a range, so that a
+         *     player can jump. One that is being written ends where it was when the request came.
+         */
+        get: operations["get_footage"];
+        put?: never;
+        post?: never;
+        /** Deletes a recording or picture from the server's disk. One that is being written is not deleted. */
+        delete: operations["delete_footage"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1691,7 +1730,7 @@ export interface components {
          * @description Whether a camera's pictures come.
          * @enum {string}
          */
-        CameraState: "starting" | "live" | "stalled" | "dead";
+        CameraState: "standby" | "starting" | "live" | "stalled" | "dead";
         /** @description A service to ask what it offers. */
         CapabilitiesRequest: {
             /** @description For `{key}` in the address. */
@@ -2535,6 +2574,37 @@ export interface components {
              */
             course_deg: number;
         };
+        /** @description A recording or picture of a camera on the server's disk. */
+        Footage: {
+            /**
+             * Format: int64
+             * @description When it was begun or taken, to the second: seconds since 1970, UTC.
+             */
+            begin_unix_s: number;
+            /**
+             * Format: int64
+             * @description How large it is.
+             */
+            bytes: number;
+            /** @description The camera's name. */
+            camera: string;
+            /**
+             * Format: double
+             * @description How long a recording is; null for pictures, while it is being written, and when it was not ended in order.
+             */
+            duration_s: number | null;
+            /** @description Whether it is being written. */
+            is_current: boolean;
+            /** @description What it holds. */
+            kind: components["schemas"]["FootageKind"];
+            /** @description The file's name. */
+            name: string;
+        };
+        /**
+         * @description What a file of footage holds.
+         * @enum {string}
+         */
+        FootageKind: "video" | "picture";
         /** @description How to arm or disarm. */
         Force: {
             /** @description In spite of the vehicle's own checks, or in the air. */
@@ -4954,6 +5024,37 @@ export interface operations {
             };
         };
     };
+    keep_snapshot: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The camera's name */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/jpeg": number[];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     watch: {
         parameters: {
             query?: {
@@ -5183,6 +5284,103 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["ElevationProfile"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_footage: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Footage"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_footage: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its file */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "video/x-matroska": number[];
+                };
+            };
+            /** @description The range that was asked for */
+            206: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    delete_footage: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its file */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
                 };
             };
             /** @description What was wrong and what to do */

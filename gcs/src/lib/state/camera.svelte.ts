@@ -24,12 +24,16 @@ class Cameras {
   #kept = $state.raw<Kept>(load('camera', defaults, read));
   #isSwapped = $state(false);
   list = $state.raw<readonly CameraInfo[]>([]);
+  /** Whether cameras recorded something; asked for only where there is no camera. */
+  hasFootage = $state(false);
 
   /** The one that is shown: the chosen one while it is there, else the first. */
   selected = $derived<CameraInfo | null>(
     this.list.find(({ name }) => name === this.#kept.name) ?? this.list[0] ?? null,
   );
-  isOpen = $derived(this.#kept.isOpen && this.list.length > 0);
+  /** Whether there is anything to show. */
+  isAny = $derived(this.list.length > 0 || this.hasFootage);
+  isOpen = $derived(this.#kept.isOpen && this.isAny);
   /** Whether the video fills the window, and the map is the small one. */
   isSwapped = $derived(this.isOpen && this.#isSwapped);
   box = $derived<Box>(this.#kept.box);
@@ -38,6 +42,7 @@ class Cameras {
   async refresh(): Promise<void> {
     try {
       this.list = await cameraApi.list();
+      if (this.list.length === 0) this.hasFootage = (await cameraApi.footage()).length > 0;
     } catch {
       // The next connection asks again.
     }

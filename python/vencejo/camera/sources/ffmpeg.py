@@ -21,6 +21,10 @@ __all__ = ["FfmpegSource", "open_file", "open_stream"]
 OPEN_TIMEOUT_MS: Final = 10_000
 READ_TIMEOUT_MS: Final = 5_000
 """A stream in which nothing comes for so long is gone."""
+NEW_S: Final = 0.005
+"""A picture that had to be waited for so long is a new one."""
+MAX_WAITED: Final = 300
+"""Pictures that waited while a stream was opened, at most."""
 MAX_PAUSE_S: Final = 10.0
 """Longest pause between two pictures of a file; a broken one may say more."""
 _CODECS: Final[dict[str, Codec]] = {"h264": "h264", "avc1": "h264", "mjpg": "jpeg", "jpeg": "jpeg"}
@@ -84,9 +88,7 @@ class FfmpegSource:
         """Pictures as they come. See `Source`."""
         try:
             if not self._is_looped:
-                clock = CaptureClock(unix_s=self._unix_s)
-                for at_s, frame in self._pictures(self._capture):
-                    yield _at(frame, clock.captured_unix_s(at_s))
+                yield from self._live()
                 if not self._stop.is_set():
                     raise CameraError("the stream ended, or nothing came for some time")
                 return
@@ -105,6 +107,22 @@ class FfmpegSource:
                 self._capture, self._codec = self._open()
         finally:
             self._capture.release()
+
+    def _live(self) -> Iterator[EncodedFrame | Frame]:
+        """Pictures of a stream. Those that waited while it was opened come all at once: how old they are shows when one is new."""
+        clock = CaptureClock(unix_s=self._unix_s)
+        waited: list[tuple[float, EncodedFrame | Frame]] = []
+        has_caught_up = False
+        asked_s = time.monotonic()
+        for at_s, frame in self._pictures(self._capture):
+            clock.came(at_s)
+            waited.append((at_s, frame))
+            has_caught_up = has_caught_up or time.monotonic() - asked_s > NEW_S or len(waited) > MAX_WAITED
+            if has_caught_up:
+                for its_s, one in waited:
+                    yield _at(one, clock.taken_unix_s(its_s))
+                waited.clear()
+            asked_s = time.monotonic()
 
     def close(self) -> None:
         """End it. See `Source`. A network that hangs is left within five seconds."""

@@ -15,7 +15,7 @@ import urllib.error
 import urllib.request
 from base64 import b64encode
 from collections.abc import Callable, Iterator
-from typing import Final
+from typing import Any, Final
 from urllib.parse import unquote, urlsplit, urlunsplit
 
 from vencejo.camera import jpeg
@@ -60,6 +60,13 @@ def open_http(address: SourceAddress) -> Source:
     return open_stream(address)
 
 
+class _Digest(urllib.request.HTTPDigestAuthHandler):
+    """Some cameras write the algorithm in small letters."""
+
+    def get_algorithm_impls(self, algorithm: str) -> Any:
+        return super().get_algorithm_impls(algorithm.upper())
+
+
 def _get(url: str) -> http.client.HTTPResponse:
     parts = urlsplit(url)
     bare = urlunsplit(parts._replace(netloc=parts.netloc.rpartition("@")[2]))
@@ -68,7 +75,7 @@ def _get(url: str) -> http.client.HTTPResponse:
     passwords = urllib.request.HTTPPasswordMgrWithDefaultRealm()
     if user:
         passwords.add_password(None, bare, user, password)
-    opener = urllib.request.build_opener(urllib.request.HTTPDigestAuthHandler(passwords))
+    opener = urllib.request.build_opener(_Digest(passwords))
 
     def ask(*, is_basic: bool) -> http.client.HTTPResponse:
         request = urllib.request.Request(bare, headers={"Accept": "*/*", "User-Agent": "vencejo"})

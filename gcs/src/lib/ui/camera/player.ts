@@ -6,6 +6,8 @@ import { h264Codec, type Picture } from '$lib/domain/video';
 const BUSY = 3;
 /** Pictures in the decoder from which on it begins again at the next key frame. */
 const OVERRUN = 60;
+/** Decoders that end before they show anything until H.264 is given up: a first picture may have come to harm on its way. */
+const MAX_FAILURES = 3;
 
 export interface PlayerEvents {
   /** A picture is on the canvas. */
@@ -31,8 +33,8 @@ export class Player {
   readonly #events: PlayerEvents;
   #decoder: VideoDecoder | null = null;
   #codec: string | null = null;
-  /** Whether this decoder has shown anything yet. */
-  #hasShown = false;
+  /** Decoders in a row that ended before they showed anything. */
+  #failures = 0;
   #needsKey = true;
   /** The newest JPEG picture that waits for the one before it. */
   #waiting: Picture | null = null;
@@ -72,7 +74,12 @@ export class Player {
       return;
     }
     const { isKey, captured_unix_us, data } = picture;
-    decoder.decode(new EncodedVideoChunk({ type: isKey ? 'key' : 'delta', timestamp: captured_unix_us, data }));
+    try {
+      decoder.decode(new EncodedVideoChunk({ type: isKey ? 'key' : 'delta', timestamp: captured_unix_us, data }));
+    } catch {
+      // What it takes for no key frame is thrown, not told.
+      this.#fail(false);
+    }
   }
 
   #configure(codec: string): void {
@@ -84,17 +91,24 @@ export class Player {
         }
         frame.close();
       },
-      error: () => {
-        if (decoder !== this.#decoder) return;
-        // A broken picture ends a decoder; one that never showed anything cannot decode this at all.
-        const hasShown = this.#hasShown;
-        this.#drop();
-        if (!hasShown) this.#events.cannotDecode();
+      error: (error) => {
+        if (decoder === this.#decoder) this.#fail(error.name === 'NotSupportedError');
       },
     });
     this.#decoder = decoder;
     this.#codec = codec;
-    decoder.configure({ codec, optimizeForLatency: true });
+    try {
+      decoder.configure({ codec, optimizeForLatency: true });
+    } catch {
+      this.#fail(true);
+    }
+  }
+
+  /** A decoder ended, as it does at a broken picture: another begins at the next key frame. */
+  #fail(isHopeless: boolean): void {
+    this.#drop();
+    this.#failures += 1;
+    if (isHopeless || this.#failures >= MAX_FAILURES) this.#events.cannotDecode();
   }
 
   async #still(picture: Picture): Promise<void> {
@@ -119,7 +133,7 @@ export class Player {
       canvas.height = height;
     }
     this.#context?.drawImage(image, 0, 0);
-    this.#hasShown = true;
+    this.#failures = 0;
     this.#events.shown(captured_unix_us);
   }
 
@@ -127,7 +141,6 @@ export class Player {
     const decoder = this.#decoder;
     this.#decoder = null;
     this.#codec = null;
-    this.#hasShown = false;
     this.#needsKey = true;
     if (decoder !== null && decoder.state !== 'closed') decoder.close();
   }

@@ -1,0 +1,95 @@
+//! Footage: the recordings and pictures of cameras that are kept on the server's disk.
+
+use std::io;
+use std::path::PathBuf;
+
+use axum::Json;
+use axum::body::Body;
+use axum::extract::{Request, State};
+use axum::http::{HeaderValue, header};
+use axum::response::{IntoResponse, Response};
+use tower_http::services::ServeFile;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::dto::Done;
+use crate::dto::camera::{Footage, FootageKind};
+use crate::dto::cause::{Cause, Thing};
+use crate::extract::{Name, Operator, Viewer};
+use crate::problem::Problem;
+use crate::state::App;
+use crate::video::footage;
+
+pub(super) fn router() -> OpenApiRouter<App> {
+    OpenApiRouter::new().routes(routes!(list_footage)).routes(routes!(get_footage, delete_footage))
+}
+
+fn failed(error: &io::Error) -> Problem {
+    Problem::new(Cause::Recorder { reason: error.to_string() }, format!("the cameras' recordings: {error}"))
+}
+
+/// Reads the disk beside everything else.
+async fn read<T: Send + 'static>(work: impl FnOnce() -> io::Result<T> + Send + 'static) -> Result<T, Problem> {
+    let read = tokio::task::spawn_blocking(work).await.map_err(|_| Problem::closed())?;
+    read.map_err(|error| failed(&error))
+}
+
+async fn find(app: &App, name: String) -> Result<(PathBuf, footage::Footage), Problem> {
+    let none = Problem::not_found(Thing::Recording, &name, "there is no such recording or picture")
+        .remedy("GET /api/v1/footage lists those that are");
+    let Some(folder) = app.video_folder().map(ToOwned::to_owned) else { return Err(none) };
+    let hub = app.video().clone();
+    read(move || footage::find(&folder, &hub, &name)).await?.ok_or(none)
+}
+
+/// The recordings and pictures of cameras on the server's disk, the newest first, 1000 at most.
+#[utoipa::path(get, path = "/footage", tag = "cameras", responses((status = 200, body = Vec<Footage>), Problem))]
+async fn list_footage(State(app): State<App>, _: Viewer) -> Result<Json<Vec<Footage>>, Problem> {
+    let Some(folder) = app.video_folder().map(ToOwned::to_owned) else { return Ok(Json(Vec::new())) };
+    let hub = app.video().clone();
+    let found = read(move || footage::list(&folder, &hub)).await?;
+    Ok(Json(found.into_iter().map(Footage::from).collect()))
+}
+
+/// A recording (Matroska) or picture (JPEG) as it is on the disk. Parts of it are given to those who ask for a range, so that a
+/// player can jump. One that is being written ends where it was when the request came.
+#[utoipa::path(get, path = "/footage/{name}", tag = "cameras", params(("name" = String, Path, description = "Its file")),
+    responses((status = 200, content_type = "video/x-matroska", body = Vec<u8>),
+        (status = 206, description = "The range that was asked for"), Problem))]
+async fn get_footage(
+    State(app): State<App>,
+    _: Viewer,
+    Name(name): Name,
+    request: Request,
+) -> Result<Response, Problem> {
+    let (path, found) = find(&app, name).await?;
+    let kind = match found.kind.into() {
+        FootageKind::Video => "video/x-matroska",
+        FootageKind::Picture => "image/jpeg",
+    };
+    let (parts, _) = request.into_parts();
+    let served = ServeFile::new(path).try_call(Request::from_parts(parts, Body::empty())).await;
+    let mut response = served.map_err(|error| failed(&error))?.into_response();
+    if response.status().is_success() {
+        response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(kind));
+        // The name holds letters, digits, and -_. alone.
+        let attachment = format!("attachment; filename=\"{}\"", found.name);
+        let attachment = HeaderValue::from_str(&attachment).expect("invariant: names of footage are plain ASCII");
+        response.headers_mut().insert(header::CONTENT_DISPOSITION, attachment);
+    }
+    Ok(response)
+}
+
+/// Deletes a recording or picture from the server's disk. One that is being written is not deleted.
+#[utoipa::path(delete, path = "/footage/{name}", tag = "cameras", params(("name" = String, Path, description = "Its file")),
+    responses((status = 200, body = Done), Problem))]
+async fn delete_footage(State(app): State<App>, _: Operator, Name(name): Name) -> Result<Json<Done>, Problem> {
+    let (path, found) = find(&app, name).await?;
+    if found.is_current {
+        let reason = format!("{} is being recorded", found.name);
+        let problem = Problem::new(Cause::Camera { name: found.camera, reason: reason.clone() }, reason);
+        return Err(problem.remedy("end the recording first"));
+    }
+    read(move || std::fs::remove_file(path)).await?;
+    Ok(Json(Done {}))
+}
