@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import re
 import socket
+import subprocess
 import sys
 import threading
 from collections.abc import Iterator, Mapping
@@ -135,6 +137,28 @@ def client_of(proxies: Mapping[str, str], **properties: str) -> Iterator[Client]
         data.properties.setProperty(name.replace("_", "."), value)
     with ice.initialize(data) as communicator:
         yield Client(ice, jderobot, precise, communicator, proxies)
+
+
+def javascript(folder: Path) -> None:
+    """Bring a folder to where a program in it can say ``require("ice")`` and ``require("jderobot/mission")``."""
+    modules = folder / "node_modules"
+    modules.mkdir()
+    (folder / "package.json").write_text("{}")
+    (modules / "ice").symlink_to(NODE / "node_modules" / "ice")
+    subprocess.run(["node", str(NODE / "slices.js"), str(modules)], check=True, timeout=60)
+
+
+def example(language: str, proxies: Mapping[str, str], folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    """Run the example client of a language, its proxies from the environment."""
+    named = {"Pose3D": "pose3d", "Navdata": "navdata", "Extra": "extra", "Mission": "mission"}
+    env = {**os.environ, **{f"ardrone_{name}": proxies[interface] for interface, name in named.items()}}
+    if language == "python":
+        command = [sys.executable, str(NODE / "client.py")]
+    else:
+        javascript(folder)
+        (folder / "client.js").write_text((NODE / "client.js").read_text(encoding="utf-8"), encoding="utf-8")
+        command = ["node", str(folder / "client.js")]
+    return subprocess.run([*command, *options], env=env, capture_output=True, text=True, timeout=120, check=False)
 
 
 OPERATION = re.compile(

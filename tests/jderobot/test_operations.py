@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-import os
 import queue
 import resource
 import socket
@@ -26,6 +25,8 @@ from tests.jderobot.support import (
     address_of,
     client_of,
     driver,
+    example,
+    javascript,
     operations,
 )
 from tests.server.client import Served
@@ -140,6 +141,12 @@ def test_every_operation_from_python(client: Client) -> None:
     assert refused.findings[0].isError
     assert refused.findings[0].item == 1
     call.refused(precise.InvalidRequest, "Missions", "upload", 0, precise.PlanKind.MissionPlan, None)
+    for odd in ({"command": 70_000, "frame": 3}, {"command": -1, "frame": 3}, {"command": 16, "frame": 300}):
+        impossible = precise.Plan([precise.MissionItem(**odd, x=LAT, y=LON, z=60.0)], fence=[], rally=[])
+        call.refused(precise.InvalidRequest, "Missions", "upload", 0, precise.PlanKind.MissionPlan, impossible)
+        call.refused(precise.InvalidRequest, "Missions", "check", 0, impossible)
+    lost = precise.Plan(items=[], fence=[], rally=[precise.RallyPoint(LAT, LON, 70.0, 300)])
+    call.refused(precise.InvalidRequest, "Missions", "upload", 0, precise.PlanKind.RallyPlan, lost)
     state = call("Missions", "upload", 0, precise.PlanKind.MissionPlan, plan)
     assert (state.state, state.count) == ("verified", 2)
     assert call("Missions", "getPlanState", 0, precise.PlanKind.MissionPlan).hash == state.hash
@@ -179,6 +186,9 @@ def test_every_operation_from_python(client: Client) -> None:
     assert call("Control", "setAltitude", 0, 70.0) is None
     call.refused(precise.InvalidRequest, "Control", "setVelocity", 0, 1.0, 0.0, 0.0, 0.0)
     assert call("Pose3D", "setPose3DData", jderobot.Pose3DData(x=LAT, y=LON, z=ALT + 60.0)) == 0, "in GUIDED it goes"
+    for x, y, z in ((95.0, LON, ALT), (LAT, 181.0, ALT), (LAT, LON, 1e30), (math.inf, LON, ALT)):
+        assert call("Pose3D", "setPose3DData", jderobot.Pose3DData(x=x, y=y, z=z)) == 1, (x, y, z)
+    assert call("Pose3D", "setPose3DData", None) == 1
     assert call("CMDVel", "setCMDVelData", jderobot.CMDVelData(linearX=18.0)) == 0
     assert call("Control", "loiter", 0) is None
     assert call("Control", "returnToLaunch", 0) is None
@@ -194,15 +204,6 @@ def test_every_operation_from_python(client: Client) -> None:
     assert call("Missions", "clear", 0, precise.PlanKind.MissionPlan) is None
 
     assert {name.replace("Camera.", "Camera.") for name in call.called} == operations()
-
-
-def javascript(folder: Path) -> None:
-    """Bring a folder to where a program in it can say ``require("ice")`` and ``require("jderobot/mission")``."""
-    modules = folder / "node_modules"
-    modules.mkdir()
-    (folder / "package.json").write_text("{}")
-    (modules / "ice").symlink_to(NODE / "node_modules" / "ice")
-    subprocess.run(["node", str(NODE / "slices.js"), str(modules)], check=True, timeout=60)
 
 
 def test_every_operation_from_javascript(grounded: Served, client: Client, tmp_path: Path) -> None:
@@ -275,16 +276,8 @@ def test_what_was_refused_is_said_in_the_station_too(grounded: Served, client: C
 
 @pytest.mark.parametrize("language", ["python", "javascript"])
 def test_the_examples(client: Client, language: str, tmp_path: Path) -> None:
-    """They show where the plane is. What --fly does, the flights do."""
-    named = {"ardrone_pose3d": "Pose3D", "ardrone_navdata": "Navdata"}
-    env = {**os.environ, **{name: client.proxies[interface] for name, interface in named.items()}}
-    if language == "python":
-        command = [sys.executable, str(NODE / "client.py")]
-    else:
-        javascript(tmp_path)
-        (tmp_path / "client.js").write_text((NODE / "client.js").read_text(encoding="utf-8"), encoding="utf-8")
-        command = ["node", str(tmp_path / "client.js")]
-    done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=60, check=False)
+    """They show where the plane is. What --fly does is tried where nothing takes off (test_flights)."""
+    done = example(language, client.proxies, tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("at 40.333"), done.stdout
     assert "battery" in done.stdout

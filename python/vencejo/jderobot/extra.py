@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Any, Final, Protocol
 
-from vencejo.errors import CommandRefused, VencejoError
+from vencejo.errors import Busy, CommandRefused, VencejoError
 from vencejo.jderobot.marks import Marks, Taken
 from vencejo.jderobot.settings import IceSettings
 from vencejo.jderobot.subject import Subject
@@ -80,7 +80,7 @@ class Extra:
             except VencejoError as error:
                 self._subject.tell(f"recording: {error}")
 
-        self._workers.later(work)
+        self._later("recording", work)
 
     def ledAnimation(self, type: int, duration: float, req: float, current: Any = None) -> None:
         """No vehicle of ours has these lights."""
@@ -92,7 +92,7 @@ class Extra:
 
     def flatTrim(self, current: Any = None) -> None:
         """Take the present attitude for level; only disarmed."""
-        self._workers.later(self._level)
+        self._later("flatTrim", self._level)
 
     def close(self) -> None:
         """End the watch; marks that wait are dropped."""
@@ -100,6 +100,13 @@ class Extra:
             self._closed = True
             self._changed.notify_all()
         self._thread.join(timeout=5.0)
+
+    def _later(self, what: str, work: Callable[[], None]) -> None:
+        """Do what takes a while; these operations answer at once."""
+        try:
+            self._workers.later(work)
+        except Busy as error:
+            self._subject.tell(f"{what}: {error}")
 
     def _mark(self, *, takeoff: bool = False, land: bool = False) -> None:
         with self._changed:
@@ -142,14 +149,25 @@ class Extra:
             self._subject.tell("take-off: the vehicle is in the air already", is_problem=False)
             return
         self._subject.tell("taking off", is_problem=False)
+        mode = telemetry.mode
         if telemetry.heartbeat is not None and telemetry.heartbeat.mav_type == _FIXED_WING:
             # It begins to roll when it is armed.
             vehicle.takeoff(alt_rel_home_m=self._settings.takeoff_alt_m)
-            vehicle.arm()
+            self._arm(vehicle, mode)
         else:
             vehicle.set_mode("GUIDED")
-            vehicle.arm()
+            self._arm(vehicle, mode)
             vehicle.takeoff(alt_rel_home_m=self._settings.takeoff_alt_m)
+
+    @staticmethod
+    def _arm(vehicle: Vehicle, mode_before: str | None) -> None:
+        """Arm; where that is refused go back to the mode before: whoever arms later by radio expects that one."""
+        try:
+            vehicle.arm()
+        except CommandRefused:
+            if mode_before is not None:
+                vehicle.set_mode(mode_before)
+            raise
 
     def _land(self, vehicle: Vehicle) -> None:
         if vehicle.telemetry.is_on_ground:

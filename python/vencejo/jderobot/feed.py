@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 import threading
 import time
 from collections import deque
@@ -26,6 +27,7 @@ _MAX_EVENTS: Final = 256
 """Events that wait for one subscriber; the oldest are dropped."""
 _MAX_UNSENT: Final = 16
 """Calls to one subscriber that its connection has not taken yet."""
+_MAX_NUMBER: Final = 2**31 - 1
 _LOOK_S: Final = 0.2
 _AT_LEAST_S: Final = 5.0
 """Without news the observer hears that there is none: values grow old, and its connection does not go idle."""
@@ -63,7 +65,6 @@ class Feed:
         self._clock = clock
         self._changed = threading.Condition()
         self._subscribers: dict[int, _Subscriber] = {}
-        self._next = 1
         self._closed = False
         self._thread = threading.Thread(target=self._run, name="vencejo-ice-feed", daemon=True)
         self._thread.start()
@@ -113,11 +114,17 @@ class Feed:
         with self._changed:
             if len(self._subscribers) >= _MAX_SUBSCRIPTIONS:
                 raise Busy(f"there are {_MAX_SUBSCRIPTIONS} subscriptions already")
-            number, self._next = self._next, self._next + 1
+            number = self._new_number()
             subscriber = _Subscriber(number, vehicle, observer, 1.0 / rate_hz, self._clock())
             subscriber.watch = vehicle.on_event(lambda event: self._on_event(subscriber, event))
             self._subscribers[number] = subscriber
             self._changed.notify_all()
+        return number
+
+    def _new_number(self) -> int:
+        """One that nobody guesses: whoever knows it ends the subscription."""
+        while (number := secrets.randbelow(_MAX_NUMBER) + 1) in self._subscribers:
+            pass
         return number
 
     def unsubscribe(self, number: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 
 __all__ = ["Marks", "Taken"]
@@ -21,7 +22,9 @@ class Taken:
 
 
 class Marks:
-    """Holds the marks. Time comes in as an argument, in seconds on any clock that does not jump.
+    """Holds the marks; each is given out once, whichever thread asks.
+
+    Time comes in as an argument, in seconds on any clock that does not jump.
 
     Parameters
     ----------
@@ -31,18 +34,20 @@ class Marks:
 
     def __init__(self, alone_after_s: float) -> None:
         self._alone_after_s = alone_after_s
+        self._lock = threading.Lock()
         self._set = Taken()
         self._due_s: float | None = None
 
     def mark(self, now_s: float, *, takeoff: bool = False, land: bool = False) -> None:
         """Set one, or both; the wait for a mission begins anew."""
-        self._set = Taken(self._set.takeoff or takeoff, self._set.land or land)
-        self._due_s = now_s + self._alone_after_s
+        with self._lock:
+            self._set = Taken(self._set.takeoff or takeoff, self._set.land or land)
+            self._due_s = now_s + self._alone_after_s
 
     def take(self) -> Taken:
         """Use them up."""
-        taken, self._set, self._due_s = self._set, Taken(), None
-        return taken
+        with self._lock:
+            return self._take()
 
     @property
     def due_s(self) -> float | None:
@@ -51,4 +56,9 @@ class Marks:
 
     def take_due(self, now_s: float) -> Taken:
         """Use them up when it is time for them to act alone."""
-        return self.take() if self._due_s is not None and now_s >= self._due_s else Taken()
+        with self._lock:
+            return self._take() if self._due_s is not None and now_s >= self._due_s else Taken()
+
+    def _take(self) -> Taken:
+        taken, self._set, self._due_s = self._set, Taken(), None
+        return taken

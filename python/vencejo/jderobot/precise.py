@@ -21,6 +21,8 @@ __all__ = ["Control", "Missions", "States", "TelemetryServant", "plan_from_slice
 
 _KINDS: Final[tuple[PlanKind, ...]] = ("mission", "fence", "rally")
 _MAX_ITEMS: Final = 65_534
+_MAX_COMMAND: Final = 65_535
+_MAX_FRAME: Final = 255
 
 
 class States:
@@ -178,7 +180,7 @@ def plan_from_slice(plan: Any, unset: Any) -> Plan:
     Raises
     ------
     InvalidRequest
-        For one with nulls in it, or too long.
+        For one with nulls in it, too long, or with numbers that MAVLink has no place for.
     """
 
     def known(value: Any) -> Any:
@@ -189,7 +191,18 @@ def plan_from_slice(plan: Any, unset: Any) -> Plan:
         raise InvalidRequest("the plan, or a part of it, is null")
     if len(parts) > _MAX_ITEMS:
         raise InvalidRequest(f"the plan has {len(parts)} parts; no vehicle holds so many")
+    for number, item in enumerate(plan.items, 1):
+        if not (0 <= item.command <= _MAX_COMMAND and 0 <= item.frame <= _MAX_FRAME):
+            raise InvalidRequest(
+                f"item {number} has command {item.command} in frame {item.frame}: a MAV_CMD goes from 0 to "
+                f"{_MAX_COMMAND}, a MAV_FRAME from 0 to {_MAX_FRAME}"
+            )
     home, back = known(plan.plannedHome), known(plan.fenceReturn)
+    for point in (*plan.rally, *([] if back is None else [back])):
+        if not 0 <= point.frame <= _MAX_FRAME:
+            raise InvalidRequest(
+                f"a point to return to is in frame {point.frame}: a MAV_FRAME goes from 0 to {_MAX_FRAME}"
+            )
     zones: list[Polygon | Circle] = []
     for number, zone in enumerate(plan.fence, 1):
         points = tuple(GeoPoint(point.latDeg, point.lonDeg) for point in zone.points)

@@ -127,7 +127,8 @@ class IceServer:
                 name + suffix: servant for name in settings.identities(interface) for suffix, servant in objects.items()
             }
             locator = slices.servant(Locator, slices.ice.ServantLocator)
-            adapter.addServantLocator(locator(slices, self._gate(adapter, tokens), named), "")
+            gate = self._gate(adapter, tokens)
+            adapter.addServantLocator(locator(slices, gate, named, takes_pages=self._takes_pages(adapter)), "")
             adapters[interface] = adapter
         ports = {port for adapter in adapters.values() for _, port in _listening(adapter)}
         limit = ConnectionLimit(ports, settings.max_connections)
@@ -159,6 +160,11 @@ class IceServer:
             raise InvalidRequest("others than this machine are let in, and there are no tokens that they could need")
         return Gate(tokens.viewer, tokens.operator, self._settings.allow)
 
+    def _takes_pages(self, adapter: Any) -> bool:
+        """Whether pages in a browser reach an adapter: they speak WebSocket only."""
+        kinds = (self._ice.WSEndpointType, self._ice.WSSEndpointType)
+        return any(endpoint.getInfo().type() in kinds for endpoint in adapter.getEndpoints())
+
     @property
     def endpoints(self) -> dict[str, str]:
         """Where each interface listens, with the ports that were taken."""
@@ -189,14 +195,15 @@ class IceServer:
 class Locator:
     """Finds the servant of each request that the gate lets through (Ice's ServantLocator)."""
 
-    def __init__(self, slices: Slices, gate: Gate, servants: Mapping[str, object]) -> None:
+    def __init__(self, slices: Slices, gate: Gate, servants: Mapping[str, object], *, takes_pages: bool) -> None:
         self._ice = slices.ice
         self._gate = gate
+        self._takes_pages = takes_pages
         self._servants = servants
 
     def locate(self, current: Any) -> tuple[object | None, None]:
         """The servant; ``None`` for an object that is not here."""
-        origin = web_origin(current.con)
+        origin = web_origin(current.con) if self._takes_pages else None
         if origin is not None or not self._gate.is_open:
             token = current.ctx.get("token", "")
             refusal = self._gate.refusal(remote_address(current.con), token, current.operation, origin)

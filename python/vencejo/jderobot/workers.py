@@ -8,7 +8,8 @@ from collections.abc import Callable
 from concurrent.futures import Future, InvalidStateError, ThreadPoolExecutor
 from typing import Any, Final, TypeVar
 
-from vencejo.errors import Busy
+from vencejo.errors import Busy, VencejoError
+from vencejo.jderobot.subject import LOG
 
 __all__ = ["Workers"]
 
@@ -53,6 +54,9 @@ class Workers:
                 result = work()
             except BaseException as error:  # noqa: BLE001 - whoever waits for the promise handles it
                 self._forget(promise)
+                if not isinstance(error, VencejoError) and not hasattr(error, "ice_id"):
+                    # Neither ours nor of a Slice file: the client sees an unknown exception, so it must be seen here.
+                    LOG.error("an operation failed in a way that it should not", exc_info=error)
                 promise.set_exception(error)
             else:
                 self._forget(promise)
