@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any, Literal, TypeAlias, final
 
-from vencejo.plan import NativePlan
+from vencejo.plan import NativeItem, NativePlan
 
 __version__: str
 _Settings: TypeAlias = tuple[float | None, float | None, int | None, int | None]
@@ -20,6 +20,32 @@ def check_plan(
     plan: NativePlan, position: tuple[float, float] | None, on_ground: bool | None
 ) -> list[tuple[bool, str, int | None, str, str]]: ...
 def mission_length_m(plan: NativePlan) -> float | None: ...
+CALM_WIND_M_S: float
+def design_landing(
+    at: tuple[float, float],
+    *,
+    course_deg: float | None,
+    coming_from: tuple[float, float] | None,
+    wind: tuple[float, float] | None,
+    ground_rel_home_m: float | None,
+    airspeed_m_s: float | None,
+    slope: float | None,
+    final_height_m: float | None,
+    radius_m: float | None,
+    is_clockwise: bool,
+    has_land_start: bool,
+) -> tuple[
+    list[NativeItem],
+    float,
+    Literal["course", "coming-from", "into-wind"],
+    tuple[float, float, float],
+    float,
+    float,
+    float,
+    float | None,
+    float | None,
+    list[tuple[str, str]],
+]: ...
 def parse_params(data: bytes) -> list[tuple[str, float]]: ...
 def format_params(params: Sequence[tuple[str, float]]) -> str: ...
 def distance_m(lat1_deg: float, lon1_deg: float, lat2_deg: float, lon2_deg: float) -> float: ...

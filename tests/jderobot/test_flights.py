@@ -16,14 +16,16 @@ from pymavlink import mavutil
 from vencejo import MissionItem, Plan
 
 from tests.flights.rival import load_with_pymavlink
-from tests.jderobot.support import INTERFACES, Client, Relay, address_of, client_of, driver
+from tests.jderobot.support import INTERFACES, Client, Relay, address_of, client_of, driver, example
 from tests.support import HOME, simulated_plane, wait_for
 
 pytestmark = pytest.mark.e2e
 
 LAT, LON, _ = HOME
 FLIGHT_S = 150.0
-SPEEDUP = ("--speedup", "20", "--seed", "7", "--param", "RTL_AUTOLAND=2")
+SPEEDUP = ("--speedup", "20", "--seed", "7")
+AUTOLAND = ("--param", "RTL_AUTOLAND=2")
+"""A plane whose return finds the landing of its mission. Without it, as it leaves the works, DO_LAND_START is not armed."""
 EARTH_M = 6_371_008.8
 
 
@@ -148,13 +150,15 @@ def test_e2_a_mission_is_sent_to_a_plane_in_the_air(flight: tuple[str, Client]) 
     wait_for(lambda: client.telemetry.getNavigation(0).mode == "RTL", "returning instead of landing")
 
 
-@pytest.mark.parametrize("wind", [(), ("--wind", "5", "--wind-from", "240")], ids=["calm", "wind"])
-def test_e3_e4_from_take_off_to_landing_near_the_point(wind: tuple[str, ...], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "setting", [(), (*AUTOLAND, "--wind", "5", "--wind-from", "240")], ids=["calm", "wind, autoland"]
+)
+def test_e3_e4_from_take_off_to_landing_near_the_point(setting: tuple[str, ...], tmp_path: Path) -> None:
     """The last pose is where it lands, whatever heights the poses before have: they are not tuned."""
     landing = pose(0, 0, 80)
     poses = [pose(0, -250, 50), *CIRCUIT, pose(100, 700, 110), landing]
     with (
-        simulated_plane(*SPEEDUP, *wind) as link,
+        simulated_plane(*SPEEDUP, *setting) as link,
         driver(link, data=tmp_path) as served,
         client_of(served.said["ice"]) as client,
     ):
@@ -180,7 +184,7 @@ def test_e3_e4_from_take_off_to_landing_near_the_point(wind: tuple[str, ...], tm
 
 def test_missions_that_are_only_sent(tmp_path: Path) -> None:
     with (
-        simulated_plane(*SPEEDUP) as link,
+        simulated_plane(*SPEEDUP, *AUTOLAND) as link,
         driver(link, "--ice-missions", "upload", "--ice-set", "AloneAfter=0.5", data=tmp_path) as served,
         client_of(served.said["ice"]) as client,
     ):
@@ -190,6 +194,13 @@ def test_missions_that_are_only_sent(tmp_path: Path) -> None:
         navigation = client.telemetry.getNavigation(0)
         assert (navigation.isArmed, navigation.mode) == (False, "MANUAL")
         assert client.missions.download(0, client.precise.PlanKind.MissionPlan).items[0].command == 22
+        for language in ("python", "javascript"):
+            # Taken up by the examples, on board afterwards.
+            done = example(language, client.proxies, tmp_path, "--fly")
+            assert (done.returncode, done.stdout.splitlines()[-1:]) == (0, ["it flies"]), done.stderr
+            sent = client.missions.download(0, client.precise.PlanKind.MissionPlan).items
+            assert [item.command for item in sent] == [22, 16, 16, 16, 189, 31, 21], language
+            client.missions.clear(0, client.precise.PlanKind.MissionPlan)
         assert client.extra.takeoff() is None
         browser = served.client(name="onlooker")
         wait_for(

@@ -5,29 +5,99 @@ from __future__ import annotations
 import ipaddress
 import math
 import re
+import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from vencejo import Command, InvalidRequest, MissionItem, Plan, _native, errors
+from vencejo import Command, GeoPoint, InvalidRequest, MissionItem, Plan, _native, errors
+from vencejo.geodesy import bearing_deg
 from vencejo.jderobot import IceSettings, read_cfg, read_config
 from vencejo.jderobot.access import READS, Gate
 from vencejo.jderobot.answers import ANSWERS, answer_of
 from vencejo.jderobot.camera import _shrunk
 from vencejo.jderobot.cmdvel import PlaneTargets, Targets, Velocity
 from vencejo.jderobot.faults import FAULTS
-from vencejo.jderobot.landing import FINAL_ALT_M, FINAL_M, LOITER_RADIUS_M, approach
 from vencejo.jderobot.marks import Marks, Taken
-from vencejo.jderobot.mission import MAX_POSES, mission_of, poses_of
+from vencejo.jderobot.mission import MAX_POSES, Situation, check_poses, mission_of, poses_of
 from vencejo.jderobot.pose import quaternion
 from vencejo.jderobot.settings import INTERFACES, setting_names
+from vencejo.landing import Wind
 
 from tests.jderobot.support import SLICE, operations
 from tests.support import HOME, ROOT
 
 LAT, LON, _ = HOME
 PLACES = [(LAT + 0.002 * number, LON, 60.0) for number in range(4)]
+
+
+# Contracts ---------------------------------------------------------------------------------------------------------
+
+CONTRACTS = {
+    "Pose3DData": "float x, float y, float z, float h, float q0, float q1, float q2, float q3",
+    "NavdataData": "int vehicle, int state, float batteryPercent, int magX, int magY, int magZ, int pressure, int temp,"
+    " float windSpeed, float windAngle, float windCompAngle, float rotX, float rotY, float rotZ, int altd, float vx, float vy,"
+    " float vz, float ax, float ay, float az, int tagsCount, arrayInt tagsType, arrayInt tagsXc, arrayInt tagsYc,"
+    " arrayInt tagsWidth, arrayInt tagsHeight, arrayFloat tagsOrientation, arrayFloat tagsDistance, float tm",
+    "CMDVelData": "float linearX, float linearY, float linearZ, float angularX, float angularY, float angularZ",
+    "MissionData": "PoseSequence mission",
+    "CameraDescription": "string name, string shortDescription, string streamingUri, float fdistx, float fdisty, float u0,"
+    " float v0, float skew, float posx, float posy, float posz, float foax, float foay, float foaz, float roll",
+    "ImageDescription": "int width, int height, int size, string format, string md5sum",
+    "ImageData": "Time timeStamp, ImageDescription description, ByteSeq pixelData",
+    "Time": "long seconds, long useconds",
+    "JderobotException": "string what",
+    "DataNotExistException": "",
+    "HardwareFailedException": "",
+    "Pose3D": "idempotent Pose3DData getPose3DData(), int setPose3DData(Pose3DData data)",
+    "Navdata": "idempotent NavdataData getNavdata()",
+    "ArDroneExtra": "void toggleCam(), void land(), void takeoff(), void reset(), void recordOnUsb(bool record),"
+    " void ledAnimation(int type, float duration, float req), void flightAnimation(int type, float duration),"
+    " void flatTrim()",
+    "CMDVel": "int setCMDVelData(CMDVelData data)",
+    "Mission": "idempotent MissionData getMissionData(), int setMissionData(MissionData data)",
+    "Mission (sequence)": "idempotent PoseSequence getMissionData(), int setMissionData(PoseSequence data)",
+    "ImageProvider": "idempotent ImageDescription getImageDescription(), idempotent ImageFormat getImageFormat(),"
+    ' ["amd"] idempotent ImageData getImageData(string format)'
+    " throws DataNotExistException, HardwareFailedException",
+    "Camera": "idempotent CameraDescription getCameraDescription(),"
+    " int setCameraDescription(CameraDescription description), string startCameraStreaming(),"
+    " void stopCameraStreaming(), void reset()",
+}
+"""What programs of the JdeRobot platform were compiled with: a changed order or type is read as garbage by them."""
+SEQUENCES = {
+    "ByteSeq": "byte",
+    "arrayInt": "int",
+    "arrayFloat": "float",
+    "ImageFormat": "string",
+    "PoseSequence": "Pose3DData",
+}
+BASES = {
+    "Camera": "ImageProvider",
+    "DataNotExistException": "JderobotException",
+    "HardwareFailedException": "JderobotException",
+}
+
+
+def test_the_slice_files_are_what_existing_programs_have() -> None:
+    found: dict[str, str] = {}
+    sequences: dict[str, str] = {}
+    bases: dict[str, str] = {}
+    for path in sorted((SLICE / "jderobot").glob("*.ice")):
+        text = re.sub(r"/\*.*?\*/|//[^\n]*|#[^\n]*", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+        assert "module jderobot" in text
+        sequences |= {name: of for of, name in re.findall(r"sequence<(\w+)> (\w+);", text)}
+        for kind, name, base, body in re.findall(
+            r"(class|struct|exception|interface) (\w+)(?: extends (\w+))?\s*\{(.*?)\}", text, re.DOTALL
+        ):
+            if base:
+                bases[name] = base
+            key = f"{name} (sequence)" if "sequence" in path.name and kind == "interface" else name
+            found[key] = ", ".join(" ".join(part.split()) for part in body.split(";") if part.strip())
+    assert found == CONTRACTS
+    assert sequences == SEQUENCES
+    assert bases == BASES
 
 
 # Marks -------------------------------------------------------------------------------------------------------------
@@ -52,9 +122,9 @@ def test_marks_are_used_up_by_a_mission_or_act_alone() -> None:
 
 
 def test_poses_become_a_mission_as_the_marks_say() -> None:
-    plain = mission_of(PLACES, Taken())
+    plain, _ = mission_of(PLACES, Taken())
     assert [item.command for item in plain] == [Command.NAV_WAYPOINT] * 4
-    both = mission_of(PLACES, Taken(takeoff=True, land=True))
+    both, cautions = mission_of(PLACES, Taken(takeoff=True, land=True))
     commands = [item.command for item in both]
     assert commands == [
         Command.NAV_TAKEOFF,
@@ -67,6 +137,7 @@ def test_poses_become_a_mission_as_the_marks_say() -> None:
     assert (both.items[0].lat_deg, both.items[0].alt_m) == (LAT, 60.0)
     assert (both.items[-1].lat_deg, both.items[-1].alt_m) == (PLACES[-1][0], 0.0), "a landing is at home's height"
     assert not [finding for finding in both.check(on_ground=True) if finding.severity == "error"]
+    assert [caution.code for caution in cautions] == ["ground-not-known"]
 
 
 @pytest.mark.parametrize(
@@ -88,16 +159,18 @@ def test_poses_become_a_mission_as_the_marks_say() -> None:
 )  # fmt: skip
 def test_bad_missions_are_refused(poses: list[Any], marks: Taken, says: str) -> None:
     with pytest.raises(InvalidRequest, match=says):
+        check_poses(poses, marks)
+    with pytest.raises(InvalidRequest, match=says):
         mission_of(poses, marks)
 
 
 def test_what_hovers_lands_without_an_approach() -> None:
-    plan = mission_of(PLACES, Taken(takeoff=True, land=True), hovers=True)
+    plan, _ = mission_of(PLACES, Taken(takeoff=True, land=True), Situation(hovers=True))
     assert [item.command for item in plan][-2:] == [Command.NAV_WAYPOINT, Command.NAV_LAND]
 
 
 def test_a_landing_below_home_or_with_any_height_is_taken() -> None:
-    plan = mission_of([PLACES[0], (LAT, LON, -30.0)], Taken(land=True))
+    plan, _ = mission_of([PLACES[1], (LAT, LON, -30.0)], Taken(land=True))
     assert plan.items[-1].alt_m == 0.0
 
 
@@ -116,31 +189,47 @@ def test_poses_of_a_mission_are_its_places_above_home() -> None:
     assert poses_of(plan, None) == [(LAT, LON, 50.0), (LAT, LON, 0.0)], "without home nobody knows what 700 m are"
 
 
-@pytest.mark.parametrize("before", [(LAT, LON - 0.01), (LAT + 0.01, LON), (LAT - 0.002, LON + 0.001), None])
-@pytest.mark.parametrize("point", [(LAT, LON), (-33.9, 179.9999), (68.0, 0.0)])
-def test_the_approach_leads_along_the_leg_to_the_point(
-    before: tuple[float, float] | None, point: tuple[float, float]
-) -> None:
-    if before is not None:
-        before = (point[0] + before[0] - LAT, (point[1] + before[1] - LON + 540.0) % 360.0 - 180.0)
-    start, circle, land = approach(before, point)
-    assert (land.lat_deg, land.lon_deg) == point
+def final_leg(plan: Plan) -> float:
+    """Course of the last leg: where it begins stands in DO_LAND_START."""
+    start, land = plan.items[-3], plan.items[-1]
+    assert (start.command, land.command) == (Command.DO_LAND_START, Command.NAV_LAND)
     assert start.lat_deg is not None
     assert start.lon_deg is not None
-    assert circle.lat_deg is not None
-    assert circle.lon_deg is not None
-    final = _native.distance_m(start.lat_deg, start.lon_deg, *point)
-    assert final == pytest.approx(FINAL_M, rel=0.01)
-    assert _native.distance_m(start.lat_deg, start.lon_deg, circle.lat_deg, circle.lon_deg) == pytest.approx(
-        LOITER_RADIUS_M, rel=0.01
+    assert land.lat_deg is not None
+    assert land.lon_deg is not None
+    return bearing_deg(GeoPoint(start.lat_deg, start.lon_deg), GeoPoint(land.lat_deg, land.lon_deg))
+
+
+def test_the_poses_choose_the_direction_of_the_landing_then_the_wind_then_the_vehicle() -> None:
+    land, there = Taken(land=True), (LAT, LON, 60.0)
+    from_west, near = (LAT, LON - 0.01, 60.0), (LAT + 0.0001, LON, 60.0)
+    wind, position = Wind(135.0, 4.0), GeoPoint(LAT + 0.01, LON)
+    every = Situation(position=position, wind=wind)
+    assert final_leg(mission_of([from_west, there], land, every)[0]) == pytest.approx(90.0, abs=0.1)
+    assert final_leg(mission_of([from_west, near, there], land, every)[0]) == pytest.approx(90.0, abs=0.1), (
+        "11 m are none"
     )
-    # The circle touches the leg where it is left: its centre is a radius off it, at a right angle.
-    to_centre = _native.distance_m(circle.lat_deg, circle.lon_deg, *point)
-    assert to_centre == pytest.approx(math.hypot(FINAL_M, LOITER_RADIUS_M), rel=0.01)
-    assert circle.alt_m == FINAL_ALT_M
-    if before is not None and _native.distance_m(*before, *point) > FINAL_M:
-        # On the way from there to the point, not beyond it.
-        assert _native.distance_m(*before, start.lat_deg, start.lon_deg) < _native.distance_m(*before, *point)
+    assert final_leg(mission_of([near, there], land, every)[0]) == pytest.approx(135.0, abs=0.1)
+    assert final_leg(mission_of([there], land, Situation(position=position))[0]) == pytest.approx(180.0, abs=0.1)
+    calm = Situation(position=position, wind=Wind(135.0, 0.5))
+    assert final_leg(mission_of([there], land, calm)[0]) == pytest.approx(180.0, abs=0.1)
+    with pytest.raises(InvalidRequest, match="nothing says in which direction to land"):
+        mission_of([there], land)
+    tail = Situation(wind=Wind(270.0, 6.0))
+    assert [one.code for one in mission_of([from_west, there], land, tail)[1]] == ["ground-not-known", "tailwind"]
+
+
+def test_a_landing_without_land_start_for_a_vehicle_that_does_not_arm_with_one() -> None:
+    plan, _ = mission_of(PLACES, Taken(land=True), Situation(has_land_start=False))
+    assert [item.command for item in plan][-2:] == [Command.NAV_LOITER_TO_ALT, Command.NAV_LAND]
+    assert Command.DO_LAND_START not in [item.command for item in plan]
+
+
+def test_the_station_that_jderobot_had_sends_its_first_pose_twice() -> None:
+    """UAV Commander did so for its own driver, which lost the first: it is flown over once more, and harms nobody."""
+    plan, _ = mission_of([PLACES[0], *PLACES], Taken(takeoff=True, land=True))
+    assert [item.command for item in plan][:3] == [Command.NAV_TAKEOFF, Command.NAV_WAYPOINT, Command.NAV_WAYPOINT]
+    assert not [finding for finding in plan.check(on_ground=True) if finding.severity == "error"]
 
 
 # Poses and pictures ------------------------------------------------------------------------------------------------
@@ -251,12 +340,20 @@ def test_a_cfg_file_of_an_older_driver_is_understood(tmp_path: Path) -> None:
     path.write_text(
         "# An older driver's\nArDrone.Camera.Endpoints=default -h 0.0.0.0 -p 9999\nArDrone.Camera.Name=ardrone_camera\n"
         "ArDrone.RemoteConfig.Name=ardrone_remoteConfig\n\nVencejo.Missions = upload # stop there\nIce.Trace.Network=1\n"
+        "UavViewer.Mission.Proxy=ardrone_mission:default -h 0.0.0.0 -p 10008\nIceSSL.Password=a\\#b\\=c\n"
     )
     settings = read_cfg(path, IceSettings(host="10.0.0.1"))
     assert settings.endpoint("Camera") == "default -h 0.0.0.0 -p 9999"
     assert settings.identity("Camera") == "ardrone_camera"
     assert settings.endpoint("Pose3D") == "tcp -h 10.0.0.1 -p 9998"
-    assert (settings.missions, settings.properties) == ("upload", {"Ice.Trace.Network": "1"})
+    assert settings.identities("Camera") == ("ardrone_camera",)
+    assert IceSettings().identities("Camera") == ("cameraA", "ardrone_camera")
+    assert settings.missions == "upload"
+    assert settings.properties == {
+        "Ice.Trace.Network": "1",
+        "UavViewer.Mission.Proxy": "ardrone_mission:default -h 0.0.0.0 -p 10008",
+        "IceSSL.Password": "a#b=c",
+    }, "a client's own settings do no harm"
 
 
 def test_vencejos_own_configuration_is_read(tmp_path: Path) -> None:
@@ -277,6 +374,7 @@ def test_vencejos_own_configuration_is_read(tmp_path: Path) -> None:
     ("text", "says"),
     [
         ("[ice]\nNoSuch = 1", r"\[ice\]: 'NoSuch' is no setting; they are Host, "),
+        ("[ice.Mission]\nProxy = 'ardrone_mission:tcp -p 10008'", "a client's setting; a driver has Mission.Endpoints"),
         ("[ice]\nAloneAfter = 'soon'", "AloneAfter is 'soon'"),
         ("[ice]\nAloneAfter = 0.1", "alone_after_s is 0.1: it goes from 0.5 to 600"),
         ("[ice]\nMissions = 'hover'", "it is fly or upload"),
@@ -321,6 +419,16 @@ def test_others_need_a_token_of_their_role_or_a_network_that_is_let_in() -> None
     assert gate.refusal("::ffff:192.168.1.7", "", "setMissionData") is None
     assert gate.refusal("203.0.113.1", "o" * 32, "setMissionData") is None
     assert gate.refusal("203.0.113.1", "v" * 32, "getPose3DData") is None
+    page, other = "http://192.168.1.7:8080", "https://example.org"
+    assert gate.refusal("192.168.1.7", "", "setMissionData", page) is None
+    assert gate.refusal("192.168.1.7", "", "setMissionData", other), (
+        "a page of somewhere else in a browser that is let in"
+    )
+    assert gate.refusal("192.168.1.7", "o" * 32, "setMissionData", other) is None
+    for origin in ("http://localhost:3000", "http://127.0.0.1", "http://[::1]:80", None):
+        assert Gate(None, None, ()).refusal("127.0.0.1", "", "arm", origin) is None
+    for origin in (other, page, "null", "http://[", ""):
+        assert Gate(None, None, ()).refusal("127.0.0.1", "", "arm", origin), origin
     for remote, token, operation in (
         ("203.0.113.1", "", "getPose3DData"),
         ("203.0.113.1", "v" * 32, "setMissionData"),
@@ -338,6 +446,18 @@ def test_what_a_viewer_may_call_exists_and_commands_nothing() -> None:
     assert READS - builtin <= names
     # Whatever changes the vehicle, the driver or what others see is the operator's.
     assert not {name for name in READS if re.match(r"set|clear|upload|start$|arm|land|take|go|fly|climb|command", name)}
+
+
+def test_what_ice_needs_never_holds_up_the_demonstration() -> None:
+    """`make demo` neither installs nor compiles ZeroC Ice, and no part that it runs imports it."""
+    plan = {
+        target: subprocess.run(["make", "-n", target], cwd=ROOT, capture_output=True, text=True, timeout=60, check=True)
+        for target in ("demo", "test")
+    }
+    assert "vencejo demo" in plan["demo"].stdout
+    assert "setup.sh ice" not in plan["demo"].stdout
+    assert "dev-env" in plan["test"].stdout
+    assert "scripts/setup.sh ice" in (ROOT / "Makefile").read_text(encoding="utf-8").partition("dev-env:\n")[2]
 
 
 # Errors ------------------------------------------------------------------------------------------------------------

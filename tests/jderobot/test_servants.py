@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import threading
 import time
 import zlib
@@ -15,12 +16,19 @@ import numpy as np
 import pytest
 import vencejo
 from numpy.typing import NDArray
-from vencejo import VencejoError
+from vencejo import VencejoError, _native, errors
 from vencejo.jderobot import IceServer, IceSettings
 from vencejo.jderobot.cmdvel import CMDVel
 from vencejo.jderobot.extra import Extra
+from vencejo.jderobot.faults import Faults
+from vencejo.jderobot.feed import Feed
 from vencejo.jderobot.marks import Marks, Taken
-from vencejo.jderobot.navdata import State, state_of
+from vencejo.jderobot.mission import Mission
+from vencejo.jderobot.navdata import Navdata, State, state_of
+from vencejo.jderobot.pose import Pose3D
+from vencejo.jderobot.precise import States
+from vencejo.jderobot.runtime import load
+from vencejo.jderobot.settings import MissionPolicy
 from vencejo.jderobot.subject import Subject
 from vencejo.jderobot.workers import Workers
 
@@ -160,7 +168,12 @@ def test_an_operation_under_way_does_not_hold_up_the_end() -> None:
             with client_of(server.proxies) as client:
                 pending = client.camera.getImageDataAsync("RGB8")
                 assert asked.wait(30.0)
-                closing = threading.Thread(target=lambda: (server.close(), ended.set()))
+
+                def close() -> None:
+                    server.close()
+                    ended.set()
+
+                closing = threading.Thread(target=close)
                 closing.start()
                 assert ended.wait(30.0), "the end waits for the operation"
                 closing.join()
@@ -181,6 +194,215 @@ def test_before_a_vehicle_is_heard_there_are_zeros_where_no_exception_is(client:
     with pytest.raises(client.precise.NoVehicle):
         client.telemetry.getPose(0)
     assert client.telemetry.vehicles() == []
+
+
+# Values ------------------------------------------------------------------------------------------------------------
+
+
+def measured() -> SimpleNamespace:
+    """What a vehicle measures, in the package's units; no two values are the same."""
+    return SimpleNamespace(
+        heartbeat=SimpleNamespace(mav_type=1),
+        mode="AUTO",
+        extended=SimpleNamespace(landed="in air"),
+        sys_status=SimpleNamespace(battery_remaining_pct=63.0),
+        imu=SimpleNamespace(mag_gauss=(0.211, -0.045, 0.432), acc_g=(0.125, -0.25, -1.0625)),
+        pressure=SimpleNamespace(absolute_pa=94_312.4, temperature_c=-7.3),
+        wind=SimpleNamespace(speed_m_s=4.5, from_deg=350.0),
+        attitude=SimpleNamespace(
+            roll_rad=math.radians(30.0), pitch_rad=math.radians(-10.0), yaw_rad=math.radians(-135.0)
+        ),
+        position=SimpleNamespace(
+            lat_deg=40.25,
+            lon_deg=-3.75,
+            alt_amsl_m=712.5,
+            alt_rel_home_m=112.5,
+            velocity_north_m_s=-12.25,
+            velocity_east_m_s=11.0,
+            velocity_down_m_s=-1.5,
+        ),
+        system_time=SimpleNamespace(boot_ms=65_000, age_s=0.5),
+    )
+
+
+SILENT = dict.fromkeys(vars(measured()))
+
+
+def test_navdata_has_the_units_that_are_documented_and_keeps_the_last_values() -> None:
+    slices = load()
+    vehicle = SimpleNamespace(telemetry=measured())
+    navdata = Navdata(slices, cast("Subject", SimpleNamespace(find=lambda: vehicle)))
+    data = navdata.getNavdata()
+    values = {
+        "vehicle": 1,
+        "state": State.TO_POINT,
+        "batteryPercent": 63.0,
+        "magX": 211,
+        "magY": -45,
+        "magZ": 432,
+        "pressure": 94_312,
+        "temp": -7,
+        "windSpeed": 4.5,
+        "windAngle": 350.0,
+        "windCompAngle": 125.0,  # from 350 degrees, with the nose at 225: from the right, behind
+        "rotX": 30.0,
+        "rotY": -10.0,
+        "rotZ": -135.0,
+        "altd": 112_500,
+        "vx": -12_250.0,
+        "vy": 11_000.0,
+        "vz": -1_500.0,
+        "ax": 0.125,
+        "ay": -0.25,
+        "az": -1.0625,
+        "tagsCount": 0,
+        "tm": 65.5,
+    }
+    assert {name: getattr(data, name) for name in values} == pytest.approx(values)
+    tags = {name for name in vars(data) if name.startswith("tags")} - {"tagsCount"}
+    assert all(getattr(data, name) == [] for name in tags)
+    assert set(values) | tags == set(vars(slices.jderobot.NavdataData())), "every member is there"
+
+    vehicle.telemetry = SimpleNamespace(**SILENT)
+    again = navdata.getNavdata()
+    assert again.state == State.UNKNOWN, "what it does now is not what it did"
+    assert {name: getattr(again, name) for name in values if name != "state"} == pytest.approx(
+        {name: value for name, value in values.items() if name != "state"}
+    )
+    vehicle.telemetry = SimpleNamespace(**{**SILENT, "system_time": SimpleNamespace(boot_ms=65_000, age_s=600.0)})
+    assert navdata.getNavdata().tm == pytest.approx(65.0 + 3.5), "a vehicle that is not heard stands still in time"
+
+
+def test_pose_has_both_heights_above_the_sea_and_the_pitch_turned_round() -> None:
+    slices, workers = load(), Workers()
+    vehicle = SimpleNamespace(telemetry=measured())
+    pose3d = Pose3D(slices, cast("Subject", SimpleNamespace(find=lambda: vehicle)), workers)
+    pose = pose3d.getPose3DData()
+    assert (pose.x, pose.y, pose.z, pose.h) == (40.25, -3.75, 712.5, 712.5)
+    # What existing viewers make of it (Diebel 2006, eq. 290).
+    w, x, y, z = pose.q0, pose.q1, pose.q2, pose.q3
+    assert math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)) == pytest.approx(math.radians(30.0))
+    assert math.asin(2 * (w * y - z * x)) == pytest.approx(math.radians(10.0)), "minus the pitch"
+    assert math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)) == pytest.approx(math.radians(-135.0))
+    vehicle.telemetry = SimpleNamespace(**SILENT)
+    assert vars(pose3d.getPose3DData()) == vars(pose)
+    workers.close()
+
+
+# Missions ----------------------------------------------------------------------------------------------------------
+
+
+class Flier:
+    """Stands in for `vencejo.Vehicle`: a plane on the ground that keeps what it is told, and fails at a step."""
+
+    def __init__(self, fails_at: str = "", error: VencejoError | None = None) -> None:
+        self.told: list[str] = []
+        self.fails_at, self.error = fails_at, error
+        self.go = threading.Event()
+        self.go.set()
+        self.plan: vencejo.Plan | None = None
+        self.params = {"RTL_AUTOLAND": 0.0}
+        self.telemetry = SimpleNamespace(
+            heartbeat=SimpleNamespace(mav_type=1, autopilot=3, freshness="fresh"),
+            is_on_ground=None,
+            is_armed=False,
+            home=None,
+            wind=None,
+            position=None,
+        )
+
+    def _do(self, what: str) -> None:
+        self.told.append(what)
+        self.go.wait(30.0)
+        if what == self.fails_at:
+            assert self.error is not None
+            raise self.error
+
+    def upload(self, plan: vencejo.Plan) -> Any:
+        self.plan = plan
+        self._do("upload")
+        return SimpleNamespace(hash="h")
+
+    def arm(self) -> None:
+        self._do("arm")
+
+    def start_mission(self, *, from_item: int) -> None:
+        assert from_item == 1
+        self._do("start")
+
+
+def poses(*heights: float) -> Any:
+    mission = [SimpleNamespace(x=40.0 + 0.003 * number, y=-3.0, h=height) for number, height in enumerate(heights)]
+    return SimpleNamespace(mission=mission)
+
+
+def mission_servant(
+    vehicle: Flier, marks: Marks | None = None, policy: MissionPolicy = "fly"
+) -> tuple[Mission, TheOne, Workers]:
+    subject, workers = TheOne(vehicle), Workers()
+    return Mission(load(), cast("Subject", subject), workers, marks or Marks(5.0), policy), subject, workers
+
+
+@pytest.mark.parametrize(
+    ("fails_at", "error", "answer", "told", "says"),
+    [
+        ("", None, 0, ["upload", "arm", "start"], "is being flown"),
+        ("upload", errors.PlanMismatch("item 2 differs", ()), 4, ["upload"], "was not sent: item 2 differs"),
+        ("upload", errors.Busy("a transfer runs"), 3, ["upload"], "was not sent: a transfer runs"),
+        ("upload", errors.VehicleLost("silent"), 2, ["upload"], "was not sent: silent"),
+        (
+            "arm",
+            errors.CommandRefused("no", "ARM", "DENIED", ("no GPS",)),
+            5,
+            ["upload", "arm"],
+            "was not armed for: no",
+        ),
+        ("start", errors.CommandTimeout("?", "AUTO", ()), 6, ["upload", "arm", "start"], "and the vehicle is armed"),
+    ],
+    ids=["flies", "mismatch", "busy", "lost", "not armed", "not started"],
+)
+def test_each_step_of_a_mission_and_what_its_failure_answers(
+    fails_at: str, error: VencejoError | None, answer: int, told: list[str], says: str
+) -> None:
+    vehicle, marks = Flier(fails_at, error), Marks(5.0)
+    servant, subject, workers = mission_servant(vehicle, marks)
+    marks.mark(0.0, takeoff=True, land=True)
+    assert servant.setMissionData(poses(50.0, 60.0, 0.0)).result(30.0) == answer
+    assert vehicle.told == told
+    assert any(says in text for text in subject.said), subject.said
+    assert marks.due_s is None, "the marks are used up, whatever came of it"
+    assert vehicle.plan is not None
+    assert [item.command for item in vehicle.plan] == [22, 16, 31, 21], (
+        "RTL_AUTOLAND is 0: it arms without DO_LAND_START"
+    )
+    assert any("RTL_AUTOLAND is 0" in text for text in subject.said)
+    workers.close()
+
+
+def test_only_one_mission_at_a_time_and_none_from_the_ground_without_take_off() -> None:
+    vehicle = Flier()
+    vehicle.telemetry.is_on_ground = False
+    servant, subject, workers = mission_servant(vehicle)
+    vehicle.go.clear()
+    first = servant.setMissionData(poses(60.0))
+    wait_for(lambda: vehicle.told == ["upload"], "the first mission on its way")
+    assert servant.setMissionData(poses(60.0)).result(30.0) == 3
+    vehicle.go.set()
+    assert first.result(30.0) == 0
+    vehicle.telemetry.is_on_ground, told = None, list(vehicle.told)
+    assert servant.setMissionData(poses(60.0)).result(30.0) == 1, "disarmed, and it does not say where: it stands"
+    assert "call takeoff()" in subject.said[-1]
+    assert vehicle.told == told, "nothing was sent"
+    assert servant.setMissionData(poses(math.nan)).result(30.0) == 1
+    assert servant.setMissionData(SimpleNamespace(mission=[None])).result(30.0) == 1
+    assert vehicle.told == told
+    workers.close()
+    servant, _, workers = mission_servant(vehicle, policy="upload")
+    assert servant.setMissionData(poses(60.0)).result(30.0) == 0
+    assert vehicle.told == [*told, "upload"], "it stops before arming"
+    workers.close()
+    assert servant.setMissionData(poses(60.0)) == 3, "the driver is ending"
+    assert len(servant.getMissionData().mission) == 1, "what was known last"
 
 
 # A vehicle that hovers ----------------------------------------------------------------------------------------------
@@ -216,11 +438,11 @@ class Hoverer:
 class TheOne:
     """Stands in for `Subject`."""
 
-    def __init__(self, vehicle: Hoverer) -> None:
+    def __init__(self, vehicle: Any) -> None:
         self.vehicle = vehicle
         self.said: list[str] = []
 
-    def find(self) -> Hoverer:
+    def find(self) -> Any:
         return self.vehicle
 
     need = find
@@ -312,6 +534,20 @@ def test_take_off_and_landing_alone_of_what_hovers(extra: tuple[Extra, Hoverer, 
     assert "nothing was done" in subject.said[-1]
 
 
+def test_a_take_off_that_is_refused_leaves_the_mode_as_it_was(extra: tuple[Extra, Hoverer, TheOne, Clock]) -> None:
+    """Whoever arms later by radio must not find the plane in a mode that begins to roll."""
+    servant, vehicle, subject, _ = extra
+    vehicle.is_on_ground, vehicle.mode = True, "MANUAL"
+
+    def refuse() -> None:
+        raise errors.CommandRefused("no GPS", "ARM", "DENIED", ())
+
+    vehicle.__dict__["arm"] = refuse
+    servant.act_alone(Taken(takeoff=True))
+    assert vehicle.told == [("set_mode", ("GUIDED",)), ("set_mode", ("MANUAL",))]
+    assert "take-off: no GPS" in subject.said[-1]
+
+
 def test_marks_act_alone_after_the_wait_and_not_before(extra: tuple[Extra, Hoverer, TheOne, Clock]) -> None:
     servant, vehicle, _, clock = extra
     servant.land()
@@ -357,6 +593,67 @@ def telemetry(landed: str | None, mode: str) -> Any:
 )
 def test_states(landed: str | None, mode: str, state: State) -> None:
     assert state_of(telemetry(landed, mode)) is state
+
+
+# Errors and pushes -------------------------------------------------------------------------------------------------
+
+
+def test_every_error_of_the_package_reaches_a_client_with_what_it_holds() -> None:
+    slices, workers = load(), Workers()
+    faults = Faults(slices, workers)
+    count = 0
+    for _, error in _native.error_examples():
+        if isinstance(error, VencejoError):
+            fault: Any = faults.fault(error)
+            assert isinstance(fault, slices.precise.VencejoException)
+            assert fault.what == str(error)
+            count += 1
+    assert count > 10
+    refused: Any = faults.fault(errors.CommandRefused("no", "ARM", "DENIED", ("no GPS", "no compass")))
+    assert (refused.command, refused.result, refused.reasons) == ("ARM", "DENIED", ["no GPS", "no compass"])
+    mismatch: Any = faults.fault(errors.PlanMismatch("differs", ("item 2: z",)))
+    assert mismatch.differences == ["item 2: z"]
+    assert isinstance(mismatch, slices.precise.TransferFailed)
+    workers.close()
+
+
+class Call:
+    """A call to an observer."""
+
+    def __init__(self, error: Exception | None = None) -> None:
+        self._error = error
+
+    def is_sent(self) -> bool:
+        return self._error is None
+
+    def done(self) -> bool:
+        return True
+
+    def exception(self) -> Exception | None:
+        return self._error
+
+
+def test_a_subscription_ends_with_its_observer() -> None:
+    slices = load()
+    calls: list[str] = []
+
+    class Observer:
+        def movedAsync(self, pose: str, navigation: str) -> Call:
+            calls.append(pose + navigation)
+            return Call(None if len(calls) < 3 else slices.ice.ConnectionLostException())
+
+    watch = SimpleNamespace(closed=threading.Event())
+    watch.close = watch.closed.set
+    vehicle = SimpleNamespace(change_count=0, telemetry=None, on_event=lambda _: watch)
+    states = SimpleNamespace(pose=lambda *_: "pose", navigation=lambda *_: " and more")
+    clock = iter(range(1000))
+    feed = Feed(slices, cast("States", states), clock=lambda: float(next(clock)) * 5.0)
+    feed._add(cast("vencejo.Vehicle", vehicle), Observer(), 50.0)
+    assert watch.closed.wait(30.0), "the third call found nobody"
+    assert calls == ["pose and more"] * 3
+    assert not feed._subscribers
+    feed.close()
+    assert not feed._thread.is_alive()
 
 
 def test_too_many_operations_at_once_are_refused() -> None:

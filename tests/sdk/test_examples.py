@@ -7,7 +7,10 @@ import importlib
 
 import pytest
 
-MODULES = ["vencejo", *(f"vencejo.{name}" for name in ("aio", "errors", "plan", "station", "telemetry", "vehicle"))]
+MODULES = [
+    "vencejo",
+    *(f"vencejo.{name}" for name in ("aio", "errors", "geodesy", "landing", "plan", "station", "telemetry", "vehicle")),
+]
 
 
 @pytest.mark.parametrize("name", MODULES)

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 mod errors;
 mod geodesy;
 mod guidance;
+mod landing;
 mod pending;
 mod plan;
 mod recording;
@@ -26,6 +27,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     errors::register(module)?;
     geodesy::register(module)?;
     guidance::register(module)?;
+    landing::register(module)?;
     plan::register(module)?;
     recording::register(module)?;
     server::register(module)?;

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import threading
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Final
 
-from vencejo.errors import InvalidRequest, VencejoError
+from vencejo.errors import Busy, InvalidRequest, ParameterError, VencejoError
+from vencejo.geodesy import distance_m
 from vencejo.jderobot.answers import Answer, answer_of
-from vencejo.jderobot.landing import approach
 from vencejo.jderobot.marks import Marks, Taken
 from vencejo.jderobot.runtime import Slices
 from vencejo.jderobot.settings import MissionPolicy
 from vencejo.jderobot.subject import Subject
 from vencejo.jderobot.workers import Workers
+from vencejo.landing import LandingCaution, Wind, design_landing
 from vencejo.plan import Frame, GeoPoint, MissionItem, Plan
 from vencejo.vehicle import Vehicle
 
-__all__ = ["MAX_HEIGHT_M", "MAX_POSES", "Mission", "mission_of", "poses_of"]
+__all__ = ["MAX_HEIGHT_M", "MAX_POSES", "Mission", "Situation", "check_poses", "mission_of", "poses_of"]
 
 MAX_POSES: Final = 700
 """An autopilot holds about as many (ArduPlane 724 items)."""
@@ -30,22 +33,45 @@ HOVERING: Final = frozenset({2, 3, 4, 13, 14, 15, 29, 35})
 """MAV_TYPE of what hovers: rotors of any number, coaxial, helicopter. The rest is taken for a plane, VTOL too."""
 _NAV_LAST: Final = 95
 """MAV_CMD_NAV_LAST: commands above it are flown to nowhere."""
+_APART_M: Final = 20.0
+"""Poses nearer to each other than this give no direction to land in."""
+_ARDUPILOT: Final = 3
+_WORRYING: Final = frozenset({"steep-approach", "tailwind"})
+"""Cautions of a landing that a pilot must see; that the ground's height is taken to be home's is this interface's rule."""
 
 Pose = tuple[float, float, float]
 """Latitude, longitude in degrees, height above home in metres."""
 
 
-def mission_of(poses: Sequence[Pose], marks: Taken, *, hovers: bool = False) -> Plan:
-    """The mission of some poses.
+@dataclass(frozen=True)
+class Situation:
+    """What is known of the vehicle that a mission is made for.
+
+    Attributes
+    ----------
+    hovers : bool
+        Whether it lands without an approach.
+    position : GeoPoint or None
+        Where it is.
+    wind : Wind or None
+    has_land_start : bool
+        Whether it flies with DO_LAND_START before a landing. An ArduPlane does not arm with one while RTL_AUTOLAND is 0.
+    """
+
+    hovers: bool = False
+    position: GeoPoint | None = None
+    wind: Wind | None = None
+    has_land_start: bool = True
+
+
+def check_poses(poses: Sequence[Pose], marks: Taken) -> None:
+    """Refuse poses that cannot be a mission, whatever the vehicle.
 
     Parameters
     ----------
     poses : sequence of (lat_deg, lon_deg, alt_rel_home_m)
     marks : Taken
-        Whether the first is the take-off, and the last the landing. The height of a landing is home's, and its approach
-        is made for it (`vencejo.jderobot.landing`).
-    hovers : bool, optional
-        For a vehicle that lands without an approach.
+        Whether the first is the take-off, and the last the landing.
 
     Raises
     ------
@@ -60,22 +86,51 @@ def mission_of(poses: Sequence[Pose], marks: Taken, *, hovers: bool = False) -> 
         raise InvalidRequest("one pose cannot be both take-off and landing; send at least two")
     last = len(poses) - 1
     for number, (lat, lon, height) in enumerate(poses):
-        is_landing = marks.land and number == last
-        problem = _problem(lat, lon, height, is_landing=is_landing)
+        problem = _problem(lat, lon, height, is_landing=marks.land and number == last)
         if problem is not None:
             raise InvalidRequest(f"pose {number + 1} of {len(poses)}: {problem}")
-    items: list[MissionItem] = []
-    for number, (lat, lon, height) in enumerate(poses):
-        if marks.takeoff and number == 0:
-            items.append(MissionItem.takeoff(lat, lon, alt_rel_home_m=height, pitch_deg=TAKEOFF_PITCH_DEG))
-        elif marks.land and number == last and hovers:
-            items.append(MissionItem.land(lat, lon))
-        elif marks.land and number == last:
-            before = (poses[number - 1][0], poses[number - 1][1]) if number else None
-            items += approach(before, (lat, lon))
-        else:
-            items.append(MissionItem.waypoint(lat, lon, alt_rel_home_m=height))
-    return Plan(items=tuple(items))
+
+
+def mission_of(
+    poses: Sequence[Pose], marks: Taken, situation: Situation | None = None
+) -> tuple[Plan, tuple[LandingCaution, ...]]:
+    """The mission of some poses, and what should be said of its landing.
+
+    Parameters
+    ----------
+    poses : sequence of (lat_deg, lon_deg, alt_rel_home_m)
+    marks : Taken
+        Whether the first is the take-off, and the last the landing. The height of a landing is home's; its approach is
+        designed for it (`vencejo.landing`), in the direction that leads from the nearest pose before it that is another
+        place, which is how whoever places the last poses chooses the runway's; else into the wind, else from where the
+        vehicle is.
+    situation : Situation, optional
+
+    Raises
+    ------
+    InvalidRequest
+        As `check_poses`; and when nothing says in which direction to land.
+    """
+    check_poses(poses, marks)
+    situation = situation or Situation()
+    items = [MissionItem.waypoint(lat, lon, alt_rel_home_m=height) for lat, lon, height in poses]
+    if marks.takeoff:
+        lat, lon, height = poses[0]
+        items[0] = MissionItem.takeoff(lat, lon, alt_rel_home_m=height, pitch_deg=TAKEOFF_PITCH_DEG)
+    if not marks.land:
+        return Plan(items=tuple(items)), ()
+    there = GeoPoint(*poses[-1][:2])
+    if situation.hovers:
+        items[-1] = MissionItem.land(there.lat_deg, there.lon_deg)
+        return Plan(items=tuple(items)), ()
+    before = (GeoPoint(lat, lon) for lat, lon, _ in reversed(poses[:-1]))
+    coming_from = next((place for place in before if distance_m(place, there) >= _APART_M), None)
+    if coming_from is None and (situation.wind is None or situation.wind.is_calm):
+        coming_from = situation.position
+    landing = design_landing(
+        there, coming_from=coming_from, wind=situation.wind, has_land_start=situation.has_land_start
+    )
+    return Plan(items=(*items[:-1], *landing.items)), landing.cautions
 
 
 def _problem(lat: float, lon: float, height: float, *, is_landing: bool) -> str | None:
@@ -122,34 +177,44 @@ class Mission:
 
     def getMissionData(self, current: Any = None) -> Any:
         """The mission on board, whoever sent it; the last one known while it cannot be read, empty before any."""
-        return self._workers.later(lambda: self._wrapped(self._on_board()))
+        try:
+            return self._workers.later(lambda: self._wrapped(self._on_board()))
+        except Busy:
+            return self._wrapped(self._last_known())
 
     def setMissionData(self, data: Any, current: Any = None) -> Any:
         """Send, verify, arm and start a mission, or only send and verify it, as the setting says."""
         poses = data if self._slices.dialect == "sequence" else getattr(data, "mission", None)
         # Marks are for the mission that follows them, sound or not: they never act after it.
         marks = self._marks.take()
-        return self._workers.later(lambda: int(self._fly(poses, marks)))
+        try:
+            return self._workers.later(lambda: int(self._fly(poses or (), marks)))
+        except Busy as error:
+            self._subject.tell(f"a mission was refused: {error}")
+            return int(Answer.BUSY)
 
-    def _fly(self, poses: Sequence[Any] | None, marks: Taken) -> Answer:
+    def _fly(self, poses: Sequence[Any], marks: Taken) -> Answer:
         if not self._busy.acquire(blocking=False):
             self._subject.tell("a mission was refused: another one is on its way")
             return Answer.BUSY
         step = "refused"
         try:
-            if any(pose is None for pose in poses or ()):
+            if any(pose is None for pose in poses):
                 raise InvalidRequest("a pose is null")
-            sent = [(pose.x, pose.y, pose.h) for pose in poses or ()]
-            plan = mission_of(sent, marks)  # a bad one is refused whether or not there is a vehicle
+            sent = [(pose.x, pose.y, pose.h) for pose in poses]
+            check_poses(sent, marks)  # bad ones are refused whether or not there is a vehicle
             vehicle = self._subject.need()
-            heartbeat = vehicle.telemetry.heartbeat
-            if heartbeat is not None and heartbeat.mav_type in HOVERING:
-                plan = mission_of(sent, marks, hovers=True)
-            on_ground = vehicle.telemetry.is_on_ground
-            if on_ground and not marks.takeoff and self._policy == "fly":
+            telemetry = vehicle.telemetry
+            stands = telemetry.is_on_ground
+            if stands is None:  # it does not say: disarmed is on the ground
+                stands = telemetry.is_armed is False
+            if stands and not marks.takeoff and self._policy == "fly":
                 raise InvalidRequest("the vehicle is on the ground; call takeoff() of ArDroneExtra before the mission")
-            home = vehicle.telemetry.home
+            plan, cautions = mission_of(sent, marks, self._situation(vehicle, marks))
+            home = telemetry.home
             plan.require_sound(position=None if home is None else GeoPoint(home.lat_deg, home.lon_deg))
+            for caution in cautions:
+                self._subject.tell(f"a mission's landing: {caution.message}", is_problem=caution.code in _WORRYING)
             step = "not sent"
             state = vehicle.upload(plan)
             if state.hash is not None:
@@ -160,7 +225,7 @@ class Mission:
             step = "not armed for"
             if not vehicle.telemetry.is_armed:
                 vehicle.arm()
-            step = "not started"
+            step = "not started, and the vehicle is armed"
             vehicle.start_mission(from_item=1)
         except VencejoError as error:
             self._subject.tell(f"a mission was {step}: {error}")
@@ -171,6 +236,27 @@ class Mission:
             self._busy.release()
         self._subject.tell(f"a mission of {len(plan)} items is being flown", is_problem=False)
         return Answer.DONE
+
+    def _situation(self, vehicle: Vehicle, marks: Taken) -> Situation:
+        telemetry = vehicle.telemetry
+        heartbeat, position, wind = telemetry.heartbeat, telemetry.position, telemetry.wind
+        hovers = heartbeat is not None and heartbeat.mav_type in HOVERING
+        at = None
+        if position is not None and position.lat_deg is not None and position.lon_deg is not None:
+            at = GeoPoint(position.lat_deg, position.lon_deg)
+        blows = None
+        if wind is not None and wind.freshness != "lost" and wind.from_deg is not None and wind.speed_m_s is not None:
+            blows = Wind(wind.from_deg, wind.speed_m_s)
+        has_land_start = True
+        if marks.land and not hovers and heartbeat is not None and heartbeat.autopilot == _ARDUPILOT:
+            with contextlib.suppress(ParameterError):  # without the parameter nothing is in the way of DO_LAND_START
+                has_land_start = vehicle.params["RTL_AUTOLAND"] != 0.0
+            if not has_land_start:
+                self._subject.tell(
+                    "a mission's landing is flown at its end only: RTL_AUTOLAND is 0, so a return does not find it",
+                    is_problem=False,
+                )
+        return Situation(hovers, at, blows, has_land_start)
 
     def _on_board(self) -> list[Pose]:
         try:
@@ -186,6 +272,9 @@ class Mission:
                 self._remember(vehicle, state.hash, vehicle.download())
         except VencejoError:
             pass  # the last known one
+        return self._last_known()
+
+    def _last_known(self) -> list[Pose]:
         return [] if self._known is None else self._known[1]
 
     def _remember(self, vehicle: Vehicle, fingerprint: str | None, plan: Plan) -> None:

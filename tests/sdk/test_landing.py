@@ -1,0 +1,78 @@
+"""Landing design from Python: the core has the formulas and their tests; here is what Python gives it and gets back."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from vencejo import Command, GeoPoint, InvalidRequest, MissionItem, Plan
+from vencejo.geodesy import bearing_deg, destination, distance_m
+from vencejo.landing import Wind, design_landing
+
+FIELD = GeoPoint(40.3332, -3.7978)
+
+
+def test_every_option_has_its_effect() -> None:
+    landing = design_landing(
+        FIELD,
+        course_deg=45.0,
+        coming_from=destination(FIELD, bearing_deg=0.0, distance_m=900.0),
+        wind=Wind(45.0, 4.0),
+        ground_rel_home_m=-12.0,
+        airspeed_m_s=15.0,
+        slope=0.05,
+        final_height_m=30.0,
+        radius_m=60.0,
+        is_clockwise=False,
+        has_land_start=False,
+    )
+    assert (landing.direction, landing.course_deg, landing.cautions) == ("course", 45.0, ())
+    assert (landing.final_m, landing.slope, landing.radius_m) == pytest.approx((600.0, 0.05, 60.0))
+    assert (landing.headwind_m_s, landing.groundspeed_m_s) == pytest.approx((4.0, 11.0))
+    circle, land = landing.items
+    assert (circle.command, circle.params[1], circle.alt_m) == (Command.NAV_LOITER_TO_ALT, -60.0, 18.0)
+    assert (land.command, land.lat_deg, land.lon_deg, land.alt_m) == (
+        Command.NAV_LAND,
+        FIELD.lat_deg,
+        FIELD.lon_deg,
+        -12.0,
+    )
+    assert landing.leaves_alt_rel_home_m == 18.0
+    assert distance_m(landing.leaves, FIELD) == pytest.approx(600.0)
+    assert bearing_deg(landing.leaves, FIELD) == pytest.approx(45.0, abs=0.01)
+    assert circle.lat_deg is not None
+    assert circle.lon_deg is not None
+    centre = GeoPoint(circle.lat_deg, circle.lon_deg)
+    assert distance_m(centre, FIELD) == pytest.approx(math.hypot(600.0, 60.0), abs=0.1)
+    assert bearing_deg(landing.leaves, centre) == pytest.approx(315.0, abs=0.01), "to the left"
+
+
+def test_a_plan_that_ends_with_it_is_sound() -> None:
+    landing = design_landing(FIELD, coming_from=destination(FIELD, bearing_deg=270.0, distance_m=2000.0))
+    takeoff = MissionItem.takeoff(FIELD.lat_deg, FIELD.lon_deg - 0.003, alt_rel_home_m=50.0)
+    assert Plan(items=(takeoff, *landing.items)).require_sound(position=FIELD, on_ground=True) == ()
+    assert [(caution.code, caution.message[:38]) for caution in landing.cautions] == [
+        ("ground-not-known", "the height of the ground at the landin")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("at", "options", "says"),
+    [
+        (FIELD, {}, "nothing says in which direction"),
+        (FIELD, {"wind": Wind(0.0, 0.9)}, "nothing says in which direction"),
+        (FIELD, {"course_deg": 0.0, "slope": 0.5}, "slope is 0.5: it goes from 0.02 to 0.25"),
+        (FIELD, {"course_deg": math.nan}, "course_deg is NaN"),
+        (GeoPoint(91.0, 0.0), {"course_deg": 0.0}, "not a position on Earth"),
+        (FIELD, {"coming_from": GeoPoint(0.0, 181.0)}, "not a position on Earth"),
+    ],
+)
+def test_what_cannot_be_is_refused(at: GeoPoint, options: dict[str, object], says: str) -> None:
+    with pytest.raises(InvalidRequest, match=says):
+        design_landing(at, **options)  # type: ignore[arg-type]
+
+
+def test_wind_is_calm_as_the_core_says() -> None:
+    assert Wind(90.0, 0.9).is_calm
+    assert not Wind(90.0, 1.0).is_calm
+    assert design_landing(FIELD, wind=Wind(90.0, 1.0)).direction == "into-wind"
