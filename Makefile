@@ -4,7 +4,6 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.NOTPARALLEL:
 
 export PATH := $(HOME)/.cargo/bin:$(PATH)
 PY := .venv/bin/python
@@ -13,12 +12,14 @@ CHECK := scripts/check.sh
 CARGO_TEST := --workspace --exclude vencejo-py --locked
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
-# One more than there are cores: many tests wait for a plane or a page.
-PYTEST_WORKERS ?= $(shell echo $$(( $$(nproc) + 1 )))
+# Twice as many as there are cores: most tests wait for a plane or a page half of their time.
+PYTEST_WORKERS ?= $(shell echo $$(( 2 * $$(nproc) )))
+# What of `make test` runs side by side: compilers and checkers leave gaps in which the others go on.
+SIDE_BY_SIDE := --no-print-directory --jobs=3 --output-sync IS_SIDE_BY_SIDE=yes
 BENCH_ARGS ?=
 SCREENSHOT_ARGS ?=
 
-.PHONY: help demo test lint fmt bench screenshots wheel lock clean run-env dev-env app native
+.PHONY: help demo test lint fmt bench screenshots wheel lock clean run-env rust-env dev-env app native
 
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -28,26 +29,36 @@ demo: run-env native ## The ground station with a simulated plane that flies the
 
 test: ## Everything that CI runs: layout, format, lints, types, Rust and Python tests
 	@scripts/tree_state.sh save
-	@$(MAKE) --no-print-directory dev-env
-	@$(MAKE) --no-print-directory lint-checks
-	@$(CHECK) cargo-test cargo test --quiet $(CARGO_TEST)
-	@$(MAKE) --no-print-directory native
-	@$(CHECK) gcs-check npm --prefix gcs run --silent check
-	@$(CHECK) gcs-test npm --prefix gcs test --silent
+	@$(MAKE) $(SIDE_BY_SIDE) dev-env native lint-checks cargo-test gcs-check gcs-test
 	@$(CHECK) pytest $(PY) -m pytest -q -n $(PYTEST_WORKERS) --dist worksteal $(PYTEST_ARGS)
 	@$(CHECK) tree scripts/tree_state.sh check
 	@printf '\nmake test: all passed\n'
 
-lint: dev-env lint-checks ## Only the layout, format, lint and type checks
+lint: ## Only the layout, format, lint and type checks
+	@$(MAKE) $(SIDE_BY_SIDE) dev-env lint-checks
 
-.PHONY: lint-checks
-lint-checks:
+LINT_CHECKS := clippy arrows rustfmt ruff-format ruff mypy
+.PHONY: lint-checks $(LINT_CHECKS) cargo-test gcs-check gcs-test
+lint-checks: $(LINT_CHECKS)
+arrows: dev-env
 	@$(CHECK) arrows $(PY) scripts/check_arrows.py
+rustfmt: rust-env
 	@$(CHECK) rustfmt cargo fmt --all --check
+ruff-format: dev-env
 	@$(CHECK) ruff-format .venv/bin/ruff format --check --quiet .
+ruff: dev-env
 	@$(CHECK) ruff .venv/bin/ruff check --quiet .
+mypy: dev-env
 	@$(CHECK) mypy .venv/bin/mypy
+clippy: rust-env
 	@$(CHECK) clippy cargo clippy --quiet --workspace --all-targets --locked -- -D warnings
+# After clippy, for whose folder it would wait.
+cargo-test: clippy
+	@$(CHECK) cargo-test cargo test --quiet $(CARGO_TEST)
+gcs-check: app
+	@$(CHECK) gcs-check npm --prefix gcs run --silent check
+gcs-test: app
+	@$(CHECK) gcs-test npm --prefix gcs test --silent
 
 fmt: dev-env ## Format Rust and Python
 	cargo fmt --all
@@ -78,6 +89,8 @@ clean: ## Remove everything that was built
 
 run-env:
 	@scripts/setup.sh run
+rust-env:
+	@scripts/setup.sh rust
 dev-env:
 	@scripts/setup.sh rust
 	@scripts/setup.sh dev
@@ -86,3 +99,10 @@ app:
 	@scripts/setup.sh app
 native: app
 	@scripts/setup.sh native
+
+# Otherwise one thing after the other, in the order in which a target names what it needs.
+ifdef IS_SIDE_BY_SIDE
+native: dev-env
+else
+.NOTPARALLEL:
+endif

@@ -2,6 +2,8 @@
 # Runs one named check and ends it with one plain line, so that a reader of a long log sees at a
 # glance what ran and how long it took.   scripts/check.sh NAME COMMAND…
 set -euo pipefail
+# How much each of them does at once is its own affair, also where `make` runs several side by side.
+unset MAKEFLAGS MFLAGS MAKELEVEL
 name=$1
 shift
 began=$SECONDS

@@ -12,6 +12,8 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 export PATH="$HOME/.cargo/bin:$PATH"
 export PIP_DISABLE_PIP_VERSION_CHECK=1 CARGO_NET_RETRY=5
+# How much cargo does at once is its own affair, also where `make` runs several things side by side.
+unset MAKEFLAGS MFLAGS MAKELEVEL
 
 VENV=.venv
 STAMPS=$VENV/.house
@@ -29,12 +31,17 @@ apt() {
     say "installing system packages: $*"
     local log
     log=$(mktemp)
+    # One at a time: apt-get refuses where dpkg's is held, and this may run twice side by side.
+    mkdir -p .cache
+    exec 9>.cache/apt.lock
+    flock 9
     if [ -z "${APT_UPDATED:-}" ]; then
         apt-get update -qq >"$log" 2>&1 || { cat "$log" >&2; fail "apt-get update failed"; }
         APT_UPDATED=1
     fi
     DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >"$log" 2>&1 \
         || { cat "$log" >&2; fail "apt-get install $* failed"; }
+    exec 9>&-
     rm -f "$log"
 }
 
