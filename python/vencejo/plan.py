@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import enum
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, field, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -349,7 +349,10 @@ class Finding:
     item : int or None
         The item concerned, counted from 1.
     message, remedy : str
-        What is wrong, and what to do about it.
+        What is wrong, and what to do about it, in English.
+    figures : mapping of str to bool, int, float, str or None
+        What the sentences tell, by name; a name ends in its unit, as in ``length_m``. ``None`` is not known, or without limit.
+        `schemas/openapi.json` lists them for each code (``FindingKind``).
     """
 
     severity: Literal["error", "warning"]
@@ -357,6 +360,7 @@ class Finding:
     item: int | None
     message: str
     remedy: str
+    figures: Mapping[str, bool | int | float | str | None] = field(default_factory=dict, hash=False)
 
     def __str__(self) -> str:
         return f"{self.message}: {self.remedy}" if self.remedy else self.message
@@ -472,8 +476,8 @@ class Plan:
         at = None if position is None else (position.lat_deg, position.lon_deg)
         found = _native.check_plan(self._to_native(), at, on_ground)
         findings = [
-            Finding("error" if is_error else "warning", code, item, message, remedy)
-            for is_error, code, item, message, remedy in found
+            Finding("error" if is_error else "warning", code, item, message, remedy, figures)
+            for is_error, code, figures, item, message, remedy in found
         ]
         return tuple(sorted(findings, key=lambda finding: finding.severity != "error"))
 

@@ -75,6 +75,7 @@ def test_a_plan_with_an_error_is_refused_by_name() -> None:
         plan.require_sound()
     assert caught.value.findings[0].severity == "error"
     assert caught.value.findings[0].remedy
+    assert caught.value.findings[0].figures == {"field": "x", "value": 91.0, "wanted": "latitude"}
 
 
 def test_parameter_files(tmp_path: Path) -> None:

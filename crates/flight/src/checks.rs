@@ -3,14 +3,15 @@
 //! [`check_plan`] runs before every upload. An error means that the vehicle would refuse the plan, keep
 //! something else, or fly what nobody can want; a warning is for the pilot to judge.
 
-use std::collections::HashSet;
+mod finding;
 
-use vencejo_proto::MissionSeq;
+pub use finding::{Datum, FenceFault, Figure, Finding, FindingCode, FindingKind, Missing, RallyFault, Severity};
 
-use crate::error::FlightError;
 use crate::geodesy::{GeoPoint, LocalFrame, distance_m, wrap_180_deg};
+use crate::landing::STEEP_SLOPE;
 use crate::plan::{
-    Category, Command, FenceShape, FenceZone, Home, MissionItem, Plan, Storage, Support, Unit, ardupilot_stored,
+    Category, Command, FenceShape, FenceZone, Home, MavFrame, MissionItem, Plan, ShapeFault, Storage, Support, Unit,
+    Wanted, ardupilot_stored,
 };
 use crate::progress::{alt_amsl_m, jump_index, target};
 
@@ -19,121 +20,6 @@ const G_M_S2: f64 = 9.806_65;
 
 /// Jumps that every ArduPilot board can track; large ones track 100.
 const MAX_JUMPS: usize = 15;
-
-/// How bad a finding is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Severity {
-    /// Not to be sent.
-    Error,
-    /// For the pilot to judge.
-    Warning,
-}
-
-macro_rules! codes {
-    ($($(#[doc = $doc:literal])* $name:ident = $text:literal,)*) => {
-        /// What kind of finding it is. [`FindingCode::as_str`] is stable and fit for scripts.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        #[non_exhaustive]
-        pub enum FindingCode { $($(#[doc = $doc])* $name,)* }
-
-        impl FindingCode {
-            /// All codes.
-            pub const ALL: &'static [Self] = &[$(Self::$name,)*];
-
-            /// The code as text, as in `zero-coordinates`.
-            #[must_use]
-            pub const fn as_str(self) -> &'static str {
-                match self { $(Self::$name => $text,)* }
-            }
-        }
-    };
-}
-
-codes! {
-    /// There is nothing to fly.
-    EmptyMission = "empty-mission",
-    /// More items than the vehicle holds.
-    TooManyItems = "too-many-items",
-    /// A value that is not finite, off the globe, or in a frame without meaning.
-    BadValue = "bad-value",
-    /// A command that ArduPlane refuses.
-    UnsupportedCommand = "unsupported-command",
-    /// A command that ArduPlane stores and skips.
-    IgnoredCommand = "ignored-command",
-    /// A parameter outside its range.
-    ParamOutOfRange = "param-out-of-range",
-    /// A parameter that ArduPlane keeps as another value.
-    ParamChanged = "param-changed",
-    /// A place without latitude, longitude or height.
-    MissingPosition = "missing-position",
-    /// Latitude and longitude both 0.
-    ZeroCoordinates = "zero-coordinates",
-    /// On the ground, and the mission does not begin with a take-off.
-    NoTakeoff = "no-takeoff",
-    /// A take-off to a height that is not above home.
-    TakeoffTooLow = "takeoff-too-low",
-    /// Neither landing nor return at the end.
-    NoLanding = "no-landing",
-    /// Items after a landing.
-    ItemsAfterLanding = "items-after-landing",
-    /// A start of a landing sequence without landing.
-    LandStartWithoutLanding = "land-start-without-landing",
-    /// A jump to nowhere.
-    JumpTarget = "jump-target",
-    /// A jump that repeats for ever.
-    EndlessJump = "endless-jump",
-    /// A jump that runs in a circle without flying.
-    IdleJump = "idle-jump",
-    /// More jumps than the vehicle tracks.
-    TooManyJumps = "too-many-jumps",
-    /// Far from home.
-    FarFromHome = "far-from-home",
-    /// The first destination is far from the plane.
-    FarFirst = "far-first",
-    /// At or below the height of home.
-    BelowHome = "below-home",
-    /// A leg shorter than the plane can turn.
-    ShortLeg = "short-leg",
-    /// A final approach that is steep.
-    SteepApproach = "steep-approach",
-    /// A final approach that does not descend.
-    FlatApproach = "flat-approach",
-    /// Outside the fence.
-    OutsideFence = "outside-fence",
-    /// A leg that crosses the fence.
-    LegCrossesFence = "leg-crosses-fence",
-    /// A fence or rally point that no vehicle takes.
-    BadFence = "bad-fence",
-    /// A rally point that no vehicle takes or that lies badly.
-    BadRally = "bad-rally",
-}
-
-impl std::fmt::Display for FindingCode {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.as_str())
-    }
-}
-
-/// One thing that is wrong or doubtful.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
-    /// How bad it is.
-    pub severity: Severity,
-    /// What kind it is.
-    pub code: FindingCode,
-    /// Index in `plan.mission.items`; `None` when it is about the whole plan, the fence or rally points.
-    pub item: Option<usize>,
-    /// What is wrong. Items are called by their seq on ArduPilot: index + 1.
-    pub message: String,
-    /// How to mend it.
-    pub remedy: String,
-}
-
-impl std::fmt::Display for Finding {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {}", self.message, self.remedy)
-    }
-}
 
 /// What the checks must know of the vehicle, with the defaults of an ArduPlane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -146,6 +32,8 @@ pub struct CheckContext {
     pub on_ground: Option<bool>,
     /// Whether it can hover (quadplane). Default no.
     pub can_hover: bool,
+    /// Whether it flies the arcs of `NAV_ARC_WAYPOINT`, as ArduCopter does. Default no.
+    pub flies_arcs: bool,
     /// Items that it holds, home included. Default 650.
     pub max_items: usize,
     /// Distance from home that is far, metres. Default 20,000.
@@ -156,7 +44,7 @@ pub struct CheckContext {
     pub airspeed_m_s: f64,
     /// Bank of turns, degrees. Default 45 (`ROLL_LIMIT_DEG`).
     pub bank_deg: f64,
-    /// Slope of the final approach that is steep, height over distance. Default 0.10.
+    /// Slope of the final approach that is steep, height over distance. Default [`STEEP_SLOPE`], 0.10.
     pub steep_slope: f64,
 }
 
@@ -167,12 +55,13 @@ impl Default for CheckContext {
             position: None,
             on_ground: None,
             can_hover: false,
+            flies_arcs: false,
             max_items: 650,
             far_from_home_m: 20_000.0,
             far_first_m: 5_000.0,
             airspeed_m_s: 22.0,
             bank_deg: 45.0,
-            steep_slope: 0.10,
+            steep_slope: STEEP_SLOPE,
         }
     }
 }
@@ -220,11 +109,6 @@ struct Check<'a> {
     findings: Vec<Finding>,
 }
 
-/// An item as messages call it.
-fn name(index: usize, item: &MissionItem) -> String {
-    format!("item {} ({})", index + 1, item.command)
-}
-
 fn is_nav(item: &MissionItem) -> bool {
     item.command.info().is_some_and(|info| info.category == Category::Nav && info.support != Support::Ignored)
 }
@@ -234,115 +118,74 @@ impl<'a> Check<'a> {
         self.plan.mission.items.iter().enumerate()
     }
 
-    fn add(
-        &mut self,
-        severity: Severity,
-        code: FindingCode,
-        item: Option<usize>,
-        message: impl Into<String>,
-        remedy: impl Into<String>,
-    ) {
-        self.findings.push(Finding { severity, code, item, message: message.into(), remedy: remedy.into() });
+    fn add(&mut self, severity: Severity, item: Option<(usize, &MissionItem)>, kind: FindingKind) {
+        self.findings.push(Finding::new(severity, kind, item));
     }
 
-    fn error(&mut self, code: FindingCode, item: Option<usize>, message: impl Into<String>, remedy: impl Into<String>) {
-        self.add(Severity::Error, code, item, message, remedy);
+    fn error(&mut self, item: Option<(usize, &MissionItem)>, kind: FindingKind) {
+        self.add(Severity::Error, item, kind);
     }
 
-    fn warn(&mut self, code: FindingCode, item: Option<usize>, message: impl Into<String>, remedy: impl Into<String>) {
-        self.add(Severity::Warning, code, item, message, remedy);
+    fn warn(&mut self, item: Option<(usize, &MissionItem)>, kind: FindingKind) {
+        self.add(Severity::Warning, item, kind);
     }
 
     fn size(&mut self) {
         let count = self.plan.mission.items.len();
         if count == 0 {
-            let message = "the mission is empty";
-            if self.plan.fence.is_empty() && self.plan.rally.points.is_empty() {
-                self.error(
-                    FindingCode::EmptyMission,
-                    None,
-                    message,
-                    "add items; to empty the vehicle, clear its mission",
-                );
-            } else {
-                self.warn(FindingCode::EmptyMission, None, message, "send the fence and the rally points alone");
-            }
+            let has_areas = !self.plan.fence.is_empty() || !self.plan.rally.points.is_empty();
+            let severity = if has_areas { Severity::Warning } else { Severity::Error };
+            self.add(severity, None, FindingKind::EmptyMission { has_areas });
         }
         let max = self.context.max_items.saturating_sub(1);
         if count > max {
-            self.error(
-                FindingCode::TooManyItems,
-                None,
-                format!("the mission has {count} items, the vehicle holds {max} beside home"),
-                "split it, or widen the distance between survey lines",
-            );
+            self.error(None, FindingKind::TooManyItems { count, max });
         }
     }
 
     /// Each item by itself.
     fn items(&mut self) {
         for (index, item) in self.items_of_mission() {
-            let name = name(index, item);
-            let seq = MissionSeq(u16::try_from(index + 1).unwrap_or(u16::MAX));
-            if let Err(error) = item.check_sendable(seq) {
-                let (message, remedy) = match error {
-                    FlightError::BadItem { field, value, problem, .. } => {
-                        (format!("{name}: {field} is {value}"), problem.to_owned())
-                    }
-                    other => (format!("{name} cannot be sent"), other.to_string()),
-                };
-                self.error(FindingCode::BadValue, Some(index), message, remedy);
+            let about = Some((index, item));
+            if let Some(bad) = item.unsendable() {
+                let (field, value, wanted) = (bad.field, bad.value, bad.wanted);
+                self.error(about, FindingKind::BadValue { field, value, wanted });
                 continue;
             }
             let Some(info) = item.command.info().filter(|info| info.support != Support::List) else {
-                self.error(
-                    FindingCode::UnsupportedCommand,
-                    Some(index),
-                    format!("{name} is no mission command of ArduPlane, which refuses the whole mission"),
-                    "delete it or choose another command",
-                );
+                self.error(about, FindingKind::UnsupportedCommand {});
                 continue;
             };
+            let is_flown_arc = self.context.flies_arcs && item.command == Command::NAV_ARC_WAYPOINT;
             match info.support {
-                Support::Ignored => self.warn(
-                    FindingCode::IgnoredCommand,
-                    Some(index),
-                    format!("{name} is for other vehicles; ArduPlane skips it"),
-                    "delete it",
-                ),
-                Support::NeedsVtol if !self.context.can_hover => self.warn(
-                    FindingCode::IgnoredCommand,
-                    Some(index),
-                    format!("{name} needs a plane that can hover"),
-                    "delete it, or say that the plane is a quadplane",
-                ),
+                Support::Ignored if !is_flown_arc => {
+                    self.warn(about, FindingKind::IgnoredCommand { needs_hover: false });
+                }
+                Support::NeedsVtol if !self.context.can_hover => {
+                    self.warn(about, FindingKind::IgnoredCommand { needs_hover: true });
+                }
                 _ => {}
             }
-            self.params(index, item, &name);
-            self.position(index, item, &name);
+            self.params(index, item);
+            self.position(index, item);
         }
     }
 
-    fn params(&mut self, index: usize, item: &MissionItem, name: &str) {
+    fn params(&mut self, index: usize, item: &MissionItem) {
         let Some(info) = item.command.info() else { return };
+        let about = Some((index, item));
         let stored = ardupilot_stored(item);
         for (number, param) in info.params.iter().enumerate() {
             // the target of a jump has checks of its own
             let checked = param.is_used() && param.unit != Unit::Item;
             let Some(value) = item.params[number].filter(|_| checked) else { continue };
             let position = matches!(param.storage, Storage::DegE7 | Storage::Centimetres);
-            let unit = param.unit.symbol();
-            let label = param.label;
+            let (unit, label) = (param.unit.symbol(), param.label);
             let below = param.min.is_some_and(|min| value < min);
             let above = param.max.is_some_and(|max| value > max);
             if (below || above) && param.storage != Storage::Dropped {
-                let bound = |value: Option<f64>| value.map_or("…".to_owned(), |value| value.to_string());
-                self.error(
-                    FindingCode::ParamOutOfRange,
-                    Some(index),
-                    format!("{name}: {label} is {value} {unit}"),
-                    format!("choose from {} to {}", bound(param.min), bound(param.max)),
-                );
+                let (min, max) = (param.min, param.max);
+                self.error(about, FindingKind::ParamOutOfRange { param: number + 1, label, value, unit, min, max });
                 continue;
             }
             if position || param.storage == Storage::Two {
@@ -350,85 +193,59 @@ impl<'a> Check<'a> {
             }
             let kept = stored.params[number].unwrap_or(0.0);
             let measured = !matches!(param.unit, Unit::Choice | Unit::Flag | Unit::Degrees);
-            let dropped = param.storage == Storage::Dropped;
-            let matters = if dropped { measured && value != 0.0 } else { (kept - value).abs() > 0.01 * value.abs() };
+            let is_unused = param.storage == Storage::Dropped;
+            let matters = if is_unused { measured && value != 0.0 } else { (kept - value).abs() > 0.01 * value.abs() };
             let sign_alone = matches!(param.storage, Storage::LoiterSign | Storage::YawSign | Storage::Positive);
             if matters && !sign_alone {
-                self.warn(
-                    FindingCode::ParamChanged,
-                    Some(index),
-                    format!("{name}: {label} of {value} {unit} is kept as {kept}"),
-                    if dropped { "set it to 0: ArduPlane does not use it" } else { "choose a value that is kept" },
-                );
+                self.warn(about, FindingKind::ParamChanged { param: number + 1, label, value, kept, unit, is_unused });
             }
         }
     }
 
-    fn position(&mut self, index: usize, item: &MissionItem, name: &str) {
+    fn position(&mut self, index: usize, item: &MissionItem) {
         if !item.has_position() {
             return;
         }
+        let about = Some((index, item));
         let must_lie_somewhere = !item.command.may_stay_in_place();
         if must_lie_somewhere && (item.lat_deg().is_none() || item.lon_deg().is_none()) {
-            self.error(
-                FindingCode::MissingPosition,
-                Some(index),
-                format!("{name} has no latitude or longitude"),
-                "place it on the map",
-            );
+            self.error(about, FindingKind::MissingPosition { missing: Missing::Place });
         } else if must_lie_somewhere && (item.lat_deg(), item.lon_deg()) == (Some(0.0), Some(0.0)) {
-            self.error(
-                FindingCode::ZeroCoordinates,
-                Some(index),
-                format!("{name} lies at 0/0, in the Atlantic"),
-                "place it on the map",
-            );
+            self.error(about, FindingKind::ZeroCoordinates {});
         }
         if item.command.is_destination() && item.alt_m().is_none() {
-            self.error(FindingCode::MissingPosition, Some(index), format!("{name} has no height"), "set one");
+            self.error(about, FindingKind::MissingPosition { missing: Missing::Height });
         }
         let Some(alt_m) = item.alt_m() else { return };
         let home_alt_m = self.home.map(|home| home.alt_amsl_m);
         let above_home_m = match (alt_amsl_m(item, home_alt_m), home_alt_m) {
             (Some(alt_m), Some(home_m)) => Some(alt_m - home_m),
-            _ if item.frame == crate::plan::MavFrame::GlobalRelativeAlt => Some(alt_m),
+            _ if item.frame == MavFrame::GlobalRelativeAlt => Some(alt_m),
             _ => None,
         };
         let at_most_home = above_home_m.is_some_and(|height_m| height_m <= 0.0);
-        let underground = item.frame == crate::plan::MavFrame::GlobalTerrainAlt && alt_m <= 0.0;
+        let underground = item.frame == MavFrame::GlobalTerrainAlt && alt_m <= 0.0;
+        let datum = Datum::of(item);
         if item.command.is_takeoff() && (at_most_home || underground) {
-            self.error(
-                FindingCode::TakeoffTooLow,
-                Some(index),
-                format!("{name} climbs to {alt_m} m {}, which is not above home", item.frame),
-                "give it a height to climb to, 30 m or more",
-            );
+            self.error(about, FindingKind::TakeoffTooLow { alt_m, datum });
         } else if item.command.is_destination()
             && !item.command.is_landing()
             && item.command != Command::NAV_PAYLOAD_PLACE
             && (at_most_home || underground)
         {
-            let level = if underground { "the ground" } else { "home" };
-            self.warn(
-                FindingCode::BelowHome,
-                Some(index),
-                format!("{name} lies at {alt_m} m {}, not above {level}", item.frame),
-                "raise it, unless the terrain falls away there",
-            );
+            self.warn(about, FindingKind::BelowHome { alt_m, datum });
         }
     }
 
     /// Beginning, end and landing sequences.
     fn flow(&mut self) {
         let nav: Vec<(usize, &MissionItem)> = self.items_of_mission().filter(|(_, item)| is_nav(item)).collect();
-        if let Some((index, first)) = nav.first().copied()
-            && !first.command.is_takeoff()
+        if let Some(first) = nav.first().copied()
+            && !first.1.command.is_takeoff()
         {
-            let message = format!("the mission begins with {}, not with a take-off", name(index, first));
-            let remedy = "put a take-off first, or start it in the air";
             match self.context.on_ground {
-                Some(true) => self.error(FindingCode::NoTakeoff, Some(index), message, remedy),
-                None => self.warn(FindingCode::NoTakeoff, Some(index), message, remedy),
+                Some(true) => self.error(Some(first), FindingKind::NoTakeoff {}),
+                None => self.warn(Some(first), FindingKind::NoTakeoff {}),
                 Some(false) => {}
             }
         }
@@ -436,17 +253,12 @@ impl<'a> Check<'a> {
             .items_of_mission()
             .last()
             .is_some_and(|(_, item)| item.command == Command::DO_JUMP && item.param(2).is_some_and(|n| n < 0.0));
-        if let Some((index, last)) = nav.last().copied()
+        if let Some(last) = nav.last().copied()
             && !endless
-            && !last.command.is_landing()
-            && !matches!(last.command, Command::NAV_RETURN_TO_LAUNCH | Command::NAV_LOITER_UNLIM)
+            && !last.1.command.is_landing()
+            && !matches!(last.1.command, Command::NAV_RETURN_TO_LAUNCH | Command::NAV_LOITER_UNLIM)
         {
-            self.warn(
-                FindingCode::NoLanding,
-                Some(index),
-                format!("the mission ends with {}, neither landing nor return", name(index, last)),
-                "end it with a landing or a return to launch",
-            );
+            self.warn(Some(last), FindingKind::NoLanding {});
         }
         for pair in nav.windows(2) {
             let ((index, landing), (next_index, next)) = (pair[0], pair[1]);
@@ -454,16 +266,7 @@ impl<'a> Check<'a> {
                 .iter()
                 .any(|item| item.command == Command::DO_LAND_START);
             if landing.command.is_landing() && !next.command.is_takeoff() && !next_sequence {
-                self.warn(
-                    FindingCode::ItemsAfterLanding,
-                    Some(index),
-                    format!(
-                        "{} lands before the mission ends; {} is not flown",
-                        name(index, landing),
-                        name(next_index, next)
-                    ),
-                    "move the landing to the end",
-                );
+                self.warn(Some((index, landing)), FindingKind::ItemsAfterLanding { next_item: next_index + 1 });
             }
         }
         for (index, item) in self.items_of_mission() {
@@ -472,19 +275,9 @@ impl<'a> Check<'a> {
             }
             let sequence = nav.iter().filter(|(place, _)| *place > index);
             if !sequence.clone().any(|(_, item)| item.command.is_landing()) {
-                self.error(
-                    FindingCode::LandStartWithoutLanding,
-                    Some(index),
-                    format!("{} starts a landing sequence, but no landing follows", name(index, item)),
-                    "add a landing after it or delete it",
-                );
+                self.error(Some((index, item)), FindingKind::LandStartWithoutLanding { has_landing: false });
             } else if sequence.clone().next().is_some_and(|(_, item)| item.command.is_landing()) {
-                self.warn(
-                    FindingCode::LandStartWithoutLanding,
-                    Some(index),
-                    format!("{} is followed by the landing at once, without an approach", name(index, item)),
-                    "put a waypoint before the landing, in line with the runway",
-                );
+                self.warn(Some((index, item)), FindingKind::LandStartWithoutLanding { has_landing: true });
             }
         }
     }
@@ -497,48 +290,28 @@ impl<'a> Check<'a> {
                 continue;
             }
             count += 1;
-            let name = name(index, item);
+            let about = Some((index, item));
             let Some(to) = jump_index(mission, item) else {
                 let target = item.param(1).unwrap_or(0.0);
-                self.error(
-                    FindingCode::JumpTarget,
-                    Some(index),
-                    format!("{name} jumps to {target}, which is no item"),
-                    format!("choose an item from 1 to {}", mission.items.len()),
-                );
+                self.error(about, FindingKind::JumpTarget { target, last: mission.items.len() });
                 continue;
             };
             let repeats = item.param(2).unwrap_or(0.0);
             if to <= index && repeats != 0.0 && !mission.items[to..index].iter().any(is_nav) {
-                self.error(
-                    FindingCode::IdleJump,
-                    Some(index),
-                    format!("{name} jumps in a circle in which nothing is flown"),
-                    "choose an item before the last waypoint",
-                );
+                self.error(about, FindingKind::IdleJump {});
             } else if repeats < 0.0 {
-                self.warn(
-                    FindingCode::EndlessJump,
-                    Some(index),
-                    format!("{name} repeats for ever; what follows it is never flown"),
-                    "give it a number of repeats, unless you mean it",
-                );
+                self.warn(about, FindingKind::EndlessJump {});
             }
         }
         if count > MAX_JUMPS {
-            self.warn(
-                FindingCode::TooManyJumps,
-                None,
-                format!("the mission has {count} jumps; small boards track {MAX_JUMPS}"),
-                "repeat items instead of jumping",
-            );
+            self.warn(None, FindingKind::TooManyJumps { count, max: MAX_JUMPS });
         }
     }
 
     /// Distances between places.
     fn places(&mut self) {
         let home = self.home.and_then(|home| home.point().ok());
-        let turn_m = self.context.turn_radius_m();
+        let turn_radius_m = self.context.turn_radius_m();
         let circles = |item: &MissionItem| item.command != Command::NAV_WAYPOINT;
         let mut previous: Option<(GeoPoint, &MissionItem)> = None;
         for (index, item) in self.items_of_mission() {
@@ -549,41 +322,26 @@ impl<'a> Check<'a> {
                 }
                 continue;
             };
-            let name = name(index, item);
-            if let Some(far_m) = home.map(|home| distance_m(home, point)).filter(|d| *d > self.context.far_from_home_m)
-            {
-                self.warn(
-                    FindingCode::FarFromHome,
-                    Some(index),
-                    format!("{name} lies {:.1} km from home", far_m / 1_000.0),
-                    format!("check it; far is {:.0} km", self.context.far_from_home_m / 1_000.0),
-                );
+            let about = Some((index, item));
+            let far_m = self.context.far_from_home_m;
+            if let Some(distance_m) = home.map(|home| distance_m(home, point)).filter(|d| *d > far_m) {
+                self.warn(about, FindingKind::FarFromHome { distance_m, far_m });
             }
             let first = self.plan.mission.items[..index].iter().all(|item| target(item).is_none());
             let start = self.context.position.or(home);
             if first
-                && let Some(far_m) =
+                && let Some(distance_m) =
                     start.map(|start| distance_m(start, point)).filter(|d| *d > self.context.far_first_m)
             {
-                self.warn(
-                    FindingCode::FarFirst,
-                    Some(index),
-                    format!("{name}, the first destination, lies {:.1} km from the plane", far_m / 1_000.0),
-                    "check that the mission is for this place",
-                );
+                self.warn(about, FindingKind::FarFirst { distance_m });
             }
             if let Some((from, before)) = previous
                 && !circles(before)
                 && !circles(item)
             {
                 let length_m = distance_m(from, point);
-                if length_m < turn_m {
-                    self.warn(
-                        FindingCode::ShortLeg,
-                        Some(index),
-                        format!("the leg to {name} is {length_m:.0} m long, the plane turns within {turn_m:.0} m"),
-                        "move the waypoints apart or fly slower",
-                    );
+                if length_m < turn_radius_m {
+                    self.warn(about, FindingKind::ShortLeg { length_m, turn_radius_m });
                 }
             }
             previous = Some((point, item));
@@ -607,56 +365,47 @@ impl<'a> Check<'a> {
                 alt_amsl_m(before, home_alt_m).zip(alt_amsl_m(item, home_alt_m)).map(|(from_m, to_m)| from_m - to_m)
             };
             let Some(drop_m) = drop_m else { continue };
-            let name = name(index, item);
             let length_m = distance_m(from, point);
             if drop_m <= 0.0 {
-                self.warn(
-                    FindingCode::FlatApproach,
-                    Some(index),
-                    format!("the approach to {name} does not descend"),
-                    "raise the waypoint before the landing",
-                );
+                self.warn(Some((index, item)), FindingKind::FlatApproach {});
             } else if length_m <= 0.0 || drop_m / length_m > self.context.steep_slope {
-                self.warn(
-                    FindingCode::SteepApproach,
-                    Some(index),
-                    format!("the approach to {name} drops {drop_m:.0} m in {length_m:.0} m; the plane will land long"),
-                    format!("begin it {:.0} m away or more, or lower", drop_m / self.context.steep_slope.max(0.01)),
-                );
+                let wanted_length_m = drop_m / self.context.steep_slope.max(0.01);
+                self.warn(Some((index, item)), FindingKind::SteepApproach { drop_m, length_m, wanted_length_m });
             }
         }
     }
 
     /// Fence and rally points by themselves.
     fn fence_and_rally(&mut self) {
-        if let Err(error) = self.plan.fence.validate() {
-            self.error(FindingCode::BadFence, None, error.to_string(), "mend or delete it");
+        if let Some((zone, shape)) = self.plan.fence.fault() {
+            let zone = Some(zone + 1);
+            let (fault, corners, radius_m) = match shape {
+                ShapeFault::TooFewCorners { count } => (FenceFault::TooFewCorners, Some(count), None),
+                ShapeFault::TooManyCorners { count } => (FenceFault::TooManyCorners, Some(count), None),
+                ShapeFault::Radius { radius_m } => (FenceFault::Radius, None, Some(radius_m)),
+            };
+            self.error(None, FindingKind::BadFence { fault, zone, corners, radius_m, alt_rel_home_m: None });
         }
-        for (index, item) in self.plan.fence.to_items().iter().enumerate() {
-            let seq = MissionSeq(u16::try_from(index).unwrap_or(u16::MAX));
-            if let Err(error) = item.check_sendable(seq) {
-                self.error(FindingCode::BadFence, None, format!("fence: {error}"), "mend or delete it");
-            }
+        if let Some((_, alt_rel_home_m)) = self.plan.fence.return_point
+            && self.plan.fence.to_items().last().and_then(MissionItem::unsendable).is_some()
+        {
+            let (fault, alt_rel_home_m) = (FenceFault::ReturnHeight, Some(alt_rel_home_m));
+            let found = FindingKind::BadFence { fault, zone: None, corners: None, radius_m: None, alt_rel_home_m };
+            self.error(None, found);
         }
         for (index, (rally, item)) in self.plan.rally.points.iter().zip(self.plan.rally.to_items()).enumerate() {
-            let seq = MissionSeq(u16::try_from(index).unwrap_or(u16::MAX));
-            let number = index + 1;
-            if let Err(error) = item.check_sendable(seq) {
-                self.error(FindingCode::BadRally, None, format!("rally point {number}: {error}"), "mend or delete it");
-            } else if rally.alt_m.abs() > f64::from(i16::MAX) {
-                self.error(
-                    FindingCode::BadRally,
-                    None,
-                    format!("rally point {number} lies at {} m", rally.alt_m),
-                    "stay within 32,767 m, as ArduPilot stores it",
-                );
-            } else if rally.frame == crate::plan::MavFrame::GlobalRelativeAlt && rally.alt_m <= 0.0 {
-                self.warn(
-                    FindingCode::BadRally,
-                    None,
-                    format!("rally point {number} lies at {} m, not above home", rally.alt_m),
-                    "raise it",
-                );
+            let found = match item.unsendable() {
+                Some(bad) if bad.wanted == Wanted::Frame => Some((Severity::Error, RallyFault::Frame)),
+                Some(_) => Some((Severity::Error, RallyFault::Height)),
+                None if rally.alt_m.abs() > f64::from(i16::MAX) => Some((Severity::Error, RallyFault::Height)),
+                None if rally.frame == MavFrame::GlobalRelativeAlt && rally.alt_m <= 0.0 => {
+                    Some((Severity::Warning, RallyFault::NotAboveHome))
+                }
+                None => None,
+            };
+            if let Some((severity, fault)) = found {
+                let (rally_point, alt_m) = (index + 1, rally.alt_m);
+                self.add(severity, None, FindingKind::BadRally { rally_point, fault, alt_m });
             }
         }
     }
@@ -664,45 +413,39 @@ impl<'a> Check<'a> {
     /// Places and legs of the mission within the fence.
     fn fence_around_mission(&mut self) {
         let zones = &self.plan.fence.zones;
-        if zones.is_empty() || self.plan.fence.validate().is_err() {
+        if zones.is_empty() || self.plan.fence.fault().is_some() {
             return;
         }
+        let outside = |rally_point, zone: usize| FindingKind::OutsideFence {
+            rally_point,
+            zone: zone + 1,
+            is_inclusion: zones[zone].inclusion,
+        };
         for (index, rally) in self.plan.rally.points.iter().enumerate() {
             if let Some(zone) = self.plan.fence.forbidden_by(rally.point) {
-                let message = format!("rally point {} lies {}", index + 1, side(zone, &zones[zone]));
-                self.error(FindingCode::OutsideFence, None, message, "move it or the fence");
+                self.error(None, outside(Some(index + 1), zone));
             }
         }
         let home = self.home.and_then(|home| home.point().ok());
         if let Some(zone) = home.and_then(|home| self.plan.fence.forbidden_by(home)) {
-            let message = format!("home lies {}", side(zone, &zones[zone]));
-            self.error(FindingCode::OutsideFence, None, message, "move the fence");
+            self.error(None, outside(None, zone));
         }
         let mut previous = self.context.position.or(home);
-        let mut outside: HashSet<usize> = HashSet::new();
         for (index, item) in self.items_of_mission() {
             let Some(point) = target(item) else { continue };
             if let Some(zone) = self.plan.fence.forbidden_by(point) {
-                let message = format!("{} lies {}", name(index, item), side(zone, &zones[zone]));
-                self.error(FindingCode::OutsideFence, Some(index), message, "move it or the fence");
-                outside.insert(index);
+                self.error(Some((index, item)), outside(None, zone));
                 previous = None; // the legs to and from it cross the fence for sure
                 continue;
             }
             if let Some(from) = previous
                 && let Some(zone) = zones.iter().position(|zone| crosses(zone, from, point))
             {
-                let message = format!("the leg to {} crosses fence zone {}", name(index, item), zone + 1);
-                self.error(FindingCode::LegCrossesFence, Some(index), message, "lead it round, or change the fence");
+                self.error(Some((index, item)), FindingKind::LegCrossesFence { zone: zone + 1 });
             }
             previous = Some(point);
         }
     }
-}
-
-fn side(index: usize, zone: &FenceZone) -> String {
-    let side = if zone.inclusion { "outside inclusion" } else { "inside exclusion" };
-    format!("{side} zone {} of the fence", index + 1)
 }
 
 /// Whether a leg between two allowed places leaves an inclusion zone or enters an exclusion zone.

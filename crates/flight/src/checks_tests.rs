@@ -1,5 +1,7 @@
 //! Tests of the checks: each finding once provoked, and a sound plan that gives none.
 
+use std::collections::HashSet;
+
 use proptest::prelude::*;
 use vencejo_proto::MissionSeq;
 
@@ -235,6 +237,12 @@ fn fences() {
     assert_eq!(found(&low), [(BadRally, Severity::Warning, None)]);
     low.rally.points[0].alt_m = 40_000.0;
     assert_eq!(found(&low), [(BadRally, Severity::Error, None)]);
+    low.rally.points[0].alt_m = f64::NAN;
+    assert_eq!(found(&low), [(BadRally, Severity::Error, None)]);
+
+    let mut high = plan(sound());
+    high.fence.return_point = Some((home, 90_000.0));
+    assert_eq!(found(&high), [(BadFence, Severity::Error, None)]);
 }
 
 #[test]
@@ -244,6 +252,39 @@ fn messages_call_items_by_their_seq_and_say_what_to_do() {
     let findings = check_plan(&plan(items), &context());
     assert!(has_errors(&findings));
     assert_eq!(findings[0].to_string(), "item 3 (NAV_WAYPOINT) lies at 0/0, in the Atlantic: place it on the map");
+}
+
+#[test]
+fn figures_have_names_and_units() {
+    let mut items = sound();
+    items[5].params[6] = Some(80.0);
+    items[1].params[1] = Some(300.0);
+    let findings = check_plan(&plan(items), &context());
+    let figures: Vec<_> = findings.iter().map(|one| (one.code.as_str(), one.kind.figures())).collect();
+    let [range, steep] = &figures[..] else { panic!("{figures:?}") };
+    assert_eq!(range.0, "param-out-of-range");
+    assert_eq!(range.1[0], ("param", Figure::Count(2)));
+    assert_eq!(range.1[2], ("value", Figure::Number(300.0)));
+    assert_eq!(steep.0, "steep-approach");
+    assert_eq!(steep.1[0], ("drop_m", Figure::Number(80.0)));
+    assert!(matches!(steep.1[2], ("wanted_length_m", Figure::Number(wanted)) if (wanted - 800.0).abs() < 1e-6));
+    assert!(findings[1].message.ends_with("drops 80 m in 540 m; the plane will land long"), "{}", findings[1]);
+    // what is no number is told as unknown
+    assert_eq!(Figure::from(f64::NAN), Figure::Absent);
+    assert_eq!(Figure::from(None::<usize>), Figure::Absent);
+}
+
+#[test]
+fn arcs_are_passed_over_by_planes_alone() {
+    let mut items = sound();
+    items[2].command = Command::NAV_ARC_WAYPOINT;
+    items[2].params[..4].copy_from_slice(&[Some(90.0), None, None, None]);
+    let codes = |flies_arcs| {
+        let context = CheckContext { flies_arcs, ..context() };
+        check_plan(&plan(items.clone()), &context).iter().map(|one| one.code).collect::<Vec<_>>()
+    };
+    assert_eq!(codes(false), [FindingCode::IgnoredCommand]);
+    assert_eq!(codes(true), []);
 }
 
 #[test]

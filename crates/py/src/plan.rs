@@ -1,8 +1,10 @@
 //! Plans between Python's plain tuples (see `vencejo.plan`) and `vencejo-flight`.
 
+use std::collections::BTreeMap;
+
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use vencejo_flight::checks::{CheckContext, Severity, check_plan as check};
+use vencejo_flight::checks::{CheckContext, Figure, Severity, check_plan as check};
 use vencejo_flight::formats::{
     self, ParamDialect, ParamEntry, PlanSettings, read_params, write_params, write_plan_json, write_waypoints,
 };
@@ -154,8 +156,27 @@ fn format_waypoints(plan: PlanTuple) -> PyResult<String> {
     Ok(write_waypoints(&plan_from_tuple(plan)?.mission))
 }
 
-/// What a check found: is it an error, code, item from 1, message, remedy.
-type FindingTuple = (bool, String, Option<usize>, String, String);
+/// What a check found: is it an error, code, figures by name, item from 1, message, remedy.
+type FindingTuple = (bool, &'static str, BTreeMap<&'static str, Option<FigureValue>>, Option<usize>, String, String);
+
+/// A figure of a finding; one that is absent is `None`.
+#[derive(IntoPyObject)]
+enum FigureValue {
+    Flag(bool),
+    Count(usize),
+    Number(f64),
+    Word(&'static str),
+}
+
+fn figure_value(figure: Figure) -> Option<FigureValue> {
+    match figure {
+        Figure::Absent => None,
+        Figure::Flag(flag) => Some(FigureValue::Flag(flag)),
+        Figure::Count(count) => Some(FigureValue::Count(count)),
+        Figure::Number(number) => Some(FigureValue::Number(number)),
+        Figure::Word(word) => Some(FigureValue::Word(word)),
+    }
+}
 
 /// Looks for what would make a plan fail.
 #[pyfunction]
@@ -169,7 +190,8 @@ fn check_plan(plan: PlanTuple, position: Option<(f64, f64)>, on_ground: Option<b
             let is_error = finding.severity == Severity::Error;
             (
                 is_error,
-                finding.code.as_str().to_owned(),
+                finding.code.as_str(),
+                finding.kind.figures().into_iter().map(|(name, figure)| (name, figure_value(figure))).collect(),
                 finding.item.map(|index| index + 1),
                 finding.message,
                 finding.remedy,

@@ -1,10 +1,9 @@
 //! From the core's values to those of the API and back. Nothing is decided here but what the core's types demand.
 
-use vencejo_flight::checks::Severity;
+use vencejo_flight::FlightError;
 use vencejo_flight::formats::ParamEntry;
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::plan::{self as core, Command, MavFrame, MissionItem};
-use vencejo_flight::{FlightError, checks};
 use vencejo_link::{self as link, LinkStats};
 use vencejo_proto::{Frame, MonoTime, decode_fields, message_name};
 use vencejo_station::{Station, VehicleHandle};
@@ -151,13 +150,18 @@ pub(crate) fn uncertainty(state: vehicle::PlanState) -> Option<dto::PlanUncertai
     })
 }
 
+/// Which autopilot it is, by its heartbeat; `None` before the first.
+pub(crate) fn mode_family(vehicle: &VehicleHandle) -> Option<ModeFamily> {
+    let heartbeat = vehicle.telemetry().0.heartbeat?.value;
+    Some(ModeFamily::of(heartbeat.autopilot, heartbeat.mav_type))
+}
+
 pub(crate) fn vehicle_state(vehicle: &VehicleHandle) -> dto::VehicleState {
     let (telemetry, now) = vehicle.telemetry();
     let state_of = |kind| plan_state(vehicle.plan_state(kind));
-    let mode_names = telemetry.heartbeat.map_or_else(Vec::new, |heartbeat| {
-        let family = ModeFamily::of(heartbeat.value.autopilot, heartbeat.value.mav_type);
-        family.modes().iter().map(|(_, name)| (*name).to_owned()).collect()
-    });
+    let family = mode_family(vehicle);
+    let mode_names =
+        family.map_or_else(Vec::new, |family| family.modes().iter().map(|(_, name)| (*name).to_owned()).collect());
     dto::VehicleState {
         system_id: vehicle.system().0,
         time_s: seconds(now),
@@ -169,6 +173,7 @@ pub(crate) fn vehicle_state(vehicle: &VehicleHandle) -> dto::VehicleState {
             rally: state_of(core::PlanKind::Rally),
         },
         mode_names,
+        flies_arcs: family.is_some_and(ModeFamily::flies_arcs),
         link: vehicle_link(vehicle),
     }
 }
@@ -358,19 +363,6 @@ pub(crate) fn param(param: &vehicle::Param) -> dto::Param {
         vehicle::ParamValue::F32(_) => "real32",
     };
     dto::Param { name: param.name.as_str().to_owned(), value: param.value.as_f64(), kind: kind.to_owned() }
-}
-
-pub(crate) fn finding(finding: checks::Finding) -> dto::Finding {
-    dto::Finding {
-        severity: match finding.severity {
-            Severity::Error => dto::FindingSeverity::Error,
-            Severity::Warning => dto::FindingSeverity::Warning,
-        },
-        code: finding.code.as_str().to_owned(),
-        item: finding.item.map(|index| index + 1),
-        message: finding.message,
-        remedy: finding.remedy,
-    }
 }
 
 /// The table of commands.

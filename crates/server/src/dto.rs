@@ -6,6 +6,7 @@ pub mod camera;
 pub mod cause;
 pub mod command;
 pub mod command_table;
+pub mod finding;
 pub mod link;
 pub mod maps;
 pub mod message;
@@ -26,12 +27,13 @@ pub use command::{
     SetItem, SetMode, SetSpeed, SetVelocity, SpeedKind, Takeoff,
 };
 pub use command_table::{CommandCategory, CommandInfo, CommandParam, CommandSupport};
+pub use finding::Finding;
 pub use link::{LinkInfo, LinkState, NewLink};
 pub use message::RawMessage;
 pub use operation::{Operation, OperationKind, OperationResult, OperationState};
 pub use plan::{
-    Fence, FenceZone, Finding, FindingSeverity, Home, LatLon, Plan, PlanCertainty, PlanCheck, PlanFormat, PlanItem,
-    PlanKind, PlanState, PlanStates, RallyPoint, ReturnPoint, ZoneShape,
+    Fence, FenceZone, Home, LatLon, Plan, PlanCertainty, PlanCheck, PlanFormat, PlanItem, PlanKind, PlanState,
+    PlanStates, RallyPoint, ReturnPoint, ZoneShape,
 };
 pub use session::{NewSession, Role, SessionInfo};
 pub use socket::{ClientMessage, EventDetail, ServerMessage};

@@ -38,6 +38,12 @@ impl ModeFamily {
         }
     }
 
+    /// Whether it flies the arcs of `NAV_ARC_WAYPOINT`: of the ArduPilots it is ArduCopter that knows it, from 4.7 on.
+    #[must_use]
+    pub fn flies_arcs(self) -> bool {
+        self == Self::ArduCopter
+    }
+
     /// Its modes: number and name, by number.
     #[must_use]
     pub fn modes(self) -> &'static [(u32, &'static str)] {

@@ -206,6 +206,7 @@ def _tell_findings(plan: Plan, findings: tuple[Any, ...], *, json: bool) -> None
                     "finding": finding.code,
                     "severity": finding.severity,
                     "item": finding.item,
+                    "figures": dict(finding.figures),
                     "text": finding_text(finding),
                 }
             )
@@ -287,7 +288,13 @@ def as_json(plan: Plan, kinds: list[PlanKind]) -> dict[str, Any]:
         ]
         shown["length_m"] = None if plan.length_m is None else round(plan.length_m, 1)
         shown["findings"] = [
-            {"severity": found.severity, "code": found.code, "item": found.item, "message": found.message}
+            {
+                "severity": found.severity,
+                "code": found.code,
+                "item": found.item,
+                "figures": dict(found.figures),
+                "message": found.message,
+            }
             for found in (plan.check() if plan.items else ())
         ]
     if "fence" in kinds:

@@ -43,6 +43,9 @@ pub struct Fence {
 /// Most corners that a polygon may have: ArduPilot counts them in 8 bits.
 pub const MAX_VERTICES: usize = 255;
 
+/// Fewest corners that make a polygon.
+pub const SHAPE_MIN_CORNERS: usize = 3;
+
 impl FenceShape {
     /// `true` when the point lies inside the border.
     #[must_use]
@@ -54,19 +57,52 @@ impl FenceShape {
     }
 
     /// What is wrong with the shape, if anything.
-    fn fault(&self) -> Option<String> {
+    fn fault(&self) -> Option<ShapeFault> {
         match self {
-            Self::Polygon { vertices } if vertices.len() < 3 => {
-                Some(format!("a polygon needs at least 3 corners, this has {}; add some", vertices.len()))
+            Self::Polygon { vertices } if vertices.len() < SHAPE_MIN_CORNERS => {
+                Some(ShapeFault::TooFewCorners { count: vertices.len() })
             }
-            Self::Polygon { vertices } if vertices.len() > MAX_VERTICES => Some(format!(
-                "a polygon holds at most {MAX_VERTICES} corners, this has {}; simplify or split it",
-                vertices.len()
-            )),
+            Self::Polygon { vertices } if vertices.len() > MAX_VERTICES => {
+                Some(ShapeFault::TooManyCorners { count: vertices.len() })
+            }
             Self::Circle { radius_m, .. } if !(radius_m.is_finite() && *radius_m > 0.0) => {
-                Some(format!("a radius of {radius_m} m makes no circle; give one above 0"))
+                Some(ShapeFault::Radius { radius_m: *radius_m })
             }
             _ => None,
+        }
+    }
+}
+
+/// A shape that no vehicle takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ShapeFault {
+    /// A polygon with fewer than [`SHAPE_MIN_CORNERS`].
+    TooFewCorners {
+        /// How many it has.
+        count: usize,
+    },
+    /// A polygon with more than [`MAX_VERTICES`].
+    TooManyCorners {
+        /// How many it has.
+        count: usize,
+    },
+    /// A radius that makes no circle.
+    Radius {
+        /// The radius, metres; not finite, or not above 0.
+        radius_m: f64,
+    },
+}
+
+impl std::fmt::Display for ShapeFault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::TooFewCorners { count } => {
+                write!(f, "a polygon needs at least {SHAPE_MIN_CORNERS} corners, this has {count}; add some")
+            }
+            Self::TooManyCorners { count } => {
+                write!(f, "a polygon holds at most {MAX_VERTICES} corners, this has {count}; simplify or split it")
+            }
+            Self::Radius { radius_m } => write!(f, "a radius of {radius_m} m makes no circle; give one above 0"),
         }
     }
 }
@@ -84,12 +120,13 @@ impl Fence {
     /// [`FlightError::BadFence`] for a polygon with fewer than 3 or more than 255 corners and for a circle
     /// without a radius; the index is that of the zone.
     pub fn validate(&self) -> Result<()> {
-        for (index, zone) in self.zones.iter().enumerate() {
-            if let Some(problem) = zone.shape.fault() {
-                return Err(FlightError::BadFence { index, problem });
-            }
-        }
-        Ok(())
+        self.fault().map_or(Ok(()), |(index, fault)| Err(FlightError::BadFence { index, problem: fault.to_string() }))
+    }
+
+    /// The first zone that no vehicle takes, by index, and why; `None` when all are sound.
+    #[must_use]
+    pub fn fault(&self) -> Option<(usize, ShapeFault)> {
+        self.zones.iter().enumerate().find_map(|(index, zone)| Some((index, zone.shape.fault()?)))
     }
 
     /// The first zone that forbids a place, by index; `None` when the place is allowed.
@@ -164,8 +201,8 @@ impl Fence {
                 }
                 Command::NAV_FENCE_CIRCLE_INCLUSION | Command::NAV_FENCE_CIRCLE_EXCLUSION => {
                     let shape = FenceShape::Circle { center: point, radius_m: item.param(1).unwrap_or(0.0) };
-                    if let Some(problem) = shape.fault() {
-                        return Err(bad(problem));
+                    if let Some(fault) = shape.fault() {
+                        return Err(bad(fault.to_string()));
                     }
                     fence.zones.push(FenceZone { inclusion, shape });
                 }

@@ -116,6 +116,62 @@ impl std::fmt::Display for MavFrame {
     }
 }
 
+/// What a value must be to be sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Wanted {
+    /// A number that fits the wire.
+    Finite,
+    /// −90 to 90 degrees.
+    Latitude,
+    /// −180 to 180 degrees.
+    Longitude,
+    /// Within 83,000 m.
+    Height,
+    /// A whole number of 32 bits.
+    WholeNumber,
+    /// A frame that has a meaning for a place.
+    Frame,
+}
+
+impl Wanted {
+    /// The word for it, stable and fit for scripts.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Finite => "finite",
+            Self::Latitude => "latitude",
+            Self::Longitude => "longitude",
+            Self::Height => "height",
+            Self::WholeNumber => "whole-number",
+            Self::Frame => "frame",
+        }
+    }
+
+    /// What is wrong with a value that is something else, in English.
+    #[must_use]
+    pub const fn problem(self) -> &'static str {
+        match self {
+            Self::Finite => "which is not a number that can be sent; give a finite one",
+            Self::Latitude => "but a latitude goes from -90 to 90 degrees",
+            Self::Longitude => "but a longitude goes from -180 to 180 degrees",
+            Self::Height => "but a height stays within 83,000 m",
+            Self::WholeNumber => "but it is sent as a 32-bit whole number",
+            Self::Frame => "but a position needs frame 0 (sea level), 3 (home) or 10 (terrain)",
+        }
+    }
+}
+
+/// A value of an item that may not be sent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unsendable {
+    /// Which: `param1` … `param4`, `x`, `y`, `z`, `frame`.
+    pub field: &'static str,
+    /// The value.
+    pub value: f64,
+    /// What it must be.
+    pub wanted: Wanted,
+}
+
 /// One item of a mission, fence or rally list.
 ///
 /// `params[0..4]` are parameters 1 to 4, `params[4..7]` are x, y and z: latitude and longitude in degrees
@@ -263,46 +319,49 @@ impl MissionItem {
         self.params.get(number.checked_sub(1)?).copied().flatten()
     }
 
-    /// Whether every value may be sent: finite, and a position on Earth in a frame that is known.
-    ///
-    /// # Errors
-    /// [`FlightError::BadItem`] for the first value that may not.
-    pub fn check_sendable(&self, seq: MissionSeq) -> Result<()> {
-        let bad = |field, value, problem| {
-            Err(FlightError::BadItem { seq: seq.0, command: self.command, field, value, problem })
-        };
+    /// The first value that may not be sent: not finite, or a position off the Earth or in a frame that is not known.
+    /// `None` when all may.
+    #[must_use]
+    pub fn unsendable(&self) -> Option<Unsendable> {
+        let bad = |field, value, wanted| Some(Unsendable { field, value, wanted });
         for (field, value) in PARAM_NAMES.into_iter().zip(self.params) {
             let Some(value) = value else { continue };
             if !value.is_finite() || value.abs() > f64::from(f32::MAX) {
-                return bad(field, value, "which is not a number that can be sent; give a finite one");
+                return bad(field, value, Wanted::Finite);
             }
         }
         if self.has_position() {
             if let Some(lat_deg) = self.lat_deg().filter(|v| v.abs() > 90.0) {
-                return bad("x", lat_deg, "but a latitude goes from -90 to 90 degrees");
+                return bad("x", lat_deg, Wanted::Latitude);
             }
             if let Some(lon_deg) = self.lon_deg().filter(|v| v.abs() > 180.0) {
-                return bad("y", lon_deg, "but a longitude goes from -180 to 180 degrees");
+                return bad("y", lon_deg, Wanted::Longitude);
             }
             if let Some(alt_m) = self.alt_m().filter(|v| v.abs() >= MAX_ALT_M) {
-                return bad("z", alt_m, "but a height stays within 83,000 m");
+                return bad("z", alt_m, Wanted::Height);
             }
         } else {
             for index in [4, 5] {
                 let limit = f64::from(i32::MAX);
                 if let Some(value) = self.params[index].filter(|v| v.abs() > limit) {
-                    return bad(PARAM_NAMES[index], value, "but it is sent as a 32-bit whole number");
+                    return bad(PARAM_NAMES[index], value, Wanted::WholeNumber);
                 }
             }
         }
         if self.command.has_position() == Some(true) && !self.frame.is_supported() {
-            return bad(
-                "frame",
-                f64::from(self.frame.number()),
-                "but a position needs frame 0 (sea level), 3 (home) or 10 (terrain)",
-            );
+            return bad("frame", f64::from(self.frame.number()), Wanted::Frame);
         }
-        Ok(())
+        None
+    }
+
+    /// Whether every value may be sent.
+    ///
+    /// # Errors
+    /// [`FlightError::BadItem`] for the first value that may not ([`Self::unsendable`]).
+    pub fn check_sendable(&self, seq: MissionSeq) -> Result<()> {
+        self.unsendable().map_or(Ok(()), |Unsendable { field, value, wanted }| {
+            Err(FlightError::BadItem { seq: seq.0, command: self.command, field, value, problem: wanted.problem() })
+        })
     }
 
     /// The message that carries this item. Call [`MissionItem::check_sendable`] first: a value out of

@@ -11,8 +11,8 @@ mod rally;
 mod stored;
 
 pub use command::{Category, Command, CommandInfo, ParamInfo, Storage, Support, Unit};
-pub use fence::{Fence, FenceShape, FenceZone};
-pub use item::{MavFrame, MissionItem, PlanKind};
+pub use fence::{Fence, FenceShape, FenceZone, MAX_VERTICES, SHAPE_MIN_CORNERS, ShapeFault};
+pub use item::{MavFrame, MissionItem, PlanKind, Unsendable, Wanted};
 pub use rally::{Rally, RallyPoint};
 pub use stored::{Difference, Field, ardupilot_stored, plans_equal_as_stored};
 

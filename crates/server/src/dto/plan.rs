@@ -1,4 +1,4 @@
-//! Plans: what they hold, what is wrong with them, and what is known of those on board.
+//! Plans: what they hold, and what is known of those on board.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -208,33 +208,7 @@ pub enum PlanFormat {
 pub struct PlanCheck {
     /// The plan.
     pub plan: Plan,
-    /// The vehicle that is to fly it: its place and whether it is on the ground are taken into account.
+    /// The vehicle that is to fly it: its kind, its place and whether it is on the ground are taken into account.
     #[serde(default)]
     pub vehicle: Option<u8>,
-}
-
-/// How bad a finding is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum FindingSeverity {
-    /// Not to be sent.
-    Error,
-    /// For the pilot to judge.
-    Warning,
-}
-
-/// Something wrong or doubtful in a plan.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-pub struct Finding {
-    /// How bad it is.
-    pub severity: FindingSeverity,
-    /// Stable kind, such as `zero-coordinates`.
-    pub code: String,
-    /// The item, counted from 1; null when it is about the whole plan.
-    #[schema(required = true)]
-    pub item: Option<usize>,
-    /// What is wrong.
-    pub message: String,
-    /// How to mend it.
-    pub remedy: String,
 }

@@ -75,6 +75,8 @@ pub struct VehicleState {
     pub plan_states: PlanStates,
     /// Flight modes that it has, by name.
     pub mode_names: Vec<String>,
+    /// Whether it flies the arcs of `NAV_ARC_WAYPOINT`; a plane passes straight over such an item.
+    pub flies_arcs: bool,
     /// The link that it is reached over, with the vehicle's own counters.
     #[schema(required = true)]
     pub link: Option<LinkInfo>,

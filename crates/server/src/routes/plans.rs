@@ -20,6 +20,7 @@ use vencejo_flight::plan::{self as core};
 use vencejo_proto::SystemId;
 use vencejo_station::VehicleHandle;
 use vencejo_vehicle::Request;
+use vencejo_vehicle::modes::ModeFamily;
 
 use crate::convert;
 use crate::dto::cause::Cause;
@@ -223,8 +224,9 @@ async fn check(State(app): State<App>, _: Viewer, Body(asked): Body<PlanCheck>) 
     let vehicle = asked.vehicle.and_then(|id| app.station().vehicle(SystemId(id)));
     let position = vehicle.as_ref().and_then(place_of);
     let on_ground = vehicle.as_ref().and_then(|vehicle| vehicle.telemetry().0.is_on_ground());
-    let context = CheckContext { position, on_ground, ..CheckContext::default() };
-    Ok(Json(check_plan(&plan, &context).into_iter().map(convert::finding).collect()))
+    let flies_arcs = vehicle.as_ref().and_then(convert::mode_family).is_some_and(ModeFamily::flies_arcs);
+    let context = CheckContext { position, on_ground, flies_arcs, ..CheckContext::default() };
+    Ok(Json(check_plan(&plan, &context).into_iter().map(Finding::from).collect()))
 }
 
 /// The commands that a plan may hold.

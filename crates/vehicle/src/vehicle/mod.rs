@@ -253,10 +253,9 @@ impl Vehicle {
         self.telemetry.is_ardupilot()
     }
 
-    /// Of the ArduPilots it is ArduCopter that knows `NAV_ARC_WAYPOINT`.
     fn flies_arcs(&self) -> bool {
         let heartbeat = self.telemetry.heartbeat.map(|heartbeat| heartbeat.value);
-        heartbeat.is_some_and(|heard| ModeFamily::of(heard.autopilot, heard.mav_type) == ModeFamily::ArduCopter)
+        heartbeat.is_some_and(|heard| ModeFamily::of(heard.autopilot, heard.mav_type).flies_arcs())
     }
 
     /// Seq of a mission's first item: on ArduPilot item 0 is home.

@@ -2497,6 +2497,11 @@ export interface components {
             /** @description Zones, all of which apply. */
             zones: components["schemas"]["FenceZone"][];
         };
+        /**
+         * @description What is wrong with a fence.
+         * @enum {string}
+         */
+        FenceFault: "too-few-corners" | "too-many-corners" | "radius" | "return-height";
         /** @description FENCE_STATUS. */
         FenceStatus: {
             /**
@@ -2543,11 +2548,9 @@ export interface components {
              */
             value: number;
         };
-        /** @description Something wrong or doubtful in a plan. */
-        Finding: {
-            /** @description Stable kind, such as `zero-coordinates`. */
-            code: string;
-            /** @description The item, counted from 1; null when it is about the whole plan. */
+        /** @description Something wrong or doubtful in a plan. `message` and `remedy` say it in English; `code` and `figures` say the same to programs. */
+        Finding: components["schemas"]["FindingKind"] & {
+            /** @description The item, counted from 1; null when it is about the whole plan, home, the fence or rally points. */
             item: number | null;
             /** @description What is wrong. */
             message: string;
@@ -2555,6 +2558,327 @@ export interface components {
             remedy: string;
             /** @description How bad it is. */
             severity: components["schemas"]["FindingSeverity"];
+        };
+        /** @description What was found. `code` is stable; a figure's name ends in its unit. */
+        FindingKind: {
+            /** @enum {string} */
+            code: "empty-mission";
+            /** @description There is nothing to fly. */
+            figures: {
+                /** @description Whether the plan has a fence or rally points. */
+                has_areas: boolean;
+            };
+        } | {
+            /** @enum {string} */
+            code: "too-many-items";
+            /** @description More items than the vehicle holds. */
+            figures: {
+                /** @description Items, home not counted. */
+                count: number;
+                /** @description How many it holds. */
+                max: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "bad-value";
+            /** @description A value that is not finite, off the globe, or in a frame without meaning. */
+            figures: {
+                /** @description Which: `param1` … `param4`, `x`, `y`, `z`, `frame`. */
+                field: string;
+                /**
+                 * Format: double
+                 * @description The value; null when it is no number.
+                 */
+                value: number | null;
+                /** @description What it must be. */
+                wanted: components["schemas"]["WantedValue"];
+            };
+        } | {
+            /** @enum {string} */
+            code: "unsupported-command";
+            /** @description A command that ArduPlane refuses. */
+            figures: Record<string, never>;
+        } | {
+            /** @enum {string} */
+            code: "ignored-command";
+            /** @description A command that the vehicle stores and skips. */
+            figures: {
+                /** @description Whether a plane that can hover would do it. */
+                needs_hover: boolean;
+            };
+        } | {
+            /** @enum {string} */
+            code: "param-out-of-range";
+            /** @description A parameter outside its range. */
+            figures: {
+                /** @description What the parameter is called, in English. */
+                label: string;
+                /**
+                 * Format: double
+                 * @description Most; null without one.
+                 */
+                max: number | null;
+                /**
+                 * Format: double
+                 * @description Least; null without one.
+                 */
+                min: number | null;
+                /** @description Which, 1 to 7. */
+                param: number;
+                /** @description Symbol of the unit; empty when there is none. */
+                unit: string;
+                /**
+                 * Format: double
+                 * @description Its value.
+                 */
+                value: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "param-changed";
+            /** @description A parameter that ArduPlane keeps as another value. */
+            figures: {
+                /** @description Whether the vehicle does not use the parameter at all. */
+                is_unused: boolean;
+                /**
+                 * Format: double
+                 * @description What the vehicle keeps.
+                 */
+                kept: number;
+                /** @description What the parameter is called, in English. */
+                label: string;
+                /** @description Which, 1 to 7. */
+                param: number;
+                /** @description Symbol of the unit; empty when there is none. */
+                unit: string;
+                /**
+                 * Format: double
+                 * @description Its value.
+                 */
+                value: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "missing-position";
+            /** @description A place without latitude, longitude or height. */
+            figures: {
+                /** @description What it lacks. */
+                missing: components["schemas"]["MissingPart"];
+            };
+        } | {
+            /** @enum {string} */
+            code: "zero-coordinates";
+            /** @description Latitude and longitude both 0. */
+            figures: Record<string, never>;
+        } | {
+            /** @enum {string} */
+            code: "no-takeoff";
+            /** @description On the ground, and the mission does not begin with a take-off. */
+            figures: Record<string, never>;
+        } | {
+            /** @enum {string} */
+            code: "takeoff-too-low";
+            /** @description A take-off to a height that is not above home. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description Height that it climbs to.
+                 */
+                alt_m: number;
+                datum: components["schemas"]["HeightDatum"] | null;
+            };
+        } | {
+            /** @enum {string} */
+            code: "no-landing";
+            /** @description Neither landing nor return at the end. */
+            figures: Record<string, never>;
+        } | {
+            /** @enum {string} */
+            code: "items-after-landing";
+            /** @description Items after a landing. */
+            figures: {
+                /** @description The first that is not flown, counted from 1. */
+                next_item: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "land-start-without-landing";
+            /** @description A start of a landing sequence without landing. */
+            figures: {
+                /** @description Whether there is a landing, and it lacks its approach. */
+                has_landing: boolean;
+            };
+        } | {
+            /** @enum {string} */
+            code: "jump-target";
+            /** @description A jump to nowhere. */
+            figures: {
+                /** @description The last item there is. */
+                last: number;
+                /**
+                 * Format: double
+                 * @description The item or tag that it names.
+                 */
+                target: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "endless-jump";
+            /** @description A jump that repeats for ever. */
+            figures: Record<string, never>;
+        } | {
+            /** @enum {string} */
+            code: "idle-jump";
+            /** @description A jump that runs in a circle without flying. */
+            figures: Record<string, never>;
+        } | {
+            /** @enum {string} */
+            code: "too-many-jumps";
+            /** @description More jumps than the vehicle tracks. */
+            figures: {
+                /** @description Jumps. */
+                count: number;
+                /** @description How many small boards track. */
+                max: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "far-from-home";
+            /** @description Far from home. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description How far.
+                 */
+                distance_m: number;
+                /**
+                 * Format: double
+                 * @description What is far.
+                 */
+                far_m: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "far-first";
+            /** @description The first destination is far from the plane. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description How far.
+                 */
+                distance_m: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "below-home";
+            /** @description At or below the height of home, or of the ground. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description Its height.
+                 */
+                alt_m: number;
+                datum: components["schemas"]["HeightDatum"] | null;
+            };
+        } | {
+            /** @enum {string} */
+            code: "short-leg";
+            /** @description A leg shorter than the plane can turn. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description Length of the leg.
+                 */
+                length_m: number;
+                /**
+                 * Format: double
+                 * @description Radius of a turn.
+                 */
+                turn_radius_m: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "steep-approach";
+            /** @description A final approach that is steep. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description Height lost.
+                 */
+                drop_m: number;
+                /**
+                 * Format: double
+                 * @description Length of the approach.
+                 */
+                length_m: number;
+                /**
+                 * Format: double
+                 * @description Length from which it would not be steep.
+                 */
+                wanted_length_m: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "flat-approach";
+            /** @description A final approach that does not descend. */
+            figures: Record<string, never>;
+        } | {
+            /** @enum {string} */
+            code: "outside-fence";
+            /** @description Outside the fence. */
+            figures: {
+                /** @description Whether that is a zone to stay in. */
+                is_inclusion: boolean;
+                /** @description The rally point, counted from 1; null when it is an item, or home. */
+                rally_point: number | null;
+                /** @description The zone that forbids it, counted from 1. */
+                zone: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "leg-crosses-fence";
+            /** @description A leg that crosses the fence. */
+            figures: {
+                /** @description The zone, counted from 1. */
+                zone: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "bad-fence";
+            /** @description A fence that no vehicle takes. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description Height of the return point, above home.
+                 */
+                alt_rel_home_m: number | null;
+                /** @description Corners of the polygon. */
+                corners: number | null;
+                /** @description What is wrong. */
+                fault: components["schemas"]["FenceFault"];
+                /**
+                 * Format: double
+                 * @description Radius of the circle, or null.
+                 */
+                radius_m: number | null;
+                /** @description The zone, counted from 1; null for the return point. */
+                zone: number | null;
+            };
+        } | {
+            /** @enum {string} */
+            code: "bad-rally";
+            /** @description A rally point that no vehicle takes or that lies badly. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description Its height in its frame; null when it is no number.
+                 */
+                alt_m: number | null;
+                /** @description What is wrong. */
+                fault: components["schemas"]["RallyFault"];
+                /** @description The rally point, counted from 1. */
+                rally_point: number;
+            };
         };
         /**
          * @description How bad a finding is.
@@ -2742,6 +3066,11 @@ export interface components {
             /** @description `MAV_STATE` in words. */
             system_status: string;
         };
+        /**
+         * @description What a height counts from.
+         * @enum {string}
+         */
+        HeightDatum: "amsl" | "home" | "terrain";
         /** @description A place with its height above mean sea level. */
         Home: {
             /**
@@ -3614,6 +3943,11 @@ export interface components {
              */
             rate_hz: number | null;
         };
+        /**
+         * @description What a place lacks.
+         * @enum {string}
+         */
+        MissingPart: "place" | "height";
         /** @description MISSION_CURRENT, with the numbers of the wire; `progress` counts items from 1. */
         MissionCurrent: {
             /**
@@ -3858,7 +4192,7 @@ export interface components {
             plan: components["schemas"]["Plan"];
             /**
              * Format: int32
-             * @description The vehicle that is to fly it: its place and whether it is on the ground are taken into account.
+             * @description The vehicle that is to fly it: its kind, its place and whether it is on the ground are taken into account.
              */
             vehicle?: number | null;
         };
@@ -4078,6 +4412,11 @@ export interface components {
              */
             tx_buffer_pct: number | null;
         };
+        /**
+         * @description What is wrong with a rally point.
+         * @enum {string}
+         */
+        RallyFault: "height" | "not-above-home" | "frame";
         /** @description A place to return to instead of home. */
         RallyPoint: {
             /**
@@ -4752,6 +5091,8 @@ export interface components {
         Thing: "path" | "file" | "vehicle" | "link" | "operation" | "recording" | "camera" | "message" | "command" | "area";
         /** @description Everything that is known of a vehicle. */
         VehicleState: {
+            /** @description Whether it flies the arcs of `NAV_ARC_WAYPOINT`; a plane passes straight over such an item. */
+            flies_arcs: boolean;
             link: components["schemas"]["LinkInfo"] | null;
             /** @description Flight modes that it has, by name. */
             mode_names: string[];
@@ -4833,6 +5174,11 @@ export interface components {
          * @enum {string}
          */
         VideoCodec: "h264" | "jpeg";
+        /**
+         * @description What a value must be to be sent.
+         * @enum {string}
+         */
+        WantedValue: "finite" | "latitude" | "longitude" | "height" | "whole-number" | "frame";
         /** @description WIND. */
         Wind: {
             /**

@@ -9,14 +9,24 @@ import { mapsEn } from './maps.en';
 import { mapsEs } from './maps.es';
 import { cameraEn } from './camera.en';
 import { cameraEs } from './camera.es';
+import { findingsEn } from './findings.en';
+import { findingsEs } from './findings.es';
 import { serverEn } from './server.en';
 import { serverEs } from './server.es';
 
 export type Language = 'en' | 'es';
 
-export const en = { ...shellEn, ...mapEn, ...fenceEn, ...mapsEn, ...cameraEn, ...serverEn } as const;
+export const en = { ...shellEn, ...mapEn, ...fenceEn, ...mapsEn, ...cameraEn, ...serverEn, ...findingsEn } as const;
 export type MessageKey = keyof typeof en;
 
-export const es: Record<MessageKey, string> = { ...shellEs, ...mapEs, ...fenceEs, ...mapsEs, ...cameraEs, ...serverEs };
+export const es: Record<MessageKey, string> = {
+  ...shellEs,
+  ...mapEs,
+  ...fenceEs,
+  ...mapsEs,
+  ...cameraEs,
+  ...serverEs,
+  ...findingsEs,
+};
 
 export const messages: Record<Language, Record<MessageKey, string>> = { en, es };

@@ -1,9 +1,8 @@
-// What the checks found, in the language in use, by the stable code of each finding.
+// What the checks found, in the language and units in use, by the stable code of each finding and its figures.
 import type { PlanFinding } from '$lib/api/types';
-import { findingFigures } from '$lib/domain/finding-figures';
 import { hasText, t } from '$lib/i18n/index.svelte';
 import { plan } from '$lib/state/plan.svelte';
-import { number } from '$lib/ui/base/format.svelte';
+import { distance, height, number, speed } from '$lib/ui/base/format.svelte';
 import { kindName, paramName } from './names';
 
 export interface FindingWords {
@@ -11,31 +10,61 @@ export interface FindingWords {
   readonly remedy: string;
 }
 
+type Figures = Readonly<Record<string, unknown>>;
+
+/** Words that say which finding of its code it is. */
+const TELLING = ['wanted', 'missing', 'fault'] as const;
+
 /** A finding in words; one that is not known here in the server's own English. */
 export function findingWords(finding: PlanFinding): FindingWords {
-  const key = `finding.${finding.code}`;
-  const remedyKey = `${key}.remedy`;
-  if (!hasText(key) || !hasText(remedyKey)) return { text: finding.message, remedy: finding.remedy };
-  const item = finding.item === null ? undefined : plan.items[finding.item - 1];
-  const name =
-    item === undefined ? t('finding.home') : t('finding.item', { number: finding.item ?? '', name: kindName(item) });
-  const text = t(key, { item: name });
-  const detail = detailOf(finding);
-  return {
-    text: `${text.charAt(0).toLocaleUpperCase()}${text.slice(1)}${detail === '' ? '' : ` ${detail}`}`,
-    remedy: t(remedyKey),
-  };
+  // an older server tells none
+  const figures: Figures = finding.figures ?? {};
+  const variant = variantOf(figures);
+  const text = firstText([`finding.${finding.code}.${variant}`, `finding.${finding.code}`]);
+  const remedy = firstText([`finding.${finding.code}.${variant}.remedy`, `finding.${finding.code}.remedy`]);
+  if (text === undefined || remedy === undefined) return { text: finding.message, remedy: finding.remedy };
+  const values = { ...shownFigures(figures), item: subjectOf(finding, figures) };
+  const told = t(text, values);
+  return { text: `${told.charAt(0).toLocaleUpperCase()}${told.slice(1)}`, remedy: t(remedy, values) };
 }
 
-/** The figures of a finding, written as the language does. */
-function detailOf(finding: PlanFinding): string {
-  const key = `finding.${finding.code}.detail`;
-  const figures = findingFigures(finding);
-  if (figures === null || !hasText(key)) return '';
-  const shown = Object.entries(figures).map(([name, value]) => {
-    if (name === 'label') return [name, paramName(value)];
-    const figure = Number(value);
-    return [name, Number.isFinite(figure) ? number(figure, Number.isInteger(figure) ? 0 : 1) : value];
-  });
-  return t(key, Object.fromEntries(shown));
+const firstText = (keys: readonly string[]) => keys.find(hasText);
+
+/** What tells a finding from others of its code: a word, or a flag that is set. */
+export function variantOf(figures: Figures): string {
+  for (const name of TELLING) if (typeof figures[name] === 'string') return figures[name];
+  const flag = Object.keys(figures).find((name) => figures[name] === true);
+  return flag?.replaceAll('_', '-') ?? '';
 }
+
+function subjectOf({ item: number }: PlanFinding, figures: Figures): string {
+  const item = number === null ? undefined : plan.items[number - 1];
+  if (number !== null) return t('finding.item', { number, name: item === undefined ? '?' : kindName(item) });
+  const rally = figures['rally_point'];
+  return typeof rally === 'number' ? t('finding.rally', { number: rally }) : t('finding.home');
+}
+
+/** Figures as the language and the units in use write them. */
+function shownFigures(figures: Figures): Record<string, string> {
+  const unit = typeof figures['unit'] === 'string' ? figures['unit'] : '';
+  return Object.fromEntries(Object.entries(figures).map(([name, value]) => [name, shown(name, value, unit)]));
+}
+
+/** Parameters of an item, in the unit that the finding names. */
+const OF_ITEM = new Set(['value', 'kept', 'min', 'max']);
+/** Lengths that lie upwards. */
+const HEIGHTS = new Set(['alt_m', 'alt_rel_home_m', 'drop_m']);
+
+function shown(name: string, value: unknown, unit: string): string {
+  if (name === 'datum') return value === null ? '' : t(`finding.datum.${value as 'amsl' | 'home' | 'terrain'}`);
+  if (value === null && (name === 'min' || name === 'max')) return '…';
+  if (typeof value === 'string') return name === 'label' ? paramName(value) : value;
+  if (typeof value !== 'number') return t('value.none');
+  if (HEIGHTS.has(name)) return height(value, isWhole(value) ? 0 : 1);
+  if (name.endsWith('_m')) return distance(value);
+  if (!OF_ITEM.has(name)) return number(value, isWhole(value) ? 0 : 1);
+  if (unit === 'm') return height(value, isWhole(value) ? 0 : 1);
+  return unit === 'm/s' ? speed(value) : number(value, isWhole(value) ? 0 : 2, unit);
+}
+
+const isWhole = (value: number): boolean => Math.abs(value - Math.round(value)) < 1e-9;

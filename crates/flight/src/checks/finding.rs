@@ -1,0 +1,581 @@
+//! What the checks find: the kinds with their figures, and the English sentences about them.
+//!
+//! A kind is a stable code with named figures; a name ends in its unit and datum. Front doors hand both on, so that the same
+//! can be said in other languages and units; [`Finding::message`] and [`Finding::remedy`] say it in English.
+
+use crate::plan::{MAX_VERTICES, MavFrame, MissionItem, SHAPE_MIN_CORNERS, Wanted};
+
+/// How bad a finding is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Severity {
+    /// Not to be sent.
+    Error,
+    /// For the pilot to judge.
+    Warning,
+}
+
+/// A figure of a finding, for front doors that pass them on by name.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Figure {
+    /// Not known, unlimited, or not a number that could be said.
+    Absent,
+    /// Yes or no.
+    Flag(bool),
+    /// How many, or which one.
+    Count(usize),
+    /// A measure, in the unit of the figure's name.
+    Number(f64),
+    /// A word of a closed list, or the label of a parameter.
+    Word(&'static str),
+}
+
+impl From<bool> for Figure {
+    fn from(flag: bool) -> Self {
+        Self::Flag(flag)
+    }
+}
+
+impl From<usize> for Figure {
+    fn from(count: usize) -> Self {
+        Self::Count(count)
+    }
+}
+
+impl From<f64> for Figure {
+    fn from(number: f64) -> Self {
+        if number.is_finite() { Self::Number(number) } else { Self::Absent }
+    }
+}
+
+impl From<&'static str> for Figure {
+    fn from(word: &'static str) -> Self {
+        Self::Word(word)
+    }
+}
+
+impl<T: Into<Self>> From<Option<T>> for Figure {
+    fn from(value: Option<T>) -> Self {
+        value.map_or(Self::Absent, Into::into)
+    }
+}
+
+macro_rules! words {
+    ($(#[doc = $doc:literal])* $list:ident { $($(#[doc = $word_doc:literal])* $name:ident = $text:literal,)* }) => {
+        $(#[doc = $doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum $list { $($(#[doc = $word_doc])* $name,)* }
+
+        impl $list {
+            /// The word, stable and fit for scripts.
+            #[must_use]
+            pub const fn as_str(self) -> &'static str {
+                match self { $(Self::$name => $text,)* }
+            }
+        }
+
+        impl From<$list> for Figure {
+            fn from(word: $list) -> Self {
+                Self::Word(word.as_str())
+            }
+        }
+    };
+}
+
+words! {
+    /// What a height counts from.
+    Datum {
+        /// Mean sea level.
+        Amsl = "amsl",
+        /// Home.
+        Home = "home",
+        /// The ground below.
+        Terrain = "terrain",
+    }
+}
+
+impl Datum {
+    /// What heights of an item count from; `None` for a frame without meaning for a place.
+    pub(super) fn of(item: &MissionItem) -> Option<Self> {
+        match item.frame {
+            MavFrame::Global | MavFrame::Mission => Some(Self::Amsl),
+            MavFrame::GlobalRelativeAlt => Some(Self::Home),
+            MavFrame::GlobalTerrainAlt => Some(Self::Terrain),
+            MavFrame::Other(_) => None,
+        }
+    }
+
+    const fn words(self) -> &'static str {
+        match self {
+            Self::Amsl => "above mean sea level",
+            Self::Home => "above home",
+            Self::Terrain => "above terrain",
+        }
+    }
+}
+
+words! {
+    /// What a place lacks.
+    Missing {
+        /// Latitude or longitude.
+        Place = "place",
+        /// The height.
+        Height = "height",
+    }
+}
+
+words! {
+    /// What is wrong with a fence.
+    FenceFault {
+        /// A polygon with too few corners.
+        TooFewCorners = "too-few-corners",
+        /// A polygon with too many corners.
+        TooManyCorners = "too-many-corners",
+        /// A circle without a radius.
+        Radius = "radius",
+        /// A return point at a height that cannot be sent.
+        ReturnHeight = "return-height",
+    }
+}
+
+words! {
+    /// What is wrong with a rally point.
+    RallyFault {
+        /// A height that cannot be sent or stored.
+        Height = "height",
+        /// Not above home.
+        NotAboveHome = "not-above-home",
+        /// A frame that has no meaning for a place.
+        Frame = "frame",
+    }
+}
+
+impl From<Wanted> for Figure {
+    fn from(wanted: Wanted) -> Self {
+        Self::Word(wanted.as_str())
+    }
+}
+
+macro_rules! kinds {
+    ($($(#[doc = $doc:literal])* $name:ident = $code:literal {
+        $($(#[doc = $field_doc:literal])* $field:ident: $kind:ty,)*
+    },)*) => {
+        /// What kind of finding it is. [`FindingCode::as_str`] is stable and fit for scripts.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[non_exhaustive]
+        pub enum FindingCode { $($(#[doc = $doc])* $name,)* }
+
+        impl FindingCode {
+            /// All codes.
+            pub const ALL: &'static [Self] = &[$(Self::$name,)*];
+
+            /// The code as text, as in `zero-coordinates`.
+            #[must_use]
+            pub const fn as_str(self) -> &'static str {
+                match self { $(Self::$name => $code,)* }
+            }
+        }
+
+        /// A kind of finding with its figures. Front doors hand on every kind: one more is to break their build.
+        #[derive(Debug, Clone, PartialEq)]
+        pub enum FindingKind { $($(#[doc = $doc])* $name { $($(#[doc = $field_doc])* $field: $kind,)* },)* }
+
+        impl FindingKind {
+            /// The kind without its figures.
+            #[must_use]
+            pub const fn code(&self) -> FindingCode {
+                match self { $(Self::$name { .. } => FindingCode::$name,)* }
+            }
+
+            /// The figures by name, in the order in which they are declared.
+            #[must_use]
+            pub fn figures(&self) -> Vec<(&'static str, Figure)> {
+                match self { $(Self::$name { $($field,)* } => vec![$((stringify!($field), Figure::from(*$field)),)*],)* }
+            }
+        }
+    };
+}
+
+kinds! {
+    /// There is nothing to fly.
+    EmptyMission = "empty-mission" {
+        /// Whether the plan has a fence or rally points.
+        has_areas: bool,
+    },
+    /// More items than the vehicle holds.
+    TooManyItems = "too-many-items" {
+        /// Items, home not counted.
+        count: usize,
+        /// How many it holds.
+        max: usize,
+    },
+    /// A value that is not finite, off the globe, or in a frame without meaning.
+    BadValue = "bad-value" {
+        /// Which: `param1` … `param4`, `x`, `y`, `z`, `frame`.
+        field: &'static str,
+        /// The value.
+        value: f64,
+        /// What it must be.
+        wanted: Wanted,
+    },
+    /// A command that ArduPlane refuses.
+    UnsupportedCommand = "unsupported-command" {},
+    /// A command that the vehicle stores and skips.
+    IgnoredCommand = "ignored-command" {
+        /// Whether a plane that can hover would do it.
+        needs_hover: bool,
+    },
+    /// A parameter outside its range.
+    ParamOutOfRange = "param-out-of-range" {
+        /// Which, 1 to 7.
+        param: usize,
+        /// What the parameter is called, in English.
+        label: &'static str,
+        /// Its value.
+        value: f64,
+        /// Symbol of the unit; empty when there is none.
+        unit: &'static str,
+        /// Least; `None` without one.
+        min: Option<f64>,
+        /// Most; `None` without one.
+        max: Option<f64>,
+    },
+    /// A parameter that ArduPlane keeps as another value.
+    ParamChanged = "param-changed" {
+        /// Which, 1 to 7.
+        param: usize,
+        /// What the parameter is called, in English.
+        label: &'static str,
+        /// Its value.
+        value: f64,
+        /// What the vehicle keeps.
+        kept: f64,
+        /// Symbol of the unit; empty when there is none.
+        unit: &'static str,
+        /// Whether the vehicle does not use the parameter at all.
+        is_unused: bool,
+    },
+    /// A place without latitude, longitude or height.
+    MissingPosition = "missing-position" {
+        /// What it lacks.
+        missing: Missing,
+    },
+    /// Latitude and longitude both 0.
+    ZeroCoordinates = "zero-coordinates" {},
+    /// On the ground, and the mission does not begin with a take-off.
+    NoTakeoff = "no-takeoff" {},
+    /// A take-off to a height that is not above home.
+    TakeoffTooLow = "takeoff-too-low" {
+        /// Height that it climbs to.
+        alt_m: f64,
+        /// What that counts from.
+        datum: Option<Datum>,
+    },
+    /// Neither landing nor return at the end.
+    NoLanding = "no-landing" {},
+    /// Items after a landing.
+    ItemsAfterLanding = "items-after-landing" {
+        /// The first that is not flown, counted from 1.
+        next_item: usize,
+    },
+    /// A start of a landing sequence without landing.
+    LandStartWithoutLanding = "land-start-without-landing" {
+        /// Whether there is a landing, and it lacks its approach.
+        has_landing: bool,
+    },
+    /// A jump to nowhere.
+    JumpTarget = "jump-target" {
+        /// The item or tag that it names.
+        target: f64,
+        /// The last item there is.
+        last: usize,
+    },
+    /// A jump that repeats for ever.
+    EndlessJump = "endless-jump" {},
+    /// A jump that runs in a circle without flying.
+    IdleJump = "idle-jump" {},
+    /// More jumps than the vehicle tracks.
+    TooManyJumps = "too-many-jumps" {
+        /// Jumps.
+        count: usize,
+        /// How many small boards track.
+        max: usize,
+    },
+    /// Far from home.
+    FarFromHome = "far-from-home" {
+        /// How far.
+        distance_m: f64,
+        /// What is far.
+        far_m: f64,
+    },
+    /// The first destination is far from the plane.
+    FarFirst = "far-first" {
+        /// How far.
+        distance_m: f64,
+    },
+    /// At or below the height of home, or of the ground.
+    BelowHome = "below-home" {
+        /// Its height.
+        alt_m: f64,
+        /// What that counts from.
+        datum: Option<Datum>,
+    },
+    /// A leg shorter than the plane can turn.
+    ShortLeg = "short-leg" {
+        /// Length of the leg.
+        length_m: f64,
+        /// Radius of a turn.
+        turn_radius_m: f64,
+    },
+    /// A final approach that is steep.
+    SteepApproach = "steep-approach" {
+        /// Height lost.
+        drop_m: f64,
+        /// Length of the approach.
+        length_m: f64,
+        /// Length from which it would not be steep.
+        wanted_length_m: f64,
+    },
+    /// A final approach that does not descend.
+    FlatApproach = "flat-approach" {},
+    /// Outside the fence.
+    OutsideFence = "outside-fence" {
+        /// The rally point, counted from 1; `None` when it is an item, or home.
+        rally_point: Option<usize>,
+        /// The zone that forbids it, counted from 1.
+        zone: usize,
+        /// Whether that is a zone to stay in.
+        is_inclusion: bool,
+    },
+    /// A leg that crosses the fence.
+    LegCrossesFence = "leg-crosses-fence" {
+        /// The zone, counted from 1.
+        zone: usize,
+    },
+    /// A fence that no vehicle takes.
+    BadFence = "bad-fence" {
+        /// What is wrong.
+        fault: FenceFault,
+        /// The zone, counted from 1; `None` for the return point.
+        zone: Option<usize>,
+        /// Corners of the polygon.
+        corners: Option<usize>,
+        /// Radius of the circle, or `None`.
+        radius_m: Option<f64>,
+        /// Height of the return point, above home.
+        alt_rel_home_m: Option<f64>,
+    },
+    /// A rally point that no vehicle takes or that lies badly.
+    BadRally = "bad-rally" {
+        /// The rally point, counted from 1.
+        rally_point: usize,
+        /// What is wrong.
+        fault: RallyFault,
+        /// Its height in its frame.
+        alt_m: f64,
+    },
+}
+
+impl std::fmt::Display for FindingCode {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// One thing that is wrong or doubtful.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// How bad it is.
+    pub severity: Severity,
+    /// What it is.
+    pub code: FindingCode,
+    /// The same with its figures.
+    pub kind: FindingKind,
+    /// Index in `plan.mission.items`; `None` when it is about the whole plan, home, the fence or rally points.
+    pub item: Option<usize>,
+    /// What is wrong, in English. Items are called by their seq on ArduPilot: index + 1.
+    pub message: String,
+    /// How to mend it, in English.
+    pub remedy: String,
+}
+
+impl Finding {
+    /// A finding in words; `item` is the one that it is about, with its index.
+    pub(super) fn new(severity: Severity, kind: FindingKind, item: Option<(usize, &MissionItem)>) -> Self {
+        let name = item.map_or_else(String::new, |(index, item)| format!("item {} ({})", index + 1, item.command));
+        let (message, remedy) = sentences(&kind, &name);
+        Self { severity, code: kind.code(), kind, item: item.map(|(index, _)| index), message, remedy }
+    }
+}
+
+impl std::fmt::Display for Finding {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.message, self.remedy)
+    }
+}
+
+/// A height with what it counts from.
+fn height(alt_m: f64, datum: Option<Datum>) -> String {
+    datum.map_or_else(|| format!("{alt_m} m"), |datum| format!("{alt_m} m {}", datum.words()))
+}
+
+/// What is wrong and how to mend it, in English.
+fn sentences(kind: &FindingKind, name: &str) -> (String, String) {
+    use FindingKind::*;
+    let (message, remedy): (String, &str) = match kind {
+        EmptyMission { has_areas } => (
+            "the mission is empty".to_owned(),
+            if *has_areas {
+                "send the fence and the rally points alone"
+            } else {
+                "add items; to empty the vehicle, clear its mission"
+            },
+        ),
+        TooManyItems { count, max } => (
+            format!("the mission has {count} items, the vehicle holds {max} beside home"),
+            "split it, or widen the distance between survey lines",
+        ),
+        BadValue { field, value, wanted } => (format!("{name}: {field} is {value}"), wanted.problem()),
+        UnsupportedCommand {} => (
+            format!("{name} is no mission command of ArduPlane, which refuses the whole mission"),
+            "delete it or choose another command",
+        ),
+        IgnoredCommand { needs_hover: true } => {
+            (format!("{name} needs a plane that can hover"), "delete it, or say that the plane is a quadplane")
+        }
+        IgnoredCommand { needs_hover: false } => {
+            (format!("{name} is for other vehicles; ArduPlane skips it"), "delete it")
+        }
+        ParamOutOfRange { label, value, unit, min, max, .. } => {
+            let bound = |value: &Option<f64>| value.map_or("…".to_owned(), |value| value.to_string());
+            let remedy = format!("choose from {} to {}", bound(min), bound(max));
+            return (format!("{name}: {label} is {value} {unit}").trim_end().to_owned(), remedy);
+        }
+        ParamChanged { label, value, unit, kept, is_unused, .. } => {
+            let value = format!("{value} {unit}");
+            (
+                format!("{name}: {label} of {} is kept as {kept}", value.trim_end()),
+                if *is_unused { "set it to 0: ArduPlane does not use it" } else { "choose a value that is kept" },
+            )
+        }
+        MissingPosition { missing: Missing::Place } => {
+            (format!("{name} has no latitude or longitude"), "place it on the map")
+        }
+        MissingPosition { missing: Missing::Height } => (format!("{name} has no height"), "set one"),
+        ZeroCoordinates {} => (format!("{name} lies at 0/0, in the Atlantic"), "place it on the map"),
+        NoTakeoff {} => (
+            format!("the mission begins with {name}, not with a take-off"),
+            "put a take-off first, or start it in the air",
+        ),
+        TakeoffTooLow { alt_m, datum } => (
+            format!("{name} climbs to {}, which is not above home", height(*alt_m, *datum)),
+            "give it a height to climb to, 30 m or more",
+        ),
+        NoLanding {} => (
+            format!("the mission ends with {name}, neither landing nor return"),
+            "end it with a landing or a return to launch",
+        ),
+        ItemsAfterLanding { next_item } => (
+            format!("{name} lands before the mission ends; item {next_item} is not flown"),
+            "move the landing to the end",
+        ),
+        LandStartWithoutLanding { has_landing: false } => {
+            (format!("{name} starts a landing sequence, but no landing follows"), "add a landing after it or delete it")
+        }
+        LandStartWithoutLanding { has_landing: true } => (
+            format!("{name} is followed by the landing at once, without an approach"),
+            "put a waypoint before the landing, in line with the runway",
+        ),
+        JumpTarget { target, last } => {
+            return (format!("{name} jumps to {target}, which is no item"), format!("choose an item from 1 to {last}"));
+        }
+        EndlessJump {} => (
+            format!("{name} repeats for ever; what follows it is never flown"),
+            "give it a number of repeats, unless you mean it",
+        ),
+        IdleJump {} => {
+            (format!("{name} jumps in a circle in which nothing is flown"), "choose an item before the last waypoint")
+        }
+        TooManyJumps { count, max } => {
+            (format!("the mission has {count} jumps; small boards track {max}"), "repeat items instead of jumping")
+        }
+        FarFromHome { distance_m, far_m } => {
+            return (
+                format!("{name} lies {:.1} km from home", distance_m / 1_000.0),
+                format!("check it; far is {:.0} km", far_m / 1_000.0),
+            );
+        }
+        FarFirst { distance_m } => (
+            format!("{name}, the first destination, lies {:.1} km from the plane", distance_m / 1_000.0),
+            "check that the mission is for this place",
+        ),
+        BelowHome { alt_m, datum } => {
+            let level = if *datum == Some(Datum::Terrain) { "the ground" } else { "home" };
+            (
+                format!("{name} lies at {}, not above {level}", height(*alt_m, *datum)),
+                "raise it, unless the terrain falls away there",
+            )
+        }
+        ShortLeg { length_m, turn_radius_m } => (
+            format!("the leg to {name} is {length_m:.0} m long, the plane turns within {turn_radius_m:.0} m"),
+            "move the waypoints apart or fly slower",
+        ),
+        SteepApproach { drop_m, length_m, wanted_length_m } => {
+            return (
+                format!("the approach to {name} drops {drop_m:.0} m in {length_m:.0} m; the plane will land long"),
+                format!("begin it {wanted_length_m:.0} m away or more, or lower"),
+            );
+        }
+        FlatApproach {} => {
+            (format!("the approach to {name} does not descend"), "raise the waypoint before the landing")
+        }
+        OutsideFence { rally_point, zone, is_inclusion } => {
+            let (subject, remedy) = match rally_point {
+                Some(number) => (format!("rally point {number}"), "move it or the fence"),
+                None if name.is_empty() => ("home".to_owned(), "move the fence"),
+                None => (name.to_owned(), "move it or the fence"),
+            };
+            let side = if *is_inclusion { "outside inclusion" } else { "inside exclusion" };
+            (format!("{subject} lies {side} zone {zone} of the fence"), remedy)
+        }
+        LegCrossesFence { zone } => {
+            (format!("the leg to {name} crosses fence zone {zone}"), "lead it round, or change the fence")
+        }
+        BadFence { fault, zone, corners, radius_m, alt_rel_home_m } => {
+            let zone = zone.map_or_else(|| "the fence".to_owned(), |zone| format!("fence zone {zone}"));
+            let corners = corners.unwrap_or(0);
+            match fault {
+                FenceFault::TooFewCorners => (
+                    format!("{zone} has {corners} corners, a polygon needs {SHAPE_MIN_CORNERS}"),
+                    "add some or delete the zone",
+                ),
+                FenceFault::TooManyCorners => {
+                    (format!("{zone} has {corners} corners, a vehicle takes {MAX_VERTICES}"), "simplify or split it")
+                }
+                FenceFault::Radius => {
+                    let radius = radius_m.map_or_else(|| "no radius".to_owned(), |r| format!("a radius of {r} m"));
+                    (format!("{zone} has {radius}, which makes no circle"), "give it one above 0 or delete the zone")
+                }
+                FenceFault::ReturnHeight => {
+                    let height = alt_rel_home_m.map_or_else(|| "no number".to_owned(), |alt_m| format!("{alt_m} m"));
+                    (
+                        format!("the fence's return point has a height of {height}, which cannot be sent"),
+                        "stay within 83,000 m",
+                    )
+                }
+            }
+        }
+        BadRally { rally_point, fault, alt_m } => match fault {
+            RallyFault::Height => {
+                (format!("rally point {rally_point} lies at {alt_m} m"), "stay within 32,767 m, as ArduPilot stores it")
+            }
+            RallyFault::NotAboveHome => {
+                (format!("rally point {rally_point} lies at {alt_m} m, not above home"), "raise it")
+            }
+            RallyFault::Frame => (
+                format!("rally point {rally_point} has a frame without meaning for a place"),
+                "count its height from sea level, home or the terrain",
+            ),
+        },
+    };
+    (message, remedy.to_owned())
+}
