@@ -4,6 +4,7 @@ import type { LastKnown } from './ghost';
 import { alongTrack, type Flight, followRoute } from './ghost-route';
 import { wrap180_deg } from './lonlat';
 import { makeItem, withParam } from './plan';
+import { PLANE_ROUTE } from './route';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978 };
 const at = (bearing: number, distance: number) => destination(HOME, bearing, distance);
@@ -67,6 +68,15 @@ describe('followRoute', () => {
     expect(distance_m(gone.at, at(0, 1000))).toBeGreaterThan(200);
     const endless = [withParam(makeItem('loiter_unlimited', { at: at(0, 1000) }), 2, 80)];
     expect(distance_m(followRoute(north, { ...flight, items: endless }, 290)!.at, at(0, 1000))).toBeCloseTo(80, 0);
+  });
+
+  it('passes straight over an arc unless the vehicle flies arcs', () => {
+    const arc = withParam(makeItem('arc_waypoint', { at: at(90, 1500) }), 0, 180);
+    const items = [makeItem('waypoint', { at: at(0, 400) }), arc, makeItem('waypoint', { at: at(0, 3000) })];
+    const plane = followRoute(north, { ...flight, items }, 80)!;
+    expect(Math.abs(wrap180_deg(bearing_deg(HOME, plane.at)))).toBeLessThan(1);
+    const copter = followRoute(north, { ...flight, items, route: { ...PLANE_ROUTE, fliesArcs: true } }, 80)!;
+    expect(distance_m(copter.at, plane.at)).toBeGreaterThan(300);
   });
 
   it('takes an endless jump, returns home when the mission is over, and stays where it landed', () => {

@@ -7,7 +7,8 @@
 import { bearing_deg, destination, distance_m, geodesicLine } from './geo';
 import { GHOST_LIMIT_S, type Ghost, type LastKnown, MOVING_M_S } from './ghost';
 import { type LonLat, wrap180_deg, wrap360_deg } from './lonlat';
-import { COMMAND, DEFAULT_LOITER_RADIUS_M, isDestination, kindOf, type PlanItem, placeOf } from './plan';
+import { COMMAND, isDestination, kindOf, type PlanItem, placeOf } from './plan';
+import { flightOrder, PLANE_ROUTE, type RouteOptions } from './route';
 import { arcLine, type Circle, circleAt, entryTangent, exitTangent, splineLine } from './route-shape';
 
 const DEG = 180 / Math.PI;
@@ -30,6 +31,8 @@ export interface Flight {
   readonly current: number;
   readonly airspeed_m_s: number | null;
   readonly wind: Wind | null;
+  /** Of the vehicle; an ArduPlane as it comes by default. */
+  readonly route?: RouteOptions;
 }
 
 /**
@@ -49,45 +52,47 @@ export function followRoute(last: LastKnown, flight: Flight, elapsed_s: number):
 }
 
 /** The way from the plane's last place, at least `wanted_m` long unless it ends before. */
-function pathAhead(last: LastKnown, { items, home, current }: Flight, wanted_m: number): LonLat[] | null {
+function pathAhead(
+  last: LastKnown,
+  { items, home, current, route = PLANE_ROUTE }: Flight,
+  wanted_m: number,
+): LonLat[] | null {
   const first = items[current - 1];
   if (first === undefined || kindOf(first) === 'takeoff') return null;
   const path = new Path(last.at, wanted_m);
-  let index = current - 1;
-  // jumps may go round for ever without a place
-  for (let steps = 0; steps < 10_000 && path.isShort; steps += 1) {
-    const item = items[index];
-    if (item === undefined) {
+  const circleHome = (): void => {
+    if (home !== null) path.circle({ centre: home, radius_m: route.loiterRadius_m, isClockwise: true }, Infinity);
+  };
+  const order = flightOrder(items, current - 1, true);
+  while (path.isShort) {
+    const step = order.next();
+    if (step.done) {
       // an ArduPlane whose mission is over returns
-      if (home !== null) path.circle({ centre: home, radius_m: DEFAULT_LOITER_RADIUS_M, isClockwise: true }, Infinity);
+      if (step.value === 'end') circleHome();
       break;
     }
+    const index = step.value;
+    const item = items[index] as PlanItem;
     const kind = kindOf(item);
-    if (kind === 'jump' && (item.params[1] ?? 0) < 0) {
-      const target = (item.params[0] ?? 0) - 1;
-      if (!Number.isInteger(target) || target < 0 || target >= items.length) break;
-      index = target;
-      continue;
-    }
     if (kind === 'return_to_launch') {
-      if (home !== null) path.circle({ centre: home, radius_m: DEFAULT_LOITER_RADIUS_M, isClockwise: true }, Infinity);
+      circleHome();
       break;
     }
     const to = placeOf(item);
-    if (to !== null && isDestination(item)) {
-      const before = items.slice(0, index).findLast((one) => isDestination(one) && placeOf(one) !== null);
-      const from = (before && placeOf(before)) ?? home;
-      const isFirst = index === current - 1;
-      const circle = circleAt(item);
-      if (circle !== null) path.circle(circle, turnsOf(item, circle, last.groundspeed_m_s));
-      else if (item.command === COMMAND.arc_waypoint && from !== null)
-        path.curve(arcLine(from, to, item.params[0] ?? 0), isFirst);
-      else if (item.command === COMMAND.spline_waypoint && from !== null)
-        path.curve(splineLine(null, from, to, null), isFirst);
-      else path.straight(to);
-      if (kind === 'land') break;
-    }
-    index += 1;
+    if (to === null || !isDestination(item, route.fliesArcs)) continue;
+    const before = items
+      .slice(0, index)
+      .findLast((one) => isDestination(one, route.fliesArcs) && placeOf(one) !== null);
+    const from = (before && placeOf(before)) ?? home;
+    const isFirst = index === current - 1;
+    const circle = circleAt(item, route.loiterRadius_m);
+    if (circle !== null) path.circle(circle, turnsOf(item, circle, last.groundspeed_m_s));
+    else if (item.command === COMMAND.arc_waypoint && from !== null)
+      path.curve(arcLine(from, to, item.params[0] ?? 0), isFirst);
+    else if (item.command === COMMAND.spline_waypoint && from !== null)
+      path.curve(splineLine(null, from, to, null), isFirst);
+    else path.straight(to);
+    if (kind === 'land') break;
   }
   return path.points;
 }

@@ -1,7 +1,7 @@
 /** What is different between the plan being edited and the one that the vehicle has. */
 
 import { sameLonLat } from './lonlat';
-import { altOf_m, isPlaced, kindOf, type PlanItem, placeOf } from './plan';
+import { altOf_m, COMMAND, isPlaced, kindOf, type PlanItem, placeOf } from './plan';
 
 export type DiffEntry =
   /** Numbers count from 1: `draft` in the plan being edited, `vehicle` on board. */
@@ -39,13 +39,19 @@ export function fieldsThatDiffer(a: PlanItem, b: PlanItem): DiffField[] {
   }
   const count = isPlaced(a) || kindOf(a) !== 'other' ? 4 : 7;
   for (let index = 0; index < count; index += 1) {
-    const [left, right] = [a.params[index] ?? 0, b.params[index] ?? 0];
+    const [left, right] = [kept(a, index), kept(b, index)];
     if (!near(left, right, SAME_PARAM * Math.max(1, Math.abs(left)))) {
       fields.push('parameters');
       break;
     }
   }
   return fields;
+}
+
+/** A parameter as it comes back: an ArduPlane keeps of a landing's parameter 4 the sign alone, and that of 0 or nothing is 1. */
+function kept({ command, params }: PlanItem, index: number): number {
+  const value = params[index] ?? 0;
+  return command === COMMAND.land && index === 3 && value === 0 ? 1 : value;
 }
 
 function near(a: number | null, b: number | null, tolerance: number): boolean {

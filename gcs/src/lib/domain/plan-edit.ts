@@ -28,13 +28,13 @@ import {
   type PlanItem,
   placeOf,
   type RallyPoint,
-  routeOf,
   withAlt,
   withCommand,
   withKind,
   withParam,
   withPlace,
 } from './plan';
+import { PLANE_ROUTE, routeOf, type RouteOptions } from './route';
 
 export interface DraftItem extends PlanItem {
   /** Tells items apart while they are edited; never leaves the station. */
@@ -55,6 +55,8 @@ export interface EditDefaults {
   readonly alt_m: number;
   readonly frame: HeightFrame;
   readonly approach?: ApproachOptions;
+  /** Of the vehicle that is to fly it; an ArduPlane as it comes by default. */
+  readonly route?: RouteOptions;
 }
 
 export function draftOf(plan: Plan): Draft {
@@ -166,7 +168,9 @@ export function addAt(
 }
 
 function landingFor(draft: Draft, at: LonLat, defaults: EditDefaults, wind_from_deg: number | null): PlanItem[] {
-  const before = draft.items.filter((item) => isDestination(item) || kindOf(item) === 'takeoff');
+  const before = draft.items.filter(
+    (item) => isDestination(item, (defaults.route ?? PLANE_ROUTE).fliesArcs) || kindOf(item) === 'takeoff',
+  );
   const last = before.map(placeOf).findLast((place) => place !== null) ?? null;
   // the plane lands against the wind, so its approach lies downwind of the point
   const from_deg = wind_from_deg !== null ? (wind_from_deg + 180) % 360 : last === null ? 270 : bearing_deg(at, last);
@@ -182,7 +186,7 @@ function landingFor(draft: Draft, at: LonLat, defaults: EditDefaults, wind_from_
 
 /** Inserts a waypoint on the leg that ends at item `toIndex`, at the height in the middle of its two ends. */
 export function insertOnLeg(draft: Draft, toIndex: number, at: LonLat, defaults: EditDefaults): Added {
-  const leg = routeOf(draft.items, draft.home && { ...draft.home }).find((one) => one.toIndex === toIndex);
+  const leg = routeOf(draft.items, draft.home, defaults.route).find((one) => one.toIndex === toIndex);
   const after = draft.items[toIndex];
   const before = leg?.fromIndex == null ? undefined : draft.items[leg.fromIndex];
   const [high_m, low_m] = [before && altOf_m(before), after && altOf_m(after)];

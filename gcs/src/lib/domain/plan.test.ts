@@ -4,7 +4,6 @@ import type { LonLat } from './lonlat';
 import {
   altOf_m,
   altRelHome_m,
-  approachesOf,
   circleOf,
   COMMAND,
   emptyPlan,
@@ -17,11 +16,10 @@ import {
   makeItem,
   type PlanItem,
   placeOf,
-  routeOf,
-  STEEP_SLOPE,
   withKind,
   withParam,
 } from './plan';
+import { approachesOf, routeOf, STEEP_SLOPE } from './route';
 import {
   addAt,
   changeKind,
@@ -300,6 +298,12 @@ describe('difference', () => {
     ]);
   });
 
+  it('takes a landing for the same that comes back as an ArduPlane keeps it', () => {
+    const land = makeItem('land', { at: at(90, 300) });
+    expect(diffMissions([land], [withParam(land, 3, 1)])).toEqual([]);
+    expect(diffMissions([land], [withParam(land, 3, -1)])).toHaveLength(1);
+  });
+
   it('copes with a whole mission at once', () => {
     const many = Array.from({ length: 650 }, (_, index) =>
       makeItem('waypoint', { at: at(index / 2, 500 + index), alt_m: 50 }),
@@ -326,15 +330,15 @@ describe('route and profile', () => {
   });
 
   it('does not fly to a take-off or an action', () => {
-    expect(isDestination(makeItem('takeoff', { at: HOME }))).toBe(false);
-    expect(isDestination(makeItem('change_speed'))).toBe(false);
+    expect(isDestination(makeItem('takeoff', { at: HOME }), false)).toBe(false);
+    expect(isDestination(makeItem('change_speed'), false)).toBe(false);
   });
 
   it('draws heights over the distance flown', () => {
     const draft = circuit();
     const profile = profileOf(draft.items, HOME);
     expect(profile.points).toHaveLength(8);
-    expect(profile.points[0]).toEqual({ index: null, distance_m: 0, alt_rel_home_m: 0, isCertain: true });
+    expect(profile.points[0]).toMatchObject({ index: null, distance_m: 0, alt_rel_home_m: 0, isCertain: true });
     expect(profile.max_m).toBe(80);
     expect(profile.length_m).toBeCloseTo(
       routeOf(draft.items, HOME).reduce((sum, leg) => sum + leg.length_m, 0),

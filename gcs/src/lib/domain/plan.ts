@@ -1,7 +1,7 @@
 /** The plan as the API gives and takes it, and what its items mean to a pilot of a plane. */
 
 import { bearing_deg, destination, distance_m } from './geo';
-import { type LonLat, lonLat, rounded, sameLonLat, wrap180_deg } from './lonlat';
+import { type LonLat, lonLat, rounded, wrap180_deg } from './lonlat';
 
 export type Params = [
   number | null,
@@ -188,9 +188,13 @@ export const heightFrameOf = (item: PlanItem): HeightFrame => heightFrameOfNumbe
 /** Commands below 95 (NAV) with a place that is not flown to: a change of height, a hand-over to external control. */
 const NO_DESTINATION: ReadonlySet<number> = new Set([COMMAND.continue_and_change_height, COMMAND.land_start, 92]);
 
-/** Whether the vehicle flies to the item. A take-off only points; an action has no place. */
-export function isDestination(item: PlanItem): boolean {
+/**
+ * Whether the vehicle flies to the item. A take-off only points; an action has no place; and an arc is for those that fly
+ * arcs: a plane passes over it.
+ */
+export function isDestination(item: PlanItem, fliesArcs: boolean): boolean {
   const kind = kindOf(item);
+  if (kind === 'arc_waypoint' && !fliesArcs) return false;
   if (kind === 'takeoff' || NO_DESTINATION.has(item.command)) return false;
   return kind === 'other' ? item.command < 95 && placeOf(item) !== null : PLACED.has(kind);
 }
@@ -345,99 +349,6 @@ function isEntry(
   const off_deg = Math.abs(wrap180_deg(bearing_deg(at, coming.at) - from_deg));
   const drop_m = coming.alt_m - last_m;
   return off_deg < 5 && beyond_m >= final_m * 0.6 && drop_m >= 0 && drop_m / beyond_m <= slope * 1.15;
-}
-
-/** One straight piece of the planned route, from one place to the next. */
-export interface Leg {
-  readonly from: LonLat;
-  readonly to: LonLat;
-  /** Index in the items of where the leg begins; `null` for home. */
-  readonly fromIndex: number | null;
-  /** Index in the items of where the leg ends. For a return to launch, that item. */
-  readonly toIndex: number;
-  readonly kind: 'takeoff' | 'flown' | 'approach' | 'return';
-  readonly length_m: number;
-}
-
-/**
- * The route as it is drawn: from home over the take-off and all destinations to the landing or back home. Jumps are
- * not followed; what comes after a landing or an endless circle is drawn nevertheless, since a pilot edits it.
- */
-export function routeOf(items: readonly PlanItem[], home: LonLat | null): Leg[] {
-  const legs: Leg[] = [];
-  let from: LonLat | null = home;
-  let fromIndex: number | null = null;
-  let isFromTakeoff = false;
-  for (const [toIndex, item] of items.entries()) {
-    const kind = kindOf(item);
-    const isReturn = kind === 'return_to_launch';
-    const to = isReturn ? home : kind === 'takeoff' || isDestination(item) ? placeOf(item) : null;
-    if (to === null) continue;
-    if (from !== null && !sameLonLat(from, to)) {
-      legs.push({
-        from,
-        to,
-        fromIndex,
-        toIndex,
-        kind: isReturn
-          ? 'return'
-          : kind === 'land'
-            ? 'approach'
-            : kind === 'takeoff' || isFromTakeoff
-              ? 'takeoff'
-              : 'flown',
-        length_m: legLength_m(from, to, item),
-      });
-    }
-    from = to;
-    fromIndex = toIndex;
-    isFromTakeoff = kind === 'takeoff';
-  }
-  return legs;
-}
-
-/** Length of the leg to an item: the chord, or the arc that ends there. */
-function legLength_m(from: LonLat, to: LonLat, item: PlanItem): number {
-  const chord_m = distance_m(from, to);
-  const angle_rad = item.command === COMMAND.arc_waypoint ? Math.abs(((item.params[0] ?? 0) * Math.PI) / 180) : 0;
-  return angle_rad < 0.01 || angle_rad >= 2 * Math.PI ? chord_m : (chord_m * angle_rad) / 2 / Math.sin(angle_rad / 2);
-}
-
-/** Last approach of a plan: from the place before the landing to the landing. */
-export interface Approach {
-  readonly landIndex: number;
-  readonly from: LonLat;
-  readonly to: LonLat;
-  readonly bearing_deg: number;
-  readonly length_m: number;
-  /** Height lost, metres; `null` when the two heights count from different levels. */
-  readonly drop_m: number | null;
-  /** Height lost per distance; `null` when it is not known. */
-  readonly slope: number | null;
-}
-
-/** Above this the checks call an approach steep. */
-export const STEEP_SLOPE = 0.1;
-
-export function approachesOf(items: readonly PlanItem[], home: Home | null): Approach[] {
-  return routeOf(items, home)
-    .filter((leg) => leg.kind === 'approach')
-    .map((leg) => {
-      const land = items[leg.toIndex] as PlanItem;
-      const before = leg.fromIndex === null ? null : items[leg.fromIndex];
-      const high_m = before ? altRelHome_m(before, home) : 0;
-      const low_m = altRelHome_m(land, home);
-      const drop_m = high_m === null || low_m === null ? null : high_m - low_m;
-      return {
-        landIndex: leg.toIndex,
-        from: leg.from,
-        to: leg.to,
-        bearing_deg: bearing_deg(leg.from, leg.to),
-        length_m: leg.length_m,
-        drop_m,
-        slope: drop_m === null || leg.length_m <= 0 ? null : drop_m / leg.length_m,
-      };
-    });
 }
 
 /** Height of an item above home, metres; `null` when home's height or the terrain is not known. */

@@ -1,6 +1,7 @@
-/** The height profile of a mission: heights above home over the distance flown. */
+/** The height profile of a mission: heights above home over the distance flown, circles included. */
 
-import { altRelHome_m, type Home, heightFrameOf, isDestination, kindOf, type PlanItem, placeOf, routeOf } from './plan';
+import { altRelHome_m, type Home, heightFrameOf, kindOf, type PlanItem } from './plan';
+import { type Loiter, type RouteOptions, stopsOf } from './route';
 
 export interface ProfilePoint {
   /** Index in the items; `null` for home at the beginning. */
@@ -11,38 +12,73 @@ export interface ProfilePoint {
   readonly alt_rel_home_m: number;
   /** False when the height counts from the terrain or from sea level and home's height is not known: a guess. */
   readonly isCertain: boolean;
+  /** Whether the item's own height is here: an item that circles has two points, and this holds for one. */
+  readonly isItem: boolean;
+  /** Whether it comes after a circle without end, and is flown only when a pilot goes on to it. */
+  readonly isBeyond: boolean;
+}
+
+/** A stretch in which the plane circles at an item. */
+export interface ProfileLoiter {
+  readonly index: number;
+  readonly kind: Loiter['kind'];
+  readonly from_m: number;
+  /** The same as `from_m` when it has no end or its length is not known. */
+  readonly to_m: number;
+  /** Whether its length is not known, though it has one. */
+  readonly isUnknown: boolean;
+  readonly alt_rel_home_m: number;
 }
 
 export interface Profile {
   readonly points: readonly ProfilePoint[];
+  readonly loiters: readonly ProfileLoiter[];
   readonly length_m: number;
   readonly min_m: number;
   readonly max_m: number;
 }
 
-export function profileOf(items: readonly PlanItem[], home: Home | null): Profile {
+/** Heights at the items as they stand in the plan; jumps are not followed. */
+export function profileOf(items: readonly PlanItem[], home: Home | null, options?: RouteOptions): Profile {
   const points: ProfilePoint[] = [];
+  const loiters: ProfileLoiter[] = [];
   let total_m = 0;
-  const lengths = new Map(routeOf(items, home).map((leg) => [leg.toIndex, leg.length_m]));
-  if (home !== null) points.push({ index: null, distance_m: 0, alt_rel_home_m: 0, isCertain: true });
-  for (const [index, item] of items.entries()) {
-    const kind = kindOf(item);
-    if (kind === 'return_to_launch') {
-      const last = points.at(-1);
-      if (home === null || last === undefined) continue;
-      total_m += lengths.get(index) ?? 0;
-      points.push({ index, distance_m: total_m, alt_rel_home_m: last.alt_rel_home_m, isCertain: false });
+  let isBeyond = false;
+  if (home !== null)
+    points.push({ index: null, distance_m: 0, alt_rel_home_m: 0, isCertain: true, isItem: false, isBeyond });
+  for (const { index, leg, loiter } of stopsOf(items, home, options)) {
+    const item = items[index] as PlanItem;
+    const before_m = points.at(-1)?.alt_rel_home_m ?? 0;
+    total_m += leg?.length_m ?? 0;
+    const isReturn = kindOf(item) === 'return_to_launch';
+    // a return keeps a height that the vehicle is set to, which the plan does not tell
+    const alt_m = isReturn ? null : altRelHome_m(item, home);
+    const guess_m = heightFrameOf(item) === 'terrain' ? (item.params[6] ?? 0) : before_m;
+    const there_m = alt_m ?? guess_m;
+    const point = { index, isCertain: alt_m !== null, isBeyond };
+    if (loiter === null) {
+      points.push({ ...point, distance_m: total_m, alt_rel_home_m: there_m, isItem: true });
       continue;
     }
-    const to = placeOf(item);
-    if (to === null || !(isDestination(item) || kind === 'takeoff')) continue;
-    total_m += lengths.get(index) ?? 0;
-    const alt_m = altRelHome_m(item, home);
-    const guess_m = heightFrameOf(item) === 'terrain' ? (item.params[6] ?? 0) : (points.at(-1)?.alt_rel_home_m ?? 0);
-    points.push({ index, distance_m: total_m, alt_rel_home_m: alt_m ?? guess_m, isCertain: alt_m !== null });
+    const arrival_m = before_m + (there_m - before_m) * loiter.changedBefore;
+    const isClimb = loiter.kind === 'height';
+    points.push({ ...point, distance_m: total_m, alt_rel_home_m: arrival_m, isItem: !isClimb });
+    const from_m = total_m;
+    total_m += loiter.length_m ?? 0;
+    if (isClimb || total_m > from_m)
+      points.push({ ...point, distance_m: total_m, alt_rel_home_m: there_m, isItem: isClimb });
+    loiters.push({
+      index,
+      kind: loiter.kind,
+      from_m,
+      to_m: total_m,
+      isUnknown: loiter.length_m === null && loiter.kind !== 'unlimited',
+      alt_rel_home_m: there_m,
+    });
+    isBeyond ||= loiter.kind === 'unlimited';
   }
   const heights = points.map((point) => point.alt_rel_home_m);
-  return { points, length_m: total_m, min_m: Math.min(0, ...heights), max_m: Math.max(0, ...heights) };
+  return { points, loiters, length_m: total_m, min_m: Math.min(0, ...heights), max_m: Math.max(0, ...heights) };
 }
 
 /** Round values for an axis from `min` to `max`, about `count` of them: 1, 2 or 5 times a power of ten apart. */

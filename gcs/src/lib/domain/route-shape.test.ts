@@ -2,7 +2,8 @@ import { describe, expect, it } from 'vitest';
 import { bearing_deg, destination, distance_m, length_m } from './geo';
 import { wrap180_deg } from './lonlat';
 import { makeItem, type PlanItem, withParam } from './plan';
-import { arcLine, arcRadius_m, circleAt, entryTangent, exitTangent, flownLength_m, shapedRoute } from './route-shape';
+import { PLANE_ROUTE, routeOf } from './route';
+import { arcLine, arcRadius_m, circleAt, entryTangent, exitTangent, shapedRoute } from './route-shape';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978 };
 const at = (bearing: number, distance: number) => destination(HOME, bearing, distance);
@@ -38,10 +39,13 @@ describe('arcs', () => {
       makeItem('waypoint', { at: at(0, 100) }),
       withParam(makeItem('arc_waypoint', { at: at(0, 500) }), 0, 180),
     ];
-    expect(flownLength_m(items, HOME)).toBeCloseTo(100 + Math.PI * 200, 0);
-    const [, arc] = shapedRoute(items, HOME);
+    const copter = { ...PLANE_ROUTE, fliesArcs: true };
+    expect(routeOf(items, HOME, copter)[1]!.length_m).toBeCloseTo(Math.PI * 200, 0);
+    const [, arc] = shapedRoute(items, HOME, copter);
     expect(arc!.line.length).toBeGreaterThan(20);
     expect(distance_m(arc!.middle, at(0, 300))).toBeCloseTo(200, 0);
+    // a plane passes over it
+    expect(shapedRoute(items, HOME)).toHaveLength(1);
   });
 });
 
@@ -64,11 +68,6 @@ describe('circles', () => {
     const leaves = (exit: number) => shapedRoute([withParam(items[0]!, 3, exit), items[1]!], HOME)[1]!.line[0]!;
     expect(distance_m(leaves(1), at(0, 1000))).toBeCloseTo(100, 1);
     expect(distance_m(leaves(0), at(0, 1000))).toBeLessThan(0.01);
-  });
-
-  it('adds the turns to the length of the mission', () => {
-    const one = withParam(circleOf(100), 0, 3);
-    expect(flownLength_m([one], HOME)).toBeCloseTo(1000 + 3 * 2 * Math.PI * 100, 1);
   });
 });
 

@@ -1,11 +1,12 @@
 /**
- * What line a plane flies along each leg of a plan: arcs as arcs, splines as curves, and to and from a circle along its
+ * What line a vehicle flies along each leg of a plan: arcs as arcs, splines as curves, and to and from a circle along its
  * tangent. Radii and angles are those of the plan; how the plane rounds a corner is its own affair and not drawn.
  */
 
 import { bearing_deg, destination, distance_m, geodesicLine, length_m, offset_m } from './geo';
 import { type LonLat, sameLonLat, wrap360_deg } from './lonlat';
-import { circleOf, COMMAND, type Leg, type PlanItem, placeOf, routeOf } from './plan';
+import { circleOf, COMMAND, type PlanItem, placeOf } from './plan';
+import { type Leg, PLANE_ROUTE, routeOf, type RouteOptions } from './route';
 
 const DEG = 180 / Math.PI;
 /** Points of a curve stand so many degrees of turn apart. */
@@ -122,8 +123,12 @@ export function splineLine(before: LonLat | null, from: LonLat, to: LonLat, afte
 const EXIT_PARAM = 3;
 
 /** The legs of a plan with the lines that are flown along them. */
-export function shapedRoute(items: readonly PlanItem[], home: LonLat | null, default_radius_m?: number): ShapedLeg[] {
-  const legs = routeOf(items, home);
+export function shapedRoute(
+  items: readonly PlanItem[],
+  home: LonLat | null,
+  options: RouteOptions = PLANE_ROUTE,
+): ShapedLeg[] {
+  const legs = routeOf(items, home, options);
   return legs.map((leg, index) => {
     const item = items[leg.toIndex] as PlanItem;
     const source = leg.fromIndex === null ? undefined : items[leg.fromIndex];
@@ -134,13 +139,13 @@ export function shapedRoute(items: readonly PlanItem[], home: LonLat | null, def
       const isNextSpline = next !== undefined && items[next.toIndex]?.command === COMMAND.spline_waypoint;
       line = splineLine(legs[index - 1]?.from ?? null, leg.from, leg.to, isNextSpline ? next.to : null);
     } else {
-      const leaving = source === undefined ? null : circleAt(source, default_radius_m);
+      const leaving = source === undefined ? null : circleAt(source, options.loiterRadius_m);
       const isFromCircle = (source?.params[EXIT_PARAM] ?? 0) > 0;
       line = tangentLine(
         leg.from,
         isFromCircle ? leaving : null,
         leg.to,
-        leg.kind === 'return' ? null : circleAt(item, default_radius_m),
+        leg.kind === 'return' ? null : circleAt(item, options.loiterRadius_m),
       );
     }
     return { ...leg, line, middle: middleOf(line) };
@@ -156,14 +161,4 @@ function middleOf(line: readonly LonLat[]): LonLat {
     left_m -= piece_m;
   }
   return line.at(-1) as LonLat;
-}
-
-/** Length of what is flown: all legs, with the turns of circles that count them. Metres. */
-export function flownLength_m(items: readonly PlanItem[], home: LonLat | null, default_radius_m?: number): number {
-  const legs_m = routeOf(items, home).reduce((sum, leg) => sum + leg.length_m, 0);
-  const circles_m = items.reduce((sum, item) => {
-    const circle = item.command === COMMAND.loiter_turns ? circleAt(item, default_radius_m) : null;
-    return circle === null ? sum : sum + 2 * Math.PI * circle.radius_m * (item.params[0] ?? 0);
-  }, 0);
-  return legs_m + circles_m;
 }

@@ -1,7 +1,8 @@
 import { describe, expect, it } from 'vitest';
-import { destination } from './geo';
-import { FRAME, makeItem } from './plan';
+import { destination, distance_m } from './geo';
+import { FRAME, makeItem, withParam } from './plan';
 import { profileOf } from './profile';
+import { PLANE_ROUTE } from './route';
 import { groundOf, routePoints } from './terrain';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
@@ -14,10 +15,10 @@ const ITEMS = [
 
 describe('places of a route', () => {
   it('lie along it, at the distances of the height profile', () => {
-    const points = routePoints(ITEMS, HOME, 100);
+    const points = routePoints(ITEMS, HOME, PLANE_ROUTE, 100);
     expect(points.length).toBeGreaterThan(60);
     expect(points.length).toBeLessThanOrEqual(110);
-    const ends = points.filter((point) => point.part === 1).map((point) => point.distance_m);
+    const ends = points.filter((point) => point.changed === 1).map((point) => point.distance_m);
     const profile = profileOf(ITEMS, HOME).points.slice(1);
     expect(ends).toHaveLength(4);
     ends.forEach((end, index) => expect(end).toBeCloseTo(profile[index]!.distance_m, 3));
@@ -31,11 +32,28 @@ describe('places of a route', () => {
     expect(points.every(({ at }) => Math.abs(at.lon_deg) > 179.97)).toBe(true);
   });
 
+  it('go round circles, and on where the height profile does', () => {
+    const turns = withParam(
+      withParam(makeItem('loiter_turns', { at: destination(HOME, 0, 800), alt_m: 80 }), 0, 2),
+      2,
+      100,
+    );
+    const items = [turns, makeItem('waypoint', { at: destination(HOME, 0, 1600), alt_m: 80 })];
+    const points = routePoints(items, HOME);
+    const round = points.filter(({ distance_m }) => distance_m > 801 && distance_m < 800 + 399 * Math.PI);
+    expect(round.length).toBeGreaterThan(20);
+    for (const { at } of round) expect(Math.abs(distance_m(at, destination(HOME, 0, 800)) - 100)).toBeLessThan(1);
+    expect(points.at(-1)!.distance_m).toBeCloseTo(profileOf(items, HOME).length_m, 3);
+    const endless = routePoints([makeItem('loiter_unlimited', { at: destination(HOME, 0, 800), alt_m: 80 })], HOME);
+    expect(endless.at(-1)!.distance_m).toBeCloseTo(800, 1);
+    expect(distance_m(endless.at(-1)!.at, destination(HOME, 0, 800))).toBeCloseTo(60, 0);
+  });
+
   it('are none without a plan', () => expect(routePoints([], HOME)).toEqual([]));
 });
 
 describe('ground', () => {
-  const points = routePoints(ITEMS, HOME, 200);
+  const points = routePoints(ITEMS, HOME, PLANE_ROUTE, 200);
 
   it('is compared with the height that the plane has there', () => {
     // flat, 10 m above home
@@ -67,7 +85,7 @@ describe('ground', () => {
 
   it('keeps heights that count from the terrain', () => {
     const items = [...ITEMS.slice(0, 2), { ...ITEMS[2]!, frame: FRAME.terrain }];
-    const route = routePoints(items, HOME, 200);
+    const route = routePoints(items, HOME, PLANE_ROUTE, 200);
     const hill = route.map(({ distance_m }) => 690 + Math.max(0, distance_m - 1500) / 5);
     const ground = groundOf(items, HOME, route, hill, 30);
     expect(ground.points.at(-1)?.clearance_m).toBeCloseTo(100, 6);

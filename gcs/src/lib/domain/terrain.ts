@@ -1,9 +1,10 @@
 /** The ground below a plan: where to ask for its height, and how far above it the plane passes. Heights of ground are above mean sea level. */
 
-import { between, distance_m, length_m } from './geo';
-import type { LonLat } from './lonlat';
+import { bearing_deg, between, destination, distance_m, length_m } from './geo';
+import { type LonLat, wrap360_deg } from './lonlat';
 import { altRelHome_m, type Home, heightFrameOf, type PlanItem } from './plan';
-import { type ShapedLeg, shapedRoute } from './route-shape';
+import { PLANE_ROUTE, type RouteOptions, stopsOf } from './route';
+import { type Circle, circleAt, type ShapedLeg, shapedRoute } from './route-shape';
 
 /**
  * So much may terrain data be off, metres: SRTM's absolute error stays below 16 m for nine of ten points and is mostly half of that
@@ -16,10 +17,10 @@ export interface RoutePoint {
   readonly at: LonLat;
   /** Distance flown from the beginning, as in the height profile, metres. */
   readonly distance_m: number;
-  /** The items that the leg comes from (`null`: home) and goes to, and how much of it is flown there, 0 to 1. */
+  /** The items that the leg comes from (`null`: home) and goes to, and how much of the change of height is done there, 0 to 1. */
   readonly fromIndex: number | null;
   readonly toIndex: number;
-  readonly part: number;
+  readonly changed: number;
   /** Leaving home and coming in to land a plane is low on purpose. */
   readonly isLow: boolean;
 }
@@ -43,30 +44,71 @@ export interface Ground {
   readonly unknown: number;
 }
 
-/** Places of the route, at most `most` and not nearer than 10 m to each other, ends of legs included. */
-export function routePoints(items: readonly PlanItem[], home: Home | null, most = 400): RoutePoint[] {
-  const legs = shapedRoute(items, home);
-  const total_m = legs.reduce((sum, leg) => sum + leg.length_m, 0);
-  const step_m = Math.max(10, total_m / Math.max(1, most - 2 * legs.length));
+/** Places of the route, circles included, at most `most` and not nearer than 10 m to each other, ends of legs included. */
+export function routePoints(
+  items: readonly PlanItem[],
+  home: Home | null,
+  options: RouteOptions = PLANE_ROUTE,
+  most = 400,
+): RoutePoint[] {
+  const stops = stopsOf(items, home, options);
+  const lines = new Map(shapedRoute(items, home, options).map((leg) => [leg.toIndex, leg]));
+  const total_m = stops.reduce((sum, { leg, loiter }) => sum + (leg?.length_m ?? 0) + (loiter?.length_m ?? 0), 0);
+  const step_m = Math.max(10, total_m / Math.max(1, most - 2 * stops.length));
   const points: RoutePoint[] = [];
   let begin_m = 0;
-  for (const leg of legs) {
-    const pieces = Math.max(1, Math.ceil(leg.length_m / step_m));
-    const isLow = leg.fromIndex === null || leg.kind === 'approach';
-    alongLine(leg.line, pieces).forEach((at, index) => {
-      const part = index / pieces;
+  for (const { index: toIndex, leg, loiter } of stops) {
+    const line = lines.get(toIndex)?.line;
+    const changedBefore = loiter?.changedBefore ?? 1;
+    if (leg !== null && line !== undefined) {
+      const pieces = Math.max(1, Math.ceil(leg.length_m / step_m));
+      const isLow = leg.fromIndex === null || leg.kind === 'approach';
+      alongLine(line, pieces).forEach((at, index) => {
+        const part = index / pieces;
+        points.push({
+          at,
+          distance_m: begin_m + leg.length_m * part,
+          fromIndex: leg.fromIndex,
+          toIndex,
+          changed: part === 1 ? changedBefore : part * changedBefore,
+          isLow,
+        });
+      });
+      begin_m += leg.length_m;
+    }
+    const circle = loiter === null ? null : circleAt(items[toIndex] as PlanItem, options.loiterRadius_m);
+    if (loiter === null || circle === null) continue;
+    // an endless circle has no length in the profile, but ground below it
+    const flown_m = loiter.length_m ?? 2 * Math.PI * circle.radius_m;
+    const pieces = flown_m > 0 ? Math.max(8, Math.min(200, Math.ceil(flown_m / step_m))) : 0;
+    roundCircle(circle, line?.at(-1) ?? null, flown_m, pieces).forEach((at, index) => {
+      const part = (index + 1) / pieces;
       points.push({
         at,
-        distance_m: begin_m + leg.length_m * part,
-        fromIndex: leg.fromIndex,
-        toIndex: leg.toIndex,
-        part,
-        isLow,
+        distance_m: begin_m + (loiter.length_m ?? 0) * part,
+        fromIndex: leg?.fromIndex ?? null,
+        toIndex,
+        changed: part === 1 ? 1 : changedBefore + (1 - changedBefore) * part,
+        isLow: false,
       });
     });
-    begin_m += leg.length_m;
+    begin_m += loiter.length_m ?? 0;
   }
   return points.length <= 2000 ? points : points.filter((_, index) => index % Math.ceil(points.length / 2000) === 0);
+}
+
+/** `pieces` places, evenly spaced, of a way round a circle that begins at `from`. */
+function roundCircle(
+  { centre, radius_m, isClockwise }: Circle,
+  from: LonLat | null,
+  flown_m: number,
+  pieces: number,
+): LonLat[] {
+  const begin_deg = from === null ? 0 : bearing_deg(centre, from);
+  const turned_deg = ((flown_m / radius_m) * 180) / Math.PI / Math.max(1, pieces);
+  return Array.from({ length: pieces }, (_, index) =>
+    destination(centre, wrap360_deg(begin_deg + (isClockwise ? 1 : -1) * turned_deg * (index + 1)), radius_m),
+  );
 }
 
 /** `pieces` + 1 places, evenly spaced, of a line. */
@@ -122,7 +164,7 @@ export function groundOf(
       const rel_home_m = from === undefined ? 0 : targetRelHome_m(from, home, begin, ground_m);
       begin = { rel_home_m, ground_m: rel_home_m === null || ground_m === null ? null : rel_home_m - ground_m };
     }
-    const above_m = ground_m === null ? null : clearanceAt(item, home, begin, point.part, ground_m);
+    const above_m = ground_m === null ? null : clearanceAt(item, home, begin, point.changed, ground_m);
     const isTooLow = above_m !== null && above_m < (point.isLow ? -TERRAIN_ERROR_M : clearance_m);
     const one: GroundPoint = {
       distance_m: point.distance_m,
@@ -151,17 +193,17 @@ function targetRelHome_m(item: PlanItem, home: Home, begin: Height, ground_m: nu
   return altRelHome_m(item, home) ?? begin.rel_home_m;
 }
 
-function clearanceAt(item: PlanItem, home: Home, begin: Height, part: number, ground_m: number): number | null {
+function clearanceAt(item: PlanItem, home: Home, begin: Height, changed: number, ground_m: number): number | null {
   if (heightFrameOf(item) === 'terrain' && item.params[6] != null) {
     const target_m = item.params[6];
     return begin.ground_m === null
-      ? part === 1
+      ? changed === 1
         ? target_m
         : null
-      : begin.ground_m + (target_m - begin.ground_m) * part;
+      : begin.ground_m + (target_m - begin.ground_m) * changed;
   }
   const target_m = targetRelHome_m(item, home, begin, ground_m);
   if (target_m === null || begin.rel_home_m === null)
-    return part === 1 && target_m !== null ? target_m - ground_m : null;
-  return begin.rel_home_m + (target_m - begin.rel_home_m) * part - ground_m;
+    return changed === 1 && target_m !== null ? target_m - ground_m : null;
+  return begin.rel_home_m + (target_m - begin.rel_home_m) * changed - ground_m;
 }

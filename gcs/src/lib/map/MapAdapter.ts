@@ -19,6 +19,7 @@ import type { AreaHandle } from '$lib/domain/area-edit';
 import type { TileLoader } from '$lib/api/maps-tiles';
 import { type LonLat, wrap180_deg } from '$lib/domain/lonlat';
 import type { Home, PlanItem } from '$lib/domain/plan';
+import type { RouteOptions } from '$lib/domain/route';
 import { freeCentre, type Insets, widenFactor } from '$lib/domain/sight';
 import { type Box, boxAround, boxCorners } from '$lib/domain/tiling';
 import type { Trail } from '$lib/domain/track';
@@ -198,16 +199,16 @@ export class MapAdapter {
 
   // --- What is shown ------------------------------------------------------------------------------------------------
 
-  setPlan(items: readonly PlanItem[], home: Home | null): void {
+  setPlan(items: readonly PlanItem[], home: Home | null, options: RouteOptions): void {
     this.#version += 1;
-    this.#route.route = items.length === 0 ? EMPTY_ROUTE : routeView(items, home);
+    this.#route.route = items.length === 0 ? EMPTY_ROUTE : routeView(items, home, options);
     this.#map.render();
   }
 
   /** The route that the vehicle has, where it is another one; `null` when it is not shown. */
-  setVehiclePlan(items: readonly PlanItem[] | null, home: Home | null): void {
+  setVehiclePlan(items: readonly PlanItem[] | null, home: Home | null, options: RouteOptions): void {
     this.#version += 1;
-    this.#route.vehicleRoute = items === null ? EMPTY_ROUTE : routeView(items, home);
+    this.#route.vehicleRoute = items === null ? EMPTY_ROUTE : routeView(items, home, options);
     this.#map.render();
   }
 

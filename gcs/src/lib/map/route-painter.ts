@@ -1,5 +1,5 @@
 // The planned route: legs with their directions, numbered items, circles, landing approaches, and what of it is flown.
-import { STEEP_SLOPE } from '$lib/domain/plan';
+import { STEEP_SLOPE } from '$lib/domain/route';
 import { type Frame, haloText, type Painter, type Projection, strokeWithEdge, traceLine, type XY } from './frame';
 import { EMPTY_ROUTE, type RouteItem, type RouteLeg, type RouteView } from './route-view';
 

@@ -2,18 +2,9 @@
 import { fromLonLat } from 'ol/proj';
 import { between, circle } from '$lib/domain/geo';
 import type { LonLat } from '$lib/domain/lonlat';
-import {
-  altRelHome_m,
-  approachesOf,
-  circleOf,
-  type Home,
-  type ItemKind,
-  kindOf,
-  type Leg,
-  type PlanItem,
-  placeOf,
-} from '$lib/domain/plan';
+import { altRelHome_m, circleOf, type Home, type ItemKind, kindOf, type PlanItem, placeOf } from '$lib/domain/plan';
 import { MERCATOR_LIMIT_DEG } from '$lib/domain/projection';
+import { approachesOf, jumpTarget, type Leg, PLANE_ROUTE, type RouteOptions } from '$lib/domain/route';
 import { shapedRoute } from '$lib/domain/route-shape';
 import type { XY } from './frame';
 
@@ -79,7 +70,11 @@ export function toLine(points: readonly LonLat[]): XY[] {
   });
 }
 
-export function routeView(items: readonly PlanItem[], home: Home | null): RouteView {
+export function routeView(
+  items: readonly PlanItem[],
+  home: Home | null,
+  options: RouteOptions = PLANE_ROUTE,
+): RouteView {
   const places = items.map(placeOf);
   const placeBefore = (index: number): LonLat | null => places.slice(0, index).findLast((at) => at !== null) ?? null;
   return {
@@ -96,7 +91,7 @@ export function routeView(items: readonly PlanItem[], home: Home | null): RouteV
         },
       ];
     }),
-    legs: shapedRoute(items, home).map((leg) => ({
+    legs: shapedRoute(items, home, options).map((leg) => ({
       kind: leg.kind,
       toIndex: leg.toIndex,
       line: toLine(leg.line),
@@ -104,7 +99,7 @@ export function routeView(items: readonly PlanItem[], home: Home | null): RouteV
       middlePlace: leg.middle,
     })),
     circles: items.flatMap((item, index) => {
-      const round = circleOf(item);
+      const round = circleOf(item, options.loiterRadius_m);
       const place = places[index] ?? null;
       if (round === null || place === null) return [];
       const { isClockwise, isOwnRadius } = round;
@@ -112,14 +107,12 @@ export function routeView(items: readonly PlanItem[], home: Home | null): RouteV
     }),
     jumps: items.flatMap((item, index) => {
       if (kindOf(item) !== 'jump') return [];
-      const target = (item.params[0] ?? 0) - 1;
+      const target = jumpTarget(items, item);
       const from = placeBefore(index);
-      const to = places.slice(Math.max(0, target)).find((at) => at !== null) ?? null;
-      return from === null || to === null || target < 0 || target >= items.length
-        ? []
-        : [{ from: toXY(from), to: toXY(to), number: index + 1 }];
+      const to = target === null ? null : (places.slice(target).find((at) => at !== null) ?? null);
+      return from === null || to === null ? [] : [{ from: toXY(from), to: toXY(to), number: index + 1 }];
     }),
-    approaches: approachesOf(items, home).map((approach) => ({
+    approaches: approachesOf(items, home, options).map((approach) => ({
       middle: toXY(between(approach.from, approach.to, 0.5)),
       slope: approach.slope,
       drop_m: approach.drop_m,

@@ -3,6 +3,7 @@ import type { ElevationPoint } from '$lib/api/maps-types';
 import { distance_m } from '$lib/domain/geo';
 import type { LonLat } from '$lib/domain/lonlat';
 import type { Home, PlanItem } from '$lib/domain/plan';
+import { PLANE_ROUTE, type RouteOptions } from '$lib/domain/route';
 import { type Ground, groundOf, routePoints, type RoutePoint } from '$lib/domain/terrain';
 import { maps, mapsApi } from './maps.svelte';
 import { load, save } from './stored';
@@ -49,7 +50,11 @@ class Elevation {
   #plane: LonLat | null = null;
   #settle: ReturnType<typeof setTimeout> | undefined;
   #heights: { points: readonly RoutePoint[]; heights_m: readonly (number | null)[] } | null = null;
-  #route: { items: readonly PlanItem[]; home: Home | null } = { items: [], home: null };
+  #route: { items: readonly PlanItem[]; home: Home | null; options: RouteOptions } = {
+    items: [],
+    home: null,
+    options: PLANE_ROUTE,
+  };
 
   get clearance_m(): number {
     return this.#clearance_m;
@@ -97,8 +102,8 @@ class Elevation {
   }
 
   /** Tells what the plan is; its ground is known a little later. */
-  setPlan(items: readonly PlanItem[], home: Home | null): void {
-    this.#route = { items, home };
+  setPlan(items: readonly PlanItem[], home: Home | null, options: RouteOptions): void {
+    this.#route = { items, home, options };
     clearTimeout(this.#settle);
     if (!this.isKnowable || home === null || items.length === 0) {
       this.#heights = null;
@@ -142,8 +147,8 @@ class Elevation {
   }
 
   async #askForPlan(): Promise<void> {
-    const { items, home } = this.#route;
-    const points = routePoints(items, home);
+    const { items, home, options } = this.#route;
+    const points = routePoints(items, home, options);
     if (points.length === 0) {
       this.ground = null;
       return;

@@ -3,10 +3,12 @@ import type { Area, AreaEstimate, AreaShape, MapSource } from '$lib/api/maps-typ
 import { problemFrom } from '$lib/api/problem';
 import type { Problem } from '$lib/api/types';
 import type { LonLat } from '$lib/domain/lonlat';
-import { placeOf, routeOf } from '$lib/domain/plan';
+import { placeOf } from '$lib/domain/plan';
+import { routeOf } from '$lib/domain/route';
 import { type Box, boxCorners, boxOf } from '$lib/domain/tiling';
 import { mapsApi } from './maps.svelte';
 import { plan } from './plan.svelte';
+import { vehicles } from './vehicles.svelte';
 
 export type DraftShape = 'plan' | 'view' | 'box' | 'polygon';
 
@@ -164,7 +166,7 @@ class OfflineAreas {
 /** The places that the plan goes through, in turn; without a plan, home. */
 function planPlaces(): LonLat[] {
   const items = plan.items.length > 0 ? plan.items : (plan.vehiclePlan?.items ?? []);
-  const legs = routeOf(items, plan.home);
+  const legs = routeOf(items, plan.home, vehicles.route);
   const [first] = legs;
   const places = first === undefined ? [plan.home ?? items.map(placeOf).find((at) => at !== null)] : [first.from];
   return [...places, ...legs.map((leg) => leg.to)].flatMap((at) =>

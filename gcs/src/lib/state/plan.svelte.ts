@@ -84,6 +84,8 @@ class PlanStore implements PlanDraft {
   #saveTimer: ReturnType<typeof setTimeout> | undefined;
   /** Plan states that were already answered by a reading of our own: one try each. */
   readonly #readFor = new Set<string>();
+  /** Vehicles that were asked how they fly a route. */
+  readonly #learnt = new Set<number>();
   #discovery: 'idle' | 'running' | 'again' = 'idle';
 
   /** Where heights count from: the vehicle's home, else the one that the plan names. */
@@ -165,7 +167,7 @@ class PlanStore implements PlanDraft {
   }
 
   get defaults(): EditDefaults {
-    return this.#chosen;
+    return { ...this.#chosen, route: vehicles.route };
   }
 
   setDefaults(change: Partial<Chosen>): void {
@@ -513,17 +515,41 @@ class PlanStore implements PlanDraft {
         this.#discovery = 'running';
         // a vehicle does one transfer at a time
         for (const part of PLAN_PARTS) await this.#discover(part);
+        if (vehicles.selected !== null) await this.#learnRoute(vehicles.selected);
       } while ((this.#discovery as string) === 'again');
     } finally {
       this.#discovery = 'idle';
     }
   }
 
+  /** Asks an ArduPlane once for the radius of its circles and the speed that it flies; without an answer it is taken as it comes. */
+  async #learnRoute(vehicle: Vehicle): Promise<void> {
+    const { heartbeat } = vehicle.groups;
+    const isArduPlane = heartbeat?.autopilot === 3 && (vehicle.kind === 'plane' || vehicle.kind === 'vtol');
+    if (!isArduPlane || this.#learnt.has(vehicle.systemId)) return;
+    this.#learnt.add(vehicle.systemId);
+    const read = async (name: string): Promise<number | null> => {
+      try {
+        const { value } = await api.readParam(vehicle.systemId, name);
+        return Number.isFinite(value) ? value : null;
+      } catch {
+        return null;
+      }
+    };
+    const radius_m = await read('WP_LOITER_RAD');
+    const cruise_m_s = await read('AIRSPEED_CRUISE');
+    vehicle.route = {
+      ...vehicle.route,
+      ...(radius_m === null || radius_m === 0 ? {} : { loiterRadius_m: Math.abs(radius_m) }),
+      ...(cruise_m_s === null || cruise_m_s < 1 ? {} : { cruise_m_s }),
+    };
+  }
+
   async #discover(part: PlanKind): Promise<void> {
     const vehicle = vehicles.selected;
     const told = vehicle?.planStates?.[part];
     if (!vehicle || !told || told.state === 'empty' || this.transfer !== null || onBoard.planOf(part) !== null) return;
-    if (/transfer runs/.test(told.detail)) return;
+    if (told.reason === 'transferring') return;
     const about = `${vehicle.systemId}/${part}/${told.state}/${told.hash}/${told.detail}`;
     if (this.#readFor.has(about)) return;
     this.#readFor.add(about);

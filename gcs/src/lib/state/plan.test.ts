@@ -99,6 +99,23 @@ describe('the plan store', () => {
     expect(plan.state).toBe('differs');
   });
 
+  it('asks an ArduPlane once for its circles and its speed', async () => {
+    const asked: string[] = [];
+    Object.assign(api, {
+      readParam: (_id: number, name: string) => {
+        asked.push(name);
+        return name === 'WP_LOITER_RAD' ? Promise.resolve({ value: -80 }) : Promise.reject(new Error('silent'));
+      },
+    });
+    const vehicle = vehicles.ensure(1);
+    vehicle.groups = { heartbeat: { autopilot: 3, mav_type: 1 } } as typeof vehicle.groups;
+    await plan.discover();
+    await plan.discover();
+    expect(asked).toEqual(['WP_LOITER_RAD', 'AIRSPEED_CRUISE']);
+    // what it does not tell is taken as an ArduPlane comes
+    expect(vehicles.route).toMatchObject({ loiterRadius_m: 80, cruise_m_s: 22 });
+  });
+
   it('reads into the draft, and undo brings the old one back', async () => {
     plan.add('waypoint', AT);
     server.byOthers([makeItem('takeoff', { at: AT, alt_m: 50 }), makeItem('return_to_launch')]);

@@ -16,6 +16,7 @@ import { deadReckon, turnRate_deg_s, type Ghost, type LastKnown } from '$lib/dom
 import { followRoute } from '$lib/domain/ghost-route';
 import { lonLat, wrap360_deg } from '$lib/domain/lonlat';
 import type { PlanItem } from '$lib/domain/plan';
+import { PLANE_ROUTE, type RouteOptions } from '$lib/domain/route';
 import { t } from '$lib/i18n/index.svelte';
 import { clock } from './clock.svelte';
 import { FlightClock, type FlightTime } from './flight-time';
@@ -60,6 +61,8 @@ export class Vehicle {
   progress = $state.raw<MissionProgress | null>(null);
   planStates = $state.raw<Readonly<Record<PlanKind, PlanState>> | null>(null);
   modeNames = $state.raw<readonly string[]>([]);
+  /** What of it decides where a plan takes it. */
+  route = $state.raw<RouteOptions>(PLANE_ROUTE);
   texts = $state.raw<readonly Text[]>([]);
   /** How well it is heard; null before it is known. */
   link = $state.raw<LinkQuality | null>(null);
@@ -141,6 +144,7 @@ export class Vehicle {
       home: lonLat(home?.lon_deg, home?.lat_deg),
       current,
       airspeed_m_s: hud?.airspeed_m_s ?? null,
+      route: this.route,
       wind: wind?.from_deg == null ? null : { from_deg: wind.from_deg, speed_m_s: wind.speed_m_s ?? 0 },
     };
     return followRoute(last, flight, elapsed_s) ?? deadReckon(last, elapsed_s);
@@ -179,6 +183,7 @@ export class Vehicle {
     this.apply({ groups: state.telemetry, progress: state.progress, heardAt_ms: heardAt(state.telemetry, now_ms) });
     this.planStates = state.plan_states;
     this.modeNames = state.mode_names;
+    if (state.flies_arcs !== this.route.fliesArcs) this.route = { ...this.route, fliesArcs: state.flies_arcs };
     this.setServerTime(state.time_s, now_ms);
   }
 
@@ -278,6 +283,11 @@ class Vehicles {
   selected = $derived<Vehicle | null>(
     (this.#selectedId === null ? undefined : this.#byId.get(this.#selectedId)) ?? this.all[0] ?? null,
   );
+
+  /** What decides where a plan takes the selected vehicle; without one, an ArduPlane as it comes. */
+  get route(): RouteOptions {
+    return this.selected?.route ?? PLANE_ROUTE;
+  }
 
   get(id: number): Vehicle | undefined {
     return this.#byId.get(id);
