@@ -125,19 +125,19 @@ def test_a_decoder_gives_its_first_picture_of_a_single_one() -> None:
 
 
 def test_a_file_that_is_ended_in_order_has_a_length_and_players_jump_in_it(tmp_path: Path) -> None:
-    frames = coded(VIDEO / "counter-640x480-30.mp4")
+    frames = coded(VIDEO / "small-h264.mp4")
     first = frames[0].captured_unix_s
-    # Three rounds, so that there are several clusters.
+    # Six rounds, so that there are several clusters.
     frames = [
         EncodedFrame(
             data=frame.data,
             codec="h264",
             captured_unix_s=first + number / 30,
             is_key=frame.is_key,
-            width=640,
-            height=480,
+            width=160,
+            height=120,
         )
-        for number, frame in enumerate(frames * 3)
+        for number, frame in enumerate(frames * 6)
     ]
     writer = MatroskaWriter(frames[0], title="nose")
     body = bytearray(writer.header())
@@ -248,6 +248,21 @@ def test_a_source_on_demand_is_read_while_somebody_looks() -> None:
         assert camera.latest_jpeg(timeout_s=0.0) is None, "nothing old is shown as new"
         wait_for(lambda: source.opened == 2, "and again")
         source.give()
+
+
+def test_a_source_on_demand_that_is_slow_to_come_is_waited_for() -> None:
+    now = [0.0]
+    source = OnDemand()
+    with Camera("on-demand:rtsp://camera/", open=source.open, monotonic_s=lambda: now[0]) as camera:
+        found: list[EncodedFrame | None] = []
+        asker = threading.Thread(target=lambda: found.append(camera.latest_jpeg(timeout_s=20.0)))
+        asker.start()
+        wait_for(lambda: source.opened == 1, "it is opened")
+        now[0] += 100.0
+        source.give()
+        asker.join(20.0)
+        assert [frame is not None for frame in found] == [True]
+        assert source.opened == 1
 
 
 def test_a_source_on_demand_is_read_while_it_is_recorded(tmp_path: Path) -> None:

@@ -169,6 +169,8 @@ class Camera:
         self._wanted_s: float | None = None
         """When somebody asked for pictures of any kind."""
         self._is_watched = False
+        self._askers = 0
+        """How many wait for a picture."""
         self._wants_jpeg = False
         self._recorder: VideoRecorder | None = None
         self._ended_recording: Recording | None = None
@@ -244,8 +246,7 @@ class Camera:
             When OpenCV is not installed.
         """
         with self._lock:
-            self._want()
-            if not self._arrived.wait_for(self._has_pictures, timeout_s):
+            if not self._wait_for_pictures(timeout_s):
                 return None
             self._asked_s = self._monotonic_s()
             raw, still, pixels = self._raw, self._jpeg, self._pixels
@@ -281,8 +282,7 @@ class Camera:
             ``None`` when there was none in time.
         """
         with self._lock:
-            self._want()
-            if not self._arrived.wait_for(self._has_pictures, timeout_s):
+            if not self._wait_for_pictures(timeout_s):
                 return None
             if self._codec == "jpeg":
                 return self._jpeg
@@ -326,9 +326,7 @@ class Camera:
         with self._lock:
             if self._recorder is not None and self._recorder.status().problem is None:
                 return self._recorder.status()
-            self._want()
-            if self._state is CameraState.STANDBY:
-                self._arrived.wait_for(self._has_pictures, WAKE_S)
+            self._wait_for_pictures(WAKE_S if self._state is CameraState.STANDBY else 0.0)
             if not self._has_pictures() or self._state is not CameraState.LIVE:
                 raise CameraError(f"no pictures come from {self.source}, so there is nothing to record")
             self._recorder = VideoRecorder(self._recording_dir, self.name, group=self._group)
@@ -515,8 +513,18 @@ class Camera:
         self._wanted_s = self._monotonic_s()
         self._arrived.notify_all()
 
+    def _wait_for_pictures(self, timeout_s: float) -> bool:
+        """Wait for the first picture, of a source on demand too, which goes on for a while then."""
+        self._askers += 1
+        self._arrived.notify_all()
+        try:
+            return self._arrived.wait_for(self._has_pictures, timeout_s)
+        finally:
+            self._askers -= 1
+            self._want()
+
     def _is_demanded(self) -> bool:
-        if not self._address.is_on_demand or self._is_watched or self._recorder is not None:
+        if not self._address.is_on_demand or self._is_watched or self._askers > 0 or self._recorder is not None:
             return True
         return self._wanted_s is not None and self._monotonic_s() - self._wanted_s <= ASKED_S
 
