@@ -18,6 +18,7 @@ import vencejo
 from numpy.typing import NDArray
 from vencejo import VencejoError, _native, errors
 from vencejo.jderobot import IceServer, IceSettings
+from vencejo.jderobot.camera import Camera
 from vencejo.jderobot.cmdvel import CMDVel
 from vencejo.jderobot.extra import Extra
 from vencejo.jderobot.faults import Faults
@@ -271,6 +272,18 @@ def test_navdata_has_the_units_that_are_documented_and_keeps_the_last_values() -
     )
     vehicle.telemetry = SimpleNamespace(**{**SILENT, "system_time": SimpleNamespace(boot_ms=65_000, age_s=600.0)})
     assert navdata.getNavdata().tm == pytest.approx(65.0 + 3.5), "a vehicle that is not heard stands still in time"
+
+
+def test_what_comes_too_much_at_once_is_an_answer_of_the_interface() -> None:
+    slices, workers = load(), Workers()
+    workers.close()
+    subject = TheOne(None)
+    assert Pose3D(slices, cast("Subject", subject), workers).setPose3DData(None) == 3
+    assert "setPose3DData" in subject.said[-1]
+    camera = Camera(slices, [], IceSettings(), workers)
+    assert camera.getImageDescription().width == 0
+    with pytest.raises(slices.jderobot.DataNotExistException):
+        camera.getImageData("RGB8")
 
 
 def test_pose_has_both_heights_above_the_sea_and_the_pitch_turned_round() -> None:

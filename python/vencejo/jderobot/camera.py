@@ -163,9 +163,12 @@ class Camera:
 
     # ImageProvider -----------------------------------------------------------------------------------------------------
 
-    def getImageDescription(self, current: Any = None) -> Future[Any]:
+    def getImageDescription(self, current: Any = None) -> Any:
         """What pictures are like; all zeros while there is none, because this operation has no exception."""
-        return self._workers.later(self._description)
+        try:
+            return self._workers.later(self._description)
+        except Busy:
+            return self._slices.jderobot.ImageDescription(format="RGB8")
 
     def _description(self) -> Any:
         description = self._slices.jderobot.ImageDescription(format="RGB8")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from vencejo.errors import VencejoError
+from vencejo.errors import Busy, VencejoError
 from vencejo.jderobot.answers import Answer, answer_of
 from vencejo.jderobot.runtime import Slices
 from vencejo.jderobot.subject import Held, Subject
@@ -57,7 +57,11 @@ class Pose3D:
 
     def setPose3DData(self, data: Any, current: Any = None) -> Any:
         """Fly to a position, height above mean sea level in z, when the vehicle is in GUIDED; no mode is changed."""
-        return self._workers.later(lambda: int(self._goto(data)))
+        try:
+            return self._workers.later(lambda: int(self._goto(data)))
+        except Busy as error:
+            self._subject.tell(f"setPose3DData: {error}")
+            return int(Answer.BUSY)
 
     def _goto(self, data: Any) -> Answer:
         try:
