@@ -96,6 +96,10 @@ class Plane:
         angles_rad = [math.radians(angle) for angle in (roll_deg, pitch_deg, heading_deg)]
         self._sim.call(lambda world: world.planes[0].autopilot.move_by_hand(*angles_rad))
 
+    def hurry(self) -> None:
+        """Simulated time goes faster from now on: for a flight in which nobody talks with it, as its patience is by its own clock."""
+        self._sim.call(lambda world: [plane.params.set("SIM_SPEEDUP", 60.0) for plane in world.planes])
+
     def reboot(self) -> None:
         """The autopilot starts anew."""
         self._sim.call(lambda world: world.planes[0].autopilot.reboot())

@@ -105,6 +105,7 @@ async def test_e2_a_mission_is_sent_to_a_plane_in_the_air(open_station: OpenStat
             await station.send_plan()
             await expect(station.bar("bar.mode")).to_have_text(re.compile(r"^\s*TAKEOFF"))
             await station.start_mission()
+            plane.hurry()
             await station.see_item(3)
             for row in (0, 1):
                 await expect(station.items.nth(row)).to_contain_text(station.text("plan.reached"))
@@ -138,6 +139,7 @@ async def test_e3_take_off_and_waypoints_from_the_ground(open_station: OpenStati
             await station.arm()
             await expect(station.bar("bar.mode")).not_to_have_text(re.compile("AUTO"))
             await station.start_mission()
+            plane.hurry()
             await station.see_item(5)
             for row in range(4):
                 await expect(station.items.nth(row)).to_contain_text(station.text("plan.reached"))
@@ -161,6 +163,7 @@ async def test_e4_take_off_and_landing(open_station: OpenStation, serve: Serve) 
             await station.send_plan()
             await station.arm()
             await station.start_mission()
+            plane.hurry()
             await station.see_item(5)
             await expect(station.bar("bar.motors")).to_contain_text(station.text("bar.disarmed"), timeout=FLIGHT_MS)
             await station.open_panel("numbers")
