@@ -16,6 +16,7 @@ from vencejo.cli.common import RootGroup, end_by_signal
 from vencejo.cli.demo import demo
 from vencejo.cli.fly import fly
 from vencejo.cli.links import links
+from vencejo.cli.maps import maps_app
 from vencejo.cli.mission import mission_app
 from vencejo.cli.params import params_app
 from vencejo.cli.record import record, replay
@@ -73,6 +74,7 @@ app.command()(telemetry)
 app.add_typer(mission_app, name="mission")
 app.add_typer(params_app, name="params")
 app.command()(links)
+app.add_typer(maps_app, name="maps")
 app.command()(record)
 app.command()(replay)
 app.command(add_help_option=False, context_settings=SIM_CONTEXT)(sim)

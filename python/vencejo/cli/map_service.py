@@ -1,0 +1,187 @@
+"""The maps' API for the `vencejo maps` commands: of a station that runs, or of the maps folder opened here for as long as a command runs.
+
+Both are the server's own code behind the same HTTP interface, so that a command does what the browser's dialog does.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import http.client
+import json
+import ssl
+import urllib.parse
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, BinaryIO, Final
+
+import typer
+
+from vencejo.cli.common import Exit, Failed
+
+PATIENCE_S: Final = 120.0
+"""How long an answer may take: some make the station ask a slow map service."""
+PIECE: Final = 1 << 20
+
+StationOption = Annotated[
+    str | None,
+    typer.Option(
+        "--station",
+        metavar="URL",
+        envvar="VENCEJO_STATION",
+        help="A ground station that runs, such as http://192.168.1.20:8765; without it the maps folder of this machine is opened.",
+    ),
+]
+TokenOption = Annotated[
+    str | None,
+    typer.Option("--token", metavar="TOKEN", envvar="VENCEJO_TOKEN", help="The station's token for operators."),
+]
+FolderOption = Annotated[
+    Path | None,
+    typer.Option("--maps", metavar="FOLDER", help="The maps folder, without --station; by default in the data folder."),
+]
+
+
+@dataclass
+class Answer:
+    """What the station answered."""
+
+    status: int
+    kind: str
+    headers: dict[str, str]
+    body: bytes
+
+
+@dataclass
+class MapService:
+    """A session with a station's maps.
+
+    Parameters
+    ----------
+    url : str
+        Where the station is: scheme, host and port.
+    """
+
+    url: str
+    _cookie: str | None = field(default=None, repr=False)
+
+    def open(self, token: str | None) -> None:
+        """Open a session; control of the vehicles, which a first operator is given, is handed back at once."""
+        answer = self.request("POST", "session", json.dumps({"name": "vencejo maps", "token": token}).encode())
+        self._cookie = answer.headers.get("set-cookie", "").partition(";")[0] or None
+        self.request("POST", "control/release")
+
+    def close(self) -> None:
+        """End the session."""
+        with contextlib.suppress(OSError, Failed):
+            self.request("DELETE", "session")
+
+    def ask(self, method: str, path: str, body: Any = None) -> Any:
+        """One request with JSON; what came back.
+
+        Raises
+        ------
+        Failed
+            With the station's own words.
+        """
+        answer = self.request(method, path, None if body is None else json.dumps(body).encode())
+        return json.loads(answer.body) if answer.body else None
+
+    def send_file(self, path: str, file: BinaryIO) -> Any:
+        """Send a file as it is; what came back."""
+        return json.loads(self.request("POST", path, file, kind="application/octet-stream").body)
+
+    def save(self, path: str, target: Path) -> int:
+        """Write an answer to a file, a piece at a time; its bytes."""
+        connection, response = self._send("GET", path, None, "")
+        with contextlib.closing(connection):
+            if response.status >= 300:
+                raise _failure(response.status, response.read())
+            partial = target.with_name(f".{target.name}.part")
+            try:
+                with partial.open("wb") as file:
+                    while piece := response.read(PIECE):
+                        file.write(piece)
+                partial.replace(target)
+            finally:
+                partial.unlink(missing_ok=True)
+        return target.stat().st_size
+
+    def request(
+        self, method: str, path: str, body: bytes | BinaryIO | None = None, *, kind: str = "application/json"
+    ) -> Answer:
+        """One request that must succeed."""
+        connection, response = self._send(method, path, body, kind)
+        with contextlib.closing(connection):
+            data = response.read()
+        if response.status >= 300:
+            raise _failure(response.status, data)
+        headers = {name.lower(): value for name, value in response.getheaders()}
+        return Answer(response.status, headers.get("content-type", ""), headers, data)
+
+    def _send(
+        self, method: str, path: str, body: bytes | BinaryIO | None, kind: str
+    ) -> tuple[http.client.HTTPConnection, http.client.HTTPResponse]:
+        parts = urllib.parse.urlsplit(self.url)
+        if parts.scheme not in ("http", "https") or not parts.hostname:
+            raise Failed(f"--station {self.url}: takes an address such as http://192.168.1.20:8765", Exit.USAGE)
+        connection: http.client.HTTPConnection
+        if parts.scheme == "https":
+            connection = http.client.HTTPSConnection(
+                parts.hostname, parts.port, timeout=PATIENCE_S, context=ssl.create_default_context()
+            )
+        else:
+            connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=PATIENCE_S)
+        headers = {"Content-Type": kind} if body is not None else {}
+        if body is not None and not isinstance(body, bytes):
+            headers["Content-Length"] = str(body.seek(0, 2))
+            body.seek(0)
+        if self._cookie:
+            headers["Cookie"] = self._cookie
+        try:
+            target = path if path.startswith("/") else f"/api/v1/{path}"
+            connection.request(method, target, body, headers)
+            return connection, connection.getresponse()
+        except (OSError, http.client.HTTPException) as error:
+            connection.close()
+            raise Failed(f"the station at {self.url} does not answer: {error}") from error
+
+
+def _failure(status: int, body: bytes) -> Failed:
+    try:
+        problem = json.loads(body)
+        text = str(problem.get("detail") or problem.get("title") or status)
+        remedy = problem.get("remedy")
+    except (ValueError, AttributeError):
+        return Failed(f"the station answers with {status}; is a Vencejo there?")
+    if status == 401:
+        remedy = "give the token that `vencejo serve` shows, with --token or in VENCEJO_TOKEN"
+    return Failed(f"{text}; {remedy}" if remedy else text)
+
+
+def quoted(text: str) -> str:
+    """A text as one part of a path or query."""
+    return urllib.parse.quote(text, safe="")
+
+
+@contextlib.contextmanager
+def map_service(station: str | None, token: str | None, folder: Path | None) -> Iterator[MapService]:
+    """A session with the station at an address, or with one that serves the maps folder here until the end."""
+    with contextlib.ExitStack() as stack:
+        if station is None:
+            from vencejo import Station
+            from vencejo.serve import Server
+
+            # No link: this station knows of no vehicle.
+            alone = stack.enter_context(Station(record=False, heartbeat=False))
+            server = stack.enter_context(Server(alone, port=0, tokens=True, maps_folder=folder))
+            tokens = server.tokens
+            url, token = server.url, None if tokens is None else tokens.operator
+        else:
+            if folder is not None:
+                raise Failed("--maps is for this machine's folder; with --station it is the station's", Exit.USAGE)
+            url = station if "://" in station else f"http://{station}"
+        service = MapService(url)
+        service.open(token)
+        stack.callback(service.close)
+        yield service

@@ -1,0 +1,209 @@
+"""The commands `vencejo maps …` against a tile service on this machine: the folder opened here, and a station that runs."""
+
+from __future__ import annotations
+
+import contextlib
+import http.server
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+from vencejo.cli import app
+from vencejo.cli.map_areas import size
+
+from tests.server.client import WebSocket, serving
+from tests.support import wait_for
+
+PICTURE = cv2.imencode(".png", np.full((256, 256, 3), (40, 90, 60), np.uint8))[1].tobytes()
+BOX = "-4.02,40.0,-4.0,40.02"
+
+
+@dataclass
+class Tiles:
+    """A service of tiles that counts, and answers only while it may."""
+
+    url: str = ""
+    asked: list[str] = field(default_factory=list)
+    may_answer: threading.Event = field(default_factory=threading.Event)
+
+
+@contextlib.contextmanager
+def tile_service() -> Iterator[Tiles]:
+    tiles = Tiles()
+    tiles.may_answer.set()
+
+    class Handler(http.server.BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            tiles.asked.append(self.path)
+            tiles.may_answer.wait(60)
+            missing = self.path.startswith("/none/")
+            self.send_response(500 if missing else 200)
+            self.end_headers()
+            with contextlib.suppress(OSError):
+                self.wfile.write(b"out of order" if missing else PICTURE)
+
+        def log_message(self, format: str, *args: object) -> None:
+            pass
+
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True).start()
+    tiles.url = f"http://127.0.0.1:{server.server_port}"
+    try:
+        yield tiles
+    finally:
+        tiles.may_answer.set()
+        server.shutdown()
+        server.server_close()
+
+
+@pytest.fixture(name="tiles")
+def _tiles() -> Iterator[Tiles]:
+    with tile_service() as tiles:
+        yield tiles
+
+
+@pytest.fixture(name="folder")
+def _folder(tmp_path: Path) -> Path:
+    folder = tmp_path / "maps"
+    folder.mkdir()
+    (folder / "sources.toml").write_text("# mine\n")
+    return folder
+
+
+def run(*args: str, folder: Path | None = None, data: Path | None = None) -> Result:
+    where = ["--maps", str(folder)] if folder else []
+    env = {"VENCEJO_STATION": "", "VENCEJO_TOKEN": "", "VENCEJO_DATA": str(data or (folder or Path.cwd()).parent)}
+    return CliRunner().invoke(app, ["maps", *args, *where], env={name: text or None for name, text in env.items()})
+
+
+def told(*args: str, folder: Path) -> Any:
+    result = run(*args, "--json", folder=folder)
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout)
+
+
+def test_a_source_is_added_tried_and_removed(tiles: Tiles, folder: Path) -> None:
+    tried = told("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}.png", "--name", "Club", "--set", "max_zoom=18", folder=folder)
+    assert (tried["id"], tried["ok"], tried["type"], tried["bytes"]) == ("club", True, "image/png", len(PICTURE))
+    assert tiles.asked == [f"/{tried['tile']}.png"]
+    assert 'id = "club"' in (folder / "sources.toml").read_text()
+    listed = told("list", folder=folder)["sources"]
+    assert [(source["id"], source["kind"], source["max_zoom"]) for source in listed] == [("club", "xyz", 18)]
+    shown = run("test", "club", folder=folder)
+    assert shown.exit_code == 0
+    assert "image/png" in shown.stdout
+    assert told("cache", folder=folder)["club"]["tiles"] == 1
+    assert run("clear", "club", "--yes", folder=folder).exit_code == 0
+    assert told("cache", folder=folder)["club"]["tiles"] == 0
+    assert run("remove", "club", "--cache", "--yes", folder=folder).exit_code == 0
+    assert told("list", folder=folder)["sources"] == []
+
+
+def test_a_source_that_fails_says_why(tiles: Tiles, folder: Path) -> None:
+    result = run("add", f"{tiles.url}/none/{{z}}/{{x}}/{{y}}", "--id", "broken", folder=folder)
+    assert result.exit_code == 0
+    assert "out of order" in result.stdout
+    tried = run("test", "--json", folder=folder)
+    assert tried.exit_code == 1
+    assert json.loads(tried.stdout)[0]["status"] == "failing"
+    for args, said in [
+        (("test", "nowhere"), "no map source 'nowhere'"),
+        (("add", "nonsense.txt"), "no preset"),
+        (("add", "https://a.example/wms"), "which layer?"),
+        (("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", "--set", "opacity"), "FIELD=VALUE"),
+        (("area", "estimate", "broken"), "--around"),
+        (("area", "estimate", "broken", "--box", "1,2,3"), "four numbers"),
+        (("area", "estimate", "broken", "--box", BOX, "--zoom", "high"), "10-17"),
+        (("list", "--station", "ftp://x"), "takes an address"),
+    ]:
+        wrong = run(*args, folder=None if "--station" in args else folder)
+        assert wrong.exit_code == 2, f"{args}: {wrong.output}"
+        assert said in wrong.stderr
+    refused = run("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", "--set", "opacity=7", folder=folder)
+    assert (refused.exit_code, "opacity" in refused.stderr) == (1, True)
+
+
+def test_presets_and_files(folder: Path) -> None:
+    found = told("presets", folder=folder)
+    assert {"pnoa", "osm", "google-satellite"} <= {preset["id"] for preset in found}
+    cog = Path(__file__).parents[1] / "fixtures/maps/cog-jpeg-mask.tif"
+    tried = told("add", str(cog), folder=folder)
+    assert (tried["id"], tried["ok"], tried["type"]) == ("cog-jpeg-mask", True, "image/png")
+    assert (folder / "files" / cog.name).read_bytes() == cog.read_bytes()
+
+
+def test_an_area_is_reckoned_fetched_and_handed_on(tiles: Tiles, folder: Path, tmp_path: Path) -> None:
+    run("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", "--id", "club", folder=folder)
+    wanted = ("club", "--box", BOX, "--zoom", "12-15")
+    estimate = told("area", "estimate", *wanted, folder=folder)
+    assert estimate["tiles"] > 8
+    unasked = run("area", "download", *wanted, "--name", "Field", folder=folder)
+    assert (unasked.exit_code, "--yes" in unasked.stderr) == (2, True)
+    area = told("area", "download", *wanted, "--name", "Field", "--yes", folder=folder)
+    assert (area["state"], area["done"], area["failed"]) == ("done", estimate["tiles"], 0)
+    file = tmp_path / "field.mbtiles"
+    assert told("area", "export", "Field", str(file), folder=folder)["bytes"] == file.stat().st_size
+    assert run("area", "remove", "Field", "--yes", folder=folder).exit_code == 0
+    assert told("area", "import", "club", str(file), "--name", "Again", folder=folder)["done"] == estimate["tiles"]
+    shown = run("area", "list", folder=folder)
+    assert "Again" in shown.stdout
+    assert run("area", "remove", "Field", "--yes", folder=folder).exit_code == 1
+
+
+def test_ctrl_c_pauses_and_a_plan_leads(tiles: Tiles, folder: Path) -> None:
+    from vencejo.cli.demo import demo_mission
+
+    run("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", "--id", "club", folder=folder)
+    tiles.may_answer.clear()
+    before = len(tiles.asked)
+    wanted = ["download", "club", "--name", "Field", "--around", str(demo_mission()), "--zoom", "12-16", "--yes"]
+    command = [sys.executable, "-m", "vencejo.cli", "maps", "area", *wanted, "--maps", str(folder)]
+    env = {**os.environ, "VENCEJO_DATA": str(folder.parent)}
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=env)
+    wait_for(lambda: len(tiles.asked) > before, "the first tile")
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130, said
+    assert "Paused" in said
+    (area,) = told("area", "list", folder=folder)
+    assert area["state"] == "paused"
+    tiles.may_answer.set()
+    done = told("area", "resume", "Field", folder=folder)
+    assert (done["state"], done["done"]) == ("done", area["tiles"])
+
+
+def test_a_station_that_runs_is_asked_with_its_token(tiles: Tiles, folder: Path) -> None:
+    with serving("--token", "--link", "udpin:127.0.0.1:0", data=folder.parent) as served:
+        station = ("--station", served.url)
+        refused = run("list", *station)
+        assert refused.exit_code == 1
+        assert "--token" in refused.stderr
+        token = ("--token", served.token("operator"))
+        added = run("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", "--id", "club", *station, *token)
+        assert added.exit_code == 0, added.stderr
+        browser = served.client(name="browser", token=served.token("operator"))
+        assert browser.done("GET", "session")["has_control"], "the command holds no control"
+        with WebSocket(browser) as socket:
+            assert run("remove", "club", "--yes", *station, *token).exit_code == 0
+            assert socket.until("maps") == {"type": "maps"}
+
+
+def test_sizes_are_for_people() -> None:
+    assert [size(n) for n in (0, 999, 1000, 12_345_678, 1_234_567_890)] == [
+        "0 B",
+        "999 B",
+        "1 kB",
+        "12.3 MB",
+        "1.23 GB",
+    ]
