@@ -31,6 +31,10 @@ fn named(text: &str, url: &str) -> Attribution {
     Attribution { text: text.to_owned(), url: Some(url.to_owned()) }
 }
 
+/// Days that tiles of the Instituto Geográfico Nacional are new: Spain is flown once a year at most, and its services send
+/// headers that would have them fetched again with each view.
+const IGN_DAYS: u32 = 30;
+
 /// Spain with its islands.
 const SPAIN: Bounds = Bounds { west_deg: -18.6, south_deg: 27.2, east_deg: 4.8, north_deg: 44.2 };
 
@@ -123,6 +127,7 @@ fn pnoa() -> SourceSettings {
         format: Some("image/jpeg".to_owned()),
         // 15 cm a pixel in degrees; the pictures have 25.
         max_zoom: Some(19),
+        cache_min_days: Some(IGN_DAYS),
         bounds: Some(SPAIN),
         attribution: vec![named("PNOA CC-BY 4.0 scne.es, © Instituto Geográfico Nacional", "https://www.scne.es")],
         terms_url: Some("https://www.ign.es/web/ign/portal/politica-datos".to_owned()),
@@ -133,6 +138,7 @@ fn pnoa() -> SourceSettings {
 
 fn ign_base() -> SourceSettings {
     SourceSettings {
+        cache_min_days: Some(IGN_DAYS),
         bounds: Some(SPAIN),
         attribution: vec![named("CC-BY 4.0 ign.es, © Instituto Geográfico Nacional", "https://www.ign.es")],
         terms_url: Some("https://www.ign.es/web/ign/portal/politica-datos".to_owned()),
@@ -198,6 +204,8 @@ fn sentinel2() -> SourceSettings {
             },
         ],
         terms_url: Some("https://cloudless.eox.at/documentation/license".to_owned()),
+        // Of one year, and the same for ever.
+        cache_min_days: Some(365),
         order: 50,
         ..xyz(
             "sentinel2",
@@ -257,6 +265,8 @@ fn terrain() -> SourceSettings {
             "https://github.com/tilezen/joerd/blob/master/docs/attribution.md",
         )],
         terms_url: Some("https://registry.opendata.aws/terrain-tiles/".to_owned()),
+        // Put together in 2017.
+        cache_min_days: Some(365),
         order: 10,
         ..xyz("terrain", "Terrain Tiles", "https://s3.amazonaws.com/elevation-tiles-prod/terrarium/{z}/{x}/{y}.png", 12)
     }
@@ -290,6 +300,11 @@ mod tests {
         }
         let pnoa = find("pnoa");
         assert_eq!((pnoa.version.as_deref(), pnoa.crs.as_deref()), (Some("1.3.0"), Some("EPSG:4326")));
+        for (id, days) in [("pnoa", 30), ("ign-base", 30), ("sentinel2", 365), ("terrain", 365)] {
+            assert_eq!(find(id).cache_min_days, Some(days), "{id}");
+        }
+        // Where the terms say for how long, nothing else does.
+        assert!(presets().iter().all(|p| p.settings.cache == Caching::Keep || p.settings.cache_min_days.is_none()));
         assert!(pnoa.offline_refusal().is_none() && pnoa.attribution[0].text.contains("CC-BY 4.0"));
     }
 }
