@@ -79,6 +79,7 @@ async def test_a_mission_is_flown_by_keyboard_alone(open_station: OpenStation, s
             await expect(station.plan_state).to_have_text(station.text("plan.state.verified"))
             fly = station.panel("fly")
             for key, command in (("fly.arm", "arm"), ("fly.start", "mission/start")):
+                await expect(fly.get_by_role("button", name=station.text(key), exact=True)).to_be_enabled()
                 await tab_to(station, fly.get_by_role("button", name=station.text(key), exact=True))
                 # Too short a press does nothing but say what is wanted.
                 await keys.press("Enter")
@@ -151,6 +152,7 @@ async def test_a_phone_plans_and_flies_by_touch(open_station: OpenStation, serve
             await expect(fly.get_by_text(station.text("fly.ready"), exact=True)).to_be_visible()
             for key, command in (("fly.arm", "arm"), ("fly.start", "mission/start")):
                 button = fly.get_by_role("button", name=station.text(key), exact=True)
+                await expect(button).to_be_enabled()
                 await button.scroll_into_view_if_needed()
                 box = await button.bounding_box()
                 assert box is not None

@@ -163,7 +163,7 @@ async def test_a_plan_goes_to_files_and_to_the_vehicle_and_back(
             await station.button("plan.undo").click()
             await expect(station.plan_state).to_have_text(station.text("plan.state.verified"))
 
-            await panel.get_by_role("button", name=station.text("plan.clear"), exact=True).click()
+            await panel.get_by_role("button", name=station.text("plan.clear.mission"), exact=True).click()
             await expect(panel.get_by_text(station.text("plan.noItems"), exact=True)).to_be_visible()
             await expect(station.plan_state).to_have_text(station.text("plan.state.differs"))
             await panel.get_by_role("button", name=station.text("plan.read"), exact=True).click()
@@ -171,7 +171,7 @@ async def test_a_plan_goes_to_files_and_to_the_vehicle_and_back(
             await expect(station.plan_state).to_have_text(station.text("plan.state.verified"))
 
             await station.hold(
-                panel.get_by_role("button", name=station.text("plan.clearVehicle"), exact=True),
+                panel.get_by_role("button", name=station.text("plan.clearVehicle.mission"), exact=True),
                 until=panel.get_by_text(station.text("plan.state.not-sent"), exact=True),
             )
             await expect(station.items).to_have_count(len(demo))

@@ -75,8 +75,6 @@ export const mapEn = {
   'plan.saveAs': 'Save as {format}',
   'plan.send': 'Send',
   'plan.read': 'Read',
-  'plan.clear': 'Clear',
-  'plan.clearVehicle': 'Clear on the vehicle',
   'plan.clear.mission': 'Clear this mission',
   'plan.clear.fence': 'Clear this fence',
   'plan.clear.rally': 'Clear these points',

@@ -77,8 +77,6 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'plan.saveAs': 'Guardar como {format}',
   'plan.send': 'Enviar',
   'plan.read': 'Leer',
-  'plan.clear': 'Vaciar',
-  'plan.clearVehicle': 'Borrar en el vehículo',
   'plan.clear.mission': 'Vaciar esta misión',
   'plan.clear.fence': 'Vaciar esta geovalla',
   'plan.clear.rally': 'Quitar estos puntos',

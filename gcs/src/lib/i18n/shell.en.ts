@@ -90,6 +90,11 @@ export const shellEn = {
   'fly.disarm': 'Disarm',
   'fly.disarmFlying': 'Stop motors in flight',
   'fly.start': 'Start mission',
+  'fly.armFirst': 'Arm first.',
+  'fly.armInMission':
+    'It is in {mode}: armed, it starts its mission at once. Choose another mode first, unless you mean that.',
+  'fly.pauseOnly': 'Only while it flies its mission.',
+  'fly.resumeOnly': 'It flies its mission already.',
   'fly.pause': 'Pause',
   'fly.resume': 'Resume',
   'fly.rtl': 'Return home',
