@@ -6,6 +6,7 @@ import itertools
 import random
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -161,6 +162,26 @@ def test_a_file_that_is_ended_in_order_has_a_length_and_players_jump_in_it(tmp_p
     assert capture.grab()
     assert capture.get(cv2.CAP_PROP_POS_MSEC) == pytest.approx(9000.0, abs=200.0)
     capture.release()
+
+
+@pytest.mark.parametrize("size", [10, 1 << 10, 1 << 20, 5 << 20])
+def test_what_is_written_at_the_end_fits_where_it_goes(size: int) -> None:
+    frame = EncodedFrame(data=bytes(size), codec="jpeg", captured_unix_s=1e9, is_key=True, width=64, height=48)
+    writer = MatroskaWriter(frame)
+    file = bytearray(writer.header())
+    for second in range(12):
+        file += writer.block(replace(frame, captured_unix_s=1e9 + second))
+    tail, patches = writer.end()
+    assert tail.startswith(bytes.fromhex("1c53bb6b"))
+    places = {position: len(data) for position, data in patches}
+    assert [bytes(file[position : position + 1]) for position, length in places.items() if length == 160] == [b"\xec"]
+    # Sizes of the segment and of three clusters, the length, and where the parts are.
+    assert sorted(places.values()) == [8, 8, 8, 8, 18, 160]
+    for position, data in patches:
+        file[position : position + len(data)] = data
+    segment = next(position for position, length in places.items() if length == 160)
+    whole = int.from_bytes(file[segment - 7 : segment], "big")
+    assert segment + whole == len(file) + len(tail)
 
 
 def test_a_recording_keeps_the_order_of_b_pictures_and_survives_a_clock_set_back() -> None:

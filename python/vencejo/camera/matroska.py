@@ -23,7 +23,7 @@ MAX_CLUSTER_MS: Final = 5000
 """A picture's time in its cluster is 16 bits; a new cluster begins at a key frame after this, or before it runs over."""
 MAX_REORDER_MS: Final = 2000
 """Pictures that are shown before others that were coded earlier (B pictures) are no further back. Further is a clock set back."""
-SEEK_BYTES: Final = 128
+SEEK_BYTES: Final = 160
 """Left free for where the parts of the file are."""
 INFO: Final = 0x1549A966
 TRACKS: Final = 0x1654AE6B
