@@ -6,10 +6,11 @@ import type Tile from 'ol/Tile';
 import TileState from 'ol/TileState';
 import TileLayer from 'ol/layer/Tile';
 import type Projection from 'ol/proj/Projection';
-import TileImage from 'ol/source/TileImage';
+import type TileImage from 'ol/source/TileImage';
 import TileGrid from 'ol/tilegrid/TileGrid';
 import type { TileLoader } from '$lib/api/maps-tiles';
 import type { Problem } from '$lib/api/types';
+import { GridTiles } from './GridTiles';
 import { projectionFor } from './projections';
 
 export interface GridLevel {
@@ -55,6 +56,11 @@ export interface SourceEvents {
 const RETRY_S = [5, 10, 20, 40, 60] as const;
 /** A source is hidden when the map is so many times coarser than its coarsest level: the tiles would be thousands. */
 const COARSEST_FACTOR = 8;
+/**
+ * Coarser levels that are fetched with the one that is looked at. They reach far over the window's edges: where the map is dragged
+ * to, there is something already, until the fine tiles come. All of them together are a third of the fine ones.
+ */
+const COARSER_LEVELS = 4;
 /** Pixels of pictures that a layer keeps for when they are looked at again: 384 tiles of 256 px, about 100 MB unpacked. */
 const KEPT_PX = 384 * 256 * 256;
 /** A window of common size with the levels beside its own is filled by fewer. */
@@ -170,7 +176,7 @@ export class SourceLayers {
       ...(sizes.every((size) => size != null) && { sizes: sizes.map((size) => [...(size ?? [])]) }),
     });
     // The newer ol/source/ImageTile warps with WebGL, which many a tablet has not; this one warps on a plain canvas.
-    const tiles = new TileImage({
+    const tiles = new GridTiles({
       projection,
       tileGrid,
       tilePixelRatio: density,
@@ -182,7 +188,7 @@ export class SourceLayers {
     const [width = 256, height = 256] = coarsest.tile_px;
     return new TileLayer({
       source: tiles,
-      preload: 1,
+      preload: COARSER_LEVELS,
       cacheSize: Math.max(LEAST_KEPT, Math.round(KEPT_PX / (width * height))),
       maxResolution: coarsest.resolution * (projection.getMetersPerUnit() ?? 1) * COARSEST_FACTOR,
     });
