@@ -71,7 +71,7 @@ export const mapsEn = {
   'maps.addTitle': 'New source',
   'maps.editTitle': 'Edit {name}',
   'maps.paste': 'Address of a service or of tiles',
-  'maps.pasteHint': 'Paste a WMS or WMTS address, or tiles with {x}, {y} and {z}.',
+  'maps.pasteHint': 'Paste a WMS or WMTS address, tiles with {x}, {y} and {z}, or the address of a GeoTIFF.',
   'maps.orPreset': 'or one that is prepared',
   'maps.orFile': 'or a file',
   'maps.kind': 'Kind',

@@ -73,7 +73,7 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.addTitle': 'Fuente nueva',
   'maps.editTitle': 'Editar {name}',
   'maps.paste': 'Dirección de un servicio o de teselas',
-  'maps.pasteHint': 'Pega una dirección WMS o WMTS, o teselas con {x}, {y} y {z}.',
+  'maps.pasteHint': 'Pega una dirección WMS o WMTS, teselas con {x}, {y} y {z}, o la dirección de un GeoTIFF.',
   'maps.orPreset': 'o una preparada',
   'maps.orFile': 'o un fichero',
   'maps.kind': 'Tipo',

@@ -12,8 +12,6 @@ import { vehicles } from './vehicles.svelte';
 
 export type DraftShape = 'plan' | 'view' | 'box' | 'polygon';
 
-/** While something is being fetched the list is asked for this often. */
-const POLL_MS = 1000;
 const ESTIMATE_MS = 350;
 /** Corners that a polygon may have. */
 const MOST_CORNERS = 200;
@@ -31,9 +29,7 @@ class OfflineAreas {
   estimate = $state.raw<AreaEstimate | null>(null);
   estimateProblem = $state.raw<Problem | null>(null);
   isEstimating = $state(false);
-  #timer: ReturnType<typeof setTimeout> | undefined;
   #estimateTimer: ReturnType<typeof setTimeout> | undefined;
-  #watchers = 0;
   #asked = 0;
 
   /** What the draft covers; `null` until enough is drawn. */
@@ -50,18 +46,7 @@ class OfflineAreas {
     return a === undefined || b === undefined ? null : { kind: 'box', ...boxOf(a, b) };
   });
 
-  /** Keeps the list up to date while somebody looks; gives what ends that. */
-  watch(): () => void {
-    this.#watchers += 1;
-    void this.load();
-    return () => {
-      this.#watchers -= 1;
-      if (this.#watchers === 0) clearTimeout(this.#timer);
-    };
-  }
-
   async load(): Promise<void> {
-    clearTimeout(this.#timer);
     try {
       this.areas = await mapsApi.areas();
       this.problem = null;
@@ -69,8 +54,6 @@ class OfflineAreas {
     } catch (error) {
       this.problem = problemFrom(error);
     }
-    const isMoving = this.areas.some((area) => area.state === 'running');
-    if (this.#watchers > 0) this.#timer = setTimeout(() => void this.load(), isMoving ? POLL_MS : 5 * POLL_MS);
   }
 
   // --- The draft ----------------------------------------------------------------------------------------------------

@@ -50,6 +50,8 @@ class Station {
     state: (state) => this.#setSocketState(state),
   });
 
+  /** Counts what the server told of: another map source, or an area that went on. */
+  mapsRevision = $state(0);
   isOnline = $derived(this.socketState === 'open');
   /** How long the server has been away; null while it is there. */
   away_s = $derived(clock.age_s(this.#away_ms));
@@ -175,6 +177,9 @@ class Station {
         break;
       case 'links':
         this.links = message.links;
+        break;
+      case 'maps':
+        this.mapsRevision += 1;
         break;
       case 'control':
         if (this.session) {
