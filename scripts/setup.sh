@@ -148,8 +148,9 @@ compiled_ice() {
         build=$(mktemp -d)
         "$VENV/bin/python" -m venv "$build/venv"
         "$build/venv/bin/python" -m pip install --quiet --require-hashes --no-deps -r requirements/ice-build.lock
-        # Not optimised for speed: compiling takes half the time, and what is slow is not in it.
-        CFLAGS=-O1 "$build/venv/bin/python" -m pip wheel --quiet --require-hashes --no-deps --no-build-isolation \
+        # Not optimised for speed: compiling takes half the time, and what is slow is not in it. Without what debuggers need:
+        # a third less time again, and a wheel of 3 MB in place of 35.
+        CFLAGS='-O1 -g0' "$build/venv/bin/python" -m pip wheel --quiet --require-hashes --no-deps --no-build-isolation \
             --wheel-dir "$build/wheels" -r requirements/ice.lock >"$build/log" 2>&1 \
             || { cat "$build/log" >&2; fail "ZeroC Ice did not compile; it needs the headers of OpenSSL and bzip2 (libssl-dev, libbz2-dev)"; }
         mkdir -p "$cache"
