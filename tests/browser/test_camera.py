@@ -177,6 +177,11 @@ async def test_h264_is_shown_recorded_and_kept_as_a_picture(open_station: OpenSt
         await expect(window(station)).to_contain_text(station.text("camera.isRecording"))
         await station.button("camera.stop").click()
         await expect(window(station)).to_contain_text(".mkv")
+        await station.button("camera.footage").click()
+        for kind in ("mkv", "jpg"):
+            name = re.compile(rf"^{station.text('camera.download', name='')}[-_0-9]+nose\.{kind}$")
+            await expect(window(station).get_by_role("link", name=name)).to_be_visible()
+        await station.button("camera.toPicture").click()
         await station.choice(window(station), "camera.choose").select_option("tail")
         await expect(window(station, "tail").locator("canvas")).to_have_js_property("width", 160)
         await moves(station, page)

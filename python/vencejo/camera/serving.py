@@ -8,7 +8,7 @@ import time
 from types import TracebackType
 from typing import TYPE_CHECKING, Final
 
-from vencejo.camera.camera import WAKE_S, Camera
+from vencejo.camera.camera import WAKE_S, Camera, CameraState
 from vencejo.camera.errors import CameraError
 from vencejo.camera.frames import EncodedFrame
 from vencejo.camera.recorder import keep_still
@@ -142,7 +142,10 @@ def still_picture(camera: Camera, server: Server | None = None, *, unix_s: float
     CameraError
         When there is no picture of now.
     """
-    frame = camera.latest_jpeg(WAKE_S if camera.is_on_demand else 1.0)
+    state = camera.status.state
+    # What is there only has to be decoded, however busy the machine is; what is not will hardly come.
+    is_worth_waiting = state is CameraState.LIVE or (camera.is_on_demand and state is not CameraState.DEAD)
+    frame = camera.latest_jpeg(WAKE_S if is_worth_waiting else 1.0)
     now = time.time() if unix_s is None else unix_s
     if frame is None:
         raise CameraError(f"there is no picture: {camera.status.reason or 'none has come yet'}")
