@@ -17,7 +17,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 from vencejo.cli import app
-from vencejo.cli.demo import has_desktop
+from vencejo.cli.common import Failed
+from vencejo.cli.demo import camera_options, has_desktop
 
 from tests.server.client import Client, WebSocket
 from tests.support import HOME, wait_for
@@ -72,6 +73,8 @@ def test_a_visitor_gets_control_and_then_the_plane(tmp_path: Path) -> None:
             visitor.open_session(name="visitor")
             session = visitor.done("GET", "session")
             assert (session["has_control"], session["holder"]) == (False, "demo")
+            (nose,) = visitor.done("GET", "cameras")
+            assert (nose["name"], nose["state"], nose["viewers"]) == ("nose", "standby", 0)
             assert visitor.ask("POST", "vehicles/1/disarm").status == 423
             visitor.done("POST", "control/request")
             # An open page keeps the request alive.
@@ -111,6 +114,15 @@ def test_a_visitor_gets_control_and_then_the_plane(tmp_path: Path) -> None:
         finally:
             if process.poll() is None:
                 process.kill()
+
+
+def test_without_its_packages_there_is_no_camera(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert camera_options(False) == []
+    assert camera_options(None) == camera_options(True) == ["--camera=127.0.0.1:0"]
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    assert camera_options(None) == []
+    with pytest.raises(Failed, match="pip install"):
+        camera_options(True)
 
 
 @pytest.mark.skipif(sys.platform in {"darwin", "win32"}, reason="there always is one")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
+import importlib.util
 import json as json_module
 import os
 import queue
@@ -18,6 +20,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from vencejo.cli.camera import served_cameras
 from vencejo.cli.common import Failed, JsonOption, RecordOption, distance, say, status
 from vencejo.cli.fly import check, fly_plan
 from vencejo.cli.fly import tell as tell_flight
@@ -58,6 +61,12 @@ def demo(
         bool | None,
         typer.Option("--open/--no-open", help="Open the station in a browser; by default where there is a desktop."),
     ] = None,
+    camera: Annotated[
+        bool | None,
+        typer.Option(
+            "--camera/--no-camera", help="Show the plane's nose camera; by default where vencejo[camera] is installed."
+        ),
+    ] = None,
     exit_after_landing: Annotated[
         bool,
         typer.Option("--exit-after-landing", help="End after the flight, for scripts, instead of staying up."),
@@ -94,13 +103,23 @@ def demo(
             f"Demo mission: {len(plan)} items, {distance(plan.length_m)}; {air}; {speedup:g} times real time",
             items=len(plan),
         )
+        nose_options = camera_options(camera)
+        if nose_options:
+            # While the simulator starts: nothing waits for it later.
+            threading.Thread(target=importlib.import_module, args=("vencejo.camera",), daemon=True).start()
         with (
-            simulated_plane([*options, f"--gust={gust:g}"]) as (link, alive),
+            simulated_plane([*options, f"--gust={gust:g}", *nose_options]) as (link, nose, alive),
             Station(link, record=record) as station,
             _server(station, port) as server,
             server.operator(OPERATOR) as operator,
+            contextlib.ExitStack() as shown,
         ):
+            shown.enter_context(served_cameras(server, [] if nose is None else [f"nose=on-demand:{nose}"]))
             tell_address(server, json=json)
+            if nose is None and camera is None:
+                say(
+                    "The station shows the plane's nose camera too once this is installed: pip install 'vencejo[camera]'"
+                )
             if has_desktop() if open_browser is None else open_browser:
                 open_page(server)
                 _wait_for_page(server)
@@ -113,6 +132,20 @@ def demo(
                 _stay(alive)
         if fault is not None:
             raise fault
+
+
+def camera_options(wanted: bool | None) -> list[str]:
+    """What the simulator is told for a nose camera.
+
+    Raises
+    ------
+    Failed
+        When one is wanted and its packages are missing.
+    """
+    has_packages = all(importlib.util.find_spec(name) is not None for name in ("cv2", "PIL"))
+    if wanted and not has_packages:
+        raise Failed("the camera needs its extra: pip install 'vencejo[camera]'")
+    return ["--camera=127.0.0.1:0"] if has_packages and wanted is not False else []
 
 
 def has_desktop() -> bool:
@@ -207,9 +240,10 @@ def next_commands(link: str) -> str:
 
 
 @contextlib.contextmanager
-def simulated_plane(options: list[str]) -> Iterator[tuple[str, Callable[[], None]]]:
-    """Start the simulator on a free port; gives its link, and a function that raises when it has died."""
+def simulated_plane(options: list[str]) -> Iterator[tuple[str, str | None, Callable[[], None]]]:
+    """Start the simulator on a free port; gives its link, its camera, and a function that raises when it has died."""
     command = [sys.executable, "-m", "vencejo.sim", "--link", "tcp:127.0.0.1:0", *options]
+    has_camera = any(option.startswith("--camera") for option in options)
     with tempfile.TemporaryFile() as errors:
         # A session of its own: Ctrl-C on the terminal is for us, and we end it below.
         process = subprocess.Popen(
@@ -227,12 +261,12 @@ def simulated_plane(options: list[str]) -> Iterator[tuple[str, Callable[[], None
 
         try:
             with status("Starting the simulated plane …"):
-                line = _first_line(process)
-            if not line:
+                told = _told(process, ["listening", *(["camera"] if has_camera else [])])
+            if told is None:
                 with contextlib.suppress(subprocess.TimeoutExpired):
                     process.wait(1.0)
                 raise Failed(f"the simulated plane did not start: {why()}")
-            yield json_module.loads(line)["listening"], alive
+            yield told["listening"], told.get("camera"), alive
         finally:
             process.terminate()
             try:
@@ -244,13 +278,24 @@ def simulated_plane(options: list[str]) -> Iterator[tuple[str, Callable[[], None
                 process.stdout.close()
 
 
-def _first_line(process: subprocess.Popen[bytes]) -> bytes:
-    """The line in which the simulator says where it listens; empty when it does not come."""
-    said: queue.Queue[bytes] = queue.Queue(maxsize=1)
+def _told(process: subprocess.Popen[bytes], wanted: list[str]) -> dict[str, str] | None:
+    """What the simulator says when it starts, a line of JSON for each thing that is wanted; ``None`` when it does not come."""
+    said: queue.Queue[bytes] = queue.Queue(maxsize=len(wanted))
     out = process.stdout
     assert out is not None
-    threading.Thread(target=lambda: said.put(out.readline()), daemon=True).start()
-    try:
-        return said.get(timeout=START_TIMEOUT_S)
-    except queue.Empty:
-        return b""
+
+    def listen() -> None:
+        for _ in wanted:
+            said.put(out.readline())
+
+    threading.Thread(target=listen, daemon=True).start()
+    told: dict[str, str] = {}
+    for _ in wanted:
+        try:
+            line = said.get(timeout=START_TIMEOUT_S)
+        except queue.Empty:
+            return None
+        if not line:
+            return None
+        told |= json_module.loads(line)
+    return told
