@@ -7,7 +7,8 @@ not run the asynchronous tests of the Python package. Everything here shares one
 from __future__ import annotations
 
 import contextlib
-from collections.abc import AsyncIterator, Callable, Iterator
+import json
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 from typing import Literal, Protocol
@@ -46,7 +47,10 @@ async def _browser() -> AsyncIterator[Browser]:
 
 
 class OpenStation(Protocol):
-    """Opens the station in a browser of its own: storage and session are shared with nobody."""
+    """Opens the station in a browser of its own: storage and session are shared with nobody.
+
+    `stored` is what the page finds of an earlier visit: values by their names without ``vencejo.``.
+    """
 
     def __call__(
         self,
@@ -56,6 +60,7 @@ class OpenStation(Protocol):
         touch: bool = False,
         language: Language = "en",
         theme: Literal["dark", "light"] = "dark",
+        stored: Mapping[str, object] | None = None,
     ) -> AbstractAsyncContextManager[StationPage]: ...
 
 
@@ -69,6 +74,7 @@ def _open_station(browser: Browser, request: pytest.FixtureRequest) -> OpenStati
         touch: bool = False,
         language: Language = "en",
         theme: Literal["dark", "light"] = "dark",
+        stored: Mapping[str, object] | None = None,
     ) -> AsyncIterator[StationPage]:
         context = await browser.new_context(
             viewport={"width": size[0], "height": size[1]},
@@ -78,9 +84,9 @@ def _open_station(browser: Browser, request: pytest.FixtureRequest) -> OpenStati
             reduced_motion="reduce",
         )
         # One of the rates that a person can choose: drawing without a graphics card is what costs most here.
-        await context.add_init_script(
-            f"localStorage.getItem('vencejo.settings') ?? localStorage.setItem('vencejo.settings', '{{\"rate_hz\": {RATE_HZ}}}')"
-        )
+        for name, value in {"settings": {"rate_hz": RATE_HZ}, **(stored or {})}.items():
+            key, text = json.dumps(f"vencejo.{name}"), json.dumps(json.dumps(value))
+            await context.add_init_script(f"localStorage.getItem({key}) ?? localStorage.setItem({key}, {text})")
         await context.add_init_script(SLOW_DISPLAY)
         faults: list[str] = []
         try:

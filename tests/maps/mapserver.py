@@ -170,6 +170,8 @@ class MapServer:
     """Queries that came, oldest first."""
     refuses: bool = False
     """Whether it answers every GetMap with a service exception, as with a layer that is not there, and status 200."""
+    answers: threading.Event = field(default_factory=threading.Event)
+    """While it is cleared no GetMap is answered: who asked waits."""
 
 
 @contextlib.contextmanager
@@ -196,22 +198,27 @@ def map_server(folder: Path) -> Iterator[MapServer]:
                 "MS_MAPFILE": str(map_file),
                 "MAPSERVER_CONFIG_FILE": str(configuration),
             }
+            if "getmap" in query.lower():
+                served.answers.wait()
             answer = subprocess.run([mapserv], env=environment, capture_output=True, check=False).stdout
             head, _, body = answer.partition(b"\r\n\r\n")
-            self.send_response(200)
-            for line in head.decode().splitlines():
-                name, _, value = line.partition(": ")
-                if name.lower() == "content-type":
-                    self.send_header(name, value)
-            self.send_header("Content-Length", str(len(body)))
-            self.end_headers()
-            self.wfile.write(body)
+            # who asked may have gone while nothing was answered
+            with contextlib.suppress(ConnectionError):
+                self.send_response(200)
+                for line in head.decode().splitlines():
+                    name, _, value = line.partition(": ")
+                    if name.lower() == "content-type":
+                        self.send_header(name, value)
+                self.send_header("Content-Length", str(len(body)))
+                self.end_headers()
+                self.wfile.write(body)
 
         def log_message(self, format: str, *args: object) -> None:
             pass
 
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
     served = MapServer(f"http://127.0.0.1:{server.server_port}/wms")
+    served.answers.set()
     side_m = SIZE_PX * RESOLUTION_M
     map_file.write_text(
         _MAP.format(
@@ -230,6 +237,7 @@ def map_server(folder: Path) -> Iterator[MapServer]:
     try:
         yield served
     finally:
+        served.answers.set()
         server.shutdown()
         server.server_close()
         thread.join()
