@@ -142,6 +142,14 @@ STATION: dict[str, Figure] = {
             f"({f['empty_per_s']:.1f} without trail); longest frame {f['longest_ms']:.0f} ms"
         ),
     ),
+    "panning": Figure(
+        "Map dragged over an area that is kept, software rendering: what is blank, and for how long",
+        "no frame and no blank place longer than 200 ms",
+        lambda f: (
+            f"longest frame {f['longest_frame_ms']:.0f} ms, longest blank place {f['longest_gap_ms']:.0f} ms ({f['gaps']:.0f} in all); "
+            f"{f['frames_per_s']:.1f} frames/s at {f['px_per_s']:.0f} px/s for {f['seconds']:.0f} s"
+        ),
+    ),
     "heap": Figure(
         "The page's heap over a run with 20 Hz telemetry, after forced collections",
         "< 20 MB of growth in an hour",
