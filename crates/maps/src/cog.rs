@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
-use tokio::sync::Semaphore;
+use tokio::sync::{Semaphore, SemaphorePermit};
 use tokio::task::JoinSet;
 
 use crate::crs::Crs;
@@ -440,7 +440,12 @@ impl RemoteTiff {
         Ok(new)
     }
 
-    /// A tile, with whatever has to be fetched for it. A file that was replaced meanwhile is read anew, once.
+    /// Waits until a tile may be made: few are at once, since each takes memory and a thread.
+    pub(crate) async fn turn(&self) -> Result<SemaphorePermit<'_>> {
+        self.gate.acquire().await.map_err(|_| MapError::Closed)
+    }
+
+    /// A tile, with whatever has to be fetched for it; to be called in turn. A file that was replaced meanwhile is read anew, once.
     pub(crate) async fn tile(
         &self,
         fetcher: &Fetcher,
@@ -450,7 +455,6 @@ impl RemoteTiff {
         now_s: i64,
     ) -> Result<Made> {
         let remote = Remote { fetcher, settings, url };
-        let _permit = self.gate.acquire().await.map_err(|_| MapError::Closed)?;
         let opened = self.opened(&remote, now_s).await?;
         match remote.make(&opened, tile).await {
             Err(Fault::Changed) => {

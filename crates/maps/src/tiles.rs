@@ -294,6 +294,11 @@ impl Maps {
         kept: Option<&Kept>,
     ) -> Result<Tile> {
         let (settings, fetcher, url) = (&source.settings, &self.shared.fetcher, with_key(&source.settings));
+        let _turn = remote.turn().await?;
+        // While it waited for its turn the service may have fallen silent.
+        if let Some(error) = source.rest(tile, self.now_s()) {
+            return Err(error);
+        }
         let known = kept.filter(|kept| kept.data.is_some()).zip(kept.and_then(|kept| kept.etag.as_deref()));
         if let Some((kept, mark)) = known
             && let Some(freshness) = remote.is_still(mark, fetcher, settings, &url, self.now_s()).await?

@@ -90,7 +90,7 @@ async fn a_service_may_be_at_an_address_of_ipv6() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn who_waits_for_a_silent_service_does_not_ask_it_again() {
     let service = Service::start(|_| None).await;
-    let world = world_with(Duration::from_millis(200)).await;
+    let world = world_with(Duration::from_millis(1500)).await;
     world.put(SourceSettings { parallel: Some(4), ..xyz(service.url("{z}/{x}/{y}")) }).await;
     let wanted: Vec<_> = (0..40)
         .map(|number| {
