@@ -15,6 +15,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
+from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -117,9 +118,7 @@ def demo(
             shown.enter_context(served_cameras(server, [] if nose is None else [f"nose=on-demand:{nose}"]))
             tell_address(server, json=json)
             if nose is None and camera is None:
-                say(
-                    "The station shows the plane's nose camera too once this is installed: pip install 'vencejo[camera]'"
-                )
+                say(f"The station shows the plane's nose camera too after: {camera_packages()}")
             if has_desktop() if open_browser is None else open_browser:
                 open_page(server)
                 _wait_for_page(server)
@@ -144,8 +143,15 @@ def camera_options(wanted: bool | None) -> list[str]:
     """
     has_packages = all(importlib.util.find_spec(name) is not None for name in ("cv2", "PIL"))
     if wanted and not has_packages:
-        raise Failed("the camera needs its extra: pip install 'vencejo[camera]'")
+        raise Failed(f"the camera needs packages that are not installed: {camera_packages()}")
     return ["--camera=127.0.0.1:0"] if has_packages and wanted is not False else []
+
+
+def camera_packages() -> str:
+    """The command that installs what `vencejo[camera]` names, into the Python that runs: from a checkout, too."""
+    wanted = [line.partition(";") for line in metadata.requires("vencejo") or []]
+    names = [name.strip() for name, _, when in wanted if "extra" in when and "camera" in when]
+    return shlex.join([sys.executable, "-m", "pip", "install", *(names or ["vencejo[camera]"])])
 
 
 def has_desktop() -> bool:
