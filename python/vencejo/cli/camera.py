@@ -25,7 +25,8 @@ CameraOption = Annotated[
     typer.Option(
         "--camera",
         metavar="[NAME=]SOURCE",
-        help="Show a camera: /dev/video0, rpicam, rtsp://…, http://…, or a video file; repeatable.",
+        help="Show a camera: /dev/video0, rpicam, rtsp://…, http://…, or a video file; repeatable. "
+        "With on-demand: before the source it is read only while somebody looks.",
     ),
 ]
 
@@ -61,6 +62,7 @@ def camera(
     from vencejo.camera import Camera
 
     with Camera(source) as opened:
+        opened.watch(True)
         if snapshot is not None:
             take_snapshot(opened, snapshot, seconds or 15.0, json=json)
             return
