@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import concurrent.futures
+import http.server
 import math
+import shutil
 import sqlite3
+import ssl
+import subprocess
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -207,6 +212,33 @@ def test_an_exception_with_status_200_is_an_error_in_the_services_words(operator
     answer = operator.ask("GET", f"tiles/wrong/{number}/{place[0]}/{place[1]}")
     assert (answer.status, answer.json["type"]) == (502, "urn:vencejo:source-failed")
     assert "LayerNotDefined" in answer.json["detail"]
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="makes a certificate with openssl")
+def test_a_service_whose_certificate_nobody_vouches_for_is_told(operator: Client, tmp_path: Path) -> None:
+    certificate, key = tmp_path / "cert.pem", tmp_path / "key.pem"
+    make = "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 1 -subj /CN=localhost"
+    make += f" -addext subjectAltName=IP:127.0.0.1 -keyout {key} -out {certificate}"
+    subprocess.run(make.split(), check=True, capture_output=True)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(certificate, key)
+
+    class Quiet(http.server.ThreadingHTTPServer):
+        def handle_error(self, request: object, client_address: object) -> None:
+            """The other side hangs up, as it should."""
+
+    server = Quiet(("127.0.0.1", 0), http.server.BaseHTTPRequestHandler)
+    server.socket = context.wrap_socket(server.socket, server_side=True)
+    threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True).start()
+    try:
+        url = f"https://127.0.0.1:{server.server_port}/{{z}}/{{x}}/{{y}}"
+        operator.done("PUT", "maps/sources/tls", {"id": "tls", "name": "tls", "kind": "xyz", "url": url})
+        state = operator.done("POST", "maps/sources/tls/check")
+    finally:
+        server.shutdown()
+        server.server_close()
+    assert state["status"] == "offline"
+    assert "certificate" in state["detail"]
 
 
 def test_what_was_seen_is_shown_from_the_cache(operator: Client, mapserver: MapServer) -> None:
