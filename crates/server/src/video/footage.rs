@@ -45,6 +45,20 @@ pub struct Footage {
 /// # Errors
 /// When the folder cannot be read.
 pub fn list(folder: &Path, hub: &VideoHub) -> io::Result<Vec<Footage>> {
+    let mut found = scan(folder, hub)?;
+    for footage in found.iter_mut().filter(|one| one.kind == FootageKind::Video && !one.is_current) {
+        let beginning = File::open(folder.join(&footage.name)).and_then(|file| {
+            let mut beginning = Vec::new();
+            file.take(HEAD).read_to_end(&mut beginning)?;
+            Ok(beginning)
+        });
+        footage.duration_s = beginning.ok().and_then(|bytes| matroska_duration_s(&bytes));
+    }
+    Ok(found)
+}
+
+/// The same by the folder alone: no file is opened, and no length known.
+fn scan(folder: &Path, hub: &VideoHub) -> io::Result<Vec<Footage>> {
     let entries = match std::fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         entries => entries?,
@@ -65,23 +79,15 @@ pub fn list(folder: &Path, hub: &VideoHub) -> io::Result<Vec<Footage>> {
     }
     found.sort_by(|a, b| (b.begin_unix_s, &b.name).cmp(&(a.begin_unix_s, &a.name)));
     found.truncate(MAX_LISTED);
-    for footage in found.iter_mut().filter(|one| one.kind == FootageKind::Video && !one.is_current) {
-        let beginning = File::open(folder.join(&footage.name)).and_then(|file| {
-            let mut beginning = Vec::new();
-            file.take(HEAD).read_to_end(&mut beginning)?;
-            Ok(beginning)
-        });
-        footage.duration_s = beginning.ok().and_then(|bytes| matroska_duration_s(&bytes));
-    }
     Ok(found)
 }
 
-/// The file of that name in a folder, if it is footage. Reads the disk.
+/// The file of that name in a folder, if it is footage, without its length. Reads the disk.
 ///
 /// # Errors
 /// When the folder cannot be read.
 pub fn find(folder: &Path, hub: &VideoHub, name: &str) -> io::Result<Option<(PathBuf, Footage)>> {
-    let found = list(folder, hub)?.into_iter().find(|footage| footage.name == name);
+    let found = scan(folder, hub)?.into_iter().find(|footage| footage.name == name);
     Ok(found.map(|footage| (folder.join(&footage.name), footage)))
 }
 
