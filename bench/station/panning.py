@@ -32,9 +32,9 @@ COARSEST, FINEST = 8, 16
 AROUND_TILES = 24
 """Tiles of the finest level to each side of the middle."""
 PICTURES = 16
-DRAG_PX = 10
-"""The map moves so far with each move of the mouse, one to a frame: 600 px/s at 60 frames/s."""
-MOVES = 30
+DRAG_PX = 40
+"""The map moves so far with each move of the mouse, of which the browser is told some twenty a second: a brisk drag."""
+MOVES = 8
 """Moves from one press of the button to its release."""
 
 WATCH = """() => {
