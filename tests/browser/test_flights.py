@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 
+import pytest
 from playwright.async_api import expect
 from pymavlink import mavutil
 from vencejo import MissionItem, Plan, _native
@@ -180,10 +181,16 @@ async def test_e5_the_view_follows_a_plane_that_leaves_the_map(open_station: Ope
             await station.open_panel("numbers")
             await station.set_mode("TAKEOFF")
             await station.leave_view_alone()
-            await station.show_plane()
-            for _ in range(2):
-                await station.button("map.zoomIn").click()
+            whole = await station.map_scale()
+            # pressed in one go, while the map still moves: it comes to rest where all of them together say
+            presses = [station.button(f"map.{key}") for key in ("showPlane", "zoomIn", "zoomIn")]
+            handles = [await button.element_handle() for button in presses]
+            await station.page.evaluate("(buttons) => buttons.forEach((button) => button.click())", handles)
             before = await station.map_scale()
+            assert before.x_per_deg == pytest.approx(4.0 * whole.x_per_deg, rel=1e-3)
+            x, y = before.pixel(*await station.where())
+            left, top, right, bottom = await station.free_map()
+            assert math.hypot(x - (left + right) / 2, y - (top + bottom) / 2) < 40.0, "the plane is in the middle"
             await station.arm()
 
             async def has_left() -> bool:

@@ -3,7 +3,7 @@ import 'ol/ol.css';
 import OlMap from 'ol/Map';
 import type MapBrowserEvent from 'ol/MapBrowserEvent';
 import { unByKey } from 'ol/Observable';
-import View from 'ol/View';
+import View, { type AnimationOptions, type FitOptions } from 'ol/View';
 import ScaleLine from 'ol/control/ScaleLine';
 import { inAndOut, easeOut } from 'ol/easing';
 import type { EventsKey } from 'ol/events';
@@ -130,6 +130,8 @@ export class MapAdapter {
   #theme: Theme = readTheme();
   #insets: Insets = { top: 0, right: 0, bottom: 0, left: 0 };
   #follow: FollowMode = 'sight';
+  /** Shows at once what the animation under way comes to. */
+  #end: (() => void) | null = null;
   #hasSeenPlane = false;
   #movedByHand_ms = -Infinity;
   #swallowClickUntil_ms = -Infinity;
@@ -333,11 +335,14 @@ export class MapAdapter {
   }
 
   zoomBy(steps: number): void {
-    this.#view.cancelAnimations();
+    this.#endAnimation();
+    const view = this.#view;
     const centre = this.#map.getCoordinateFromPixel(this.#freeCentrePixel());
-    const zoom = (this.#view.getZoom() ?? 3) + steps;
+    const zoom = (view.getZoom() ?? 3) + steps;
     this.#movedByHand_ms = performance.now();
-    this.#view.animate({ ...(centre ? { anchor: centre } : {}), zoom, duration: 180, easing: easeOut });
+    this.#animate({ ...(centre ? { anchor: centre } : {}), zoom, duration: 180, easing: easeOut }, () =>
+      view.adjustResolution(view.getResolutionForZoom(zoom) / (view.getResolution() ?? 1), centre),
+    );
   }
 
   /** The position in the middle of what panels leave free. */
@@ -362,11 +367,15 @@ export class MapAdapter {
     if (box === null) return;
     const corners = boxCorners(box).map(toXY);
     const shift = this.#worldShift(corners[0]?.[0] ?? 0);
-    this.#view.fit(boundingExtent(corners.map(([x, y]) => [x + shift, y])), {
+    const extent = boundingExtent(corners.map(([x, y]) => [x + shift, y]));
+    const fit: FitOptions = {
       padding: [top + edge, right + edge + CONTROLS_PX, bottom + edge, left + edge],
       maxZoom: 17,
-      duration: 300,
-    });
+    };
+    this.#endAnimation();
+    const end = (): void => this.#view.fit(extent, fit);
+    this.#end = end;
+    this.#view.fit(extent, { ...fit, duration: 300, callback: () => this.#ended(end) });
   }
 
   /** Pixel of a position, from the map's top left; `null` before the first frame. */
@@ -425,14 +434,33 @@ export class MapAdapter {
     this.#view.animate({ ...(anchor ? { anchor } : {}), resolution, duration: 500, easing: inAndOut });
   }
 
+  /** Begins an animation; `end` shows at once what it comes to. */
+  #animate(animation: AnimationOptions, end: () => void): void {
+    this.#end = end;
+    this.#view.animate(animation, () => this.#ended(end));
+  }
+
+  #ended(end: () => void): void {
+    if (this.#end === end) this.#end = null;
+  }
+
+  /** Who presses twice, or zooms while the map still moves, means the places where it would have come to rest. */
+  #endAnimation(): void {
+    const end = this.#end;
+    this.#end = null;
+    this.#view.cancelAnimations();
+    end?.();
+  }
+
   #centreOn(at: LonLat, duration: number): void {
+    if (duration > 0) this.#endAnimation();
     const [width = 0, height = 0] = this.#map.getSize() ?? [];
     const resolution = this.#view.getResolution() ?? 1;
     const [px = 0, py = 0] = this.#freeCentrePixel();
     const [x, y] = toXY(at);
     const center = [x + this.#worldShift(x) - (px - width / 2) * resolution, y + (py - height / 2) * resolution];
     if (duration === 0) this.#view.setCenter(center);
-    else this.#view.animate({ center, duration, easing: inAndOut });
+    else this.#animate({ center, duration, easing: inAndOut }, () => this.#view.setCenter(center));
   }
 
   /** How far the copy of the world that is looked at lies from the first: beyond the date line the view goes on. */
