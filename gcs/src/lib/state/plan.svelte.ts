@@ -557,8 +557,10 @@ class PlanStore implements PlanDraft {
       const operation = await api.readPlan(vehicle.systemId, part);
       const plan = await operations.finish<ApiPlan>(operation);
       await onBoard.learn(vehicle, part, plan);
+      // Changed while it was read, as by a station that is still sending: what was read is half of something.
+      if (vehicle.planStates?.[part].reason === 'changed_elsewhere') this.#readFor.delete(about);
       // nothing is lost by it, so there is nothing to undo
-      if (this.isEmpty(part) && !this.canUndo) {
+      else if (this.isEmpty(part) && !this.canUndo) {
         const { fence, rally } = this.draft;
         if (part === 'mission') this.#set(historyOf({ ...draftOf(plan), fence, rally }));
         else this.#set(historyOf({ ...this.draft, [part]: plan[part] }));

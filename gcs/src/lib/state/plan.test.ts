@@ -13,19 +13,25 @@ const NEVER_READ: PlanState = { state: 'unknown', count: null, hash: null, detai
 function serve() {
   let onBoard: Plan = { items: [], home: HOME, fence: { zones: [], return_point: null }, rally: [] };
   let hash = 0;
+  /** What the vehicle tells of its mission instead, until it is read again. */
+  let uncertain: PlanState | null = null;
   const answer = <T>(value: T) => Promise.resolve(value);
   const done = (result: Plan) => answer({ id: 1, kind: 'plan', state: 'done' as const, done: 1, total: 1, result });
   const state = (): PlanState =>
-    onBoard.items.length === 0
+    uncertain ??
+    (onBoard.items.length === 0
       ? { state: 'empty', count: 0, hash: null, detail: 'empty' }
-      : { state: 'verified', count: onBoard.items.length, hash: String(hash), detail: 'verified' };
+      : { state: 'verified', count: onBoard.items.length, hash: String(hash), detail: 'verified' });
   const spies = {
     send: vi.fn((_id: number, _kind: string, sent: Plan) => {
       onBoard = structuredClone(sent);
       hash += 1;
       return done(onBoard);
     }),
-    read: vi.fn((_id: number, _kind: string) => done(onBoard)),
+    read: vi.fn((_id: number, _kind: string) => {
+      uncertain = null;
+      return done(onBoard);
+    }),
     clear: vi.fn(() => {
       onBoard = { ...onBoard, items: [] };
       return done(onBoard);
@@ -38,12 +44,13 @@ function serve() {
     checkPlan: () => answer([]),
     vehicle: () => answer({ plan_states: { mission: state(), fence: state(), rally: state() } }),
   });
-  const byOthers = (items: Plan['items']) => {
+  const byOthers = (items: Plan['items'], told: PlanState | null = null) => {
     onBoard = { ...onBoard, items };
     hash += 1;
-    vehicles.ensure(1).applyPlanState('mission', NEVER_READ);
+    uncertain = told;
+    vehicles.ensure(1).applyPlanState('mission', told ?? NEVER_READ);
   };
-  return { ...spies, byOthers };
+  return { ...spies, byOthers, now: () => done(onBoard) };
 }
 
 describe('the plan store', () => {
@@ -97,6 +104,23 @@ describe('the plan store', () => {
     expect(plan.vehiclePlan?.items).toHaveLength(2);
     expect(plan.items).toHaveLength(1);
     expect(plan.state).toBe('differs');
+  });
+
+  it('reads again what was changed while it was read', async () => {
+    const CHANGED: PlanState = { ...NEVER_READ, reason: 'changed_elsewhere', detail: 'unknown: changed' };
+    const whole = [makeItem('takeoff', { at: AT, alt_m: 50 }), makeItem('return_to_launch')];
+    server.byOthers(whole.slice(0, 1));
+    vehicles.ensure(1).applyPlanState('mission', CHANGED);
+    server.read.mockImplementationOnce((_id, _kind) => {
+      const half = server.now();
+      server.byOthers(whole, CHANGED);
+      return half;
+    });
+    await plan.discover();
+    expect(plan.vehiclePlan).toBeNull();
+    await plan.discover();
+    expect(server.read.mock.calls.filter(([, part]) => part === 'mission')).toHaveLength(2);
+    expect(plan.vehiclePlan?.items).toHaveLength(2);
   });
 
   it('asks an ArduPlane once for its circles and its speed', async () => {
