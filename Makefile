@@ -19,12 +19,12 @@ SIDE_BY_SIDE := --no-print-directory --jobs=3 --output-sync IS_SIDE_BY_SIDE=yes
 BENCH_ARGS ?=
 SCREENSHOT_ARGS ?=
 
-.PHONY: help demo test lint fmt bench screenshots wheel lock clean run-env rust-env dev-env app native
+.PHONY: help demo test lint fmt bench screenshots wheel lock clean demo-env rust-env dev-env app native
 
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-demo: run-env native ## The ground station with a simulated plane that flies the demo mission; yours after the landing
+demo: demo-env native ## The ground station with a simulated plane that flies the demo mission; yours after the landing
 	@.venv/bin/vencejo demo $(DEMO_ARGS)
 
 test: ## Everything that CI runs: layout, format, lints, types, Rust and Python tests
@@ -87,8 +87,8 @@ clean: ## Remove everything that was built
 	rm -rf target dist .venv .cache bench/out python/vencejo/_native*.so gcs/dist gcs/node_modules
 	find python scripts tests bench -name __pycache__ -type d -prune -exec rm -rf {} +
 
-run-env:
-	@scripts/setup.sh run
+demo-env:
+	@scripts/setup.sh demo
 rust-env:
 	@scripts/setup.sh rust
 dev-env:

@@ -15,9 +15,10 @@ compile() { # output, arguments
         --override requirements/overrides.txt --output-file "$output" "$@" >/dev/null
 }
 
-# run: what `make demo` needs. dev: that, the extras and the tools; constrained, so that the two agree.
+# run: what `vencejo` needs. demo: that and the camera, for `make demo`. dev: that and the tools. Constrained, so that they agree.
 compile requirements/run.lock pyproject.toml --group build "$@"
-compile requirements/dev.lock pyproject.toml --group tools --extra camera --constraint requirements/run.lock "$@"
+compile requirements/demo.lock pyproject.toml --group build --extra camera --constraint requirements/run.lock "$@"
+compile requirements/dev.lock pyproject.toml --group tools --extra camera --constraint requirements/demo.lock "$@"
 # ice: what the tests compile where Debian has no ZeroC Ice for this Python; ice-build: what compiles it.
 sed -n 's/^ice = \["\(zeroc-ice[^"]*\)".*/\1/p' pyproject.toml | compile requirements/ice.lock - "$@"
 echo 'setuptools>=77' | compile requirements/ice-build.lock - "$@"

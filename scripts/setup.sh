@@ -2,7 +2,7 @@
 # Brings a checkout to where it can run: system packages, the project's own Python environment
 # (.venv) with locked packages, and the native module. Does nothing when nothing changed.
 #
-#   scripts/setup.sh run      what `vencejo` needs
+#   scripts/setup.sh demo     what `vencejo demo` needs, the camera's packages included
 #   scripts/setup.sh dev      that, the tools, the peers that the tests talk to, Chromium and MapServer
 #   scripts/setup.sh app      the web app (gcs/dist), which the native module carries
 #   scripts/setup.sh native   the Rust core as vencejo._native, and the `vencejo` command
@@ -99,11 +99,11 @@ need_mapserver() {
 # Hash of the content of the files named on standard input, one a line.
 fingerprint() { tr '\n' '\0' | xargs -0 sha256sum | sha256sum | cut -d' ' -f1; }
 
-python_env() { # run | dev
+python_env() { # demo | dev
     local lock=requirements/$1.lock want
     want=$(printf '%s\n' "$lock" | fingerprint)
-    # dev holds everything of run: a second install would only go back and forth.
-    if [ "$1" = run ] && [ "$(cat "$STAMPS/dev" 2>/dev/null)" = "$(printf 'requirements/dev.lock\n' | fingerprint)" ]; then
+    # dev holds everything of demo: a second install would only go back and forth.
+    if [ "$1" = demo ] && [ "$(cat "$STAMPS/dev" 2>/dev/null)" = "$(printf 'requirements/dev.lock\n' | fingerprint)" ]; then
         return
     fi
     [ "$(cat "$STAMPS/$1" 2>/dev/null)" = "$want" ] && "$VENV/bin/python" -c '' 2>/dev/null && return
@@ -224,11 +224,11 @@ native() {
 }
 
 case "${1:-}" in
-    run) python_env run ;;
+    demo) python_env demo ;;
     dev) need_chromium; need_mapserver; python_env dev ;;
     app) app; node_modules ;;
     native) need_rust; native ;;
     ice) ice ;;
     rust) need_rust ;;
-    *) fail "say what: run, dev, app, native, ice or rust" ;;
+    *) fail "say what: demo, dev, app, native, ice or rust" ;;
 esac
