@@ -61,6 +61,9 @@ interface Chosen {
   readonly frame: HeightFrame;
 }
 
+/** A plan that never comes to rest is not read for ever. */
+const MAX_READ_AGAIN = 20;
+
 class PlanStore implements PlanDraft {
   #history = $state.raw<History<Draft>>(historyOf(draftOf(load('draft', emptyPlan(), readPlan))));
   #selection = $state.raw<ReadonlySet<number>>(new Set());
@@ -84,6 +87,8 @@ class PlanStore implements PlanDraft {
   #saveTimer: ReturnType<typeof setTimeout> | undefined;
   /** Plan states that were already answered by a reading of our own: one try each. */
   readonly #readFor = new Set<string>();
+  /** How often a plan that changed under its reading was read again. */
+  #readAgain = 0;
   /** Vehicles that were asked how they fly a route. */
   readonly #learnt = new Set<number>();
   #discovery: 'idle' | 'running' | 'again' = 'idle';
@@ -557,8 +562,11 @@ class PlanStore implements PlanDraft {
       const operation = await api.readPlan(vehicle.systemId, part);
       const plan = await operations.finish<ApiPlan>(operation);
       await onBoard.learn(vehicle, part, plan);
+      if (onBoard.planOf(part) !== null) this.#readAgain = 0;
       // Changed while it was read, as by a station that is still sending: what was read is half of something.
-      if (vehicle.planStates?.[part].reason === 'changed_elsewhere') this.#readFor.delete(about);
+      if (vehicle.planStates?.[part].reason === 'changed_elsewhere') {
+        if (this.#readAgain++ < MAX_READ_AGAIN) this.#readFor.delete(about);
+      }
       // nothing is lost by it, so there is nothing to undo
       else if (this.isEmpty(part) && !this.canUndo) {
         const { fence, rally } = this.draft;
