@@ -14,7 +14,7 @@ from tests.browser.relay import LossyRelay, TcpRelay
 from tests.browser.station_page import StationPage
 from tests.server.client import Served, serving
 
-SPEEDUP = 10.0
+SPEEDUP = 5.0
 
 
 async def take_off(station: StationPage) -> None:
@@ -61,7 +61,7 @@ async def see_all_resumed(station: StationPage, before_m: float, *, mode: str = 
 
 
 async def test_e7_a_link_is_weakened_until_it_breaks(open_station: OpenStation, serve: Serve) -> None:
-    with LossyRelay(seed=7) as relay, Plane(link=relay.plane_link, speedup=5.0):
+    with LossyRelay(seed=7) as relay, Plane(link=relay.plane_link, speedup=SPEEDUP):
         served = serve("--link", relay.driver_link)
         async with open_station(served.url) as station:
             await take_off(station)
