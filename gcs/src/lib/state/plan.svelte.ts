@@ -63,6 +63,8 @@ interface Chosen {
 
 /** A plan that never comes to rest is not read for ever. */
 const MAX_READ_AGAIN = 20;
+/** So long a plan that another station changed is left alone before it is read. */
+const REST_MS = 1000;
 
 class PlanStore implements PlanDraft {
   #history = $state.raw<History<Draft>>(historyOf(draftOf(load('draft', emptyPlan(), readPlan))));
@@ -557,6 +559,11 @@ class PlanStore implements PlanDraft {
     if (told.reason === 'transferring') return;
     const about = `${vehicle.systemId}/${part}/${told.state}/${told.hash}/${told.detail}`;
     if (this.#readFor.has(about)) return;
+    if (told.reason === 'changed_elsewhere') {
+      // who changed it may still be sending, and a reading would disturb that
+      await new Promise((resolve) => setTimeout(resolve, REST_MS));
+      if (vehicle.planStates?.[part] !== told) return this.#discover(part);
+    }
     this.#readFor.add(about);
     try {
       const operation = await api.readPlan(vehicle.systemId, part);

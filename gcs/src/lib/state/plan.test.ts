@@ -116,9 +116,14 @@ describe('the plan store', () => {
       server.byOthers(whole, CHANGED);
       return half;
     });
-    await plan.discover();
+    const first = plan.discover();
+    expect(server.read).not.toHaveBeenCalled();
+    await vi.advanceTimersByTimeAsync(3000);
+    await first;
     expect(plan.vehiclePlan).toBeNull();
-    await plan.discover();
+    const second = plan.discover();
+    await vi.advanceTimersByTimeAsync(3000);
+    await second;
     expect(server.read.mock.calls.filter(([, part]) => part === 'mission')).toHaveLength(2);
     expect(plan.vehiclePlan?.items).toHaveLength(2);
   });
