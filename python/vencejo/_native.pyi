@@ -20,7 +20,9 @@ def check_plan(
     plan: NativePlan, position: tuple[float, float] | None, on_ground: bool | None
 ) -> list[tuple[bool, str, dict[str, bool | int | float | str | None], int | None, str, str]]: ...
 def mission_length_m(plan: NativePlan) -> float | None: ...
+
 CALM_WIND_M_S: float
+
 def design_landing(
     at: tuple[float, float],
     *,

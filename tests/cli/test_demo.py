@@ -121,7 +121,7 @@ def test_without_its_packages_there_is_no_camera(monkeypatch: pytest.MonkeyPatch
     assert camera_options(None) == camera_options(True) == ["--camera=127.0.0.1:0"]
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     assert camera_options(None) == []
-    with pytest.raises(Failed, match="pip install.*opencv"):
+    with pytest.raises(Failed, match=r"pip install.*opencv"):
         camera_options(True)
 
 
