@@ -215,23 +215,33 @@ def test_options_are_checked() -> None:
         SimOptions(speedup=float("nan"))
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_the_program_tells_its_link_and_stops_on_a_signal(number: signal.Signals) -> None:
-    program = (
+def program(*options: str) -> subprocess.Popen[str]:
+    """Start ``python -m vencejo.sim``, with a double for an autopilot."""
+    code = (
         "import sys, vencejo.sim.mavlink.component as c; from tests.sim.autopilot_double import DoubleAutopilot;"
         "c._default_autopilot = DoubleAutopilot;"
         "from vencejo.sim import main; sys.exit(main(sys.argv[1:]))"
     )
-    process = subprocess.Popen(
-        [sys.executable, "-c", program, "--link", "tcp:127.0.0.1:0", "--param", "WP_RADIUS=20"],
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    with process:
+    command = [sys.executable, "-c", code, "--link", "tcp:127.0.0.1:0", *options]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_the_program_tells_its_link_and_stops_on_a_signal(number: signal.Signals) -> None:
+    with program("--param", "WP_RADIUS=20") as process:
         assert process.stdout is not None
         told = json.loads(process.stdout.readline())
         assert told["system_ids"] == [1]
         with closing(Station(parse_link(told["listening"]).port)) as station:
             station.wait("HEARTBEAT")
         process.send_signal(number)
+        assert process.wait(PATIENCE_S) == 0
+
+
+def test_the_program_ends_with_the_one_that_started_it_when_told_to() -> None:
+    with program("--end-with-stdin") as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert json.loads(process.stdout.readline())["system_ids"] == [1]
+        process.stdin.close()
         assert process.wait(PATIENCE_S) == 0

@@ -248,12 +248,13 @@ def next_commands(link: str) -> str:
 @contextlib.contextmanager
 def simulated_plane(options: list[str]) -> Iterator[tuple[str, str | None, Callable[[], None]]]:
     """Start the simulator on a free port; gives its link, its camera, and a function that raises when it has died."""
-    command = [sys.executable, "-m", "vencejo.sim", "--link", "tcp:127.0.0.1:0", *options]
+    # Its standard input ends when we do, however we do: no plane flies on with nobody there.
+    command = [sys.executable, "-m", "vencejo.sim", "--end-with-stdin", "--link", "tcp:127.0.0.1:0", *options]
     has_camera = any(option.startswith("--camera") for option in options)
     with tempfile.TemporaryFile() as errors:
         # A session of its own: Ctrl-C on the terminal is for us, and we end it below.
         process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=errors, start_new_session=True
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, start_new_session=True
         )
 
         def why() -> str:
@@ -280,8 +281,9 @@ def simulated_plane(options: list[str]) -> Iterator[tuple[str, str | None, Calla
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
-            if process.stdout is not None:
-                process.stdout.close()
+            for pipe in (process.stdin, process.stdout):
+                if pipe is not None:
+                    pipe.close()
 
 
 def _told(process: subprocess.Popen[bytes], wanted: list[str]) -> dict[str, str] | None:

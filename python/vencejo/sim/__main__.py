@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Sequence
 
@@ -23,6 +24,12 @@ def _announce_camera(system_id: int, stream: str, snapshot: str) -> None:
     line = json.dumps({"camera": stream, "snapshot": snapshot, "system_id": system_id})
     sys.stdout.write(line + "\n")
     sys.stdout.flush()
+
+
+def _stdin_ends() -> None:
+    # Not through sys.stdin, whose lock Python wants when it ends.
+    while os.read(0, 4096):
+        pass
 
 
 def _home(text: str) -> tuple[float, float, float, float]:
@@ -85,6 +92,11 @@ def _parser(prog: str) -> argparse.ArgumentParser:
     add(
         "--camera-rate", type=float, default=default.camera_rate_hz, metavar="HZ", help="pictures a second (default 15)"
     )
+    add(
+        "--end-with-stdin",
+        action="store_true",
+        help="end when standard input does: with the program that started this one",
+    )
     add("--param", action="append", type=_parameter, metavar="NAME=VALUE", help="set a parameter; repeatable")
     return parser
 
@@ -125,7 +137,12 @@ def main(argv: Sequence[str] | None = None, *, prog: str = "python -m vencejo.si
             camera=args.camera,
             camera_rate_hz=args.camera_rate,
         )
-        run(options, on_listening=_announce, on_camera=_announce_camera)
+        run(
+            options,
+            on_listening=_announce,
+            on_camera=_announce_camera,
+            until=_stdin_ends if args.end_with_stdin else None,
+        )
     except KeyError as error:
         sys.stderr.write(f"vencejo.sim: ArduPlane has no parameter {error}\n")
         return 2

@@ -370,6 +370,7 @@ def run(
     *,
     on_listening: Callable[[Listening], None] | None = None,
     on_camera: Callable[[int, str, str], None] | None = None,
+    until: Callable[[], object] | None = None,
 ) -> None:
     """Simulate until SIGINT or SIGTERM (signals only when called from the main thread).
 
@@ -380,6 +381,8 @@ def run(
         Told of each link once it is open.
     on_camera : callable, optional
         Told of each camera: system id, address of the stream, address of single pictures.
+    until : callable, optional
+        Called in a thread of its own; the simulation ends when it returns.
 
     Raises
     ------
@@ -391,9 +394,16 @@ def run(
     server = SimServer(options)
     stop = threading.Event()
 
-    def ask_to_stop(_number: int, _frame: object) -> None:
+    def end() -> None:
         stop.set()
         server.wake()
+
+    def ask_to_stop(_number: int, _frame: object) -> None:
+        end()
+
+    def wait(returns: Callable[[], object]) -> None:
+        returns()
+        end()
 
     before: dict[signal.Signals, Any] = {}
     if threading.current_thread() is threading.main_thread():
@@ -407,6 +417,8 @@ def run(
             for plane in server.world.planes:
                 system = plane.system_id
                 on_camera(system, server.cameras.stream_url(system), server.cameras.snapshot_url(system))
+        if until is not None:
+            threading.Thread(target=wait, args=(until,), name="vencejo-sim-until", daemon=True).start()
         server.serve(stop)
     finally:
         for number, handler in before.items():
