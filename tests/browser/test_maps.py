@@ -438,6 +438,7 @@ def middle_of(corners: list[tuple[float, float]]) -> tuple[float, tuple[float, f
 
 
 async def test_a_plan_goes_over_the_date_line(open_station: OpenStation, served: Served) -> None:
+    have(served.client())
     view = {"lat_deg": -16.8, "lon_deg": 180.0, "zoom": 12}
     async with open_station(served.url, size=BESIDE_PANEL, stored=looking_at(**view)) as station:
         await station.button("welcome.hide").click()

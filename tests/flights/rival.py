@@ -18,7 +18,10 @@ def load_with_pymavlink(rival: mavutil.mavfile, plan: Plan) -> None:
         )
         assert request is not None, "the plane stopped asking for items"
         if request.get_type() == "MISSION_ACK":
-            assert request.type == 0
+            if request.type == mavutil.mavlink.MAV_MISSION_INVALID_SEQUENCE:
+                # An item came twice. The plane asks again after a second of its own, which is short when it flies fast.
+                continue
+            assert request.type == mavutil.mavlink.MAV_MISSION_ACCEPTED
             return
         item = items[request.seq]
         p1, p2, p3, p4, x, y, z = (value or 0.0 for value in item.params)
