@@ -17,7 +17,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from playwright.async_api import Locator, expect
+from playwright.async_api import Locator, Response, expect
 
 from tests.browser.chromium import PHONE
 from tests.browser.conftest import OpenStation, Serve
@@ -347,13 +347,8 @@ async def test_a_key_is_never_shown_again(open_station: OpenStation, served: Ser
     }
     have(client, keyed)
     async with open_station(served.url) as station:
-        answers: list[str] = []
-
-        async def keep(response: Any) -> None:
-            if "/api/v1/maps/" in response.url:
-                answers.append(await response.text())
-
-        station.page.on("response", keep)
+        responses: list[Response] = []
+        station.page.on("response", lambda response: responses.append(response))
         panel = await open_maps(station)
         await press(station, panel, "maps.more", name="Keyed").click()
         await press(station, panel, "maps.edit").click()
@@ -363,6 +358,7 @@ async def test_a_key_is_never_shown_again(open_station: OpenStation, served: Ser
         # saved without typing it: it is kept
         await press(station, panel, "maps.save").click()
         await expect(panel.get_by_role("radio", name="Keyed")).to_be_visible()
+        answers = [await one.text() for one in responses if "/api/v1/maps/" in one.url]
         assert answers
         assert not any(key in answer for answer in answers)
     (kept,) = client.done("GET", "maps/config")["sources"]
