@@ -218,10 +218,11 @@ def confirm(question: str, *, yes: bool) -> bool:
 @contextlib.contextmanager
 def progress_bar(what: str, *, quiet: bool = False) -> Iterator[Any]:
     """A progress bar on standard error, as a function of (done, total) that a transfer calls."""
-    console = stderr()
-    if quiet or not console.is_terminal:
+    # Asked before Rich is loaded: a Ctrl-C that comes while Python makes its classes would end us by the signal, not with 130.
+    if quiet or not sys.stderr.isatty():
         yield lambda done, total: None
         return
+    console = stderr()
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
