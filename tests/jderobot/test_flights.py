@@ -79,7 +79,7 @@ class Follower:
 def flight(tmp_path: Path) -> Iterator[tuple[str, Client]]:
     """A plane and a driver; gives the plane's link and a client."""
     with (
-        simulated_plane(*SPEEDUP) as link,
+        simulated_plane("--speedup", "10", "--seed", "7") as link,
         driver(link, "--ice-set", "AloneAfter=0.5", data=tmp_path) as served,
         client_of(served.said["ice"]) as client,
     ):
