@@ -22,23 +22,25 @@ ROOT = Path(__file__).resolve().parent.parent
 #: Crate → crates of ours that it may depend on, in any way (normal, build, dev).
 CRATES: dict[str, frozenset[str]] = {
     "proto": frozenset(),
+    "store": frozenset(),
     "flight": frozenset({"proto"}),
     "vehicle": frozenset({"proto", "flight"}),
-    "link": frozenset({"proto"}),
-    "maps": frozenset({"proto", "flight"}),
-    "station": frozenset({"proto", "flight", "vehicle", "link"}),
-    "server": frozenset({"proto", "flight", "vehicle", "link", "maps", "station"}),
-    "py": frozenset({"proto", "flight", "vehicle", "link", "maps", "station", "server"}),
+    "link": frozenset({"proto", "store"}),
+    "maps": frozenset({"proto", "flight", "store"}),
+    "station": frozenset({"proto", "flight", "vehicle", "link", "store"}),
+    "server": frozenset({"proto", "flight", "vehicle", "link", "maps", "station", "store"}),
+    "py": frozenset({"proto", "flight", "vehicle", "link", "maps", "station", "server", "store"}),
     "bench-load": frozenset(),
 }
 
 #: What the arrows above stand for when drawn without what follows from them.
 DRAWN_CRATES: dict[str, tuple[str, ...]] = {
     "proto": (),
+    "store": (),
     "flight": ("proto",),
     "vehicle": ("proto", "flight"),
-    "link": ("proto",),
-    "maps": ("flight",),
+    "link": ("proto", "store"),
+    "maps": ("flight", "store"),
     "station": ("vehicle", "link", "flight"),
     "server": ("station", "maps"),
     "py": ("server", "station", "flight"),
