@@ -483,14 +483,14 @@ def test_the_other_dialect_of_missions(tmp_path: Path) -> None:
     """A client of mission_sequence.ice, in a process of its own: both files give the same names to different types."""
     with (
         simulated_plane("--speedup", "5") as link,
-        driver(link, "--ice-dialect", "sequence", "--ice-missions", "upload", data=tmp_path) as served,
+        driver(link, "--ice-missions", "upload", data=tmp_path) as served,
     ):
         done = subprocess.run(
             [
                 sys.executable,
                 str(Path(__file__).with_name("sequence_client.py")),
                 str(SLICE),
-                served.said["ice"]["Mission"],
+                served.said["ice"]["Mission"].replace(":", " -f sequence:", 1),
             ],
             capture_output=True,
             text=True,

@@ -24,7 +24,7 @@ from vencejo.jderobot.extra import Extra
 from vencejo.jderobot.faults import Faults
 from vencejo.jderobot.feed import Feed
 from vencejo.jderobot.marks import Marks, Taken
-from vencejo.jderobot.mission import Mission
+from vencejo.jderobot.mission import Mission, MissionOfPoses
 from vencejo.jderobot.navdata import Navdata, State, state_of
 from vencejo.jderobot.pose import Pose3D
 from vencejo.jderobot.precise import States
@@ -347,7 +347,8 @@ class Flier:
 
 
 def poses(*heights: float) -> Any:
-    mission = [SimpleNamespace(x=40.0 + 0.003 * number, y=-3.0, h=height) for number, height in enumerate(heights)]
+    rest = {"y": -3.0, "z": 7.5, "q0": 0.25, "q1": 0.0, "q2": 0.0, "q3": -0.5}
+    mission = [SimpleNamespace(x=40.0 + 0.003 * number, h=height, **rest) for number, height in enumerate(heights)]
     return SimpleNamespace(mission=mission)
 
 
@@ -417,7 +418,11 @@ def test_only_one_mission_at_a_time_and_none_from_the_ground_without_take_off() 
     assert vehicle.told == [*told, "upload"], "it stops before arming"
     workers.close()
     assert servant.setMissionData(poses(60.0)) == 3, "the driver is ending"
-    assert len(servant.getMissionData().mission) == 1, "what was known last"
+    last = servant.getMissionData().mission
+    assert [(one.z, one.h, one.q0, one.q3) for one in last] == [(7.5, 60.0, 0.25, -0.5)], (
+        "what was sent last, as it was sent"
+    )
+    assert [vars(one) for one in MissionOfPoses(servant).getMissionData()] == [vars(one) for one in last]
 
 
 # A vehicle that hovers ----------------------------------------------------------------------------------------------
@@ -460,7 +465,7 @@ class TheOne:
     def find(self) -> Any:
         return self.vehicle
 
-    need = find
+    need = hear = find
 
     def tell(self, text: str, *, is_problem: bool = True) -> None:
         self.said.append(text)

@@ -47,7 +47,7 @@ IceDialectOption = Annotated[
         "--ice-dialect",
         metavar="data|sequence",
         rich_help_panel=_PANEL,
-        help="How missions are passed: in MissionData (the default), or as the bare sequence of poses.",
+        help="Not needed any more: both are served. How a client that sent no mission yet reads one.",
     ),
 ]
 IceAllowOption = Annotated[
@@ -110,7 +110,13 @@ class IceOptions:
                 raise InvalidRequest(f"--ice-set {text!r}: write NAME=VALUE")
             given[name.strip()] = value
         known = {name: value for name, value in given.items() if value is not None}
-        return settings.with_settings(known, where="the command line")
+        settings = settings.with_settings(known, where="the command line")
+        if self.dialect or settings.dialect != IceSettings().dialect:
+            say(
+                "Dialect is not needed any more: both dialects of Mission are served, to each client its own. It only says in "
+                f"which one a client reads that has sent no mission yet: {settings.dialect}."
+            )
+        return settings
 
 
 @contextlib.contextmanager

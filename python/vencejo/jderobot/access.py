@@ -10,13 +10,13 @@ import socket
 import threading
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 from urllib.parse import urlsplit
 
 from vencejo.jderobot.settings import Network, is_loopback
 from vencejo.jderobot.subject import LOG
 
-__all__ = ["ConnectionLimit", "Gate", "raise_file_limit", "remote_address", "web_origin"]
+__all__ = ["ConnectionLimit", "Gate", "Peer", "peer_of", "raise_file_limit", "remote_address", "web_origin"]
 
 _DESCRIPTORS: Final = Path("/proc/self/fd")
 _LOOK_S: Final = 0.5
@@ -102,15 +102,28 @@ class Gate:
         return is_loopback(host) or self._is_let_in(host)
 
 
-def remote_address(connection: Any) -> str | None:
+class Peer(NamedTuple):
+    """The far end of a connection."""
+
+    address: str
+    port: int
+
+
+def peer_of(connection: Any) -> Peer | None:
     """Where a connection comes from; ``None`` for one within the process."""
     info = None if connection is None else connection.getInfo()
     while info is not None:
         remote = getattr(info, "remoteAddress", None)
         if remote:
-            return str(remote)
+            return Peer(str(remote), int(info.remotePort))
         info = info.underlying
     return None
+
+
+def remote_address(connection: Any) -> str | None:
+    """The address that a connection comes from; ``None`` for one within the process."""
+    peer = peer_of(connection)
+    return None if peer is None else peer.address
 
 
 def web_origin(connection: Any) -> str | None:

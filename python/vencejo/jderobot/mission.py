@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -21,7 +21,16 @@ from vencejo.landing import LandingCaution, Wind, design_landing
 from vencejo.plan import Frame, GeoPoint, MissionItem, Plan
 from vencejo.vehicle import Vehicle
 
-__all__ = ["MAX_HEIGHT_M", "MAX_POSES", "Mission", "Situation", "check_poses", "mission_of", "poses_of"]
+__all__ = [
+    "MAX_HEIGHT_M",
+    "MAX_POSES",
+    "Mission",
+    "MissionOfPoses",
+    "Situation",
+    "check_poses",
+    "mission_of",
+    "poses_of",
+]
 
 MAX_POSES: Final = 700
 """An autopilot holds about as many (ArduPlane 724 items)."""
@@ -41,6 +50,8 @@ _WORRYING: Final = frozenset({"steep-approach", "tailwind"})
 
 Pose = tuple[float, float, float]
 """Latitude, longitude in degrees, height above home in metres."""
+Sent = tuple[float, float, float, float, float, float, float, float]
+"""A Pose3DData as a client sends it: x, y, z, h, q0 to q3."""
 
 
 @dataclass(frozen=True)
@@ -163,7 +174,7 @@ def poses_of(plan: Plan, home_alt_amsl_m: float | None) -> list[Pose]:
 
 
 class Mission:
-    """Servant of ``jderobot::Mission``, in either dialect."""
+    """Servant of ``jderobot::Mission`` in the usual dialect; the other one's (`MissionOfPoses`) is a view of it."""
 
     def __init__(self, slices: Slices, subject: Subject, workers: Workers, marks: Marks, policy: MissionPolicy) -> None:
         self._slices = slices
@@ -172,19 +183,26 @@ class Mission:
         self._marks = marks
         self._policy = policy
         self._busy = threading.Lock()
-        self._known: tuple[str, list[Pose]] | None = None
+        self._known: tuple[str, list[Sent]] | None = None
         """Fingerprint of a mission on board and its poses."""
 
     def getMissionData(self, current: Any = None) -> Any:
         """The mission on board, whoever sent it; the last one known while it cannot be read, empty before any."""
-        try:
-            return self._workers.later(lambda: self._wrapped(self._on_board()))
-        except Busy:
-            return self._wrapped(self._last_known())
+        return self.given(self._slices.jderobot.MissionData)
 
     def setMissionData(self, data: Any, current: Any = None) -> Any:
         """Send, verify, arm and start a mission, or only send and verify it, as the setting says."""
-        poses = data if self._slices.dialect == "sequence" else getattr(data, "mission", None)
+        return self.taken(getattr(data, "mission", None))
+
+    def given(self, wrap: Callable[[list[Any]], Any]) -> Any:
+        """The mission on board, its poses wrapped as a dialect passes them."""
+        try:
+            return self._workers.later(lambda: wrap(self._poses(self._on_board())))
+        except Busy:
+            return wrap(self._poses(self._last_known()))
+
+    def taken(self, poses: Sequence[Any] | None) -> Any:
+        """What becomes of the poses of a mission: an answer, or the future of one."""
         # Marks are for the mission that follows them, sound or not: they never act after it.
         marks = self._marks.take()
         try:
@@ -201,8 +219,9 @@ class Mission:
         try:
             if any(pose is None for pose in poses):
                 raise InvalidRequest("a pose is null")
-            sent = [(pose.x, pose.y, pose.h) for pose in poses]
-            check_poses(sent, marks)  # bad ones are refused whether or not there is a vehicle
+            sent: list[Sent] = [(p.x, p.y, p.z, p.h, p.q0, p.q1, p.q2, p.q3) for p in poses]
+            places: list[Pose] = [(pose.x, pose.y, pose.h) for pose in poses]
+            check_poses(places, marks)  # bad ones are refused whether or not there is a vehicle
             vehicle = self._subject.need()
             telemetry = vehicle.telemetry
             stands = telemetry.is_on_ground
@@ -210,7 +229,7 @@ class Mission:
                 stands = telemetry.is_armed is False
             if stands and not marks.takeoff and self._policy == "fly":
                 raise InvalidRequest("the vehicle is on the ground; call takeoff() of ArDroneExtra before the mission")
-            plan, cautions = mission_of(sent, marks, self._situation(vehicle, marks))
+            plan, cautions = mission_of(places, marks, self._situation(vehicle, marks))
             home = telemetry.home
             plan.require_sound(position=None if home is None else GeoPoint(home.lat_deg, home.lon_deg))
             for caution in cautions:
@@ -258,7 +277,7 @@ class Mission:
                 )
         return Situation(hovers, at, blows, has_land_start)
 
-    def _on_board(self) -> list[Pose]:
+    def _on_board(self) -> list[Sent]:
         try:
             vehicle = self._subject.need()
             state = vehicle.plan_state()
@@ -274,14 +293,28 @@ class Mission:
             pass  # the last known one
         return self._last_known()
 
-    def _last_known(self) -> list[Pose]:
+    def _last_known(self) -> list[Sent]:
         return [] if self._known is None else self._known[1]
 
     def _remember(self, vehicle: Vehicle, fingerprint: str | None, plan: Plan) -> None:
         home = vehicle.telemetry.home
-        self._known = (fingerprint or "", poses_of(plan, None if home is None else home.alt_amsl_m))
+        places = poses_of(plan, None if home is None else home.alt_amsl_m)
+        self._known = (fingerprint or "", [(lat, lon, alt, alt, 1.0, 0.0, 0.0, 0.0) for lat, lon, alt in places])
 
-    def _wrapped(self, poses: list[Pose]) -> Any:
-        jderobot = self._slices.jderobot
-        data = [jderobot.Pose3DData(x=lat, y=lon, z=alt, h=alt, q0=1.0) for lat, lon, alt in poses]
-        return data if self._slices.dialect == "sequence" else jderobot.MissionData(data)
+    def _poses(self, poses: list[Sent]) -> list[Any]:
+        return [self._slices.jderobot.Pose3DData(*pose) for pose in poses]
+
+
+class MissionOfPoses:
+    """Servant of ``jderobot::Mission`` in the other dialect, which passes the poses without an object around them."""
+
+    def __init__(self, mission: Mission) -> None:
+        self._mission = mission
+
+    def getMissionData(self, current: Any = None) -> Any:
+        """The mission on board."""
+        return self._mission.given(list)
+
+    def setMissionData(self, data: Any, current: Any = None) -> Any:
+        """Send, verify, arm and start a mission, as in the other dialect."""
+        return self._mission.taken(data)

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
+import codecs
+import contextlib
 import sys
 import threading
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, TypeVar
 
-from vencejo.errors import InvalidRequest, VencejoError
+from vencejo.errors import VencejoError
 
-__all__ = ["SLICE_DIR", "Dialect", "Slices", "load"]
+__all__ = ["SLICE_DIR", "Dialect", "Slices", "load", "tolerant"]
 
 Dialect: TypeAlias = Literal["data", "sequence"]
-"""How the Mission interface passes a mission: in a MissionData object, or as the bare sequence of poses."""
+"""How a client of Mission passes a mission: in a MissionData object, or as the bare sequence of poses."""
 
 SLICE_DIR: Final = Path(__file__).resolve().parent / "slice"
 """The Slice files, for ``-I``."""
 
 _T = TypeVar("_T")
-_FILES: Final = ("camera", "pose3d", "navdata", "ardroneextra", "cmdvel")
-_MISSION: Final[dict[str, str]] = {"data": "mission", "sequence": "mission_sequence"}
+_FILES: Final = ("camera", "pose3d", "navdata", "ardroneextra", "cmdvel", "mission")
+_OTHER_MISSION: Final = "MissionOfPoses"
+"""Mission of mission_sequence.ice in this process, where both dialects are served; on the wire an interface has no name."""
 _MISSING: Final = (
     "the JdeRobot interfaces need ZeroC Ice, which is not installed: pip install 'vencejo[ice]' "
     "(it is compiled once, about five minutes; docs/jderobot.md names the system packages)"
@@ -36,53 +40,81 @@ class Slices:
     ice : module
         Package Ice.
     jderobot, precise : module
-        Slice modules ``jderobot`` and ``vencejo``.
-    dialect : {"data", "sequence"}
-        Of Mission.
+        Slice modules ``jderobot`` and ``vencejo``. Interface ``Mission`` is that of mission.ice, ``MissionOfPoses`` that of
+        mission_sequence.ice.
     """
 
     ice: Any
     jderobot: Any
     precise: Any
-    dialect: Dialect
 
     def servant(self, kind: type[_T], skeleton: Any) -> type[_T]:
         """The class that answers for a Slice interface by the methods of `kind`, named as its operations are."""
         return type(kind.__name__, (kind, skeleton), {})
 
 
+class _Tolerance(threading.local):
+    """Whether this thread reads texts that may be none."""
+
+    wanted = False
+
+
+_tolerance = _Tolerance()
+_strict = codecs.lookup_error("strict")
+
+
+def _decoding_failed(error: UnicodeError) -> tuple[str | bytes, int]:
+    if _tolerance.wanted and isinstance(error, UnicodeDecodeError):
+        return "\N{REPLACEMENT CHARACTER}", error.end
+    return _strict(error)
+
+
+@contextlib.contextmanager
+def tolerant() -> Iterator[None]:
+    """Read the header of a request within: bytes that are no UTF-8 come as replacement characters, in this thread alone.
+
+    Ice for Python decodes identity, facet, operation and context when they are looked at, by Python's handler ``"strict"``, and
+    where that raises ends the process with a segmentation fault (3.7.8). So that handler does not raise here.
+    """
+    _tolerance.wanted = True
+    try:
+        yield
+    finally:
+        _tolerance.wanted = False
+
+
 _lock = threading.Lock()
 _loaded: Slices | None = None
 
 
-def load(dialect: Dialect = "data") -> Slices:
+def load() -> Slices:
     """Load Ice and the Slice files, once in a process.
 
     Raises
     ------
     VencejoError
-        When Ice is not installed; the text says how to install it.
-    InvalidRequest
-        When the other dialect is loaded already: both give the same name to different types.
+        When Ice is not installed; the text says how to install it. Or when a Slice file is damaged.
     """
     global _loaded
     with _lock:
         if _loaded is None:
-            _loaded = _load(dialect)
-        if _loaded.dialect != dialect:
-            raise InvalidRequest(
-                f"this process serves the dialect {_loaded.dialect!r} of Mission; serve {dialect!r} from another one"
-            )
+            _loaded = _load()
         return _loaded
 
 
-def _load(dialect: Dialect) -> Slices:
+def _load() -> Slices:
     try:
         import Ice
     except ImportError as error:
         raise VencejoError(_MISSING) from error
-    files = [SLICE_DIR / "jderobot" / f"{name}.ice" for name in (*_FILES, _MISSION[dialect])]
-    files.append(SLICE_DIR / "vencejo" / "vencejo.ice")
+    folder = SLICE_DIR / "jderobot"
+    files = [*(folder / f"{name}.ice" for name in _FILES), SLICE_DIR / "vencejo" / "vencejo.ice"]
     # --all: the types of included files too.
-    Ice.loadSlice("", ["--all", f"-I{SLICE_DIR}", *map(str, files)])
-    return Slices(Ice, sys.modules["jderobot"], sys.modules["vencejo_ice.vencejo"], dialect)
+    options = ["--all", f"-I{SLICE_DIR}"]
+    try:
+        Ice.loadSlice("", [*options, *map(str, files)])
+        codecs.register_error("strict", _decoding_failed)
+        Ice.loadSlice("", [*options, f"-DMission={_OTHER_MISSION}", str(folder / "mission_sequence.ice")])
+        return Slices(Ice, sys.modules["jderobot"], sys.modules["vencejo_ice.vencejo"])
+    except (RuntimeError, KeyError) as error:
+        raise VencejoError(f"the Slice files in {SLICE_DIR} are damaged; install Vencejo again") from error

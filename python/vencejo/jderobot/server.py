@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Any, Final
 
@@ -12,18 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vencejo.errors import InvalidRequest, VencejoError
-from vencejo.jderobot.access import ConnectionLimit, Gate, raise_file_limit, remote_address, web_origin
+from vencejo.jderobot.access import ConnectionLimit, Gate, raise_file_limit
 from vencejo.jderobot.camera import Camera, FrameSource
 from vencejo.jderobot.cmdvel import CMDVel
+from vencejo.jderobot.dispatch import SHAPES, Answering, Checked, Dialects, Locator
 from vencejo.jderobot.extra import Extra
 from vencejo.jderobot.faults import Faults
 from vencejo.jderobot.feed import Feed
 from vencejo.jderobot.marks import Marks
-from vencejo.jderobot.mission import Mission
+from vencejo.jderobot.mission import Mission, MissionOfPoses
 from vencejo.jderobot.navdata import Navdata
 from vencejo.jderobot.pose import Pose3D
 from vencejo.jderobot.precise import Control, Missions, States, TelemetryServant
-from vencejo.jderobot.runtime import Slices, load
+from vencejo.jderobot.runtime import Dialect, Slices, load
 from vencejo.jderobot.settings import INTERFACES, IceSettings, is_loopback
 from vencejo.jderobot.subject import Subject
 from vencejo.jderobot.workers import Workers
@@ -68,7 +69,7 @@ class IceServer:
         tokens: Tokens | None = None,
     ) -> None:
         self._settings = settings = settings or IceSettings()
-        slices = load(settings.dialect)
+        slices = load()
         raise_file_limit(settings.max_connections)
         self._ice = slices.ice
         self._closing = contextlib.ExitStack()
@@ -103,18 +104,29 @@ class IceServer:
         feed = Feed(slices, states)
         closing.callback(feed.close)
         faults = Faults(slices, workers)
-        mission = slices.servant(Mission, jderobot.Mission)
-        servants: dict[str, dict[str, object]] = {
-            "Camera": {"": camera},
-            "Pose3D": {"": slices.servant(Pose3D, jderobot.Pose3D)(slices, subject, workers)},
-            "Navdata": {"": slices.servant(Navdata, jderobot.Navdata)(slices, subject)},
-            "CMDVel": {"": velocity},
-            "Extra": {"": extra},
-            "Mission": {"": mission(slices, subject, workers, marks, settings.missions)},
+        mission = slices.servant(Mission, jderobot.Mission)(slices, subject, workers, marks, settings.missions)
+        bare = slices.servant(MissionOfPoses, jderobot.MissionOfPoses)(mission)
+        pose = slices.servant(Pose3D, jderobot.Pose3D)(slices, subject, workers)
+        missions = slices.servant(Missions, precise.Missions)(slices, subject, faults)
+        telemetry = slices.servant(TelemetryServant, precise.Telemetry)(subject, states, faults, feed)
+        dialects = Dialects(settings.dialect)
+        inside = self._communicator.createObjectAdapter("")
+        inside.activate()
+
+        def answering(interface: str, servants: dict[Dialect, object]) -> Answering:
+            return self._answering(slices, inside, dialects, interface, servants)
+
+        servants: dict[str, dict[str, Answering]] = {
+            "Camera": {"": answering("Camera", {"data": camera})},
+            "Pose3D": {"": answering("Pose3D", {"data": pose})},
+            "Navdata": {"": answering("Navdata", {"data": slices.servant(Navdata, jderobot.Navdata)(slices, subject)})},
+            "CMDVel": {"": answering("CMDVel", {"data": velocity})},
+            "Extra": {"": answering("ArDroneExtra", {"data": extra})},
+            "Mission": {"": answering("Mission", {"data": mission, "sequence": bare})},
             "Precise": {
-                "_telemetry": slices.servant(TelemetryServant, precise.Telemetry)(subject, states, faults, feed),
-                "_missions": slices.servant(Missions, precise.Missions)(slices, subject, faults),
-                "_control": slices.servant(Control, precise.Control)(subject, faults),
+                "_telemetry": answering("Telemetry", {"data": telemetry}),
+                "_missions": answering("Missions", {"data": missions}),
+                "_control": answering("Control", {"data": slices.servant(Control, precise.Control)(subject, faults)}),
             },
         }
         adapters = {}
@@ -136,6 +148,21 @@ class IceServer:
         for adapter in adapters.values():
             adapter.activate()
         return adapters
+
+    @staticmethod
+    def _answering(
+        slices: Slices, inside: Any, dialects: Dialects, interface: str, servants: dict[Dialect, object]
+    ) -> Answering:
+        """What answers for an object. Where objects come in, its servants stand behind the check, in an adapter without endpoints."""
+        shapes = SHAPES.get(interface)
+        if shapes is None:
+            return Answering(servants, dialects)
+        behind = {
+            dialect: inside.add(servant, slices.ice.Identity(f"{interface} {dialect}", ""))
+            for dialect, servant in servants.items()
+        }
+        checked = slices.servant(Checked, slices.ice.BlobjectAsync)(slices, shapes, behind, dialects)
+        return Answering(servants, dialects, checked, shapes)
 
     def _adapter(self, interface: str, endpoints: str) -> Any:
         ice = self._ice
@@ -190,34 +217,6 @@ class IceServer:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
-
-class Locator:
-    """Finds the servant of each request that the gate lets through (Ice's ServantLocator)."""
-
-    def __init__(self, slices: Slices, gate: Gate, servants: Mapping[str, object], *, takes_pages: bool) -> None:
-        self._ice = slices.ice
-        self._gate = gate
-        self._takes_pages = takes_pages
-        self._servants = servants
-
-    def locate(self, current: Any) -> tuple[object | None, None]:
-        """The servant; ``None`` for an object that is not here."""
-        origin = web_origin(current.con) if self._takes_pages else None
-        if origin is not None or not self._gate.is_open:
-            token = current.ctx.get("token", "")
-            refusal = self._gate.refusal(remote_address(current.con), token, current.operation, origin)
-            if refusal is not None:
-                raise self._ice.UnknownException(refusal)
-        if current.facet:  # ours have none; asked for one, an object without it is not the one
-            raise self._ice.FacetNotExistException(current.id, current.facet, current.operation)
-        return (None if current.id.category else self._servants.get(current.id.name)), None
-
-    def finished(self, current: Any, servant: object, cookie: None) -> None:
-        """Nothing is held for a request."""
-
-    def deactivate(self, category: str) -> None:
-        """Nothing is held."""
 
 
 def _listening(adapter: Any) -> list[tuple[str, int]]:

@@ -89,7 +89,7 @@ class IceSettings:
     names : mapping of str to str
         Identities of single interfaces.
     dialect : {"data", "sequence"}
-        Of Mission, default ``"data"``.
+        Of Mission for clients that have sent none yet, default ``"data"``; both are served.
     missions : {"fly", "upload"}
         Whether a mission is flown, or only sent. Default ``"fly"``, which existing programs rely on.
     system_id : int or None
