@@ -33,6 +33,7 @@ _REFRESH_S: Final = 0.5
 _TICK_S: Final = 0.1
 _LEVEL_RATE_M_S: Final = 3.0
 _SPEED_STEP_M_S: Final = 0.1
+_MIN_SPEED_M_S: Final = 0.1
 _MIN_CLIMB_M_S: Final = 0.05
 _MIN_TURN_RAD_S: Final = 0.01
 _COURSE_ACCEL_M_S2: Final = 5.0
@@ -73,6 +74,11 @@ class Targets:
     climb: tuple[float, float] | None = None
 
 
+def _course_deg(course_rad: float) -> float:
+    """A course from 0 to below 360 degrees: what is a hair below 0 is 360 after one remainder."""
+    return math.degrees(course_rad) % 360.0 % 360.0
+
+
 class PlaneTargets:
     """Turns velocity commands into a plane's targets. Time comes in as an argument."""
 
@@ -100,7 +106,7 @@ class PlaneTargets:
         velocity = wanted or Velocity()
         turn = velocity.left_rad_s if abs(velocity.left_rad_s) >= _MIN_TURN_RAD_S else 0.0
         up = velocity.up_m_s if abs(velocity.up_m_s) >= _MIN_CLIMB_M_S else 0.0
-        speed = velocity.forward_m_s if velocity.forward_m_s > 0.0 else None
+        speed = velocity.forward_m_s if velocity.forward_m_s >= _MIN_SPEED_M_S else None
         airspeed = None
         if speed is not None and (self._speed_m_s is None or abs(speed - self._speed_m_s) >= _SPEED_STEP_M_S):
             airspeed = self._speed_m_s = speed
@@ -108,11 +114,11 @@ class PlaneTargets:
         course = climb = None
         if turn and (is_due or not self._turning):
             lead = min(abs(turn) * _LEAD_S, _MAX_LEAD_RAD)
-            target = math.degrees(course_rad - math.copysign(lead, turn)) % 360.0
             # The bank that turns at this rate: centripetal acceleration = speed × turn rate.
-            course = (target % 360.0, min(20.0, max(0.05, abs(turn) * groundspeed_m_s)))
+            accel = min(20.0, max(0.05, abs(turn) * groundspeed_m_s))
+            course = (_course_deg(course_rad - math.copysign(lead, turn)), accel)
         elif not turn and (self._turning or not self._straight):
-            course = (math.degrees(course_rad) % 360.0, _COURSE_ACCEL_M_S2)
+            course = (_course_deg(course_rad), _COURSE_ACCEL_M_S2)
         if up and (is_due or not self._climbing):
             climb = (alt_amsl_m + up * _LEAD_S, abs(up))
         elif not up and (self._climbing or self._level_m is None):
@@ -186,25 +192,33 @@ class CMDVel:
 
     def _send(self, velocity: Velocity | None) -> None:
         """Send a velocity; ``None`` when there is none any more."""
+        self._attempt(lambda: self._send_velocity(velocity))
+
+    def _attempt(self, send: Callable[[], None]) -> None:
+        """Send something; what goes wrong is the next command's answer, which never says that nothing was sent."""
         try:
-            vehicle = self._subject.need()
-            telemetry = vehicle.telemetry
-            if telemetry.mode not in ("GUIDED", "OFFBOARD"):
-                self._plane = None  # the pilot, or somebody, took over
-                return
-            if telemetry.heartbeat is not None and telemetry.heartbeat.mav_type == _FIXED_WING:
-                self._send_plane(vehicle, telemetry, velocity)
-            else:
-                wanted = velocity or Velocity()
-                vehicle.set_velocity(
-                    forward_m_s=wanted.forward_m_s,
-                    right_m_s=-wanted.left_m_s,
-                    down_m_s=-wanted.up_m_s,
-                    yaw_rate_rad_s=-wanted.left_rad_s,
-                )
+            send()
         except VencejoError as error:
-            self._failed = answer_of(error)
+            answer = answer_of(error)
+            self._failed = Answer.FAILED if answer is Answer.BAD_VALUE else answer
             self._subject.tell(f"velocity: {error}")
+
+    def _send_velocity(self, velocity: Velocity | None) -> None:
+        vehicle = self._subject.need()
+        telemetry = vehicle.telemetry
+        if telemetry.mode not in ("GUIDED", "OFFBOARD"):
+            self._plane = None  # the pilot, or somebody, took over
+            return
+        if telemetry.heartbeat is not None and telemetry.heartbeat.mav_type == _FIXED_WING:
+            self._send_plane(vehicle, telemetry, velocity)
+        else:
+            wanted = velocity or Velocity()
+            vehicle.set_velocity(
+                forward_m_s=wanted.forward_m_s,
+                right_m_s=-wanted.left_m_s,
+                down_m_s=-wanted.up_m_s,
+                yaw_rate_rad_s=-wanted.left_rad_s,
+            )
 
     def _send_plane(self, vehicle: Vehicle, telemetry: Telemetry, velocity: Velocity | None) -> None:
         position = telemetry.position
@@ -223,11 +237,11 @@ class CMDVel:
         )
         if velocity is None:
             self._plane = None
-        if targets.airspeed_m_s is not None:
-            vehicle.set_airspeed(targets.airspeed_m_s)
-        if targets.course is not None:
-            course_deg, accel = targets.course
-            vehicle.fly_course(course_deg, accel_m_s2=accel)
-        if targets.climb is not None:
-            alt_amsl_m, rate = targets.climb
-            vehicle.climb_to(alt_amsl_m=alt_amsl_m, rate_m_s=rate)
+        # Each by itself: a speed that is refused leaves the turn as it was asked for.
+        airspeed_m_s, course, climb = targets.airspeed_m_s, targets.course, targets.climb
+        if airspeed_m_s is not None:
+            self._attempt(lambda: vehicle.set_airspeed(airspeed_m_s))
+        if course is not None:
+            self._attempt(lambda: vehicle.fly_course(course[0], accel_m_s2=course[1]))
+        if climb is not None:
+            self._attempt(lambda: vehicle.climb_to(alt_amsl_m=climb[0], rate_m_s=climb[1]))
