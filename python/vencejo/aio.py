@@ -274,10 +274,16 @@ class AsyncVehicle(VehicleState):
         await _finished(self._native.reboot())
 
     async def upload(
-        self, plan: Plan, *, kind: PlanKind = "mission", check: bool = True, progress: ProgressCallback | None = None
+        self,
+        plan: Plan,
+        *,
+        kind: PlanKind = "mission",
+        check: bool = True,
+        while_heard: bool = False,
+        progress: ProgressCallback | None = None,
     ) -> PlanState:
         """Replace a plan on board and verify it; see `vencejo.Vehicle.upload`."""
-        pending = self._upload(plan, kind, check)
+        pending = self._upload(plan, kind, check, while_heard)
         await _finished(pending, progress)
         return self._uploaded(kind, pending)
 

@@ -27,9 +27,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vencejo import _native
-from vencejo.plan import GeoPoint, MissionItem
+from vencejo.plan import Command, GeoPoint, MissionItem, Plan
 
-__all__ = ["Landing", "LandingCaution", "Wind", "design_landing"]
+_NAV_LAST = 95
+"""MAV_CMD_NAV_LAST: commands above it are flown to nowhere."""
+
+__all__ = ["Landing", "LandingCaution", "Wind", "design_landing", "landing_item"]
 
 
 @dataclass(frozen=True)
@@ -188,3 +191,30 @@ def design_landing(
         groundspeed,
         tuple(LandingCaution(*caution) for caution in cautions),
     )
+
+
+def landing_item(plan: Plan) -> int | None:
+    """The item, counted from 1, from which a mission's landing is flown; ``None`` when it has none.
+
+    It is DO_LAND_START where there is one before the landing, else the place before the landing, from which its last leg
+    leads (a circle down to the right height, or a waypoint), else the landing itself.
+
+    Examples
+    --------
+    >>> from vencejo import MissionItem, Plan
+    >>> there, here = (40.3332, -3.7978), (40.3402, -3.7978)
+    >>> places = [MissionItem.waypoint(*here, alt_rel_home_m=60.0), MissionItem.change_airspeed(14.0)]
+    >>> landing_item(Plan(items=(*places, MissionItem.land(*there))))
+    1
+    """
+    land = next((number for number, item in enumerate(plan.items) if item.command == Command.NAV_LAND), None)
+    if land is None:
+        return None
+    before = list(enumerate(plan.items[:land], 1))
+    starts = [number for number, item in before if item.command == Command.DO_LAND_START]
+    if starts:
+        return starts[-1]
+    ways = [(number, item) for number, item in before if item.command <= _NAV_LAST]
+    if ways and ways[-1][1].command != Command.NAV_TAKEOFF and ways[-1][1].lat_deg:
+        return ways[-1][0]
+    return land + 1

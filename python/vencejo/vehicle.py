@@ -362,10 +362,14 @@ class VehicleState:
         alt_m, frame = _frame_of(alt_rel_home_m, alt_amsl_m, alt_terrain_m)
         return self._native.reposition(lat_deg, lon_deg, alt_m, frame, radius_m, clockwise, speed_m_s, change_mode)
 
-    def _upload(self, plan: Plan, kind: PlanKind, check: bool) -> _native.Pending:
+    def _upload(self, plan: Plan, kind: PlanKind, check: bool, while_heard: bool = False) -> _native.Pending:
         if check and kind == "mission":
             plan.require_sound(position=self._planned_position(), on_ground=None)
-        return self._native.upload(kind, plan._to_native())
+        pending = self._native.upload(kind, plan._to_native())
+        if while_heard:
+            watch = self.on_event(lambda event: pending.cancel() if event.kind == "lost" else None)
+            pending.on_done(watch.close)
+        return pending
 
     def _uploaded(self, kind: PlanKind, pending: _native.Pending) -> PlanState:
         return replace(self.plan_state(kind), position_error_m=pending.position_error_m())
@@ -658,6 +662,7 @@ class Vehicle(VehicleState):
         *,
         kind: PlanKind = "mission",
         check: bool = True,
+        while_heard: bool = False,
         progress: ProgressCallback | None = None,
     ) -> PlanState:
         """Replace the mission (or fence, or rally points) on board; returns when it has been read back and compared.
@@ -671,6 +676,8 @@ class Vehicle(VehicleState):
             Which part of the plan.
         check : bool, optional
             Refuse a mission with errors before anything is sent.
+        while_heard : bool, optional
+            Give up when the vehicle is lost meanwhile, rather than wait for it as long as a transfer does.
         progress : function of (done, total), optional
             Called while it runs.
 
@@ -680,8 +687,10 @@ class Vehicle(VehicleState):
             When the checks find an error.
         TransferError
             When it fails; what the vehicle holds is then unknown.
+        Cancelled
+            When it was given up.
         """
-        pending = self._upload(plan, kind, check)
+        pending = self._upload(plan, kind, check, while_heard)
         self._wait(pending, progress)
         return self._uploaded(kind, pending)
 

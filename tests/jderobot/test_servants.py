@@ -7,7 +7,7 @@ import math
 import threading
 import time
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any, cast
@@ -30,9 +30,11 @@ from vencejo.jderobot.pose import Pose3D
 from vencejo.jderobot.precise import States
 from vencejo.jderobot.runtime import load
 from vencejo.jderobot.settings import MissionPolicy
+from vencejo.jderobot.stamp import age_text, stamped
 from vencejo.jderobot.subject import Subject
 from vencejo.jderobot.workers import Workers
 
+from tests.faults.mock import MockPlane
 from tests.jderobot.support import ANY_PORT, Client, client_of
 from tests.support import wait_for
 
@@ -131,13 +133,62 @@ def test_no_picture_and_a_dead_camera_are_told_apart(client: Client, cameras: li
     assert caught.value.what == "the cable is out"
     assert client.camera.getImageDescription().width == 0
     cameras[0].fault = None
-    old = cameras[0].picture = picture()
-    old.captured_unix_s -= 10.0
-    with pytest.raises(dead) as caught:
-        client.camera.getImageData("RGB8")
-    assert "no picture for 10 s" in caught.value.what
     cameras[0].picture = picture()
     assert client.camera.getImageData("RGB8").description.width == 64, "and back again"
+
+
+def test_an_old_picture_is_given_with_its_age_in_it_or_not_at_all() -> None:
+    """An exception ends the thread of viewers in use for good; a setting chooses."""
+    slices, workers = load(), Workers()
+    now = [1000.0]
+
+    def camera_of(settings: IceSettings, source: Source) -> Callable[[], Any]:
+        servant = Camera(slices, [source], settings, workers, clock=lambda: now[0])
+        return lambda: servant.getImageData("RGB8").result(30.0)
+
+    def shown(data: Any) -> NDArray[np.uint8]:
+        rgb = np.frombuffer(bytes(data.pixelData), np.uint8)
+        assert data.description.md5sum == hashlib.md5(bytes(data.pixelData)).hexdigest()
+        return rgb.reshape(data.description.height, data.description.width, 3)
+
+    source = Source("nose")
+    get = camera_of(IceSettings(), source)
+    with pytest.raises(slices.jderobot.DataNotExistException):
+        get()
+    source.fault = "the cable is out"
+    with pytest.raises(slices.jderobot.HardwareFailedException):
+        get()
+    source.fault, source.picture = None, Picture(np.full((48, 64, 3), 90, np.uint8), 1000.0)
+    now[0] = 1003.4
+    assert (shown(get()) == 90).all(), "fresh"
+    now[0] = 1012.0
+    data = get()
+    marked = shown(data)
+    assert (marked == stamped(source.picture.rgb, "OLD 12 s")).all()
+    assert data.timeStamp.seconds == 1000, "it says when it was taken"
+    assert {tuple(pixel) for row in marked for pixel in row} == {(90, 90, 90), (0, 0, 0), (255, 220, 0)}
+    now[0], source.fault = 1013.0, "the cable is out"
+    assert (shown(get()) == stamped(source.picture.rgb, "OLD 13 s")).all(), "it fails, and the viewers live"
+    now[0] = 1001.0
+    assert (shown(get()) == stamped(source.picture.rgb, "OLD 1 s")).all(), "also at once"
+    source.fault, source.picture = None, Picture(source.picture.rgb, 1013.5)
+    now[0] = 1014.0
+    assert (shown(get()) == 90).all(), "and back again"
+    assert [age_text(age_s) for age_s in (-1.0, 119.9, 120.0, 7199.0, 7200.0, 1e9)] == [
+        "OLD 0 s", "OLD 119 s", "OLD 2 m", "OLD 119 m", "OLD 2 h", "OLD 99 h"
+    ]  # fmt: skip
+    assert stamped(np.zeros((3, 4, 3), np.uint8), "OLD 1 s").shape == (3, 4, 3), "however small"
+
+    get = camera_of(IceSettings(old_pictures="raise"), source)
+    get()
+    now[0] = 1023.5
+    with pytest.raises(slices.jderobot.HardwareFailedException) as caught:
+        get()
+    assert "no picture for 10 s" in caught.value.what
+    source.fault = "the cable is out"
+    with pytest.raises(slices.jderobot.HardwareFailedException):
+        get()
+    workers.close()
 
 
 def test_the_next_camera_and_its_recording(client: Client, cameras: list[Source]) -> None:
@@ -333,7 +384,8 @@ class Flier:
             assert self.error is not None
             raise self.error
 
-    def upload(self, plan: vencejo.Plan) -> Any:
+    def upload(self, plan: vencejo.Plan, *, while_heard: bool) -> Any:
+        assert while_heard, "one that comes back must not get what has failed"
         self.plan = plan
         self._do("upload")
         return SimpleNamespace(hash="h")
@@ -366,6 +418,7 @@ def mission_servant(
         ("upload", errors.PlanMismatch("item 2 differs", ()), 4, ["upload"], "was not sent: item 2 differs"),
         ("upload", errors.Busy("a transfer runs"), 3, ["upload"], "was not sent: a transfer runs"),
         ("upload", errors.VehicleLost("silent"), 2, ["upload"], "was not sent: silent"),
+        ("upload", errors.Cancelled("by itself"), 2, ["upload"], "was not sent: the vehicle was lost meanwhile"),
         (
             "arm",
             errors.CommandRefused("no", "ARM", "DENIED", ("no GPS",)),
@@ -375,7 +428,7 @@ def mission_servant(
         ),
         ("start", errors.CommandTimeout("?", "AUTO", ()), 6, ["upload", "arm", "start"], "and the vehicle is armed"),
     ],
-    ids=["flies", "mismatch", "busy", "lost", "not armed", "not started"],
+    ids=["flies", "mismatch", "busy", "lost", "lost meanwhile", "not armed", "not started"],
 )
 def test_each_step_of_a_mission_and_what_its_failure_answers(
     fails_at: str, error: VencejoError | None, answer: int, told: list[str], says: str
@@ -393,6 +446,61 @@ def test_each_step_of_a_mission_and_what_its_failure_answers(
     )
     assert any("RTL_AUTOLAND is 0" in text for text in subject.said)
     workers.close()
+
+
+def test_a_lost_vehicle_is_answered_at_once_and_gets_nothing() -> None:
+    vehicle, workers, clock = Flier(), Workers(), Clock()
+    vehicle.__dict__["system_id"] = 1
+    vehicle.__dict__["note"] = lambda text, severity: None
+    vehicle.telemetry.heartbeat = SimpleNamespace(freshness="lost", age_s=7.2)
+    station = cast("vencejo.Station", SimpleNamespace(vehicles=[vehicle]))
+    subject, slices = Subject(station), load()
+    marks = Marks(5.0)
+    mission = Mission(slices, subject, workers, marks, "fly")
+    extra = Extra(subject, workers, marks, IceSettings(), cast("Any", SimpleNamespace()), clock=clock)
+    try:
+        marks.mark(0.0, takeoff=True)
+        assert mission.setMissionData(poses(50.0, 60.0)).result(30.0) == 2
+        pose = slices.jderobot.Pose3DData(x=40.0, y=-3.0, z=700.0)
+        assert Pose3D(slices, subject, workers).setPose3DData(pose).result(30.0) == 2
+        extra.act_alone(Taken(takeoff=True))
+        extra.act_alone(Taken(land=True))
+        with pytest.raises(errors.VehicleLost, match="has not been heard for 7 s; nothing was sent"):
+            subject.hear()
+    finally:
+        extra.close()
+        workers.close()
+    assert vehicle.told == []
+
+
+def test_a_vehicle_that_comes_back_gets_nothing_of_a_mission_that_was_answered_as_lost() -> None:
+    """It restarts in the middle of an upload and says nothing for a while: the answer is 2, and nothing follows it."""
+    with MockPlane() as mock, vencejo.connect(mock.link, record=False) as plane:
+        subject, workers, marks = TheOne(plane), Workers(), Marks(5.0)
+        mission = Mission(load(), cast("Subject", subject), workers, marks, "upload")
+
+        def die(message: Any) -> list[Any] | None:
+            if message.get_type() == "MISSION_COUNT":
+                mock.heartbeats = False
+            return [] if not mock.heartbeats else None
+
+        mock.on_message = die
+        assert mission.setMissionData(poses(50.0, 60.0)).result(60.0) == 2
+        assert "lost meanwhile" in subject.said[-1]
+        sent = [name for name, _ in mock.received].count("MISSION_COUNT")
+        assert sent > 0
+
+        def return_() -> None:
+            mock.on_message, mock.heartbeats = None, True
+            mock.reboot()
+
+        mock.do(return_)
+        wait_for(lambda: plane.telemetry.heartbeat is not None and plane.telemetry.heartbeat.freshness == "fresh", "it")
+        plane.set_mode("MANUAL")
+        assert [name for name, _ in mock.received].count("MISSION_COUNT") == sent
+        assert mock.items[0] == [], "nothing of it is on board"
+        assert not [name for name, _ in mock.received if name == "MISSION_ITEM_INT"]
+        workers.close()
 
 
 def test_only_one_mission_at_a_time_and_none_from_the_ground_without_take_off() -> None:
@@ -503,6 +611,38 @@ def test_what_hovers_follows_velocities_and_stops_when_none_comes_any_more() -> 
     assert vehicle.told[-1] == ("set_velocity", still)
 
 
+class Turner(Hoverer):
+    """A plane in GUIDED that flies north and takes no speed."""
+
+    @property
+    def telemetry(self) -> Any:
+        seen = super().telemetry
+        seen.heartbeat.mav_type = 1
+        # A hair west of north: one remainder makes 360 degrees of it, which is no course.
+        seen.position = SimpleNamespace(velocity_north_m_s=20.0, velocity_east_m_s=-1e-17, alt_amsl_m=700.0)
+        return seen
+
+    def set_airspeed(self, airspeed_m_s: float) -> None:
+        raise errors.InvalidRequest("no such speed")
+
+
+def test_a_turn_that_was_flown_is_not_answered_as_if_nothing_was_sent() -> None:
+    vehicle, clock = Turner(), Clock()
+    servant = CMDVel(cast("Subject", TheOne(vehicle)), 5.0, clock=clock)
+    try:
+        assert servant.setCMDVelData(velocity(30.0, up=1.0, turn=0.2)) == 0
+        wait_for(
+            lambda: [name for name, _ in vehicle.told] == ["fly_course", "climb_to"], "turn and climb, all the same"
+        )
+        assert servant.setCMDVelData(velocity(30.0, turn=0.2)) == 8, "it was sent, but for the speed"
+        assert servant.setCMDVelData(velocity(51.0)) == 1, "nothing was"
+        vehicle.told.clear()
+    finally:
+        servant.close()
+    course = next(what for name, what in vehicle.told if name == "fly_course")
+    assert course == (0.0,), "straight on to the north"
+
+
 def test_what_hovers_is_stopped_when_the_driver_ends() -> None:
     vehicle = Hoverer()
     servant = CMDVel(cast("Subject", TheOne(vehicle)), 5.0, clock=Clock())
@@ -552,6 +692,36 @@ def test_take_off_and_landing_alone_of_what_hovers(extra: tuple[Extra, Hoverer, 
     assert [name for name, _ in vehicle.told] == ["land"], "it is in the air"
     servant.act_alone(Taken(takeoff=True, land=True))
     assert "nothing was done" in subject.said[-1]
+
+
+def test_a_landing_alone_flies_the_one_that_the_mission_has(extra: tuple[Extra, Hoverer, TheOne, Clock]) -> None:
+    """An ArduPlane with RTL_AUTOLAND 0 has it without DO_LAND_START, and does not find it by itself."""
+    servant, vehicle, subject, _ = extra
+    way = vencejo.MissionItem.waypoint(40.0, -3.0, alt_rel_home_m=60.0)
+    down = vencejo.MissionItem.loiter_to_altitude(40.01, -3.0, alt_rel_home_m=40.0)
+    land = vencejo.MissionItem.land(40.02, -3.0)
+
+    def refuse() -> None:
+        raise errors.CommandRefused("no DO_LAND_START", "DO_LAND_START", "FAILED", ())
+
+    vehicle.__dict__["land"] = refuse
+    for items, done in (
+        ((way, down, land), ("start_mission", {"from_item": 2})),
+        ((way, vencejo.MissionItem.change_airspeed(14.0), land), ("start_mission", {"from_item": 1})),
+        ((vencejo.MissionItem.takeoff(40.0, -3.0, alt_rel_home_m=50.0), land), ("start_mission", {"from_item": 2})),
+        ((way, way), ("return_to_launch", {})),
+    ):
+        vehicle.told.clear()
+        vehicle.__dict__["download"] = lambda items=items: vencejo.Plan(items=items)
+        servant.act_alone(Taken(land=True))
+        assert vehicle.told == [done], subject.said[-1]
+
+    def fail() -> None:
+        raise errors.TransferError("it does not answer")
+
+    vehicle.__dict__["download"] = fail
+    servant.act_alone(Taken(land=True))
+    assert vehicle.told[-1][0] == "return_to_launch", "it comes home all the same"
 
 
 def test_a_take_off_that_is_refused_leaves_the_mode_as_it_was(extra: tuple[Extra, Hoverer, TheOne, Clock]) -> None:

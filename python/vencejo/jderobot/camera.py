@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from vencejo.errors import Busy, InvalidRequest, VencejoError
 from vencejo.jderobot.runtime import Slices
 from vencejo.jderobot.settings import IceSettings
+from vencejo.jderobot.stamp import age_text, stamped
 from vencejo.jderobot.workers import Workers
-from vencejo.telemetry import LOST_AFTER_S
+from vencejo.telemetry import LOST_AFTER_S, STALE_AFTER_S
 
 __all__ = ["Camera", "Frame", "FrameSource", "Recording"]
 
@@ -81,6 +82,8 @@ class _Picture:
     format: str
     data: bytes
     md5: str
+    mark: str
+    """Its age as it is written into it, or nothing."""
 
 
 def _shrunk(rgb: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
@@ -134,6 +137,8 @@ class Camera:
         }
         if jpeg is not None:
             self._encoders["JPEG"] = jpeg
+        self._last: tuple[int, Frame] | None = None
+        """Number of a camera and its last picture."""
         self._made: dict[str, _Picture] = {}
         self._described: Any = None
 
@@ -173,7 +178,7 @@ class Camera:
     def _description(self) -> Any:
         description = self._slices.jderobot.ImageDescription(format="RGB8")
         try:
-            frame = self._frame()
+            frame, _ = self._frame()
         except VencejoError:
             return description
         if frame is not None:
@@ -201,17 +206,20 @@ class Camera:
         if not self._sources:
             raise jderobot.DataNotExistException("there is no camera; start the driver with --camera SOURCE")
         try:
-            frame = self._frame()
+            frame, has_failed = self._frame()
         except VencejoError as error:
             raise jderobot.HardwareFailedException(str(error)) from error
         if frame is None:
             raise jderobot.DataNotExistException(f"camera {self._source_name()} has given no picture yet")
         age_s = self._clock() - frame.captured_unix_s
-        if age_s > LOST_AFTER_S:
+        mark = ""
+        if self._settings.old_pictures == "mark":
+            mark = age_text(age_s) if has_failed or age_s > STALE_AFTER_S else ""
+        elif age_s > LOST_AFTER_S:
             raise jderobot.HardwareFailedException(
                 f"camera {self._source_name()} has given no picture for {age_s:.0f} s"
             )
-        picture = self._picture(name, frame)
+        picture = self._picture(name, frame, mark)
         seconds, fraction = divmod(picture.captured_unix_s, 1.0)
         return jderobot.ImageData(
             jderobot.Time(int(seconds), int(fraction * 1e6)),
@@ -259,21 +267,44 @@ class Camera:
         source = self._source()
         return "" if source is None else source.name
 
-    def _frame(self) -> Frame | None:
-        source = self._source()
-        return None if source is None else source.latest()
+    def _frame(self) -> tuple[Frame | None, bool]:
+        """The newest picture, and whether the camera fails and it is its last one.
 
-    def _picture(self, name: str, frame: Frame) -> _Picture:
+        Raises
+        ------
+        VencejoError
+            When the camera fails, and its last picture is not wanted, or there is none.
+        """
+        with self._lock:
+            index, last = self._index, self._last
+        if not self._sources:
+            return None, False
+        kept = last[1] if last is not None and last[0] == index and self._settings.old_pictures == "mark" else None
+        try:
+            frame = self._sources[index].latest()
+        except VencejoError:
+            if kept is None:
+                raise
+            return kept, True
+        if frame is None:
+            return kept, kept is not None
+        with self._lock:
+            self._last = index, frame
+        return frame, False
+
+    def _picture(self, name: str, frame: Frame, mark: str) -> _Picture:
         with self._lock:
             made = self._made.get(name)
         # A little earlier than due, so that the rate of a camera is not halved by its jitter.
         least_s = 0.9 / self._settings.camera_rate_hz
-        if made is not None and frame.captured_unix_s - made.captured_unix_s < least_s:
+        if made is not None and mark == made.mark and frame.captured_unix_s - made.captured_unix_s < least_s:
             return made
         rgb = _shrunk(frame.rgb, self._settings.camera_width, self._settings.camera_height)
+        if mark:
+            rgb = stamped(rgb, mark)
         data = self._encoders[name](rgb)
         md5 = hashlib.md5(data, usedforsecurity=False).hexdigest()
-        picture = _Picture(frame.captured_unix_s, rgb.shape[1], rgb.shape[0], name, data, md5)
+        picture = _Picture(frame.captured_unix_s, rgb.shape[1], rgb.shape[0], name, data, md5, mark)
         with self._lock:
             self._made[name] = picture
         return picture

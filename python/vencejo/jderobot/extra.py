@@ -12,6 +12,7 @@ from vencejo.jderobot.marks import Marks, Taken
 from vencejo.jderobot.settings import IceSettings
 from vencejo.jderobot.subject import Subject
 from vencejo.jderobot.workers import Workers
+from vencejo.landing import landing_item
 from vencejo.vehicle import Vehicle
 
 __all__ = ["CameraSwitch", "Extra"]
@@ -132,7 +133,7 @@ class Extra:
             self._subject.tell("take-off and landing were both marked and no mission followed; nothing was done")
             return
         try:
-            vehicle = self._subject.need()
+            vehicle = self._subject.hear()
             if taken.takeoff:
                 self._take_off(vehicle)
             elif taken.land:
@@ -177,12 +178,26 @@ class Extra:
             vehicle.land()
             self._subject.tell("landing", is_problem=False)
         except CommandRefused as error:
+            # An ArduPlane finds a landing by DO_LAND_START alone; a mission may have one without it.
+            item = self._landing_of(vehicle)
+            if item is not None:
+                vehicle.start_mission(from_item=item)
+                self._subject.tell(f"landing: flying the mission's own, from item {item}", is_problem=False)
+                return
             vehicle.return_to_launch()
             self._subject.tell(f"landing: {error}; it returns home instead, because its mission has no landing")
 
+    def _landing_of(self, vehicle: Vehicle) -> int | None:
+        """Where the landing of the mission on board begins; ``None`` when it has none, or cannot be read."""
+        try:
+            return landing_item(vehicle.download())
+        except VencejoError as error:
+            self._subject.tell(f"landing: the mission cannot be read: {error}")
+            return None
+
     def _level(self) -> None:
         try:
-            vehicle = self._subject.need()
+            vehicle = self._subject.hear()
             if vehicle.telemetry.is_armed is not False:
                 self._subject.tell("flatTrim: only when the vehicle is disarmed")
                 return

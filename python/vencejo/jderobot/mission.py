@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from vencejo.errors import Busy, InvalidRequest, ParameterError, VencejoError
+from vencejo.errors import Busy, Cancelled, InvalidRequest, ParameterError, VehicleLost, VencejoError
 from vencejo.geodesy import distance_m
 from vencejo.jderobot.answers import Answer, answer_of
 from vencejo.jderobot.marks import Marks, Taken
@@ -19,7 +19,7 @@ from vencejo.jderobot.subject import Subject
 from vencejo.jderobot.workers import Workers
 from vencejo.landing import LandingCaution, Wind, design_landing
 from vencejo.plan import Frame, GeoPoint, MissionItem, Plan
-from vencejo.vehicle import Vehicle
+from vencejo.vehicle import PlanState, Vehicle
 
 __all__ = [
     "MAX_HEIGHT_M",
@@ -222,7 +222,7 @@ class Mission:
             sent: list[Sent] = [(p.x, p.y, p.z, p.h, p.q0, p.q1, p.q2, p.q3) for p in poses]
             places: list[Pose] = [(pose.x, pose.y, pose.h) for pose in poses]
             check_poses(places, marks)  # bad ones are refused whether or not there is a vehicle
-            vehicle = self._subject.need()
+            vehicle = self._subject.hear()
             telemetry = vehicle.telemetry
             stands = telemetry.is_on_ground
             if stands is None:  # it does not say: disarmed is on the ground
@@ -235,7 +235,7 @@ class Mission:
             for caution in cautions:
                 self._subject.tell(f"a mission's landing: {caution.message}", is_problem=caution.code in _WORRYING)
             step = "not sent"
-            state = vehicle.upload(plan)
+            state = self._upload(vehicle, plan)
             if state.hash is not None:
                 self._known = (state.hash, sent)
             if self._policy == "upload":
@@ -255,6 +255,14 @@ class Mission:
             self._busy.release()
         self._subject.tell(f"a mission of {len(plan)} items is being flown", is_problem=False)
         return Answer.DONE
+
+    @staticmethod
+    def _upload(vehicle: Vehicle, plan: Plan) -> PlanState:
+        """Send it while the vehicle is heard. One that comes back later must not get what its sender was told has failed."""
+        try:
+            return vehicle.upload(plan, while_heard=True)
+        except Cancelled as error:
+            raise VehicleLost("the vehicle was lost meanwhile, and it was given up") from error
 
     def _situation(self, vehicle: Vehicle, marks: Taken) -> Situation:
         telemetry = vehicle.telemetry

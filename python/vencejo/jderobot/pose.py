@@ -67,7 +67,7 @@ class Pose3D:
         try:
             if data is None or not all(map(math.isfinite, (data.x, data.y, data.z))):
                 return Answer.BAD_VALUE
-            vehicle = self._subject.need()
+            vehicle = self._subject.hear()
             if vehicle.telemetry.mode not in ("GUIDED", "OFFBOARD"):
                 self._subject.tell("setPose3DData: the vehicle is not in GUIDED, and no pose changes its mode")
                 return Answer.WRONG_MODE

@@ -25,11 +25,14 @@ __all__ = [
     "IceSettings",
     "Interface",
     "MissionPolicy",
+    "OldPictures",
     "default_config_file",
     "read_cfg",
     "read_config",
 ]
 
+OldPictures: TypeAlias = Literal["mark", "raise"]
+"""What a camera that gives nothing new is answered with: its last picture, marked with its age, or an exception."""
 MissionPolicy: TypeAlias = Literal["fly", "upload"]
 """What a mission over the JdeRobot interfaces does: fly it, or stop before arming."""
 Network: TypeAlias = ipaddress.IPv4Network | ipaddress.IPv6Network
@@ -110,6 +113,9 @@ class IceSettings:
         The largest picture that is given, default 640 by 480, which Ice's own message limit lets through.
     camera_rate_hz : float
         Pictures a second at most, 0.1 to 60, default 30.
+    old_pictures : {"mark", "raise"}
+        What is given while a camera fails: its last picture, marked with its age (the default, because an exception ends
+        the thread of viewers in use for good), or an exception.
     properties : mapping of str to str
         Other Ice properties, such as ``Ice.Trace.Network`` or those of IceSSL.
     """
@@ -129,6 +135,7 @@ class IceSettings:
     camera_width: int = 640
     camera_height: int = 480
     camera_rate_hz: float = 30.0
+    old_pictures: OldPictures = "mark"
     properties: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -239,11 +246,12 @@ _SETTINGS: Final[Mapping[str, tuple[str, Callable[[str], Any]]]] = {
     "camera.width": ("camera_width", int),
     "camera.height": ("camera_height", int),
     "camera.rate": ("camera_rate_hz", float),
+    "camera.oldpictures": ("old_pictures", str),
 }
 
 _NAMES: Final = (
     "Host", "Dialect", "Missions", "System", "AloneAfter", "TakeoffAltitude", "Watchdog", "Allow", "MaxConnections",
-    "MaxMessageKiB", "Camera.Width", "Camera.Height", "Camera.Rate",
+    "MaxMessageKiB", "Camera.Width", "Camera.Height", "Camera.Rate", "Camera.OldPictures",
 )  # fmt: skip
 assert {name.lower() for name in _NAMES} == set(_SETTINGS)
 
@@ -258,7 +266,11 @@ _RANGES: Final[tuple[tuple[str, float, float], ...]] = (
     ("camera_height", 16, 4320),
     ("camera_rate_hz", 0.1, 60.0),
 )
-_CHOICES: Final[Mapping[str, tuple[str, ...]]] = {"dialect": ("data", "sequence"), "missions": ("fly", "upload")}
+_CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
+    "dialect": ("data", "sequence"),
+    "missions": ("fly", "upload"),
+    "old_pictures": ("mark", "raise"),
+}
 
 
 def setting_names() -> list[str]:

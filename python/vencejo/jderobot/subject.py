@@ -6,7 +6,7 @@ import logging
 import threading
 from typing import TypeVar
 
-from vencejo.errors import NoVehicleError, VencejoError
+from vencejo.errors import NoVehicleError, VehicleLost, VencejoError
 from vencejo.station import Station
 from vencejo.vehicle import Vehicle
 
@@ -67,6 +67,21 @@ class Subject:
             raise NoVehicleError(
                 f"{which} has {'not ' if system_id else ''}been heard yet; see the links of the driver"
             )
+        return vehicle
+
+    def hear(self) -> Vehicle:
+        """The default vehicle, when it is heard: nothing is sent to one that is lost, where it would wait for its return.
+
+        Raises
+        ------
+        NoVehicleError
+        VehicleLost
+        """
+        vehicle = self.need()
+        heartbeat = vehicle.telemetry.heartbeat
+        if heartbeat is None or heartbeat.freshness == "lost":
+            since = "" if heartbeat is None else f" for {heartbeat.age_s:.0f} s"
+            raise VehicleLost(f"vehicle {vehicle.system_id} has not been heard{since}; nothing was sent")
         return vehicle
 
     def tell(self, text: str, *, is_problem: bool = True) -> None:
