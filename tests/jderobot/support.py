@@ -6,6 +6,7 @@ import contextlib
 import os
 import re
 import socket
+import struct
 import subprocess
 import sys
 import threading
@@ -175,6 +176,22 @@ def operations() -> set[str]:
             if interface != "Observer":
                 found |= {f"{interface}.{name}" for name, _ in OPERATION.findall(body)}
     return found
+
+
+def raw(address: tuple[str, int]) -> socket.socket:
+    """A connection by Ice's protocol alone, its greeting read."""
+    connection = socket.create_connection(address, timeout=30)
+    greeting = connection.recv(14)
+    assert greeting == b"IceP\x01\x00\x01\x00\x03\x00" + struct.pack("<I", 14), "ValidateConnection (Ice protocol 1.0)"
+    return connection
+
+
+def message(
+    kind: int, body: bytes = b"", *, size: int | None = None, magic: bytes = b"IceP", compressed: bool = False
+) -> bytes:
+    """A message of Ice's protocol; 0 is a request."""
+    size = 14 + len(body) if size is None else size
+    return magic + bytes([1, 0, 1, 0, kind, 2 if compressed else 0]) + struct.pack("<I", size) + body
 
 
 class Relay:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import random
 import re
+import socket
 import struct
 from collections.abc import Iterator
 from typing import Any
@@ -19,7 +20,18 @@ from vencejo.jderobot.access import Peer
 from vencejo.jderobot.dispatch import SHAPES, Dialects
 from vencejo.jderobot.wire import Malformed, check
 
-from tests.jderobot.support import INTERFACES, SLICE, Client, address_of, client_of, driver, load_slices
+from tests.jderobot.support import (
+    INTERFACES,
+    SLICE,
+    Client,
+    address_of,
+    client_of,
+    driver,
+    load_slices,
+    message,
+    operations,
+    raw,
+)
 from tests.server.client import Served
 
 ENCODINGS = ("1.0", "1.1")
@@ -305,6 +317,87 @@ def test_no_body_ends_the_driver(
 def hash_of(text: str) -> int:
     """A seed that is the same in every run."""
     return int.from_bytes(text.encode()[:8], "little")
+
+
+def text(data: bytes) -> bytes:
+    return bytes([len(data)]) + data
+
+
+NO_TEXT = b"\xab\xff"
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        text(NO_TEXT) + b"\x00\x00" + text(b"ice_ping"),
+        text(b"ardrone_pose3d") + text(NO_TEXT) + b"\x00" + text(b"ice_ping"),
+        text(b"ardrone_pose3d") + b"\x00\x01" + text(NO_TEXT) + text(b"ice_ping"),
+        text(b"ardrone_pose3d") + b"\x00\x00" + text(NO_TEXT),
+    ],
+    ids=["name", "category", "facet", "operation"],
+)
+@pytest.mark.parametrize("context", [b"\x00", b"\x01" + text(NO_TEXT) * 2], ids=["no context", "context"])
+def test_names_that_are_no_text_are_answered(client: Client, header: bytes, context: bytes) -> None:
+    """Ice for Python ends its process when it decodes one of them (3.7.8)."""
+    with raw(address_of(client.proxies["Pose3D"])) as connection:
+        connection.sendall(message(0, struct.pack("<I", 1) + header + b"\x00" + context + with_header(b"")))
+        answer = connection.recv(4096)
+    assert answer[8] == 2, "Reply"
+    assert answer[18] in (2, 3, 4), "no such object, facet or operation"
+    assert client.pose.getPose3DData().q0 == 1.0
+
+
+def test_a_context_that_is_no_text_is_none(client: Client) -> None:
+    request = text(b"ardrone_cmdvel") + b"\x00\x00" + text(b"setCMDVelData") + b"\x00\x01" + text(NO_TEXT) * 2
+    with raw(address_of(client.proxies["CMDVel"])) as connection:
+        connection.sendall(message(0, struct.pack("<I", 1) + request + with_header(b"\x00")))
+        answer = connection.recv(4096)
+    assert (answer[8], answer[18]) == (2, 0)
+    assert answer[-4:] == b"\x01\x00\x00\x00", "null is a bad value"
+
+
+def garbage(chance: random.Random) -> bytes:
+    """Parameters of nothing in particular."""
+    size = chance.randrange(60)
+    return chance.choice(
+        (
+            lambda: chance.randbytes(size),
+            lambda: bytes(chance.choices((0, 1, 2, 3, 5, 33, 57, 127, 255), k=size)),
+            lambda: b"\xff" + struct.pack("<i", chance.choice((-1, 0, 255, 2**28, 2**31 - 1))) + bytes(size),
+            lambda: text(chance.randbytes(size)) + bytes(8),
+            lambda: bytes(4) + text(NO_TEXT) + bytes(8) + text(b"x"),
+        )
+    )()
+
+
+def test_garbage_to_every_operation(client: Client) -> None:
+    chance = random.Random(5)
+    names = {"ArDroneExtra": "Extra", "ImageProvider": "Camera"}
+    builtin = {
+        f"{name}.{operation}" for name in ("Pose3D", "Mission") for operation in ("ice_isA", "ice_ids", "ice_ping")
+    }
+    calls = sorted(operations() | builtin)
+    with contextlib.ExitStack() as stack:
+        connections: dict[str, Any] = {}
+        for number in range(4000):
+            interface, _, operation = chance.choice(calls).partition(".")
+            setting = names.get(
+                interface, "Precise" if interface in ("Telemetry", "Missions", "Control") else interface
+            )
+            identity = client.proxies[setting].partition(":")[0].replace("_telemetry", f"_{interface.lower()}").strip()
+            if setting not in connections:
+                connections[setting] = stack.enter_context(raw(address_of(client.proxies[setting])))
+            mode = 2 if operation.startswith(("get", "vehicles", "check", "download", "modes", "ice_")) else 0
+            facet = b"\x00" if chance.random() < 0.9 else b"\x01" + text(b"sequence")
+            request = text(identity.encode()) + b"\x00" + facet + text(operation.encode()) + bytes([mode]) + b"\x00"
+            body = with_header(garbage(chance), chance.choice(("1.0", "1.1", "1.1", "1.7", "3.0")))
+            connection = connections[setting]
+            connection.sendall(message(0, struct.pack("<I", number + 1) + request + body))
+            head = connection.recv(14, socket.MSG_WAITALL)
+            assert head[8] == 2, (interface, operation, body.hex())
+            connection.recv(struct.unpack_from("<I", head, 10)[0] - 14, socket.MSG_WAITALL)
+    assert len(connections) == len(INTERFACES)
+    assert client.pose.getPose3DData().q0 == 1.0, "it lives"
 
 
 def test_the_token_is_asked_for_before_anything_is_read(tmp_path: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bz2
 import contextlib
 import json
 import math
@@ -27,7 +28,9 @@ from tests.jderobot.support import (
     driver,
     example,
     javascript,
+    message,
     operations,
+    raw,
 )
 from tests.server.client import Served
 from tests.support import HOME, simulated_plane, wait_for
@@ -288,18 +291,6 @@ def test_the_examples(client: Client, language: str, tmp_path: Path) -> None:
 # Faults ------------------------------------------------------------------------------------------------------------
 
 
-def raw(address: tuple[str, int]) -> socket.socket:
-    connection = socket.create_connection(address, timeout=30)
-    greeting = connection.recv(14)
-    assert greeting == b"IceP\x01\x00\x01\x00\x03\x00" + struct.pack("<I", 14), "ValidateConnection (Ice protocol 1.0)"
-    return connection
-
-
-def message(kind: int, body: bytes = b"", *, size: int | None = None, magic: bytes = b"IceP") -> bytes:
-    size = 14 + len(body) if size is None else size
-    return magic + bytes([1, 0, 1, 0, kind, 0]) + struct.pack("<I", size) + body
-
-
 REQUEST = struct.pack("<I", 1) + b"\x0eardrone_pose3d\x00" + b"\x00" + b"\x0dgetPose3DData" + b"\x02" + b"\x00"
 """Request 1: identity, no facet, operation, idempotent, no context; the encapsulation follows."""
 EMPTY = struct.pack("<I", 6) + b"\x01\x01"
@@ -325,8 +316,25 @@ def hangs_up(connection: socket.socket) -> bool:
         message(0, struct.pack("<I", 1) + b"\xff" + struct.pack("<I", 0x7FFFFFFF) + b"a" * 64),
         message(1, struct.pack("<i", -5) + b"x" * 64),
         message(0, REQUEST + struct.pack("<I", 0x0FFFFFFF) + b"\x01\x01"),
+        # Eight megabytes in a few bytes, under their own size and under that of a small message.
+        message(0, struct.pack("<I", 8 * 2**20) + bz2.compress(bytes(8 * 2**20)), compressed=True),
+        message(0, struct.pack("<I", 64 * 1024) + bz2.compress(bytes(8 * 2**20)), compressed=True),
+        message(0, struct.pack("<I", 2**31 - 1) + b"BZh9" + bytes(64), compressed=True),
     ],
-    ids=["http", "magic", "small", "huge", "oversize", "type", "string", "batch", "encapsulation"],
+    ids=[
+        "http",
+        "magic",
+        "small",
+        "huge",
+        "oversize",
+        "type",
+        "string",
+        "batch",
+        "encapsulation",
+        "bomb",
+        "disguised bomb",
+        "no bzip2",
+    ],
 )
 def test_malformed_and_oversize_requests_end_their_connection_alone(client: Client, bytes_: bytes) -> None:
     pose = client.pose

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ipaddress
 import math
+import random
 import re
+import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -13,7 +15,7 @@ import numpy as np
 import pytest
 from vencejo import Command, GeoPoint, InvalidRequest, MissionItem, Plan, _native, errors
 from vencejo.geodesy import bearing_deg
-from vencejo.jderobot import IceSettings, read_cfg, read_config
+from vencejo.jderobot import IceSettings, read_cfg, read_config, runtime
 from vencejo.jderobot.access import READS, Gate
 from vencejo.jderobot.answers import ANSWERS, answer_of
 from vencejo.jderobot.camera import _shrunk
@@ -446,6 +448,27 @@ def test_what_a_viewer_may_call_exists_and_commands_nothing() -> None:
     assert READS - builtin <= names
     # Whatever changes the vehicle, the driver or what others see is the operator's.
     assert not {name for name in READS if re.match(r"set|clear|upload|start$|arm|land|take|go|fly|climb|command", name)}
+
+
+def test_a_damaged_slice_file_is_told_and_ends_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hundred installations with a file cut off, changed or missing. Over some of them Ice's compiler ends the process."""
+    assert runtime.digest(SLICE) == runtime.SLICE_DIGEST, "a Slice file has changed: put this into runtime.py"
+    for seed in range(100):
+        chance, folder = random.Random(seed), tmp_path / str(seed)
+        shutil.copytree(SLICE, folder)
+        path = chance.choice(sorted(folder.rglob("*.ice")))
+        data = bytearray(path.read_bytes())
+        at = chance.randrange(len(data))
+        if seed % 4 == 0:
+            del data[at:]
+        else:
+            data[at] ^= chance.randrange(1, 256)
+        path.write_bytes(data)
+        if seed % 10 == 0:
+            path.unlink()
+        monkeypatch.setattr(runtime, "SLICE_DIR", folder)
+        with pytest.raises(errors.VencejoError, match="not those of this version; install Vencejo again"):
+            runtime._load()
 
 
 def test_what_ice_needs_never_holds_up_the_demonstration() -> None:

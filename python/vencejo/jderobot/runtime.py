@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import contextlib
+import hashlib
 import sys
 import threading
 from collections.abc import Iterator
@@ -25,6 +26,8 @@ _T = TypeVar("_T")
 _FILES: Final = ("camera", "pose3d", "navdata", "ardroneextra", "cmdvel", "mission")
 _OTHER_MISSION: Final = "MissionOfPoses"
 """Mission of mission_sequence.ice in this process, where both dialects are served; on the wire an interface has no name."""
+SLICE_DIGEST: Final = "2fb21512032274d93de39438eb19ef5d05d87f1004631749dcffc9e7e28b1772"
+"""Of the Slice files (`digest`). Ice's compiler ends the process over some that are damaged, so it sees none of those."""
 _MISSING: Final = (
     "the JdeRobot interfaces need ZeroC Ice, which is not installed: pip install 'vencejo[ice]' "
     "(it is compiled once, about five minutes; docs/jderobot.md names the system packages)"
@@ -102,11 +105,32 @@ def load() -> Slices:
         return _loaded
 
 
+def digest(folder: Path) -> str:
+    """SHA-256 of the names and texts of the Slice files in a folder.
+
+    Raises
+    ------
+    OSError
+    """
+    found = hashlib.sha256()
+    for path in sorted(folder.rglob("*.ice")):
+        name = path.relative_to(folder).as_posix()
+        text = path.read_bytes().replace(b"\r\n", b"\n")
+        found.update(f"{name} {len(text)}\n".encode() + text)
+    return found.hexdigest()
+
+
 def _load() -> Slices:
     try:
         import Ice
     except ImportError as error:
         raise VencejoError(_MISSING) from error
+    damaged = f"the Slice files in {SLICE_DIR} are not those of this version; install Vencejo again"
+    try:
+        if digest(SLICE_DIR) != SLICE_DIGEST:
+            raise VencejoError(damaged)
+    except OSError as error:
+        raise VencejoError(f"{damaged} ({error})") from error
     folder = SLICE_DIR / "jderobot"
     files = [*(folder / f"{name}.ice" for name in _FILES), SLICE_DIR / "vencejo" / "vencejo.ice"]
     # --all: the types of included files too.
@@ -117,4 +141,4 @@ def _load() -> Slices:
         Ice.loadSlice("", [*options, f"-DMission={_OTHER_MISSION}", str(folder / "mission_sequence.ice")])
         return Slices(Ice, sys.modules["jderobot"], sys.modules["vencejo_ice.vencejo"])
     except (RuntimeError, KeyError) as error:
-        raise VencejoError(f"the Slice files in {SLICE_DIR} are damaged; install Vencejo again") from error
+        raise VencejoError(damaged) from error
