@@ -12,6 +12,7 @@ import re
 import socket
 import struct
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -20,6 +21,7 @@ from vencejo.jderobot.access import Peer
 from vencejo.jderobot.dispatch import SHAPES, Dialects
 from vencejo.jderobot.wire import Malformed, check
 
+from tests.faults.mock import MockPlane
 from tests.jderobot.support import (
     INTERFACES,
     SLICE,
@@ -33,6 +35,7 @@ from tests.jderobot.support import (
     raw,
 )
 from tests.server.client import Served
+from tests.support import wait_for
 
 ENCODINGS = ("1.0", "1.1")
 OBJECTS = {"Missions": "Precise"}
@@ -228,13 +231,13 @@ def test_sizes_are_compared_before_anything_is_made() -> None:
         with pytest.raises(Malformed):
             check(data, wire.POSE)
     many = b"\xff" + struct.pack("<i", 2**31 - 1)
-    with pytest.raises(Malformed, match="more than 65535 parts"):
+    with pytest.raises(Malformed, match="more than 16384 parts"):
         check(with_header(many + b"\x00"), wire.POSES)
     with pytest.raises(Malformed, match="longer than what is left"):
-        check(with_header(b"\xff" + struct.pack("<i", 60_000) + b"\x00"), wire.POSES)
-    with pytest.raises(Malformed, match="more than 65535 parts"):
-        check(with_header(b"\xff" + struct.pack("<i", 65_536) + bytes(65_536)), wire.POSES)
-    check(with_header(b"\xff" + struct.pack("<i", 65_535) + bytes(65_535)), wire.POSES)
+        check(with_header(b"\xff" + struct.pack("<i", 16_000) + b"\x00"), wire.POSES)
+    with pytest.raises(Malformed, match="more than 16384 parts"):
+        check(with_header(b"\xff" + struct.pack("<i", 16_385) + bytes(16_385)), wire.POSES)
+    check(with_header(b"\xff" + struct.pack("<i", 16_384) + bytes(16_384)), wire.POSES)
 
 
 def mutants(bodies: list[bytes], wanted: int, seed: int) -> Iterator[bytes]:
@@ -356,6 +359,36 @@ def test_a_context_that_is_no_text_is_none(client: Client) -> None:
     assert answer[-4:] == b"\x01\x00\x00\x00", "null is a bad value"
 
 
+def test_observers_whose_names_are_no_text_end_nothing(tmp_path: Path) -> None:
+    """The driver looks at where an observer is, and calls it."""
+    with MockPlane() as plane, driver(plane.link, data=tmp_path) as served, client_of(served.said["ice"]) as client:
+        telemetry = client.telemetry
+        wait_for(lambda: telemetry.vehicles() == [1], "the vehicle")
+        answers = []
+        for identity, facet, host, kind in (
+            (b"me", b"", b"127.0.0.1", 1),
+            (NO_TEXT, b"", b"127.0.0.1", 1),
+            (b"me", NO_TEXT, b"127.0.0.1", 1),
+            (b"me", b"", NO_TEXT, 1),
+            (b"me", b"", NO_TEXT, 4),
+            (b"me", b"", NO_TEXT, 3),
+            (b"me", b"", b"127.0.0.1", 99),
+        ):
+            # tcp, udp, ws or none that is known: host, port, timeout, compression, resource.
+            endpoint = text(host) + struct.pack("<ii", 9, 1000) + b"\x00" + (text(NO_TEXT) if kind == 4 else b"")
+            proxy = text(identity) + b"\x00" + (b"\x01" + text(facet) if facet else b"\x00")
+            proxy += b"\x00\x00\x01\x00\x01\x01\x01" + struct.pack("<h", kind) + with_header(endpoint)
+            body = with_header(bytes(4) + proxy + struct.pack("<d", 1.0))
+            try:
+                ok, _ = telemetry.ice_invoke("subscribe", client.ice.OperationMode.Normal, body)
+                answers.append("taken" if ok else "refused")
+            except (client.ice.UnknownException, client.ice.UnknownLocalException):
+                answers.append("unreadable")
+            assert telemetry.vehicles() == [1], (identity, facet, host, kind)
+        assert answers[0] == "taken", answers
+        assert set(answers[3:]) <= {"refused", "unreadable"}, answers
+
+
 def garbage(chance: random.Random) -> bytes:
     """Parameters of nothing in particular."""
     size = chance.randrange(60)
@@ -400,7 +433,7 @@ def test_garbage_to_every_operation(client: Client) -> None:
     assert client.pose.getPose3DData().q0 == 1.0, "it lives"
 
 
-def test_the_token_is_asked_for_before_anything_is_read(tmp_path: Any) -> None:
+def test_the_token_is_asked_for_before_anything_is_read(tmp_path: Path) -> None:
     ports = {f"{name}.Endpoints": "tcp -h 0.0.0.0 -p 0" for name in INTERFACES}
     with driver("udpin:127.0.0.1:0", data=tmp_path, ports=ports) as served:
         local = {

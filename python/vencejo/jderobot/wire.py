@@ -30,8 +30,8 @@ __all__ = [
     "check",
 ]
 
-MAX_PARTS: Final = 65_535
-"""Elements of sequences and objects in one request; no vehicle holds so many mission items."""
+MAX_PARTS: Final = 16_384
+"""Elements of sequences and objects in one request; no vehicle holds so many mission items, and more would take too long to look at."""
 
 
 class Malformed(Exception):
