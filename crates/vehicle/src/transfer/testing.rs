@@ -374,11 +374,15 @@ pub(crate) fn run<T: Transfer, P: Endpoint>(
 const TICK: Duration = Duration::from_millis(20);
 /// MAVFTP requests that one turn queues; the rest is dropped.
 const FTP_QUEUE: usize = 5;
+/// A MAVFTP session that is idle for so long gives way to another.
+const FTP_IDLE: Duration = Duration::from_secs(3);
+/// One of several that is idle for so long is closed.
+const FTP_KILL: Duration = Duration::from_secs(20);
 /// PARAM_VALUEs that one turn streams.
 const PARAMS_PER_TICK: usize = 40;
 
 /// The plan, file and parameter services of an ArduPlane, as read in captures/*.tlog and in ArduPilot's
-/// `MissionItemProtocol`, `GCS_FTP`, `AP_Filesystem_Mission` and `AP_Filesystem_Param`.
+/// `MissionItemProtocol`, `GCS_FTP` (as up to 4.7, or as from 4.8 on), `AP_Filesystem_Mission` and `AP_Filesystem_Param`.
 pub(crate) struct MockPlane {
     inbox: Vec<(Address, Message)>,
     out: VecDeque<Message>,
@@ -411,12 +415,30 @@ struct ItemsIn {
     asked: MonoTime,
 }
 
-#[derive(Default)]
 struct Ftp {
-    session: Option<u8>,
-    file: Option<OpenFile>,
-    answered: MonoTime,
+    /// One for all up to ArduPlane 4.7; five from 4.8 on.
+    sessions: Vec<FtpSession>,
     last: Option<(Address, FtpPayload)>,
+}
+
+#[derive(Default)]
+struct FtpSession {
+    /// Whose it is, where there are several.
+    of: Option<Address>,
+    id: Option<u8>,
+    file: Option<OpenFile>,
+    /// When it was last answered; `None` when it was ended.
+    answered: Option<MonoTime>,
+}
+
+impl Ftp {
+    fn with_sessions(count: usize) -> Self {
+        Self { sessions: (0..count).map(|_| FtpSession::default()).collect(), last: None }
+    }
+
+    fn has_several(&self) -> bool {
+        self.sessions.len() > 1
+    }
 }
 
 struct OpenFile {
@@ -439,12 +461,17 @@ impl MockPlane {
             leaves_garbage: true,
             strict_order: false,
             upload: None,
-            ftp: Ftp::default(),
+            ftp: Ftp::with_sessions(1),
             stream: None,
             changes: 0,
             sets: 0,
             read_only: Vec::new(),
         }
+    }
+
+    /// With several MAVFTP sessions, as ArduPlane from 4.8 on (`GCS_FTP.h`: `AP_MAVLINK_FTP_MAX_SESSIONS`).
+    pub(crate) fn with_several_sessions() -> Self {
+        Self { ftp: Ftp::with_sessions(5), ..Self::new() }
     }
 
     /// Puts a plan there, as if it had been uploaded.
@@ -458,7 +485,7 @@ impl MockPlane {
         self.inbox.clear();
         self.out.clear();
         self.upload = None;
-        self.ftp = Ftp::default();
+        self.ftp = Ftp::with_sessions(self.ftp.sessions.len());
         self.stream = None;
     }
 
@@ -691,86 +718,125 @@ impl MockPlane {
         encode_plan_file(kind as u8, &items)
     }
 
-    /// Makes an uploaded file the plan, or does not.
-    fn close(&mut self) {
-        let Some(file) = self.ftp.file.take() else { return };
-        self.ftp.session = None;
-        let (true, Some(kind)) = (file.is_write, file.kind) else { return };
-        let Ok((header, items)) = decode_plan_file(&file.content) else { return };
+    /// Ends a session and makes an uploaded file the plan; whether it did not refuse the file.
+    fn close(&mut self, at: usize) -> bool {
+        let session = &mut self.ftp.sessions[at];
+        (session.id, session.answered) = (None, None);
+        let Some(OpenFile { kind: Some(kind), content, is_write: true, .. }) = session.file.take() else { return true };
+        let Ok((header, items)) = decode_plan_file(&content) else { return false };
         let is_zero = |item: &MissionItemInt| item.to_packed().iter().all(|byte| *byte == 0);
         if header.mission_type as usize != kind || items.iter().any(is_zero) {
-            return;
+            return false;
         }
         self.truncate(kind, 0);
         for (seq, item) in items.iter().enumerate() {
             // What is refused ends it, and leaves what came before.
-            let Ok(stored) = Self::stored(kind, item) else { return };
+            let Ok(stored) = Self::stored(kind, item) else { return false };
             self.keep(kind, MissionItemInt { seq: seq as u16, ..stored });
         }
+        true
     }
 
-    fn ftp_answer(&mut self, to: Address, answer: FtpPayload, now: MonoTime) {
-        self.ftp.answered = now;
+    fn ftp_answer(&mut self, at: usize, to: Address, answer: FtpPayload, now: MonoTime) {
+        let is_end = answer.req_opcode == FtpOpcode::TERMINATE_SESSION;
+        self.ftp.sessions[at].answered = (!is_end).then_some(now);
         self.out.push_back(answer.to_message(to));
         self.ftp.last = Some((to, answer));
     }
 
-    fn on_ftp(&mut self, from: Address, request: &FtpPayload, now: MonoTime) {
-        if let Some((to, last)) = &self.ftp.last
-            && *to == from
-            && last.session == request.session
-            && last.sequence == request.sequence.wrapping_add(1)
-        {
-            let again = last.to_message(from);
-            self.ftp.answered = now;
-            return self.out.push_back(again);
+    /// The session that a request is of; `None` when all are in use. Where there are several, one that is idle is taken.
+    fn ftp_session(&mut self, from: Address, id: u8, now: MonoTime) -> Option<usize> {
+        if !self.ftp.has_several() {
+            return Some(0);
         }
+        let sessions = &self.ftp.sessions;
+        let known = sessions.iter().position(|session| session.of == Some(from) && session.id == Some(id));
+        if known.is_some() {
+            return known;
+        }
+        let oldest = (0..sessions.len()).min_by_key(|at| sessions[*at].answered)?;
+        if sessions[oldest].answered.is_some_and(|at| now.since(at) < FTP_IDLE) {
+            return None;
+        }
+        self.close(oldest);
+        let session = &mut self.ftp.sessions[oldest];
+        (session.of, session.id) = (Some(from), Some(id));
+        Some(oldest)
+    }
+
+    fn on_ftp(&mut self, from: Address, request: &FtpPayload, now: MonoTime) {
         let mut answer = FtpPayload::request(FtpOpcode::ACK, request.session, request.sequence.wrapping_add(1), 0, &[]);
         answer.req_opcode = request.opcode;
         let nak = |answer: &mut FtpPayload, code| {
             answer.opcode = FtpOpcode::NAK;
             (answer.data, answer.size) = (vec![code], 1);
         };
-        let is_open = self.ftp.file.is_some();
-        let is_other = self.ftp.session != Some(request.session);
-        let is_idle = now.since(self.ftp.answered) >= Duration::from_secs(3);
-        if matches!(request.opcode, FtpOpcode::TERMINATE_SESSION | FtpOpcode::RESET_SESSIONS) {
-            if !is_other {
-                self.close();
-                self.ftp.session = None;
+        if self.ftp.has_several() && request.opcode == FtpOpcode::RESET_SESSIONS {
+            for at in 0..self.ftp.sessions.len() {
+                if self.ftp.sessions[at].of == Some(from) {
+                    self.close(at);
+                }
             }
-            return self.ftp_answer(from, answer, now);
+            return self.out.push_back(answer.to_message(from));
         }
-        if is_open && is_other && !is_idle {
-            nak(&mut answer, FtpError::INVALID_SESSION);
-            return self.ftp_answer(from, answer, now);
+        let Some(at) = self.ftp_session(from, request.session, now) else {
+            nak(&mut answer, FtpError::NO_SESSIONS_AVAILABLE);
+            return self.out.push_back(answer.to_message(from));
+        };
+        if let Some((to, last)) = &self.ftp.last
+            && *to == from
+            && last.session == request.session
+            && last.sequence == request.sequence.wrapping_add(1)
+        {
+            let again = last.to_message(from);
+            self.ftp.sessions[at].answered = Some(now);
+            return self.out.push_back(again);
         }
-        if is_open && is_other {
-            self.close();
+        let session = &self.ftp.sessions[at];
+        let is_other = session.id != Some(request.session);
+        if matches!(request.opcode, FtpOpcode::TERMINATE_SESSION | FtpOpcode::RESET_SESSIONS) {
+            let is_refused = !is_other && !self.close(at) && self.ftp.has_several();
+            if is_refused {
+                answer.opcode = FtpOpcode::NAK;
+                (answer.data, answer.size) = (vec![FtpError::FAIL_ERRNO, 22], 2);
+            }
+            return self.ftp_answer(at, from, answer, now);
+        }
+        if session.file.is_some() && is_other {
+            if session.answered.is_some_and(|answered| now.since(answered) < FTP_IDLE) {
+                nak(&mut answer, FtpError::INVALID_SESSION);
+                return self.ftp_answer(at, from, answer, now);
+            }
+            self.close(at);
         }
         match request.opcode {
             FtpOpcode::OPEN_FILE_RO | FtpOpcode::CREATE_FILE => {
                 let is_write = request.opcode == FtpOpcode::CREATE_FILE;
-                if self.ftp.file.is_some() {
+                let is_upload = |session: &FtpSession| session.file.as_ref().is_some_and(|file| file.is_write);
+                if self.ftp.sessions[at].file.is_some() {
                     nak(&mut answer, FtpError::FAIL);
+                } else if is_write && self.ftp.sessions.iter().any(is_upload) {
+                    // One upload at a time (`AP_Filesystem_Mission::open`).
+                    answer.opcode = FtpOpcode::NAK;
+                    (answer.data, answer.size) = (vec![FtpError::FAIL_ERRNO, 0], 2);
                 } else if let Some(kind) = Self::file_of(&request.data) {
                     let content = match kind {
                         _ if is_write => Vec::new(),
                         Some(kind) => self.file(kind),
                         None => Vec::new(),
                     };
-                    self.ftp.session = Some(request.session);
-                    self.ftp.file = Some(OpenFile { kind, content, is_write, read_size: None });
+                    self.ftp.sessions[at].id = Some(request.session);
+                    self.ftp.sessions[at].file = Some(OpenFile { kind, content, is_write, read_size: None });
                     if !is_write {
                         (answer.data, answer.size) = ((1u32 << 20).to_le_bytes().to_vec(), 4);
                     }
                 } else {
                     nak(&mut answer, FtpError::FILE_NOT_FOUND);
                 }
-                self.ftp_answer(from, answer, now);
+                self.ftp_answer(at, from, answer, now);
             }
             FtpOpcode::WRITE_FILE => {
-                match &mut self.ftp.file {
+                match &mut self.ftp.sessions[at].file {
                     Some(file) if file.is_write => {
                         let start = request.offset as usize;
                         let end = start + request.data.len();
@@ -786,19 +852,19 @@ impl MockPlane {
                     Some(_) => nak(&mut answer, FtpError::FAIL),
                     None => nak(&mut answer, FtpError::FILE_NOT_FOUND),
                 }
-                self.ftp_answer(from, answer, now);
+                self.ftp_answer(at, from, answer, now);
             }
             FtpOpcode::READ_FILE | FtpOpcode::BURST_READ_FILE => {
                 let params = &self.params;
-                let file = match &mut self.ftp.file {
+                let file = match &mut self.ftp.sessions[at].file {
                     Some(file) if !file.is_write => file,
                     Some(_) => {
                         nak(&mut answer, FtpError::FAIL);
-                        return self.ftp_answer(from, answer, now);
+                        return self.ftp_answer(at, from, answer, now);
                     }
                     None => {
                         nak(&mut answer, FtpError::FILE_NOT_FOUND);
-                        return self.ftp_answer(from, answer, now);
+                        return self.ftp_answer(at, from, answer, now);
                     }
                 };
                 let size = usize::from(request.size).clamp(1, FTP_MAX_DATA);
@@ -811,7 +877,7 @@ impl MockPlane {
                 if is_wrong_size {
                     answer.opcode = FtpOpcode::NAK;
                     (answer.data, answer.size) = (vec![FtpError::FAIL_ERRNO, 22], 2);
-                    return self.ftp_answer(from, answer, now);
+                    return self.ftp_answer(at, from, answer, now);
                 }
                 let is_burst = request.opcode == FtpOpcode::BURST_READ_FILE;
                 let start = (request.offset as usize).min(content.len());
@@ -819,17 +885,17 @@ impl MockPlane {
                     (answer.data, answer.size) = (part.to_vec(), part.len() as u8);
                     answer.offset =
                         request.offset + (answer.sequence.wrapping_sub(request.sequence) as u32 - 1) * size as u32;
-                    self.ftp_answer(from, answer.clone(), now);
+                    self.ftp_answer(at, from, answer.clone(), now);
                     answer.sequence = answer.sequence.wrapping_add(1);
                 }
                 if is_burst || start == content.len() {
                     nak(&mut answer, FtpError::END_OF_FILE);
-                    self.ftp_answer(from, answer, now);
+                    self.ftp_answer(at, from, answer, now);
                 }
             }
             _ => {
                 nak(&mut answer, FtpError::FAIL);
-                self.ftp_answer(from, answer, now);
+                self.ftp_answer(at, from, answer, now);
             }
         }
     }
@@ -859,6 +925,13 @@ impl Endpoint for MockPlane {
                     }
                 }
                 _ => self.handle(from, &message, now),
+            }
+        }
+        if self.ftp.has_several() {
+            for at in 0..self.ftp.sessions.len() {
+                if self.ftp.sessions[at].answered.is_some_and(|answered| now.since(answered) > FTP_KILL) {
+                    self.close(at);
+                }
             }
         }
         for (from, request) in ftp_requests {

@@ -2,9 +2,13 @@
 //!
 //! What ArduPilot does, and why the clients are as they are (`GCS_FTP.cpp`, captures/mission-upload-ftp.tlog):
 //!
-//! - One session for all channels and stations. Whoever has a file open keeps it until 3 s without an answer have passed;
-//!   others get InvalidSession. So each of our sessions has an id of its own ([`super::FtpSessions`]), and when a
-//!   good-bye of ours was lost, the next session ends the one before it.
+//! - Up to 4.7 one session for all channels and stations. Whoever has a file open keeps it until 3 s without an answer have
+//!   passed; others get InvalidSession. From 4.8 on five sessions, told apart by station, channel and id; one that is idle
+//!   for 3 s gives way to a sixth, one that is idle for 20 s is closed. So each of our sessions has an id of its own
+//!   ([`super::FtpSessions`]), and when the end of one was lost, the next ends it.
+//! - An uploaded plan becomes the plan when its session ends, not before. With several sessions a file can be opened and
+//!   read while that end is still missing, and holds the old plan: what is read counts only when the vehicle has answered
+//!   to the end of the upload before it was opened ([`Closing`]).
 //! - Requests are worked off in order, so several can be on the way: also those that follow an open that is not answered
 //!   yet. Five are queued in each turn of the main loop, a sixth is dropped: [`Pace`].
 //! - A repeated request (same number as the last one answered) gets the last answer again. An open is therefore repeated
@@ -54,8 +58,8 @@ struct Session {
     next_sequence: u16,
     opcode: FtpOpcode,
     opening: Opening,
-    /// A session to end before opening: an upload of ours, or one whose good-bye was lost.
-    closing: Option<u8>,
+    /// A session to end before opening.
+    closing: Option<Closing>,
     round_trip: RoundTrip,
     began: MonoTime,
     /// When the transfer last got on.
@@ -68,8 +72,36 @@ struct Session {
     out: Outbox,
 }
 
+/// A session of ours to end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Closing {
+    /// One that carried an upload: the vehicle must have answered before anything is read.
+    Upload(u8),
+    /// One that was left open, most likely: the end of it was lost. Done when the file opens.
+    Stale(u8),
+}
+
+impl Closing {
+    fn session(self) -> u8 {
+        match self {
+            Self::Upload(session) | Self::Stale(session) => session,
+        }
+    }
+
+    /// What ends it. A reset ends the session that it names where there is one for all, else all that are ours, also
+    /// those of a program that ended before.
+    fn opcode(self) -> FtpOpcode {
+        match self {
+            Self::Upload(_) => FtpOpcode::TERMINATE_SESSION,
+            Self::Stale(_) => FtpOpcode::RESET_SESSIONS,
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Opening {
+    /// An upload must be ended before the file is opened: asked again at a time.
+    Closing { retry_at: MonoTime },
     /// Asked for with this number, so often; to be repeated at a time.
     Asked { sequence: u16, first: MonoTime, tries: u32, retry_at: MonoTime },
     /// Another session is open; ask anew at a time.
@@ -96,7 +128,7 @@ enum Event {
 }
 
 impl Session {
-    fn new(config: &TransferConfig, path: &str, opcode: FtpOpcode, closing: Option<u8>, now: MonoTime) -> Self {
+    fn new(config: &TransferConfig, path: &str, opcode: FtpOpcode, upload: Option<u8>, now: MonoTime) -> Self {
         let lease = config.ftp_sessions.lease();
         let mut session = Self {
             config: config.clone(),
@@ -106,7 +138,7 @@ impl Session {
             next_sequence: lease.sequence,
             opcode,
             opening: Opening::Busy { retry_at: now },
-            closing,
+            closing: upload.map(Closing::Upload),
             round_trip: RoundTrip::new(config.round_trip, FTP_FIRST_TIMEOUT),
             began: now,
             progressed: now,
@@ -142,11 +174,16 @@ impl Session {
         self.send(|_, sequence| FtpPayload::request(FtpOpcode::TERMINATE_SESSION, session, sequence, 0, &[]));
     }
 
+    /// Ends the session that is to be ended before opening, if there is one.
+    fn close(&mut self) {
+        if let Some(closing) = self.closing {
+            self.send(|_, sequence| FtpPayload::request(closing.opcode(), closing.session(), sequence, 0, &[]));
+        }
+    }
+
     /// Asks to open the file, with a new number.
     fn open(&mut self, now: MonoTime) {
-        if let Some(session) = self.closing {
-            self.terminate(session);
-        }
+        self.close();
         let (opcode, path) = (self.opcode, self.path.clone());
         let sequence = self.send(|id, sequence| FtpPayload::request(opcode, id, sequence, 0, path.as_bytes()));
         let retry_at = now + self.round_trip.timeout();
@@ -159,19 +196,34 @@ impl Session {
         if self.restarts > RESTARTS {
             return Err(TransferError::NoProgress { step: "transferring a file by MAVFTP", attempts: self.restarts });
         }
-        self.closing = Some(self.id);
-        self.lease = self.config.ftp_sessions.lease();
-        self.id = self.lease.session;
-        self.next_sequence = self.lease.sequence;
+        self.closing = Some(Closing::Stale(self.id));
+        self.take_new_lease();
         self.open(now);
         Ok(())
     }
 
-    fn opened(&mut self, now: MonoTime) {
-        self.closing = None;
+    fn take_new_lease(&mut self) {
+        self.lease = self.config.ftp_sessions.lease();
+        self.id = self.lease.session;
+        self.next_sequence = self.lease.sequence;
+    }
+
+    /// The file is open. Before an upload is known to have ended that is too early: what would be read may be what was
+    /// there before. Then the upload is ended first, and the file opened anew, in a session with which no late answer can
+    /// be confused.
+    fn opened(&mut self, now: MonoTime) -> Event {
         self.busy = 0;
         self.progress(now);
+        if let Some(Closing::Upload(_)) = self.closing {
+            self.terminate(self.id);
+            self.take_new_lease();
+            self.close();
+            self.opening = Opening::Closing { retry_at: now + self.round_trip.timeout() };
+            return Event::Busy;
+        }
+        self.closing = None;
         self.opening = Opening::Open { since: now };
+        Event::Opened
     }
 
     fn failed(&self, step: &'static str, error: FtpError) -> TransferError {
@@ -187,10 +239,14 @@ impl Session {
         if answer.opcode != FtpOpcode::ACK && answer.opcode != FtpOpcode::NAK {
             return Event::None;
         }
-        if answer.req_opcode == FtpOpcode::TERMINATE_SESSION {
-            if self.closing == Some(answer.session) {
+        if answer.req_opcode == FtpOpcode::TERMINATE_SESSION || answer.req_opcode == FtpOpcode::RESET_SESSIONS {
+            // A refusal too says that it is no longer open; whether the vehicle took its file is for the reader to see.
+            if self.closing.is_some_and(|closing| closing.session() == answer.session) {
                 self.closing = None;
                 self.was_heard = true;
+                if let Opening::Closing { .. } = self.opening {
+                    self.open(now);
+                }
             }
             return Event::None;
         }
@@ -202,8 +258,12 @@ impl Session {
         }
         self.was_heard = true;
         // An answer to what followed the open says that the open was done, though its own answer may be lost.
-        if answer.opcode == FtpOpcode::ACK && self.config.is_ardupilot && !self.is_open() {
-            self.opened(now);
+        if answer.opcode == FtpOpcode::ACK
+            && self.config.is_ardupilot
+            && !self.is_open()
+            && self.opened(now) == Event::Busy
+        {
+            return Event::Busy;
         }
         Event::Answer(answer)
     }
@@ -225,28 +285,30 @@ impl Session {
         match answer.error() {
             None => {
                 self.id = answer.session;
-                self.opened(now);
-                Event::Opened
+                self.opened(now)
             }
             // It is open already, and in our session: a repeated request of ours.
-            Some(error) if error.code == FtpError::FAIL && self.config.is_ardupilot => {
-                self.opened(now);
-                Event::Opened
-            }
+            Some(error) if error.code == FtpError::FAIL && self.config.is_ardupilot => self.opened(now),
             Some(error) if error.code == FtpError::INVALID_SESSION || error.code == FtpError::NO_SESSIONS_AVAILABLE => {
                 self.on_busy(now)
             }
+            // ArduPilot takes one upload at a time (`AP_Filesystem_Mission::open`): another session has one open.
+            Some(error) if self.is_create_refused(error) => self.on_busy(now),
             Some(error) => Event::Failed(self.failed("opening", error)),
         }
+    }
+
+    fn is_create_refused(&self, error: FtpError) -> bool {
+        self.config.is_ardupilot && self.opcode == FtpOpcode::CREATE_FILE && error.code == FtpError::FAIL_ERRNO
     }
 
     /// Another session is open.
     fn on_busy(&mut self, now: MonoTime) -> Event {
         self.busy += 1;
         let retry_at = if self.busy <= EVICTIONS {
-            // Most likely it is ours: its good-bye was lost, or overtaken by this open, or a late duplicate has opened it
-            // again. Once that is ended, it is free.
-            self.closing.get_or_insert(self.lease.previous);
+            // Most likely it is ours: its end was lost, or overtaken by this open, or a late duplicate has opened it again.
+            // Once that is ended, it is free.
+            self.closing.get_or_insert(Closing::Stale(self.lease.previous));
             if self.busy == 1 { now } else { now + self.round_trip.timeout() }
         } else if self.has_waited {
             return Event::Failed(TransferError::FtpBusy { path: self.path.clone() });
@@ -265,7 +327,7 @@ impl Session {
                 *retry_at = now;
                 Event::None
             }
-            Opening::Busy { .. } => Event::None,
+            Opening::Busy { .. } | Opening::Closing { .. } => Event::None,
             // A late answer to what followed an open that was lost.
             Opening::Open { since } if now.since(*since) < self.round_trip.timeout() => Event::None,
             Opening::Open { .. } => Event::Restart,
@@ -284,9 +346,7 @@ impl Session {
         match self.opening {
             Opening::Asked { sequence, first, tries, retry_at } if now >= retry_at => {
                 self.round_trip.timed_out();
-                if let Some(session) = self.closing {
-                    self.terminate(session);
-                }
+                self.close();
                 let open = FtpPayload::request(self.opcode, self.id, sequence, 0, self.path.as_bytes());
                 self.out.push_back(TransferOutput::Send(open.to_message(self.config.vehicle)));
                 let retry_at = now + self.round_trip.timeout();
@@ -297,6 +357,12 @@ impl Session {
                 self.open(now);
                 Event::Opened
             }
+            Opening::Closing { retry_at } if now >= retry_at => {
+                self.round_trip.timed_out();
+                self.close();
+                self.opening = Opening::Closing { retry_at: now + self.round_trip.timeout() };
+                Event::None
+            }
             _ => Event::None,
         }
     }
@@ -305,7 +371,9 @@ impl Session {
         let gone = self.progressed + SILENCE_LIMIT;
         let gone = if self.was_heard { gone } else { gone.min(self.began + FTP_ABSENT_AFTER) };
         match self.opening {
-            Opening::Asked { retry_at, .. } | Opening::Busy { retry_at } => gone.min(retry_at),
+            Opening::Asked { retry_at, .. } | Opening::Busy { retry_at } | Opening::Closing { retry_at } => {
+                gone.min(retry_at)
+            }
             Opening::Open { .. } => gone,
         }
     }

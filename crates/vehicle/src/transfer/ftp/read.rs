@@ -85,17 +85,18 @@ impl fmt::Debug for FileRead {
 }
 
 impl FileRead {
-    /// Begins to read the file at `path`, at most `max_len` bytes of it; `closing` is a session to end first.
+    /// Begins to read the file at `path`, at most `max_len` bytes of it; `upload` is a session to end first, with
+    /// the file that it carried.
     pub(crate) fn new(
         config: &TransferConfig,
         path: &str,
         max_len: usize,
         end_of: EndOf,
-        closing: Option<u8>,
+        upload: Option<u8>,
         now: MonoTime,
     ) -> Self {
         let mut read = Self {
-            session: Session::new(config, path, FtpOpcode::OPEN_FILE_RO, closing, now),
+            session: Session::new(config, path, FtpOpcode::OPEN_FILE_RO, upload, now),
             max_len,
             end_of,
             data: Vec::new(),

@@ -36,7 +36,8 @@ type Uploaded = Result<VerifiedPlan, TransferError>;
 
 fn uploading(config: &TransferConfig, items: &[MissionItemInt], faults: Faults, seed: u64) -> UploadWorld {
     let upload = PlanUpload::new(config, PlanKind::Mission, items.to_vec(), MonoTime::ZERO);
-    let mut plane = MockPlane::new();
+    // Every other one has several MAVFTP sessions.
+    let mut plane = if seed % 2 == 0 { MockPlane::new() } else { MockPlane::with_several_sessions() };
     // What was there before: other items, and more of them.
     plane.plans[0].extend(mission(70).into_iter().skip(1).map(|item| MissionItemInt { z: 11.0, ..item }));
     World::new(Running::new(upload), plane, faults, seed)
@@ -410,17 +411,19 @@ fn a_rival_that_uploads_is_waited_for_or_named() {
 
 #[test]
 fn a_rival_that_holds_the_file_session_is_waited_for_or_gone_round() {
+    /// A seed whose plane has one MAVFTP session for all; where there are several, a rival does not matter.
+    const ONE_SESSION: u64 = 2;
     let items = mission(10);
     let open = FtpPayload::request(FtpOpcode::OPEN_FILE_RO, 0, 1, 0, b"@PARAM/param.pck");
     let read = |sequence| FtpPayload::read_request(FtpOpcode::READ_FILE, 0, sequence, 0, 80).to_message(PLANE);
     // It opens a file and falls silent: ArduPilot lets others in after 3 s.
-    let mut world = uploading(&by_ftp(ms(0), 40), &items, Faults { delay: ms(30), ..Faults::default() }, 1);
+    let mut world = uploading(&by_ftp(ms(0), 40), &items, Faults { delay: ms(30), ..Faults::default() }, ONE_SESSION);
     world.inject(MonoTime::ZERO, false, RIVAL, &open.to_message(PLANE));
     let (result, took) = check(&mut world, &items);
     let route = result.expect("sent").route;
     println!("after a silent rival: {route:?} in {took:?}");
     // It keeps reading: the items go by the other protocol.
-    let mut world = uploading(&by_ftp(ms(0), 40), &items, Faults { delay: ms(30), ..Faults::default() }, 1);
+    let mut world = uploading(&by_ftp(ms(0), 40), &items, Faults { delay: ms(30), ..Faults::default() }, ONE_SESSION);
     world.inject(MonoTime::ZERO, false, RIVAL, &open.to_message(PLANE));
     for step in 0..200 {
         world.inject(MonoTime::from_millis(step * 100), false, RIVAL, &read(2 + step as u16));
