@@ -286,7 +286,7 @@ def object_of(client: Client, interface: str) -> Any:
 def test_no_body_ends_the_driver(
     client: Client, genuine: dict[tuple[str, str, str, bool], list[bytes]], interface: str, operation: str
 ) -> None:
-    """First those that did, then a thousand that are almost right."""
+    """First those that did, then three hundred that are almost right."""
     target = object_of(client, interface)
     before = {"check": bytes(4), "upload": bytes(5)}.get(operation, b"")
     bodies = [
@@ -305,15 +305,15 @@ def test_no_body_ends_the_driver(
         assert not send(with_header(before + hostile)), hostile
     assert not send(with_header(before + struct.pack("<i", -2) + b"\x00", "1.0"))
     wanted = list(SHAPES[interface][operation].values())
-    for mutant in mutants(bodies, 1000, seed=hash_of(operation)):
+    for mutant in mutants(bodies, 300, seed=hash_of(operation)):
         if any(passes(mutant, shape) for shape in wanted):
             send(mutant)  # what is let through is well-formed: it is answered, or refused as a value
             answered += 1
         else:
             assert not send(mutant), mutant.hex()
             refused += 1
-    assert answered > 10
-    assert refused > 200
+    assert answered > 3
+    assert refused > 60
     assert client.pose.getPose3DData().q0 == 1.0, "it lives"
 
 
@@ -412,7 +412,7 @@ def test_garbage_to_every_operation(client: Client) -> None:
     calls = sorted(operations() | builtin)
     with contextlib.ExitStack() as stack:
         connections: dict[str, Any] = {}
-        for number in range(4000):
+        for number in range(2000):
             interface, _, operation = chance.choice(calls).partition(".")
             setting = names.get(
                 interface, "Precise" if interface in ("Telemetry", "Missions", "Control") else interface
