@@ -183,7 +183,7 @@ def test_a_file_is_played_again_and_again(name: str, codec: str | None) -> None:
         if codec is not None:
             originals = [frame.data for frame in coded(VIDEO / name)]
             assert all(frame.data in originals for frame in heard), "passed on, not encoded anew"
-        frame = camera.latest()
+        frame = camera.latest(30.0)
         assert frame is not None
         assert frame.rgb.shape == (120, 160, 3)
         assert frame.rgb.std() > 30, "a picture, not a grey"

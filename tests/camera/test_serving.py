@@ -238,7 +238,7 @@ def test_the_command_tells_takes_and_records(tmp_path: Path) -> None:
     (recorded,) = (tmp_path / "video").glob("*_camera.mkv")
     assert len(coded_times(recorded)) > 10
     still = tmp_path / "still.jpg"
-    assert command(video, "--snapshot", str(still), data=tmp_path).returncode == 0
+    assert command(video, "--snapshot", str(still), "--seconds", "60", data=tmp_path).returncode == 0
     with Image.open(still) as image:
         assert image.size == (160, 120)
     failed = command(str(tmp_path / "nothing.mp4"), "--snapshot", str(still), "--seconds", "0.5", data=tmp_path)

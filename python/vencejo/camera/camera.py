@@ -16,7 +16,9 @@ from types import TracebackType
 from typing import Final
 
 from vencejo.camera import jpeg
-from vencejo.camera.address import NAME, SourceAddress, parse_source
+from vencejo.camera.address import NAME, SourceAddress, SourceKind, parse_source
+from vencejo.camera.aside import Aside
+from vencejo.camera.child import ChildDied, StillDecoder, prepare
 from vencejo.camera.decoder import Decoder
 from vencejo.camera.errors import CameraError
 from vencejo.camera.frames import Codec, EncodedFrame, Frame
@@ -141,6 +143,7 @@ class Camera:
         self.name = name
         self._address = parse_source(source)
         self._recording_dir = recording_dir or default_video_dir()
+        self._aside = Aside(self._recording_dir, self._address.location)
         self._quality = jpeg_quality
         self._open = open
         self._monotonic_s = monotonic_s
@@ -164,6 +167,7 @@ class Camera:
         self._pixels: Frame | None = None
         """The newest JPEG picture, decoded."""
         self._decoder: Decoder | None = None
+        self._stills = StillDecoder()
         self._asked_s: float | None = None
         """When somebody asked for pixels."""
         self._wanted_s: float | None = None
@@ -261,7 +265,7 @@ class Camera:
             return _decoded(decoder, newest, timeout_s)
         if pixels is not None and pixels.captured_unix_s == still.captured_unix_s:
             return pixels
-        bgr = jpeg.decode(still.data)
+        bgr = self._stills.decode(still.data)
         if bgr is None:
             return pixels
         pixels = Frame(bgr=bgr, captured_unix_s=still.captured_unix_s)
@@ -350,6 +354,7 @@ class Camera:
             source.close()
         if decoder is not None:
             decoder.close()
+        self._stills.close()
         self.stop_recording()
         if threading.current_thread() is not self._thread:
             # A network that hangs is left to itself: the thread ends when it comes back from there.
@@ -370,11 +375,18 @@ class Camera:
 
     def _run(self) -> None:
         wait_s = FIRST_RETRY_S
+        if (left := self._aside.left()) is not None:
+            with self._lock:
+                self._state, self._reason = CameraState.DEAD, left[0]
+            self._stop.wait(left[1])
         while self._wait_for_demand():
             began_s = self._monotonic_s()
             try:
                 self._read()
                 reason = "the source ended"
+            except ChildDied as error:
+                reason = self._aside.died(str(error))
+                wait_s = max(wait_s, self._aside.wait_s)
             except CameraError as error:
                 reason = str(error)
             except Exception as error:  # noqa: BLE001  (a fault in a reader ends no flight: it is shown and tried again)
@@ -386,7 +398,7 @@ class Camera:
                     continue
                 self._state, self._reason = CameraState.DEAD, reason
                 self._forget()
-            if self._monotonic_s() - began_s > SETTLED_S:
+            if self._monotonic_s() - began_s > SETTLED_S and self._aside.wait_s == 0.0:
                 wait_s = FIRST_RETRY_S
             self._stop.wait(wait_s)
             wait_s = min(wait_s * 2, LAST_RETRY_S)
@@ -406,6 +418,8 @@ class Camera:
 
     def _read(self) -> None:
         source = self._open(self._address)
+        if self._address.kind in (SourceKind.HTTP, SourceKind.STREAM, SourceKind.FILE):
+            prepare()
         with self._lock:
             self._source = source
         try:
@@ -425,6 +439,7 @@ class Camera:
         with self._lock:
             now = self._monotonic_s()
             self._state, self._reason = CameraState.LIVE, None
+            self._aside.came(now)
             self._last_s, self._captured_unix_s = now, frame.captured_unix_s
             self._size = (frame.width, frame.height)
             self._frames += 1

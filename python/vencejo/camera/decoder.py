@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import io
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
-from vencejo.camera.frames import EncodedFrame, Frame, opencv
+from vencejo.camera.child import PIXELS, Child, pixels
+from vencejo.camera.frames import EncodedFrame, Frame, Pixels, opencv
 from vencejo.camera.matroska import MatroskaWriter
 
-__all__ = ["Decoder"]
+__all__ = ["Decoder", "Pipe", "pictures_of"]
 
 PRIMER: Final = 8
 """Times that the first key frame is given. FFmpeg looks at seven pictures of H.264 before it gives the first, to learn in which
@@ -18,10 +19,11 @@ order they are shown: with these it has seen them, and every picture after comes
 
 MAX_BACKLOG: Final = 8 << 20
 """Bytes that wait at most; a decoder that is further behind begins again at a key frame."""
+PIECE: Final = 1 << 18
 
 
 class Decoder:
-    """Decodes a stream as it comes, in a thread of its own.
+    """Decodes a stream as it comes, in a process of its own (see `vencejo.camera.child`).
 
     OpenCV reads streams, not pictures: so it is fed a Matroska stream that never ends.
 
@@ -36,7 +38,7 @@ class Decoder:
     def __init__(self, group: Sequence[EncodedFrame], *, on_picture: Callable[[Frame], None] | None = None) -> None:
         self._begin_unix_s = group[0].captured_unix_s
         self._writer = MatroskaWriter(group[0])
-        self._pipe = _Pipe()
+        self._pipe = Pipe()
         self._on_picture = on_picture
         self._newest = threading.Condition()
         self._picture: Frame | None = None
@@ -44,6 +46,7 @@ class Decoder:
         self._pipe.write(
             self._writer.header() + b"".join(self._writer.block(frame) for frame in (*[group[0]] * PRIMER, *group))
         )
+        self._child: Child | None = None
         self._thread = threading.Thread(target=self._run, name="video decoder", daemon=True)
         self._thread.start()
 
@@ -75,39 +78,60 @@ class Decoder:
     def close(self) -> None:
         """End it. May be called again, and from its own thread."""
         self._pipe.end()
+        if self._child is not None:
+            self._child.close()
         if self._thread is not threading.current_thread():
             self._thread.join(5.0)
 
     def _run(self) -> None:
-        cv2 = opencv()
-        # One thread: with more, FFmpeg holds back as many pictures as there are threads.
-        capture = cv2.VideoCapture(self._pipe, cv2.CAP_FFMPEG, [cv2.CAP_PROP_N_THREADS, 1])
-        newest_ms = -1.0
         try:
-            while capture.isOpened() and capture.grab():
-                at_ms = float(capture.get(cv2.CAP_PROP_POS_MSEC))
-                if at_ms <= newest_ms:
-                    continue  # the first again
-                if self._pipe.backlog() > 0 and not self._pipe.has_ended:
-                    continue  # a newer one is there: turning this one into pixels would be for nothing
-                is_there, bgr = capture.retrieve()
-                if not is_there:
-                    continue
-                newest_ms = at_ms
-                picture = Frame(bgr=bgr, captured_unix_s=self._begin_unix_s + at_ms / 1000.0)
-                with self._newest:
-                    self._picture = picture
-                    self._newest.notify_all()
-                if self._on_picture is not None and not self._pipe.has_ended:
-                    self._on_picture(picture)
+            child = self._child = Child("decoder")
+            threading.Thread(target=self._hand_on, args=(child,), name="video decoder's feeder", daemon=True).start()
+            try:
+                while not self._pipe.has_ended and (message := child.receive()) is not None and message[0] == PIXELS:
+                    _, width, height, at_s, body = message
+                    picture = Frame(bgr=pixels(width, height, body), captured_unix_s=self._begin_unix_s + at_s)
+                    with self._newest:
+                        self._picture = picture
+                        self._newest.notify_all()
+                    if self._on_picture is not None and not self._pipe.has_ended:
+                        self._on_picture(picture)
+            finally:
+                child.close()
         finally:
-            capture.release()
             with self._newest:
                 self._has_ended = True
                 self._newest.notify_all()
 
+    def _hand_on(self, child: Child) -> None:
+        while data := self._pipe.read(PIECE):
+            if not child.send(data):
+                return
 
-class _Pipe(io.BufferedIOBase):
+
+def pictures_of(pipe: Pipe) -> Iterator[tuple[float, Pixels]]:
+    """Pictures of a Matroska stream, each with its time in seconds; older ones are left out while newer ones wait. In the child."""
+    cv2 = opencv()
+    # One thread: with more, FFmpeg holds back as many pictures as there are threads.
+    capture = cv2.VideoCapture(pipe, cv2.CAP_FFMPEG, [cv2.CAP_PROP_N_THREADS, 1])
+    newest_ms = -1.0
+    try:
+        while capture.isOpened() and pipe.backlog() <= 2 * MAX_BACKLOG and capture.grab():
+            at_ms = float(capture.get(cv2.CAP_PROP_POS_MSEC))
+            if at_ms <= newest_ms:
+                continue  # the first again
+            if pipe.backlog() > 0 and not pipe.has_ended:
+                continue  # a newer one is there: turning this one into pixels would be for nothing
+            is_there, bgr = capture.retrieve()
+            if not is_there:
+                continue
+            newest_ms = at_ms
+            yield at_ms / 1000.0, bgr
+    finally:
+        capture.release()
+
+
+class Pipe(io.BufferedIOBase):
     """Bytes from one thread to another. Nothing in it may raise: it is called from inside OpenCV."""
 
     def __init__(self) -> None:

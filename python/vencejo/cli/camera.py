@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from vencejo.camera import Camera, CameraStatus
     from vencejo.serve import Server
 
+OPENING_S: Final = 20.0
+"""A source that is neither there nor missing after so long is not waited for any more."""
 LOOK_INTERVAL_S: Final = 0.2
 TELL_INTERVAL_S: Final = 2.0
 
@@ -47,7 +49,8 @@ def camera(
         bool, typer.Option("--record", help="Record to a file in the data folder until the end.")
     ] = False,
     seconds: Annotated[
-        float | None, typer.Option("--seconds", metavar="S", min=0.1, help="End after so long; else Ctrl-C ends it.")
+        float | None,
+        typer.Option("--seconds", metavar="S", min=0.1, help="End so long after it was opened; else Ctrl-C ends it."),
     ] = None,
     json: JsonOption = False,
 ) -> None:
@@ -87,7 +90,9 @@ def take_snapshot(camera: Camera, path: Path, timeout_s: float, *, json: bool) -
 
 def watch(camera: Camera, *, record: bool, seconds: float | None, json: bool) -> None:
     """Tell how the camera is: when that changes, and now and then."""
-    end_s = None if seconds is None else time.monotonic() + seconds
+    # Opening a source takes its time; what was asked for is counted from there on.
+    end_s = None if seconds is None else time.monotonic() + seconds + OPENING_S
+    is_opening = True
     told: tuple[object, ...] | None = None
     told_s = 0.0
     pause = threading.Event()
@@ -97,6 +102,8 @@ def watch(camera: Camera, *, record: bool, seconds: float | None, json: bool) ->
         if record and not has_begun and status.state.value == "live":
             has_begun = True
             say(f"Recording to {camera.start_recording().path}")
+        if seconds is not None and is_opening and status.state.value != "starting":
+            is_opening, end_s = False, time.monotonic() + seconds
         news = (status.state, status.reason, status.codec, status.width, status.height)
         if news != told or time.monotonic() - told_s >= TELL_INTERVAL_S:
             told, told_s = news, time.monotonic()

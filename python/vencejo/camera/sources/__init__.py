@@ -50,11 +50,10 @@ def open_source(address: SourceAddress) -> Source:
             from vencejo.camera.sources.rpicam import RpicamSource
 
             return RpicamSource(address)
-        case SourceKind.STREAM:
-            from vencejo.camera.sources.ffmpeg import open_stream
+        case SourceKind.STREAM | SourceKind.FILE:
+            from vencejo.camera.child import ChildSource
+            from vencejo.camera.sources.ffmpeg import require_file
 
-            return open_stream(address)
-        case SourceKind.FILE:
-            from vencejo.camera.sources.ffmpeg import open_file
-
-            return open_file(address)
+            if address.kind is SourceKind.FILE:
+                require_file(address)
+            return ChildSource(address)

@@ -49,12 +49,24 @@ def open_file(address: SourceAddress) -> FfmpegSource:
     CameraError
         When there is no such file, or it holds no video.
     """
+    path = require_file(address)
+    is_stream = path.suffix.lower() == ".sdp"
+    return FfmpegSource(str(path), address.shown, is_looped=not is_stream)
+
+
+def require_file(address: SourceAddress) -> Path:
+    """The path of a video file that is there.
+
+    Raises
+    ------
+    CameraError
+        When there is no such file.
+    """
     path = Path(address.location).expanduser()
     if not path.is_file():
         what = "is a folder" if path.is_dir() else "is not there"
         raise CameraError(f"{address.shown} {what}; give the path of a video file")
-    is_stream = path.suffix.lower() == ".sdp"
-    return FfmpegSource(str(path), address.shown, is_looped=not is_stream)
+    return path
 
 
 class FfmpegSource:

@@ -55,9 +55,9 @@ def open_http(address: SourceAddress) -> Source:
         raise CameraError(
             f"{address.shown} gives {what} ({kind}), not video; look up the camera's address for MJPEG or RTSP"
         )
-    from vencejo.camera.sources.ffmpeg import open_stream
+    from vencejo.camera.child import ChildSource
 
-    return open_stream(address)
+    return ChildSource(address)
 
 
 class _Digest(urllib.request.HTTPDigestAuthHandler):
