@@ -8,7 +8,7 @@
 //! | mavlink-server | `udpserver://` `udpclient://` `tcpserver://` `tcpclient://` `tlogreader://` |
 //!
 //! What may be left out: the port (UDP 14550, TCP 5760), the host of a listening UDP link (`0.0.0.0`, so that aircraft
-//! reach it), the host of a TCP server (`127.0.0.1`: a server is open to the network only when told so) and the baud
+//! reach it; `lan` there hears this machine and private networks and nobody else), the host of a TCP server (`127.0.0.1`: a server is open to the network only when told so) and the baud
 //! rate (115200 for a USB device such as `ttyACM0`, otherwise 57600, the rate of telemetry radios).
 
 use std::fmt;
@@ -43,6 +43,11 @@ impl HostPort {
     /// `host` and `port` as they are.
     pub fn new(host: impl Into<String>, port: u16) -> Self {
         Self { host: host.into(), port }
+    }
+
+    /// Whether it stands for this machine and the private networks that it is in: `lan`.
+    pub(crate) fn is_lan(&self) -> bool {
+        self.host.eq_ignore_ascii_case("lan")
     }
 }
 

@@ -1,6 +1,7 @@
 //! Owns the meeting point of all links: it counts, routes, forwards, records and hands every frame to its listeners,
 //! all in the task that read it.
 
+use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -12,7 +13,7 @@ use vencejo_proto::{Address, DecoderStats, Frame, FrameDecoder, Header, MavVersi
 use crate::address::LinkAddress;
 use crate::clock::Clock;
 use crate::endpoint::{self, LinkHandle, LinkState};
-use crate::outlet::{Class, Outlet, Sent};
+use crate::outlet::{Class, Outlet, PeerId, Sent, To};
 use crate::recorder::RecorderHandle;
 use crate::router::{MAX_LINKS, Router, Slot, SlotSet, Verdict};
 use crate::stats::{LinkMeter, LinkStats, PortCounters};
@@ -25,6 +26,15 @@ impl fmt::Display for LinkId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "link {}", self.0)
     }
+}
+
+/// Where a frame came from: the link, and who at its other end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Origin {
+    /// The link.
+    pub link: LinkId,
+    /// Who at its other end.
+    pub peer: PeerId,
 }
 
 /// How a link takes part.
@@ -84,7 +94,7 @@ pub enum SinkScope {
 }
 
 /// A listener. Called in the task that read the frame, so it must be quick and must not block. It may call the hub.
-pub type FrameSink = Arc<dyn Fn(LinkId, &Frame, MonoTime) + Send + Sync>;
+pub type FrameSink = Arc<dyn Fn(Origin, &Frame, MonoTime) + Send + Sync>;
 
 /// Names a listener.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -135,7 +145,7 @@ impl Port {
         matches!(self.address, LinkAddress::Tlog { .. })
     }
 
-    fn send(&self, frame: &Frame, to: Option<SystemId>, class: Class) -> bool {
+    fn send(&self, frame: &Frame, to: To, class: Class) -> bool {
         match self.outlet.send(frame, to, class) {
             Sent::Accepted { displaced } => {
                 self.counters.add_sent(frame.bytes().len());
@@ -165,9 +175,22 @@ struct Inner {
     sinks: Arc<Sinks>,
     recorder: Option<RecorderHandle>,
     next_id: u32,
+    /// Where that vehicle is to which everything addressed to it goes; others may use its address.
+    chosen: HashMap<Address, Origin>,
 }
 
 impl Inner {
+    /// The link and peer that were chosen for whom a frame is addressed to.
+    fn chosen_for(&self, frame: &Frame) -> Option<(Slot, PeerId)> {
+        let target = frame.target();
+        let system = target.named_system()?;
+        let component = target.named_component();
+        let is_it = |address: &Address| address.system == system && component.is_none_or(|it| it == address.component);
+        let origin = self.chosen.iter().find(|(address, _)| is_it(address)).map(|(_, origin)| *origin)?;
+        let link = self.find(origin.link).ok()?;
+        Some((link.port.slot, origin.peer))
+    }
+
     fn open_slots(&self) -> SlotSet {
         self.links.iter().enumerate().filter(|(_, link)| link.is_some()).map(|(slot, _)| slot as Slot).collect()
     }
@@ -205,6 +228,7 @@ impl Hub {
             sinks: Arc::new(Vec::new()),
             recorder: None,
             next_id: 1,
+            chosen: HashMap::new(),
         };
         Self { shared: Arc::new(Shared { inner: Mutex::new(inner), clock }) }
     }
@@ -301,18 +325,28 @@ impl Hub {
         self.inner().router.locals().to_vec()
     }
 
+    /// From now on what is addressed to a component goes to one place alone, whoever else uses its address; `None`: to where
+    /// the routing rules say. A place whose link is closed counts no more.
+    pub fn choose(&self, address: Address, origin: Option<Origin>) {
+        let mut inner = self.inner();
+        match origin {
+            Some(origin) => inner.chosen.insert(address, origin),
+            None => inner.chosen.remove(&address),
+        };
+    }
+
     /// Sends a frame as it is. Never waits: frames that find no room are refused, and the report says so.
     pub fn send(&self, frame: &Frame, route: Route) -> SendReport {
         let now = self.shared.clock.now();
         let (ports, recorder) = {
             let mut inner = self.inner();
             let ports = own_ports(&mut inner, frame, route, now);
-            if !ports.is_empty() {
+            if !ports.0.is_empty() {
                 inner.router.on_sent(frame, now);
             }
             (ports, inner.recorder.clone())
         };
-        send_to(&ports, frame, recorder.as_ref(), now)
+        send_to(&ports.0, ports.1, frame, recorder.as_ref(), now)
     }
 
     /// Writes a message with each link's own frame counter, so that whoever is there sees no loss that is none, and
@@ -321,9 +355,10 @@ impl Hub {
         let now = self.shared.clock.now();
         let unnumbered = message.encode(Header { sequence: 0, source, version });
         let mut outgoing: SmallVec<[(Arc<Port>, Frame); 4]> = SmallVec::new();
-        let recorder = {
+        let (recorder, to) = {
             let mut inner = self.inner();
-            for port in own_ports(&mut inner, &unnumbered, route, now) {
+            let (ports, to) = own_ports(&mut inner, &unnumbered, route, now);
+            for port in ports {
                 let Some(link) = inner.links[usize::from(port.slot)].as_mut() else { continue };
                 let sequence = link.next_sequence;
                 link.next_sequence = sequence.wrapping_add(1);
@@ -335,11 +370,11 @@ impl Hub {
                 inner.router.on_sent(&frame, now);
                 outgoing.push((port, frame));
             }
-            inner.recorder.clone()
+            (inner.recorder.clone(), to)
         };
         let mut report = SendReport::default();
         for (port, frame) in outgoing {
-            let one = send_to(&[port], &frame, recorder.as_ref(), now);
+            let one = send_to(&[port], to, &frame, recorder.as_ref(), now);
             report.accepted += one.accepted;
             report.refused += one.refused;
         }
@@ -352,6 +387,25 @@ impl Hub {
         let mut inner = self.inner();
         let links = inner.router.links_of(system, now);
         links.into_iter().filter_map(|(slot, heard)| Some((inner.link(slot)?.port.id, heard))).collect()
+    }
+
+    /// An origin in words: the link, and the address where it has several.
+    pub fn describe(&self, origin: Origin) -> String {
+        let inner = self.inner();
+        let Ok(link) = inner.find(origin.link) else { return origin.link.to_string() };
+        let port = &link.port;
+        port.outlet.place(origin.peer).map_or_else(|| port.name.clone(), |place| format!("{place} on {}", port.name))
+    }
+
+    /// Whether a frame with our own address is one that we sent, come back by whatever way; else another station uses it.
+    pub fn is_ours(&self, frame: &Frame) -> bool {
+        let now = self.shared.clock.now();
+        self.inner().router.is_ours(frame, now)
+    }
+
+    /// Whether a link plays a recording.
+    pub fn is_replay(&self, id: LinkId) -> bool {
+        self.inner().find(id).is_ok_and(|link| link.port.is_replay())
     }
 
     /// All open links, in the order they were opened.
@@ -405,8 +459,9 @@ impl Hub {
     }
 
     /// Takes in a frame that a link's task has read; the whole way of a frame through the hub.
-    pub(crate) fn receive(&self, port: &Port, frame: &Frame, now: MonoTime) {
+    pub(crate) fn receive(&self, port: &Port, peer: PeerId, frame: &Frame, now: MonoTime) {
         let known = frame.is_known();
+        let mut to = To::target_of(frame);
         let (verdict, ports, sinks, recorder) = {
             let mut inner = self.inner();
             let all = SlotSet(mask(inner.links.len()));
@@ -420,7 +475,14 @@ impl Hub {
             match verdict {
                 Verdict::Handle { forward, .. } => {
                     // A recording plays both sides of a conversation back: everything in it goes everywhere.
-                    let forward = if port.is_replay() { all.without(SlotSet::one(port.slot)) } else { forward };
+                    let forward = match inner.chosen_for(frame) {
+                        _ if port.is_replay() => all.without(SlotSet::one(port.slot)),
+                        Some((slot, peer)) if slot != port.slot && !forward.is_empty() => {
+                            to.peer = Some(peer);
+                            SlotSet::one(slot)
+                        }
+                        _ => forward,
+                    };
                     let ready = forward.iter().filter_map(|slot| inner.link(slot)).map(|link| &link.port);
                     ports.extend(ready.filter(|other| other.forwards || port.forwards).cloned());
                 }
@@ -438,14 +500,11 @@ impl Hub {
         let Verdict::Handle { for_us, .. } = verdict else { return };
         for (_, scope, sink) in sinks.iter() {
             if for_us || *scope == SinkScope::All {
-                sink(port.id, frame, now);
+                sink(Origin { link: port.id, peer }, frame, now);
             }
         }
-        if !ports.is_empty() {
-            let to = frame.target().named_system();
-            for other in ports {
-                other.send(frame, to, Class::Forwarded);
-            }
+        for other in ports {
+            other.send(frame, to, Class::Forwarded);
         }
     }
 }
@@ -461,18 +520,24 @@ fn mask(count: usize) -> u64 {
     if count >= 64 { u64::MAX } else { (1 << count) - 1 }
 }
 
-fn own_ports(inner: &mut Inner, frame: &Frame, route: Route, now: MonoTime) -> SmallVec<[Arc<Port>; 4]> {
+fn own_ports(inner: &mut Inner, frame: &Frame, route: Route, now: MonoTime) -> (SmallVec<[Arc<Port>; 4]>, To) {
     let all = inner.open_slots();
+    let mut to = To::target_of(frame);
     let slots = match route {
-        Route::Target => inner.router.route_own(frame, all, now),
+        Route::Target => match inner.chosen_for(frame) {
+            Some((slot, peer)) => {
+                to.peer = Some(peer);
+                SlotSet::one(slot)
+            }
+            None => inner.router.route_own(frame, all, now),
+        },
         Route::All => all,
-        Route::Link(id) => return inner.find(id).map(|link| link.port.clone()).into_iter().collect(),
+        Route::Link(id) => return (inner.find(id).map(|link| link.port.clone()).into_iter().collect(), to),
     };
-    slots.iter().filter_map(|slot| inner.link(slot)).map(|link| link.port.clone()).collect()
+    (slots.iter().filter_map(|slot| inner.link(slot)).map(|link| link.port.clone()).collect(), to)
 }
 
-fn send_to(ports: &[Arc<Port>], frame: &Frame, recorder: Option<&RecorderHandle>, now: MonoTime) -> SendReport {
-    let to = frame.target().named_system();
+fn send_to(ports: &[Arc<Port>], to: To, frame: &Frame, recorder: Option<&RecorderHandle>, now: MonoTime) -> SendReport {
     let mut report = SendReport::default();
     for port in ports {
         if port.send(frame, to, Class::Own) {

@@ -21,8 +21,8 @@
 //! # async fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let us = Address::new(255, 190);
 //! let hub = Hub::new(vec![us], Arc::new(SystemClock::new()));
-//! hub.add_sink(SinkScope::All, Arc::new(|link, frame, _now| {
-//!     println!("{link}: message {} from {}", frame.message_id(), frame.source());
+//! hub.add_sink(SinkScope::All, Arc::new(|origin, frame, _now| {
+//!     println!("{}: message {} from {}", origin.link, frame.message_id(), frame.source());
 //! }));
 //!
 //! let address: LinkAddress = "udpin:127.0.0.1:0".parse()?;
@@ -76,7 +76,8 @@ pub use address::{
 };
 pub use clock::{Clock, SystemClock};
 pub use endpoint::{LinkHandle, LinkState, serial_ports};
-pub use hub::{FrameSink, Hub, LinkError, LinkId, LinkInfo, LinkOptions, Route, SendReport, SinkId, SinkScope};
+pub use hub::{FrameSink, Hub, LinkError, LinkId, LinkInfo, LinkOptions, Origin, Route, SendReport, SinkId, SinkScope};
+pub use outlet::PeerId;
 pub use recorder::{
     Folder, Recorder, RecorderConfig, RecorderHandle, RecorderState, RecorderStatus, Storage, StorageFile, StoredFile,
 };

@@ -1,6 +1,7 @@
 //! Owns the way out of a link: the trait that the hub sends through, and the bounded queue in front of a stream's writer.
 
 use std::collections::VecDeque;
+use std::net::SocketAddr;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::Notify;
@@ -20,6 +21,26 @@ pub(crate) enum Sent {
     Full,
 }
 
+/// Names one of those at the other end of a link; of a link with one end it is 0. Never used again while its link is open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct PeerId(pub u32);
+
+/// Whom a frame is for, among those at the other end of a link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct To {
+    /// Those behind whom this system was heard; all when it was heard behind none.
+    pub(crate) system: Option<SystemId>,
+    /// This one alone.
+    pub(crate) peer: Option<PeerId>,
+}
+
+impl To {
+    /// By the system that a frame is addressed to, if it names one.
+    pub(crate) fn target_of(frame: &Frame) -> Self {
+        Self { system: frame.target().named_system(), peer: None }
+    }
+}
+
 /// Where a frame comes from: what we say ourselves goes first and is never displaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Class {
@@ -29,15 +50,20 @@ pub(crate) enum Class {
 
 /// The sending side of an endpoint. Lives as long as the link, through all its connections.
 pub(crate) trait Outlet: Send + Sync + 'static {
-    /// Sends a frame without ever waiting. `to` is the system that it is addressed to, if it names one.
-    fn send(&self, frame: &Frame, to: Option<SystemId>, class: Class) -> Sent;
+    /// Sends a frame without ever waiting.
+    fn send(&self, frame: &Frame, to: To, class: Class) -> Sent;
+
+    /// Where one of those at the other end is, for links that have several.
+    fn place(&self, _: PeerId) -> Option<SocketAddr> {
+        None
+    }
 }
 
 /// The outlet of links that cannot send.
 pub(crate) struct NoOutlet;
 
 impl Outlet for NoOutlet {
-    fn send(&self, _: &Frame, _: Option<SystemId>, _: Class) -> Sent {
+    fn send(&self, _: &Frame, _: To, _: Class) -> Sent {
         Sent::NobodyThere
     }
 }
@@ -136,7 +162,7 @@ impl StreamQueue {
 }
 
 impl Outlet for StreamQueue {
-    fn send(&self, frame: &Frame, _: Option<SystemId>, class: Class) -> Sent {
+    fn send(&self, frame: &Frame, _: To, class: Class) -> Sent {
         self.push(frame, class)
     }
 }

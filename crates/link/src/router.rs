@@ -18,6 +18,7 @@
 //! A frame that was handled less than a second ago is a *copy*: it came around a loop, over a second link to the same
 //! vehicle, or it is our own coming back. A copy teaches its route and goes nowhere else, so loops die out.
 
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use vencejo_proto::{Address, Frame, MavVersion, MonoTime, SystemId};
@@ -32,6 +33,9 @@ const MAX_SOURCES: usize = 512;
 const COPY_WINDOW_MS: u32 = 1000;
 /// … unless its sender has meanwhile counted so far that its counter may have gone round.
 const COPY_FRAMES: u16 = 200;
+/// Frames of our own that are known when they come back, and for how long: further, a loop has no delay.
+const OWN_FRAMES: usize = 4096;
+const OWN_WINDOW_MS: u32 = 30_000;
 /// A link on which a system was heard this recently keeps carrying what we send to it.
 const FRESH: Duration = Duration::from_millis(2500);
 
@@ -157,6 +161,8 @@ pub(crate) struct Router {
     heard_ms: Vec<u64>,
     /// Recent frames of senders that are in no table: unknown messages, floods.
     strays: Box<[Recent; 256]>,
+    /// Our own newest frames and when they went.
+    own: VecDeque<(u32, u8, u32)>,
 }
 
 impl Router {
@@ -168,6 +174,7 @@ impl Router {
             index: AddressIndex::new(),
             heard_ms: vec![0; MAX_LINKS * 256],
             strays: Box::new([Recent::UNUSED; 256]),
+            own: VecDeque::new(),
         }
     }
 
@@ -211,6 +218,18 @@ impl Router {
     /// Remembers a frame that we send, so that it is known when it comes back.
     pub(crate) fn on_sent(&mut self, frame: &Frame, now: MonoTime) {
         self.is_copy(OURSELVES, frame, now);
+        if self.own.len() >= OWN_FRAMES {
+            self.own.pop_front();
+        }
+        self.own.push_back((identity(frame), frame.sequence(), now_ms(now)));
+    }
+
+    /// Whether a frame with our own address is one that we sent, however long it was under way; else somebody else uses it.
+    pub(crate) fn is_ours(&self, frame: &Frame, now: MonoTime) -> bool {
+        let (identity, sequence, now_ms) = (identity(frame), frame.sequence(), now_ms(now));
+        self.own.iter().any(|(id, number, at_ms)| {
+            *id == identity && *number == sequence && now_ms.wrapping_sub(*at_ms) < OWN_WINDOW_MS
+        })
     }
 
     /// The links that a frame of our own goes to by its target: every link when it is for everyone, otherwise one link

@@ -8,7 +8,7 @@ use std::time::Duration;
 use tokio::sync::mpsc;
 use vencejo_proto::{Address, CommandLong, Frame, FrameDecoder, Header, Heartbeat, MavVersion, Message, dialect};
 
-use crate::{Hub, LinkHandle, LinkId, LinkOptions, LinkState, Route, SinkScope, SystemClock};
+use crate::{Hub, LinkHandle, LinkId, LinkOptions, LinkState, Origin, Route, SinkScope, SystemClock};
 
 fn header(system: u8, component: u8, sequence: u8) -> Header {
     Header { sequence, source: Address::new(system, component), version: MavVersion::V2 }
@@ -69,9 +69,9 @@ impl Listening {
         let (sender, heard) = mpsc::unbounded_channel();
         hub.add_sink(
             SinkScope::All,
-            Arc::new(move |link, frame, _| {
+            Arc::new(move |origin: Origin, frame: &Frame, _| {
                 // A test that has seen enough does not listen any more.
-                let _ = sender.send((link, frame.clone()));
+                let _ = sender.send((origin.link, frame.clone()));
             }),
         );
         Self { hub, heard }

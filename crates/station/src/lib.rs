@@ -22,6 +22,7 @@
 mod changes;
 mod config;
 mod error;
+mod namesake;
 mod pending;
 mod queue;
 mod recording;

@@ -14,18 +14,20 @@ use tokio::runtime::Handle;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use vencejo_link::{
-    Clock, Hub, LinkAddress, LinkHandle, LinkId, LinkInfo, LinkOptions, LinkState, LinkStats, Recorder, RecorderConfig,
-    RecorderStatus, Route, SinkScope, SystemClock,
+    Clock, Hub, LinkAddress, LinkHandle, LinkId, LinkInfo, LinkOptions, LinkState, LinkStats, Origin, PeerId, Recorder,
+    RecorderConfig, RecorderStatus, Route, SinkScope, SystemClock,
 };
 use vencejo_proto::{Address, Frame, Heartbeat, MavVersion, Message, MonoTime, SystemId};
 use vencejo_vehicle::telemetry::{LOST_AFTER, Telemetry};
 use vencejo_vehicle::{
-    Output, RegistryEvent, RegistryOutput, Reply, Request, RequestId, Vehicle, VehicleConfig, VehicleError, Vehicles,
+    Output, RegistryEvent, RegistryOutput, Reply, Request, RequestId, SourceId, Sources, Taken, Vehicle, VehicleConfig,
+    VehicleError, VehicleEvent, Vehicles,
 };
 
 use crate::changes::Changes;
 use crate::config::StationConfig;
 use crate::error::StationError;
+use crate::namesake::Namesake;
 use crate::pending::{Finisher, Pending};
 use crate::vehicle::{Observed, Subscriptions, VehicleHandle};
 
@@ -77,6 +79,8 @@ pub(crate) struct Core {
     waiting: Vec<Waiting>,
     next_waiting: u64,
     pub(crate) watchers: HashMap<SystemId, Watchers>,
+    /// Another station with our address.
+    namesake: Namesake,
 }
 
 /// Somebody who waits for a vehicle.
@@ -94,6 +98,10 @@ pub(crate) struct Watchers {
     pub(crate) subscriptions: Subscriptions,
     /// The protocol version that the vehicle speaks.
     pub(crate) version: MavVersion,
+    /// From where it is heard, and whether all of that is one vehicle.
+    pub(crate) sources: Sources,
+    /// Whether it was told that another uses its id.
+    is_contested: bool,
 }
 
 impl Station {
@@ -130,6 +138,7 @@ impl Station {
                 waiting: Vec::new(),
                 next_waiting: 0,
                 watchers: HashMap::new(),
+                namesake: Namesake::default(),
             }),
             heartbeat: AtomicBool::new(config.heartbeat),
             undecodable: AtomicU64::new(0),
@@ -144,9 +153,9 @@ impl Station {
         let sink = {
             // The hub must not keep the station alive.
             let shared = Arc::downgrade(&shared);
-            Arc::new(move |link, frame: &Frame, now| {
+            Arc::new(move |origin: Origin, frame: &Frame, now| {
                 if let Some(shared) = shared.upgrade() {
-                    shared.on_frame(link, frame, now);
+                    shared.on_frame(origin, frame, now);
                 }
             })
         };
@@ -216,6 +225,12 @@ impl Station {
     pub fn set_heartbeat(&self, enabled: bool) {
         self.shared.heartbeat.store(enabled, Ordering::Relaxed);
         self.shared.wake_driver.notify_one();
+    }
+
+    /// The link on which another station is heard that uses our own MAVLink address, and where that is in words.
+    pub fn namesake(&self) -> Option<(LinkId, String)> {
+        let origin = self.shared.core().namesake.heard(self.shared.clock.now())?;
+        Some((origin.link, self.shared.hub.describe(origin)))
     }
 
     /// The present moment on the station's clock.
@@ -342,13 +357,21 @@ impl Shared {
     }
 
     /// A frame from a link, in the task that read it.
-    fn on_frame(self: &Arc<Self>, link: LinkId, frame: &Frame, now: MonoTime) {
+    fn on_frame(self: &Arc<Self>, origin: Origin, frame: &Frame, now: MonoTime) {
+        let link = origin.link;
         let Ok(message) = frame.decode() else {
             self.undecodable.fetch_add(1, Ordering::Relaxed);
             return;
         };
         let from = frame.source();
+        if from == self.config.address && !self.hub.is_ours(frame) && !self.hub.is_replay(link) {
+            self.on_namesake(origin, now);
+            return;
+        }
         let mut core = self.core();
+        if !self.is_the_vehicles(&mut core, origin, from, &message, now) {
+            return;
+        }
         core.vehicles.on_message(from, &message, now);
         core.vehicles.on_protocol_version(from, frame.version());
         if frame.message_id() == TIMESYNC_ID
@@ -366,6 +389,93 @@ impl Shared {
         self.settle(&mut core, now);
     }
 
+    /// Whether a message is of the vehicle that is followed under its id, and not of another that uses the same.
+    fn is_the_vehicles(
+        &self,
+        core: &mut Core,
+        origin: Origin,
+        from: Address,
+        message: &Message,
+        now: MonoTime,
+    ) -> bool {
+        let Some(autopilot) = core.vehicles.get(from.system).map(Vehicle::address) else { return true };
+        let Some(watchers) = core.watchers.get_mut(&from.system) else { return true };
+        let id = SourceId { link: origin.link.0, peer: origin.peer.0 };
+        if autopilot != from {
+            // Cameras and radios have no boot clock to go by; those of a known stranger are not the vehicle's.
+            return !watchers.sources.is_rival(id);
+        }
+        let before = watchers.sources.followed();
+        let taken = watchers.sources.on_message(id, message, now);
+        if watchers.sources.followed() != before {
+            // The one that is followed is where this message came from: only a message makes another one that.
+            self.hub.choose(from, Some(origin));
+        }
+        if taken != Taken::Yes {
+            self.tell_contest(watchers, from.system, now);
+        }
+        if taken == Taken::Replaced
+            && let Some(vehicle) = core.vehicles.get_mut(from.system)
+        {
+            vehicle.on_replaced(now);
+        }
+        taken != Taken::No
+    }
+
+    /// Tells when another vehicle begins or ends to use a vehicle's id.
+    fn tell_contest(&self, watchers: &mut Watchers, system: SystemId, now: MonoTime) {
+        let rival = watchers.sources.rival(now);
+        if rival.is_some() == watchers.is_contested {
+            return;
+        }
+        watchers.is_contested = rival.is_some();
+        let event = match rival {
+            Some(rival) => {
+                let place = self.hub.describe(origin_of(rival));
+                tracing::warn!(vehicle = %system, %place, "another vehicle uses the same system id: it is not followed, and nothing is sent to it");
+                VehicleEvent::Contested
+            }
+            None => {
+                tracing::info!(vehicle = %system, "the other vehicle with the same system id is not heard any more");
+                VehicleEvent::Uncontested
+            }
+        };
+        watchers.subscriptions.on_event(&Observed { event, at: now });
+        watchers.changes.notify();
+    }
+
+    /// Somebody else uses our own address.
+    fn on_namesake(&self, origin: Origin, now: MonoTime) {
+        if self.core().namesake.on_frame(origin, now) {
+            let place = self.hub.describe(origin);
+            tracing::warn!(address = %self.config.address, %place, "another station uses our MAVLink address; give one of the two another system id");
+        }
+    }
+
+    /// Where else a vehicle's id is used, in words.
+    pub(crate) fn rival(&self, system: SystemId) -> Option<String> {
+        let now = self.clock.now();
+        let rival = self.core().watchers.get(&system).and_then(|watchers| watchers.sources.rival(now))?;
+        Some(self.hub.describe(origin_of(rival)))
+    }
+
+    /// Follows the other vehicle of that id; whether there is one.
+    pub(crate) fn follow_rival(self: &Arc<Self>, system: SystemId) -> bool {
+        let now = self.clock.now();
+        let mut core = self.core();
+        let Some(autopilot) = core.vehicles.get(system).map(Vehicle::address) else { return false };
+        let Some(watchers) = core.watchers.get_mut(&system) else { return false };
+        let has_changed = watchers.sources.follow_rival(now);
+        if has_changed {
+            self.hub.choose(autopilot, watchers.sources.followed().map(origin_of));
+            if let Some(vehicle) = core.vehicles.get_mut(system) {
+                vehicle.on_replaced(now);
+            }
+            self.settle(&mut core, now);
+        }
+        has_changed
+    }
+
     fn on_registry_event(self: &Arc<Self>, core: &mut Core, event: RegistryEvent) {
         match event {
             RegistryEvent::Appeared(address) => {
@@ -375,6 +485,7 @@ impl Shared {
             RegistryEvent::Dropped(address) => {
                 tracing::warn!(vehicle = %address, "a lost vehicle made room for another");
                 // Its queues end with it, and whoever waits for news looks again.
+                self.hub.choose(address, None);
                 if let Some(watchers) = core.watchers.remove(&address.system) {
                     watchers.changes.notify();
                 }
@@ -515,6 +626,10 @@ impl Shared {
     }
 }
 
+fn origin_of(source: SourceId) -> Origin {
+    Origin { link: LinkId(source.link), peer: PeerId(source.peer) }
+}
+
 /// A link and what is wrong with it, for a sentence.
 fn describe(link: &LinkInfo) -> String {
     let state = match &link.state {
@@ -539,6 +654,9 @@ async fn drive(shared: Weak<Shared>, mut closing: watch::Receiver<bool>) {
             let mut core = strong.core();
             core.vehicles.on_time(now);
             strong.settle(&mut core, now);
+            for (system, watchers) in &mut core.watchers {
+                strong.tell_contest(watchers, *system, now);
+            }
             if now >= heartbeat_due {
                 if strong.heartbeat.load(Ordering::Relaxed) {
                     strong.send_heartbeat(&core, heartbeats.is_multiple_of(INVITE_EVERY));

@@ -154,6 +154,16 @@ impl VehicleHandle {
         shared.hub().send_message(message, shared.our_address(), version, Route::Target)
     }
 
+    /// Where another vehicle is heard that uses the same system id, in words. That one is not followed, and nothing is sent to it.
+    pub fn rival(&self) -> Option<String> {
+        self.station.shared.rival(self.system)
+    }
+
+    /// Follows and commands that other vehicle from now on, and this one no more; whether there is one.
+    pub fn follow_rival(&self) -> bool {
+        self.station.shared.follow_rival(self.system)
+    }
+
     /// Its autopilot's address.
     pub fn address(&self) -> Option<Address> {
         self.station.shared.with_vehicle(self.system, |vehicle| vehicle.address())

@@ -13,7 +13,8 @@ use crate::request::Output;
 use crate::telemetry::Group;
 use crate::vehicle::{Vehicle, VehicleConfig};
 
-/// Vehicles that are followed at once. When there are more, those that are lost make room, longest silent first; a newcomer
+/// Vehicles that are followed at once: 64, so that the 50 of one port that the benchmarks fly have room, with a flood of ids
+/// beside them costing no more memory than that. When there are more, those that are lost make room, longest silent first; a newcomer
 /// for whom there is no room is ignored.
 pub const MAX_VEHICLES: usize = 64;
 

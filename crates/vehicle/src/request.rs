@@ -362,4 +362,8 @@ pub enum VehicleEvent {
     HomeChanged,
     /// The vehicle does not know SET_MESSAGE_INTERVAL; its data streams were asked for instead.
     StreamsFellBack,
+    /// Another vehicle uses the same system id: it is not followed, and nothing is sent to it.
+    Contested,
+    /// The other is not heard any more.
+    Uncontested,
 }

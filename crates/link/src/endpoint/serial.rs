@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serial2_tokio::SerialPort;
 
 use super::{Context, End, stream};
-use crate::outlet::StreamQueue;
+use crate::outlet::{PeerId, StreamQueue};
 
 /// What is handed to the system at once: some 40 ms on a 57,600 baud line.
 const BATCH_BYTES: usize = 256;
@@ -36,7 +36,7 @@ impl Serial {
         let (reader, writer) = tokio::io::split(port);
         self.queue.open();
         context.up(None, 1);
-        let end = stream::serve(context, reader, writer, &self.queue, BATCH_BYTES, |_| {}).await;
+        let end = stream::serve(context, PeerId::default(), reader, writer, &self.queue, BATCH_BYTES, |_| {}).await;
         self.queue.close();
         match end {
             End::Broken(error) => End::Broken(format!("{}: {error}", self.path)),

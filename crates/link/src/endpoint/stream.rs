@@ -6,7 +6,7 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 
 use super::{Context, End};
 use crate::hub::Intake;
-use crate::outlet::StreamQueue;
+use crate::outlet::{PeerId, StreamQueue};
 
 /// What one read takes at most.
 const READ_BYTES: usize = 16 * 1024;
@@ -14,9 +14,10 @@ const READ_BYTES: usize = 16 * 1024;
 pub(super) const GOOD_BYE: Duration = Duration::from_millis(500);
 
 /// Serves a stream until it breaks. `batch_bytes` is what is handed to the system at once: little on a thin line, so
-/// that what we say ourselves does not wait behind much. `heard` is called with every frame.
+/// that what we say ourselves does not wait behind much. `heard` is called with every frame, which comes from `peer`.
 pub(super) async fn serve(
     context: &Context,
+    peer: PeerId,
     mut reader: impl AsyncRead + Unpin,
     mut writer: impl AsyncWrite + Unpin,
     queue: &StreamQueue,
@@ -26,7 +27,7 @@ pub(super) async fn serve(
     let end = tokio::select! {
         biased;
         () = context.cancel.cancelled() => End::Closed,
-        end = read(context, &mut reader, heard) => end,
+        end = read(context, peer, &mut reader, heard) => end,
         end = write(&mut writer, queue, batch_bytes) => end,
     };
     if matches!(end, End::Closed) {
@@ -55,6 +56,7 @@ async fn good_bye(
 
 async fn read(
     context: &Context,
+    peer: PeerId,
     reader: &mut (impl AsyncRead + Unpin),
     mut heard: impl FnMut(&vencejo_proto::Frame),
 ) -> End {
@@ -67,7 +69,7 @@ async fn read(
                 let now = context.hub.clock().now();
                 intake.feed(&context.port, &buffer[..count], |frame| {
                     heard(frame);
-                    context.hub.receive(&context.port, frame, now);
+                    context.hub.receive(&context.port, peer, frame, now);
                 });
             }
             Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}

@@ -7,11 +7,11 @@ use std::time::Duration;
 use socket2::{SockRef, TcpKeepalive};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::JoinSet;
-use vencejo_proto::{Frame, SystemId};
+use vencejo_proto::Frame;
 
 use super::{CONNECT_TIMEOUT, Context, End, bind_error, resolve, stream};
 use crate::address::HostPort;
-use crate::outlet::{Class, Outlet, Sent, StreamQueue};
+use crate::outlet::{Class, Outlet, PeerId, Sent, StreamQueue, To};
 use crate::systems::SystemSet;
 
 /// Clients of one server; more are turned away.
@@ -54,7 +54,7 @@ impl Client {
         let (reader, writer) = stream.into_split();
         self.queue.open();
         context.up(local, 1);
-        let end = stream::serve(context, reader, writer, &self.queue, BATCH_BYTES, |_| {}).await;
+        let end = stream::serve(context, PeerId::default(), reader, writer, &self.queue, BATCH_BYTES, |_| {}).await;
         self.queue.close();
         end
     }
@@ -80,6 +80,7 @@ impl Drop for Client {
 
 /// One client of a server.
 struct Joined {
+    number: PeerId,
     queue: Arc<StreamQueue>,
     systems: Arc<SystemSet>,
 }
@@ -103,9 +104,12 @@ impl Clients {
 }
 
 impl Outlet for Clients {
-    fn send(&self, frame: &Frame, to: Option<SystemId>, class: Class) -> Sent {
+    fn send(&self, frame: &Frame, to: To, class: Class) -> Sent {
         let joined = self.joined();
-        let knows = |client: &&Joined| to.is_some_and(|system| client.systems.contains(system));
+        if let Some(client) = joined.iter().find(|client| Some(client.number) == to.peer) {
+            return client.queue.push(frame, class);
+        }
+        let knows = |client: &&Joined| to.system.is_some_and(|system| client.systems.contains(system));
         let narrowed = joined.iter().any(|client| knows(&client));
         let mut result = Sent::NobodyThere;
         for client in joined.iter().filter(|client| !narrowed || knows(client)) {
@@ -127,11 +131,13 @@ pub(super) struct Server {
     bind: HostPort,
     clients: Arc<Clients>,
     serving: JoinSet<()>,
+    /// Clients so far.
+    welcomed: u32,
 }
 
 impl Server {
     pub(super) fn new(bind: HostPort) -> Self {
-        Self { bind, clients: Arc::default(), serving: JoinSet::new() }
+        Self { bind, clients: Arc::default(), serving: JoinSet::new(), welcomed: 0 }
     }
 
     pub(super) fn outlet(&self) -> Arc<dyn Outlet> {
@@ -175,11 +181,19 @@ impl Server {
             tracing::warn!(link = %context.port.id, %place, "turned away: {MAX_CLIENTS} clients are connected");
             return;
         }
-        self.serving.spawn(serve_client(context.clone(), self.clients.clone(), stream, place));
+        self.welcomed = self.welcomed.wrapping_add(1);
+        let number = PeerId(self.welcomed);
+        self.serving.spawn(serve_client(context.clone(), self.clients.clone(), number, stream, place));
     }
 }
 
-async fn serve_client(context: Arc<Context>, clients: Arc<Clients>, stream: TcpStream, place: SocketAddr) {
+async fn serve_client(
+    context: Arc<Context>,
+    clients: Arc<Clients>,
+    number: PeerId,
+    stream: TcpStream,
+    place: SocketAddr,
+) {
     if let Err(error) = prepare(&stream) {
         tracing::debug!(link = %context.port.id, %place, %error, "a client left at once");
         return;
@@ -189,7 +203,7 @@ async fn serve_client(context: Arc<Context>, clients: Arc<Clients>, stream: TcpS
     queue.open();
     let count = {
         let mut joined = clients.joined();
-        joined.push(Joined { queue: queue.clone(), systems: systems.clone() });
+        joined.push(Joined { number, queue: queue.clone(), systems: systems.clone() });
         joined.len()
     };
     context.peers(count);
@@ -199,7 +213,7 @@ async fn serve_client(context: Arc<Context>, clients: Arc<Clients>, stream: TcpS
             systems.insert(frame.source().system);
         }
     };
-    let end = stream::serve(&context, reader, writer, &queue, BATCH_BYTES, heard).await;
+    let end = stream::serve(&context, number, reader, writer, &queue, BATCH_BYTES, heard).await;
     tracing::debug!(link = %context.port.id, %place, ?end, "a client left");
     context.peers(clients.remove(&queue));
 }

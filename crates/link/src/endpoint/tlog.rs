@@ -8,6 +8,7 @@ use tokio::io::AsyncReadExt;
 use tokio::time::Instant;
 
 use super::{Context, End};
+use crate::outlet::PeerId;
 use crate::tlog::{SkippedBytes, TlogDecoder};
 
 /// What one read takes.
@@ -65,7 +66,7 @@ impl Replay {
             }
             while let Some(entry) = decoder.next_entry() {
                 pace.wait_for(entry.unix_us).await;
-                context.hub.receive(&context.port, &entry.frame, context.hub.clock().now());
+                context.hub.receive(&context.port, PeerId::default(), &entry.frame, context.hub.clock().now());
             }
             if count == 0 {
                 return Ok(decoder.skipped());

@@ -2,25 +2,33 @@
 //!
 //! A listening link answers everyone who has spoken MAVLink to it within the last minute; who sends anything else is
 //! not answered. Each peer has its own decoder, for some bridges cut frames anywhere.
+//!
+//! There is room for so many peers, and a peer earns its place by what it says: when all places are taken, a newcomer has the
+//! place of one who never spoke MAVLink, else of one who said a frame or two and no more, else of one who is silent.
+//! So whoever sends from a thousand ports shuts nobody out, and a vehicle that comes back on another port is heard at once.
 
 use std::io::ErrorKind;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::Duration;
 
 use smallvec::SmallVec;
 use socket2::{Domain, Protocol, SockAddr, Socket, Type};
 use tokio::net::UdpSocket;
-use vencejo_proto::{Frame, MonoTime, SystemId};
+use vencejo_proto::{Frame, MonoTime};
 
 use super::{Context, End, bind_error, resolve};
 use crate::address::HostPort;
 use crate::hub::Intake;
-use crate::outlet::{Class, Outlet, Sent};
+use crate::outlet::{Class, Outlet, PeerId, Sent, To};
 use crate::systems::SystemSet;
 
-/// Peers of one link. Beyond, who has never spoken MAVLink makes room; if all have, newcomers are ignored.
+/// Peers of one link. Beyond, the least worthy makes room; if all are worth their places, newcomers are ignored.
 pub(crate) const MAX_PEERS: usize = 128;
+/// Whole frames after which a peer has earned its place …
+const EARNED_FRAMES: u32 = 5;
+/// … for as long as it is not silent for longer than this.
+const QUIET: Duration = Duration::from_secs(5);
 /// A peer that was silent so long is not answered any more.
 pub(crate) const PEER_LIFE: Duration = Duration::from_secs(60);
 /// Datagrams read before other tasks have their turn.
@@ -42,6 +50,7 @@ enum Mode {
 
 /// Somebody at the other end.
 struct Peer {
+    number: PeerId,
     place: SocketAddr,
     systems: Arc<SystemSet>,
 }
@@ -70,14 +79,15 @@ impl UdpOutlet {
 }
 
 impl Outlet for UdpOutlet {
-    fn send(&self, frame: &Frame, to: Option<SystemId>, _: Class) -> Sent {
+    fn send(&self, frame: &Frame, to: To, _: Class) -> Sent {
         let door = self.door.read().unwrap_or_else(PoisonError::into_inner);
         let Some(socket) = &door.socket else { return Sent::NobodyThere };
         if door.connected {
             return outcome(send_connected(socket, frame.bytes()));
         }
         let mut places: SmallVec<[SocketAddr; 8]> = SmallVec::new();
-        if let Some(system) = to {
+        places.extend(door.peers.iter().find(|peer| Some(peer.number) == to.peer).map(|peer| peer.place));
+        if let (true, Some(system)) = (places.is_empty(), to.system) {
             places.extend(door.peers.iter().filter(|peer| peer.systems.contains(system)).map(|peer| peer.place));
         }
         if places.is_empty() {
@@ -97,8 +107,14 @@ impl Outlet for UdpOutlet {
         }
         result
     }
+
+    fn place(&self, peer: PeerId) -> Option<SocketAddr> {
+        let door = self.door.read().unwrap_or_else(PoisonError::into_inner);
+        door.peers.iter().find(|other| other.number == peer).map(|other| other.place)
+    }
 }
 
+/// To the one place that a connected socket has.
 fn send_connected(socket: &UdpSocket, bytes: &[u8]) -> std::io::Result<usize> {
     again_after_refusal(|| socket.try_send(bytes))
 }
@@ -189,6 +205,7 @@ impl Udp {
             None => None,
         };
         let place = match bind {
+            Some(bind) if bind.is_lan() => SocketAddr::from(([0; 4], bind.port)),
             Some(bind) => resolve(bind).await?,
             None if remote.is_some_and(|remote| remote.is_ipv6()) => SocketAddr::from(([0u16; 8], 0)),
             None => SocketAddr::from(([0u8; 4], 0)),
@@ -226,7 +243,7 @@ impl Udp {
             for _ in 0..READ_BURST {
                 match socket.try_recv(&mut buffer) {
                     Ok(count) => intake.feed_datagram(&context.port, &buffer[..count], |frame| {
-                        context.hub.receive(&context.port, frame, now)
+                        context.hub.receive(&context.port, PeerId::default(), frame, now)
                     }),
                     Err(error) if error.kind() == ErrorKind::WouldBlock => break,
                     Err(error) if is_passing(&error) => {}
@@ -239,6 +256,7 @@ impl Udp {
 
     /// Reads a socket that anybody may send to, until it breaks.
     async fn hear_many(&self, context: &Context, socket: &UdpSocket) -> std::io::Error {
+        let is_lan = matches!(&self.mode, Mode::Listen { bind } if bind.is_lan());
         let mut callers = Callers::default();
         let mut buffer = vec![0; DATAGRAM_BYTES];
         let mut sweep = tokio::time::interval(PEER_LIFE / 12);
@@ -254,28 +272,33 @@ impl Udp {
             let now = context.hub.clock().now();
             for _ in 0..READ_BURST {
                 match socket.try_recv_from(&mut buffer) {
+                    Ok((count, place)) if is_lan && !is_near(place.ip()) => {
+                        tracing::debug!(link = %context.port.id, %place, "not heard: from outside the private networks");
+                        Intake::ignore(&context.port, count);
+                    }
                     Ok((count, place)) => {
                         let Some(caller) = callers.find_or_add(place, now) else {
                             Intake::ignore(&context.port, count);
                             continue;
                         };
                         let mut is_new = false;
-                        let Caller { intake, systems, spoke, .. } = caller;
+                        let Caller { number, intake, systems, frames, .. } = caller;
+                        let number = *number;
                         // The place must be known before the hub answers what it hears.
                         intake.feed_datagram(&context.port, &buffer[..count], |frame| {
                             if frame.is_known() {
                                 systems.insert(frame.source().system);
-                                if !*spoke {
-                                    *spoke = true;
+                                if *frames == 0 {
                                     is_new = true;
                                     self.outlet.change(|door| {
-                                        door.peers.push(Peer { place, systems: systems.clone() });
+                                        door.peers.push(Peer { number, place, systems: systems.clone() });
                                     });
                                 }
+                                *frames = frames.saturating_add(1);
                             }
-                            context.hub.receive(&context.port, frame, now);
+                            context.hub.receive(&context.port, number, frame, now);
                         });
-                        if is_new {
+                        if is_new || std::mem::take(&mut callers.has_dropped_a_peer) {
                             self.publish(context, &callers);
                         }
                     }
@@ -302,14 +325,23 @@ impl Drop for Udp {
     }
 }
 
+/// Whether an address is of this machine or of a network that the internet does not route (RFC 1918, RFC 3927, RFC 4193).
+fn is_near(ip: IpAddr) -> bool {
+    match ip.to_canonical() {
+        IpAddr::V4(ip) => ip.is_loopback() || ip.is_private() || ip.is_link_local(),
+        IpAddr::V6(ip) => ip.is_loopback() || ip.is_unicast_link_local() || ip.is_unique_local(),
+    }
+}
+
 /// Somebody who sends to us, MAVLink or not.
 struct Caller {
+    number: PeerId,
     place: SocketAddr,
     intake: Intake,
     systems: Arc<SystemSet>,
     heard_at: MonoTime,
-    /// Whether a valid frame has come.
-    spoke: bool,
+    /// Whole frames that came.
+    frames: u32,
 }
 
 /// Those who sent to us lately, at most [`MAX_PEERS`].
@@ -318,6 +350,10 @@ struct Callers {
     list: Vec<Caller>,
     /// The one who sent last will probably send next.
     last: usize,
+    /// Callers so far.
+    numbered: u32,
+    /// One who spoke has lost its place since this was looked at.
+    has_dropped_a_peer: bool,
 }
 
 impl Callers {
@@ -330,16 +366,18 @@ impl Callers {
             Some(index) => index,
             None => {
                 if self.list.len() >= MAX_PEERS {
-                    let unspoken = self.list.iter().enumerate().filter(|(_, caller)| !caller.spoke);
-                    let (index, _) = unspoken.min_by_key(|(_, caller)| caller.heard_at)?;
-                    self.list.swap_remove(index);
+                    let index = self.least_worthy(now)?;
+                    let gone = self.list.swap_remove(index);
+                    self.has_dropped_a_peer |= gone.frames > 0;
                 }
+                self.numbered = self.numbered.wrapping_add(1);
                 self.list.push(Caller {
+                    number: PeerId(self.numbered),
                     place,
                     intake: Intake::new(),
                     systems: Arc::default(),
                     heard_at: now,
-                    spoke: false,
+                    frames: 0,
                 });
                 self.list.len() - 1
             }
@@ -350,15 +388,40 @@ impl Callers {
         Some(caller)
     }
 
+    /// Who makes room for a newcomer; `None` when all have earned their places and are still heard.
+    fn least_worthy(&self, now: MonoTime) -> Option<usize> {
+        let longest_silent = |is_candidate: &dyn Fn(&Caller) -> bool| {
+            let candidates = self.list.iter().enumerate().filter(|(_, caller)| is_candidate(caller));
+            candidates.min_by_key(|(_, caller)| caller.heard_at).map(|(index, _)| index)
+        };
+        let never_spoke = |caller: &Caller| caller.frames == 0;
+        longest_silent(&never_spoke)
+            .or_else(|| {
+                // Of the machine that has most of them: a crowd from one makes room for itself first.
+                let is_passer_by = |caller: &Caller| caller.frames < EARNED_FRAMES;
+                let mut crowd: SmallVec<[(IpAddr, usize); 8]> = SmallVec::new();
+                for ip in self.list.iter().filter(|caller| is_passer_by(caller)).map(|caller| caller.place.ip()) {
+                    match crowd.iter_mut().find(|(other, _)| *other == ip) {
+                        Some((_, count)) => *count += 1,
+                        None => crowd.push((ip, 1)),
+                    }
+                }
+                let most = crowd.into_iter().max_by_key(|(_, count)| *count).map(|(ip, _)| ip)?;
+                longest_silent(&|caller| is_passer_by(caller) && caller.place.ip() == most)
+            })
+            .or_else(|| longest_silent(&|caller| now.since(caller.heard_at) > QUIET))
+    }
+
     fn forget_silent(&mut self, now: MonoTime) {
         self.list.retain(|caller| now.since(caller.heard_at) < PEER_LIFE);
     }
 
     fn spoken(&self) -> impl Iterator<Item = Peer> {
-        self.list
-            .iter()
-            .filter(|caller| caller.spoke)
-            .map(|caller| Peer { place: caller.place, systems: caller.systems.clone() })
+        self.list.iter().filter(|caller| caller.frames > 0).map(|caller| Peer {
+            number: caller.number,
+            place: caller.place,
+            systems: caller.systems.clone(),
+        })
     }
 }
 
@@ -531,6 +594,38 @@ mod tests {
         link.close().await;
     }
 
+    #[test]
+    fn near_is_what_no_router_of_the_internet_passes_on() {
+        for (ip, expected) in [
+            ("127.0.0.1", true),
+            ("10.1.2.3", true),
+            ("172.31.0.1", true),
+            ("192.168.4.1", true),
+            ("169.254.1.1", true),
+            ("::1", true),
+            ("fe80::1", true),
+            ("fd00::1", true),
+            ("::ffff:192.168.1.1", true),
+            ("8.8.8.8", false),
+            ("172.32.0.1", false),
+            ("100.64.0.1", false),
+            ("2001:db8::1", false),
+        ] {
+            assert_eq!(is_near(ip.parse().unwrap()), expected, "{ip}");
+        }
+    }
+
+    #[tokio::test]
+    async fn a_link_of_the_private_networks_hears_them() {
+        let mut listening = Listening::new();
+        let link = listening.open("udpin:lan:0").await;
+        assert_eq!(link.address().to_string(), "udpin:lan:0");
+        let there = SocketAddr::from(([127, 0, 0, 1], link.local_address().unwrap().port()));
+        peer().await.send_to(heartbeat(1, 1, 0).bytes(), there).await.unwrap();
+        assert_eq!(listening.next().await, heartbeat(1, 1, 0));
+        link.close().await;
+    }
+
     fn place(port: u16) -> SocketAddr {
         SocketAddr::from(([127, 0, 0, 1], port))
     }
@@ -540,23 +635,57 @@ mod tests {
         let mut callers = Callers::default();
         for n in 0..MAX_PEERS as u16 {
             let caller = callers.find_or_add(place(n + 1), MonoTime::from_millis(u64::from(n))).unwrap();
-            caller.spoke = n != 5 && n != 9;
+            caller.frames = if n != 5 && n != 9 { EARNED_FRAMES } else { 0 };
         }
         for port in [60_000, 60_001] {
             let newcomer = callers.find_or_add(place(port), MonoTime::from_millis(500)).unwrap();
-            newcomer.spoke = true;
+            newcomer.frames = EARNED_FRAMES;
         }
         assert_eq!(callers.list.len(), MAX_PEERS);
         assert!(!callers.list.iter().any(|caller| [place(6), place(10)].contains(&caller.place)));
-        assert!(callers.find_or_add(place(60_002), MonoTime::from_millis(501)).is_none(), "all have spoken");
+        assert!(callers.find_or_add(place(60_002), MonoTime::from_millis(501)).is_none(), "all are worth their places");
         assert_eq!(callers.spoken().count(), MAX_PEERS);
+        // The one silent for longest makes room once it is taken for gone.
+        assert!(callers.find_or_add(place(60_002), MonoTime::from_millis(5_001)).is_some());
+        assert!(!callers.list.iter().any(|caller| caller.place == place(1)));
+    }
+
+    #[test]
+    fn a_crowd_makes_room_for_itself_first() {
+        let mut callers = Callers::default();
+        let passer_by = |host: u8, port: u16| SocketAddr::from(([10, 0, 0, host], port));
+        callers.find_or_add(passer_by(1, 1), MonoTime::ZERO).unwrap().frames = 1;
+        for n in 0..10_000 {
+            callers.find_or_add(passer_by(2, n + 1), MonoTime::from_millis(1 + u64::from(n) / 100)).unwrap().frames = 1;
+        }
+        assert_eq!(callers.list.len(), MAX_PEERS);
+        assert!(callers.list.iter().any(|caller| caller.place == passer_by(1, 1)), "it may yet earn its place");
+    }
+
+    /// A vehicle that comes back on another port while the places are full of those who said one frame and went.
+    #[tokio::test]
+    async fn one_frame_from_each_of_many_shuts_nobody_out() {
+        let mut listening = Listening::new();
+        let link = listening.open("udpin:127.0.0.1:0").await;
+        let there = link.local_address().unwrap();
+        for system in 0..MAX_PEERS as u8 {
+            peer().await.send_to(heartbeat(100 + system % 100, 1, system).bytes(), there).await.unwrap();
+            listening.next().await;
+        }
+        let vehicle = peer().await;
+        vehicle.send_to(heartbeat(1, 1, 7).bytes(), there).await.unwrap();
+        assert_eq!(listening.next().await, heartbeat(1, 1, 7), "it is heard");
+        let report = listening.hub.send_message(&command_to(1, 400), US, MavVersion::V2, Route::Target);
+        assert!(report.is_sent());
+        assert_eq!(hears(&vehicle).await.message_id(), 76, "and answered");
+        link.close().await;
     }
 
     #[test]
     fn the_silent_are_forgotten() {
         let mut callers = Callers::default();
         for (port, ms) in [(1, 0), (2, 30_000)] {
-            callers.find_or_add(place(port), MonoTime::from_millis(ms)).unwrap().spoke = true;
+            callers.find_or_add(place(port), MonoTime::from_millis(ms)).unwrap().frames = 1;
         }
         callers.forget_silent(MonoTime::from_millis(60_001));
         assert_eq!(callers.spoken().map(|peer| peer.place).collect::<Vec<_>>(), [place(2)]);

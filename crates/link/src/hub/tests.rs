@@ -14,7 +14,7 @@ struct Kept {
 }
 
 impl Outlet for Kept {
-    fn send(&self, frame: &Frame, _: Option<SystemId>, _: Class) -> Sent {
+    fn send(&self, frame: &Frame, _: To, _: Class) -> Sent {
         if self.full {
             return Sent::Full;
         }
@@ -52,7 +52,7 @@ impl Bench {
     }
 
     fn receive(&self, link: usize, frame: &Frame) {
-        self.hub.receive(&self.ports[link], frame, self.clock.now());
+        self.hub.receive(&self.ports[link], PeerId::default(), frame, self.clock.now());
     }
 
     /// What each link was given since the last look.
@@ -63,7 +63,10 @@ impl Bench {
     fn listen(&self, scope: SinkScope) -> Arc<Mutex<Vec<(LinkId, Frame)>>> {
         let heard = Arc::new(Mutex::new(Vec::new()));
         let sink = heard.clone();
-        self.hub.add_sink(scope, Arc::new(move |link, frame, _| sink.lock().unwrap().push((link, frame.clone()))));
+        self.hub.add_sink(
+            scope,
+            Arc::new(move |origin: Origin, frame: &Frame, _| sink.lock().unwrap().push((origin.link, frame.clone()))),
+        );
         heard
     }
 }
@@ -224,10 +227,10 @@ fn a_listener_may_call_the_hub() {
     let counter = calls.clone();
     let id = bench.hub.add_sink(
         SinkScope::All,
-        Arc::new(move |link, _, _| {
+        Arc::new(move |origin: Origin, _, _| {
             let message = command_to(1, 400);
             assert!(hub.send_message(&message, US, MavVersion::V2, Route::Target).is_sent());
-            hub.note_round_trip(link, Duration::from_millis(7)).unwrap();
+            hub.note_round_trip(origin.link, Duration::from_millis(7)).unwrap();
             counter.fetch_add(1, Ordering::SeqCst);
         }),
     );

@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use vencejo_link::LinkOptions;
+use vencejo_proto::dialect::{ATTITUDE_DATA, MavMessage};
 use vencejo_proto::{FrameDecoder, Header};
 
 use super::*;
@@ -28,7 +29,8 @@ fn start() -> Station {
 impl Station {
     /// A plane is heard, on no link in particular.
     fn hear(&self, system: u8, now: MonoTime) {
-        self.shared.on_frame(LinkId(0), &plane_heartbeat(system), now);
+        let origin = Origin { link: LinkId(0), peer: PeerId(0) };
+        self.shared.on_frame(origin, &plane_heartbeat(system), now);
     }
 }
 
@@ -203,5 +205,142 @@ async fn heartbeats_stop_while_the_core_is_stuck_and_go_on_afterwards() {
     let (late, goes_on) = told.await.expect("no panic");
     assert!(late <= 1, "{late} heartbeats from a core that is stuck");
     assert!(goes_on);
+    station.close().await;
+}
+
+/// A link that listens, and where.
+async fn listening(station: &Station) -> SocketAddr {
+    let link = station.open_link("udpin:127.0.0.1:0", LinkOptions::default()).expect("opens");
+    in_time(async {
+        loop {
+            match station.local_address(link) {
+                Some(local) => return local,
+                None => tokio::task::yield_now().await,
+            }
+        }
+    })
+    .await
+}
+
+/// An autopilot's end of a link, which has been up for so long.
+struct Autopilot {
+    socket: UdpSocket,
+    sequence: u8,
+    up_ms: u32,
+    begun: Instant,
+}
+
+impl Autopilot {
+    fn new(there: SocketAddr, up_ms: u32) -> Self {
+        let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
+        socket.set_nonblocking(true).expect("set");
+        socket.connect(there).expect("connected");
+        Self { socket, sequence: 0, up_ms, begun: Instant::now() }
+    }
+
+    fn speak(&mut self) {
+        self.socket.send(plane_heartbeat(1).bytes()).expect("sent");
+        self.sequence = self.sequence.wrapping_add(1);
+        let time_boot_ms = self.up_ms + self.begun.elapsed().as_millis() as u32;
+        let attitude = MavMessage::ATTITUDE(ATTITUDE_DATA { time_boot_ms, ..ATTITUDE_DATA::default() });
+        let header = Header { sequence: self.sequence, source: Address::new(1, 1), version: MavVersion::V2 };
+        self.socket.send(Message::Dialect(attitude).encode(header).bytes()).expect("sent");
+    }
+
+    /// How many messages with this id have come.
+    fn heard(&self, id: u32) -> usize {
+        let mut decoder = FrameDecoder::new();
+        let mut datagram = [0; 300];
+        while let Ok(size) = self.socket.recv(&mut datagram) {
+            decoder.push(&datagram[..size]);
+        }
+        std::iter::from_fn(|| decoder.next_frame()).filter(|frame| frame.message_id() == id).count()
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn of_two_autopilots_with_one_id_the_first_is_followed_and_commanded() {
+    let station = start();
+    let there = listening(&station).await;
+    let (mut first, mut second) = (Autopilot::new(there, 600_000), Autopilot::new(there, 90_000));
+    first.speak();
+    let vehicle = in_time(station.wait_vehicle(Some(SystemId(1))).wait()).await.expect("open").expect("heard");
+    let events = vehicle.subscribe_events(64);
+    let begun = Instant::now();
+    in_time(async {
+        while vehicle.rival().is_none() {
+            first.speak();
+            second.speak();
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    })
+    .await;
+    assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
+    assert!(vehicle.rival().expect("told").contains(&second.socket.local_addr().expect("bound").to_string()));
+    let mut told = Vec::new();
+    while let Taken::Item(observed) = events.take_blocking(Some(Duration::ZERO)) {
+        told.push(observed.event);
+    }
+    assert!(told.contains(&VehicleEvent::Contested), "{told:?}");
+    assert!(!told.contains(&VehicleEvent::Rebooted), "two clocks are no restart: {told:?}");
+    // The second had been heard before it was known for what it is: what went there then does not count.
+    let (_, _) = (first.heard(76), second.heard(76));
+    let _request = vehicle.request(Request::ReturnToLaunch);
+    in_time(async {
+        while first.heard(76) + first.heard(75) == 0 {
+            first.speak();
+            second.speak();
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    })
+    .await;
+    assert_eq!(second.heard(76) + second.heard(75), 0, "not to the other");
+    // A person chooses the other one.
+    assert!(vehicle.follow_rival());
+    assert!(matches!(vehicle.plan_state(vencejo_flight::plan::PlanKind::Mission), Some(vencejo_vehicle::PlanState::Unknown(_))));
+    let _request = vehicle.request(Request::ReturnToLaunch);
+    in_time(async {
+        while second.heard(76) + second.heard(75) == 0 {
+            second.speak();
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    })
+    .await;
+    station.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn another_station_with_our_address_is_told_and_our_own_echo_is_not() {
+    let station = start();
+    let there = listening(&station).await;
+    let peer = UdpSocket::bind("127.0.0.1:0").expect("a socket");
+    peer.connect(there).expect("connected");
+    peer.send(plane_heartbeat(9).bytes()).expect("sent");
+    // What we say comes back, twice each.
+    peer.set_read_timeout(Some(LIMIT)).expect("set");
+    let mut datagram = [0; 300];
+    for _ in 0..3 {
+        let size = peer.recv(&mut datagram).expect("we speak");
+        for _ in 0..2 {
+            peer.send(&datagram[..size]).expect("sent");
+        }
+    }
+    peer.send(plane_heartbeat(8).bytes()).expect("sent");
+    in_time(station.wait_vehicle(Some(SystemId(8))).wait()).await.expect("open").expect("heard");
+    assert_eq!(station.namesake(), None, "an echo is no station");
+    let begun = Instant::now();
+    for sequence in [200, 201] {
+        let heartbeat = Message::Heartbeat(Heartbeat { custom_mode: 7, ..Heartbeat::default() });
+        let header = Header { sequence, source: Address::new(255, 190), version: MavVersion::V2 };
+        peer.send(heartbeat.encode(header).bytes()).expect("sent");
+    }
+    in_time(async {
+        while station.namesake().is_none() {
+            tokio::task::yield_now().await;
+        }
+    })
+    .await;
+    assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
+    assert!(station.namesake().expect("told").1.contains(&peer.local_addr().expect("bound").to_string()));
     station.close().await;
 }

@@ -259,6 +259,15 @@ impl Vehicle {
         }
     }
 
+    /// Another vehicle has taken this one's place: nothing that is known holds any more.
+    pub fn on_replaced(&mut self, now: MonoTime) {
+        self.boot.reset();
+        self.timesync.forget_clock();
+        self.restarted_at = None;
+        self.on_restart(now, now);
+        self.pump(now);
+    }
+
     pub(super) fn on_restart(&mut self, since: MonoTime, now: MonoTime) {
         if self.restarted_at.is_some_and(|restarted| now.since(restarted) < RESTART_ONCE) {
             return;
