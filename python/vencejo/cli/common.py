@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from vencejo.plan import Finding
     from vencejo.vehicle import Vehicle
 
-DEFAULT_LINK: Final = "udpin:0.0.0.0:14550"
+DEFAULT_LINK: Final = "default"
+"""Stands for the link of those who name none: `vencejo.cli.listening` says what it is."""
 
 LinkOption = Annotated[
     str,
@@ -38,7 +39,8 @@ LinkOption = Annotated[
         "-l",
         metavar="LINK",
         envvar="VENCEJO_LINK",
-        help="Where the vehicle is, such as udpin:0.0.0.0:14550, tcp:127.0.0.1:5760 or /dev/ttyACM0,115200.",
+        help="Where the vehicle is, such as udpin:0.0.0.0:14550, tcp:127.0.0.1:5760 or /dev/ttyACM0,115200; the default "
+        "hears on UDP port 14550 whom `vencejo serve --listen` named, at first this machine alone.",
     ),
 ]
 SystemOption = Annotated[
@@ -243,6 +245,15 @@ def status(text: str) -> Iterator[None]:
         yield
 
 
+def real_link(link: str) -> str:
+    """The link that was named, or the one of those who name none."""
+    if link != DEFAULT_LINK:
+        return link
+    from vencejo.cli.listening import default_link
+
+    return default_link()
+
+
 @contextlib.contextmanager
 def vehicle_on(
     link: str,
@@ -256,6 +267,7 @@ def vehicle_on(
     """Connect to a vehicle, and close the link at the end."""
     from vencejo import connect
 
+    link = real_link(link)
     with status(f"Waiting for a vehicle on {link} …"):
         vehicle = connect(
             link,

@@ -21,6 +21,7 @@ from vencejo.cli.common import (
     duration,
     progress_bar,
     put_json,
+    real_link,
     stdout,
     table,
 )
@@ -59,7 +60,7 @@ def record(
         to.mkdir(parents=True, exist_ok=True)
     began = time.monotonic()
     with Station(
-        link,
+        real_link(link),
         rate_hz=rate,
         record=True if to is None else to,
         heartbeat=not listen_only,

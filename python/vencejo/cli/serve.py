@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from vencejo.cli.camera import CameraOption, for_ice, served_cameras
-from vencejo.cli.common import DEFAULT_LINK, ForwardOption, JsonOption, RecordOption, put_json, say
+from vencejo.cli.common import ForwardOption, JsonOption, RecordOption, put_json, say
 from vencejo.cli.ice import (
     IceAllowOption,
     IceConfigOption,
@@ -25,6 +25,7 @@ from vencejo.cli.ice import (
     ice_server,
     tell_ice,
 )
+from vencejo.cli.listening import ListenOption, default_link
 
 if TYPE_CHECKING:
     from vencejo.serve import Server
@@ -41,9 +42,11 @@ def serve(
             "-l",
             metavar="LINK",
             envvar="VENCEJO_LINK",
-            help="Where vehicles are, such as udpin:0.0.0.0:14550 (the default) or /dev/ttyACM0,115200; repeatable.",
+            help="Where vehicles are, such as udpin:0.0.0.0:14550 or /dev/ttyACM0,115200; repeatable. Without, they are "
+            "heard on UDP port 14550: see --listen.",
         ),
     ] = None,
+    listen: ListenOption = None,
     host: Annotated[
         str, typer.Option("--host", metavar="ADDRESS", help="Where to listen; 0.0.0.0 lets other machines in.")
     ] = "127.0.0.1",
@@ -100,7 +103,13 @@ def serve(
     On this machine everybody may use it. With another address, such as --host 0.0.0.0, browsers need a token: it is
     made at the first start, kept in the data folder, and shown with its whole address and a QR code.
 
+    Without --link, vehicles are heard on UDP port 14550. Who may send there is asked at the first start and kept; where
+    nobody can be asked it is this machine alone. --listen machine, network (and the private networks that this machine is
+    in) or everyone says it without being asked.
+
     Example: vencejo serve --link udpin:0.0.0.0:14550
+
+    Example: vencejo serve --listen network
 
     Example: vencejo serve --link /dev/ttyACM0,115200 --host 0.0.0.0
 
@@ -114,7 +123,7 @@ def serve(
     system_id, component_id = (255, 190) if on_board is None else (on_board, ON_BOARD_COMPONENT)
     with (
         Station(
-            *(link or [DEFAULT_LINK]),
+            *(link or [default_link(listen, ask=not json)]),
             system_id=system_id,
             component_id=component_id,
             rate_hz=rate,
