@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from vencejo import _native
+from vencejo._files import read_bounded
 from vencejo.errors import FileFormatError
 
 __all__ = ["load_params", "save_params"]
@@ -22,7 +23,7 @@ def load_params(path: str | os.PathLike[str]) -> dict[str, float]:
     """
     path = Path(path)
     try:
-        return dict(_native.parse_params(path.read_bytes()))
+        return dict(_native.parse_params(read_bounded(path)))
     except OSError as error:
         raise FileFormatError(f"{path}: {error.strerror or error}") from error
     except FileFormatError as error:

@@ -29,6 +29,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from vencejo import _native
+from vencejo._files import read_bounded
 from vencejo.errors import FileFormatError, PlanRefused
 
 __all__ = [
@@ -429,7 +430,7 @@ class Plan:
         """
         path = Path(path)
         try:
-            data = path.read_bytes()
+            data = read_bounded(path)
         except OSError as error:
             raise FileFormatError(f"{path}: {error.strerror or error}") from error
         try:

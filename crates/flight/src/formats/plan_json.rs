@@ -138,6 +138,51 @@ fn join(path: &str, key: &str) -> String {
 
 const ROOT: &str = "plan";
 
+/// Bytes that the values of a file may take when they are unfolded.
+const MAX_UNFOLDED: usize = 42 * 1024 * 1024;
+/// Objects and lists inside each other at most; plans need ten.
+const MAX_DEPTH: usize = 64;
+
+/// Looks through JSON before it is unfolded: values take many times the bytes that they are written with.
+///
+/// Counts what a value, a list, an object and a member take at most in `serde_json`: a list of one value makes room for four, an
+/// object for eleven. What is no JSON is counted as well as can be, and refused by who reads it.
+fn check_size(text: &str) -> Result<()> {
+    const VALUE: usize = 3 * size_of::<Value>();
+    const LIST: usize = 4 * size_of::<Value>();
+    const OBJECT: usize = 11 * (size_of::<String>() + size_of::<Value>()) + 32;
+    const MEMBER: usize = OBJECT / 5;
+    let (mut bytes, mut depth, mut is_text, mut is_escaped) = (VALUE, 0_usize, false, false);
+    for byte in text.bytes() {
+        if is_text {
+            bytes += 1;
+            is_text = is_escaped || byte != b'"';
+            is_escaped = !is_escaped && byte == b'\\';
+            continue;
+        }
+        match byte {
+            b'"' => is_text = true,
+            b',' => bytes += VALUE,
+            b':' => bytes += MEMBER,
+            b'[' => (bytes, depth) = (bytes + VALUE + LIST, depth + 1),
+            b'{' => (bytes, depth) = (bytes + VALUE + OBJECT, depth + 1),
+            b']' | b'}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if depth > MAX_DEPTH {
+            return Err(FlightError::BadFile(format!(
+                "the file is more than {MAX_DEPTH} lists and objects deep, which no plan is; choose another"
+            )));
+        }
+        if bytes > MAX_UNFOLDED {
+            return Err(FlightError::BadFile(
+                "the file holds more values than a plan that can be read; save it without surveys' previews, or split it".into(),
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// Reads a plan.
 ///
 /// `DO_JUMP` targets, which the file gives as `doJumpId`, become the seq of the item that they mean.
@@ -145,7 +190,9 @@ const ROOT: &str = "plan";
 /// # Errors
 /// [`FlightError::BadJson`] with the JSON path, [`FlightError::BadFile`] when it is no text file.
 pub fn read_plan_json(bytes: &[u8]) -> Result<PlanFile> {
-    let value: Value = serde_json::from_str(text_of(bytes)?).map_err(|error| FlightError::BadJson {
+    let text = text_of(bytes)?;
+    check_size(text)?;
+    let value: Value = serde_json::from_str(text).map_err(|error| FlightError::BadJson {
         path: format!("line {}, column {}", error.line(), error.column()),
         problem: format!("is not JSON ({error}); the file is damaged or cut short, save the plan again"),
     })?;
