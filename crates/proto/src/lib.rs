@@ -33,6 +33,7 @@ mod layouts;
 mod message;
 pub mod param;
 pub mod plan_file;
+mod signing;
 mod time;
 pub mod wire;
 
@@ -42,6 +43,7 @@ pub use frame::{DecodeError, Frame, Header, MavVersion, Target};
 pub use ids::{Address, ComponentId, MissionSeq, SystemId};
 pub use info::{message_id_of, message_name};
 pub use message::Message;
+pub use signing::{KeyUse, Signature, SignatureFault, SigningKey, SigningTime, TimeExhausted};
 pub use time::MonoTime;
 pub use wire::{
     CommandAck, CommandInt, CommandLong, Heartbeat, MissionAck, MissionItemFloat, MissionItemInt, StatusText,
