@@ -56,6 +56,7 @@ class DoubleAutopilot:
         self.alt_rel_home_m = 0.0
         self.landed_state = LandedState.ON_GROUND
         self.settled = False
+        self.in_landing = False
         self._steps = 0
         self._events: list[Event] = []
 
@@ -149,6 +150,7 @@ class DoubleAutopilot:
             mission_current=self.current,
             mission_total=total,
             mission_state=MissionState.NOT_STARTED if total else MissionState.NO_MISSION,
+            mission_in_landing=self.in_landing,
             ekf_flags=831 if self.settled else 1024,
             ekf_velocity_variance=0.006,
             ekf_pos_horiz_variance=0.006,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
@@ -16,7 +17,9 @@ from vencejo.sim.autopilot.interface import (
     RallyPoint,
     RepositionTarget,
     StatusText,
+    StoredItem,
 )
+from vencejo.sim.autopilot.names import Cmd
 from vencejo.sim.autopilot.testing import item
 
 from tests.sim.flying import (
@@ -432,11 +435,67 @@ def test_a_mission_cleared_in_flight_ends_in_rtl() -> None:
     flight.plane.set_mode(Mode.AUTO)
     flight.plane.arm()
     flight.run(40)
-    flight.plan.mission = ()
-    flight.plan.mission_revision += 1
+    remove_mission(flight)
     flight.run(30)
     assert flight.plane.armed
     assert flight.plane.est.alt_m > 630.0
+    assert flight.plane.mode.number is Mode.RTL
+
+
+def remove_mission(flight: Flight, following: Sequence[StoredItem] = ()) -> None:
+    """As MISSION_CLEAR_ALL does, and a mission that comes as a file before it takes its place."""
+    flight.plan.mission = tuple(following)
+    flight.plan.mission_clears += 1
+    flight.plan.mission_revision += 1
+
+
+def landed(*, land_start: bool) -> Flight:
+    """A plane that has flown its mission and disarmed itself in AUTO, at the landing."""
+    approach = at(3, Cmd.DO_LAND_START, 0, 450, 40.0) if land_start else waypoint(3, 0, 450, 40.0)
+    way = [at(1, Cmd.NAV_TAKEOFF, 0, -200, 40.0, 15.0), waypoint(2, 150, -200, 45.0), approach]
+    flight = fly_mission(mission(*way, waypoint(4, 0, 400, 35.0), at(5, Cmd.NAV_LAND, 0, 0, 0.0)))
+    assert "Auto disarmed" in flight.texts
+    flight.events.clear()
+    return flight
+
+
+@pytest.mark.parametrize("land_start", [True, False], ids=["land start", "without"])
+def test_after_a_landing_in_auto_it_stands_in_the_landing_sequence(land_start: bool) -> None:
+    """AP_Arming_Plane::pre_arm_checks, Mode::enter, ModeAuto::_exit and update, AP_Mission::clear."""
+    flight = landed(land_start=land_start)
+    plane = flight.plane
+    assert plane.snapshot().mission_in_landing
+    # Armed all the same it disarms at once: the landing is over, and it has not flown since.
+    assert plane.arm(force=True) is MavResult.ACCEPTED
+    flight.run(0.2)
+    assert (plane.armed, flight.texts[-2:]) == (False, ["Throttle disarmed", "Auto disarmed"])
+    # Its mission is replaced: AUTO has nothing to run, and RTL does not arm.
+    again = tuple(flight.plan.mission)
+    remove_mission(flight, again)
+    flight.run(0.2)
+    assert "Aircraft in auto without a running mission" in flight.texts
+    assert (plane.mode.number, plane.snapshot().mission_current) == (Mode.RTL, 0)
+    assert plane.snapshot().mission_state is MissionState.NOT_STARTED
+    assert plane.arm() is MavResult.FAILED
+    # MANUAL arms, and AUTO begins at the beginning.
+    plane.set_mode(Mode.MANUAL)
+    assert "In landing sequence: mission reset" in [
+        event.text for event in plane.events() if isinstance(event, StatusText)
+    ]
+    assert plane.arm() is MavResult.ACCEPTED
+    plane.set_mode(Mode.AUTO)
+    flight.run(30.0, lambda: plane.mission.current_seq == 2)
+    assert (plane.mission.current_seq, plane.is_flying) == (2, True)
+
+
+def test_a_stick_mode_leaves_the_landing_sequence_only_where_it_is_one() -> None:
+    """Without DO_LAND_START the mission stands at the waypoint before, and would go on from there."""
+    for land_start, current in ((True, 0), (False, 4)):
+        flight = landed(land_start=land_start)
+        flight.plane.set_mode(Mode.FBWA)
+        assert (flight.plane.mission.current_seq, flight.plane.snapshot().mission_in_landing) == (current, False)
+        flight.plane.set_mission_current(0)
+        assert flight.plane.mission.current_seq == 1
 
 
 def test_events_are_bounded() -> None:

@@ -207,6 +207,9 @@ def test_prearm_waits_for_the_estimator_and_the_mode() -> None:
     double(world).set_mode(Mode.RTL)
     world.advance(0.02)
     assert double(world).prearm() == ["RTL mode not armable"]
+    double(world).in_landing = True
+    world.advance(0.02)
+    assert double(world).prearm() == ["In landing sequence", "RTL mode not armable"]
     double(world).reboot()
     world.advance(0.02)
     assert double(world).prearm() == ["AHRS: not using configured AHRS type", "GPS 1: Bad fix"]

@@ -43,7 +43,10 @@ def test_the_recorded_mission_is_the_same_story() -> None:
     recorded = [entry.message for entry in read("arduplane-takeoff-to-landing.tlog")]
     told = story(recorded)
     assert len(told) > 25
-    assert story(heard) == told
+    ours = story(heard)
+    assert ours[: len(told)] == told
+    # The recording ends with the disarming; from then on the checks tell every half minute why it does not arm again.
+    assert set(ours[len(told) :]) <= {"PreArm: In landing sequence"}
 
     def reached(messages: list[Any]) -> set[int]:
         return {m.seq for m in messages if m.get_type() == "MISSION_ITEM_REACHED"}

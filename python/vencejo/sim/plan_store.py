@@ -301,6 +301,10 @@ class _ListStore:
     def __init__(self) -> None:
         self._items: list[WireItem] = []
         self.revision = 0
+        self.clears = 0
+        """How often all of it was removed."""
+        self.may_clear: Callable[[], bool] = lambda: True
+        """Answers whether all of it may be removed now."""
 
     def __len__(self) -> int:
         return len(self._items)
@@ -333,9 +337,14 @@ class _ListStore:
     def abandon(self) -> None:
         """The upload was given up; what arrived stays."""
 
-    def clear(self) -> None:
-        """Forget all items."""
-        self.truncate(0)
+    def clear(self) -> bool:
+        """Forget all items; False when that may not be now."""
+        if not self.may_clear():
+            return False
+        self.clears += 1
+        self.revision += 1
+        self._items.clear()
+        return True
 
     def read(self, seq: int) -> WireItem | None:
         """An item as the station reads it back, None when there is none."""
@@ -480,10 +489,11 @@ class FenceStore:
         """Forget what was staged."""
         self._staged = None
 
-    def clear(self) -> None:
+    def clear(self) -> bool:
         """Forget the fence."""
         self.begin(0)
         self.complete()
+        return True
 
     def read(self, seq: int) -> WireItem | None:
         """An item as the station reads it back."""
@@ -581,6 +591,11 @@ class PlanStore:
     def mission_revision(self) -> int:
         """Grows with every change of the mission."""
         return self.mission_store.revision
+
+    @property
+    def mission_clears(self) -> int:
+        """How often the whole mission was removed: by MISSION_CLEAR_ALL, or before one that came as a file."""
+        return self.mission_store.clears
 
     @property
     def rally(self) -> Sequence[RallyPoint]:

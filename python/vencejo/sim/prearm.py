@@ -24,6 +24,10 @@ _REQUIRED_ITEMS = (
 """Bits of ARMING_MIS_ITEMS, the commands that satisfy them, and how a missing one is named."""
 
 
+_EVERYTHING = -1
+"""ARMING_SKIPCHK that skips all that may be skipped."""
+
+
 class _Skip:
     """Bits of ARMING_SKIPCHK."""
 
@@ -72,6 +76,8 @@ class PrearmChecks:
         found += self._fence.prearm()
         if not skip & _Skip.PARAMETERS:
             found += self._parameters()
+        if skip != _EVERYTHING and now.mission_in_landing:
+            found.append("In landing sequence")
         if now.mode is Mode.RTL:
             found.append("RTL mode not armable")
         return found

@@ -677,6 +677,9 @@ class Autopilot:
             self.throttle_suppressed = False
         self._events.append(ModeChanged(mode, reason))
         self.mode.enter()
+        if self.mission.in_landing_sequence and not self.is_flying and not self.armed and not self.mode.navigates:
+            self.say(Severity.INFO, "In landing sequence: mission reset")
+            self.mission.reset()
 
     def enter_auto_to_land(self) -> None:
         """From RTL into the landing sequence that the mission was just set to."""
@@ -1104,6 +1107,8 @@ class Autopilot:
             mission_current=self.mission.current_seq,
             mission_total=self.mission.total,
             mission_state=self._mission_state(),
+            mission_in_landing=self.mission.in_landing_sequence
+            and not self.mission.starts_with_takeoff(restart=self.tune["MIS_RESTART"] == 1),
             ekf_flags=self._ekf_flags(),
             ekf_velocity_variance=0.02,
             ekf_pos_horiz_variance=0.03,

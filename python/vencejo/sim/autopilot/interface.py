@@ -243,6 +243,11 @@ class PlanView(Protocol):
         ...
 
     @property
+    def mission_clears(self) -> int:
+        """How often the whole mission was removed: by MISSION_CLEAR_ALL, or before one that came as a file."""
+        ...
+
+    @property
     def rally(self) -> Sequence[RallyPoint]:
         """Stored rally points."""
         ...
@@ -432,6 +437,8 @@ class Snapshot:
     mission_total: int
     """Items without home, as MISSION_CURRENT.total."""
     mission_state: MissionState
+    mission_in_landing: bool
+    """In a landing sequence, and the next command is no take-off: nothing to arm for."""
 
     # estimator health
     ekf_flags: int

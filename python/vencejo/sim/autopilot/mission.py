@@ -76,6 +76,7 @@ class MissionRunner:
         self._plan = plan
         self._host = host
         self._revision = plan.mission_revision
+        self._clears = plan.mission_clears
         self.state = RunState.STOPPED
         self.nav: StoredItem | None = None
         self.in_landing_sequence = False
@@ -116,9 +117,9 @@ class MissionRunner:
             seq = item.seq + 1
         return None
 
-    def starts_with_takeoff(self) -> bool:
-        """True when the next navigation command is a take-off."""
-        start = self.current_seq if self.nav is not None else _FIRST
+    def starts_with_takeoff(self, *, restart: bool) -> bool:
+        """True when the next navigation command is a take-off; with ``restart`` that of the mission's beginning."""
+        start = _FIRST if restart or self.nav is None else self.nav.seq
         for _ in range(16):
             item = self.next_nav(start)
             if item is None:
@@ -134,7 +135,7 @@ class MissionRunner:
 
     def start_or_resume(self, *, restart: bool) -> None:
         """Enter AUTO: go on where the mission was, or from the beginning."""
-        if restart or self.state is RunState.COMPLETE or self.nav is None:
+        if restart or self.state is RunState.COMPLETE or self.nav is None or self.nav.seq >= len(self._plan.mission):
             self._start()
             return
         self.state = RunState.RUNNING
@@ -190,13 +191,17 @@ class MissionRunner:
         return reached
 
     def notice_change(self) -> bool:
-        """Forget the command that was flown when the mission was cleared; True when the mission changed."""
+        """Stop and forget the command that was flown when the mission was removed; True when the mission changed."""
         revision = self._plan.mission_revision
         if revision == self._revision:
             return False
         self._revision = revision
-        if self.total == 0:
-            self.reset()
+        clears = self._plan.mission_clears
+        if clears != self._clears:
+            self._clears = clears
+            # AP_Mission::clear. That it was landing it does not forget, nor its jumps.
+            self.nav = self._do = None
+            self._nav_loaded = self._do_loaded = False
             self.state = RunState.STOPPED
         return True
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from .geo import Spot, bearing_rad, distance_m, wrap_pi
 from .interface import Mode, Severity
+from .mission import RunState
 from .names import Cmd
 
 if TYPE_CHECKING:
@@ -23,6 +24,8 @@ class FlightMode:
     """The autopilot, not the stick, moves the throttle."""
     stick = False
     """The pilot's sticks matter from step to step."""
+    navigates = False
+    """The autopilot chooses the way (ArduPlane's ``does_auto_navigation``)."""
     armable = True
 
     def __init__(self, ap: Autopilot) -> None:
@@ -159,6 +162,7 @@ class CircleMode(FlightMode):
 
     number = Mode.CIRCLE
     auto_throttle = True
+    navigates = True
     armable = False
 
     def enter(self) -> None:
@@ -179,6 +183,7 @@ class LoiterMode(FlightMode):
 
     number = Mode.LOITER
     auto_throttle = True
+    navigates = True
     armable = False
 
     def enter(self) -> None:
@@ -200,6 +205,7 @@ class RtlMode(FlightMode):
 
     number = Mode.RTL
     auto_throttle = True
+    navigates = True
     armable = False
 
     def __init__(self, ap: Autopilot) -> None:
@@ -244,6 +250,7 @@ class GuidedMode(FlightMode):
 
     number = Mode.GUIDED
     auto_throttle = True
+    navigates = True
 
     def __init__(self, ap: Autopilot) -> None:
         super().__init__(ap)
@@ -304,6 +311,7 @@ class TakeoffMode(FlightMode):
 
     number = Mode.TAKEOFF
     auto_throttle = True
+    navigates = True
 
     def __init__(self, ap: Autopilot) -> None:
         super().__init__(ap)
@@ -370,6 +378,7 @@ class AutoMode(FlightMode):
 
     number = Mode.AUTO
     auto_throttle = True
+    navigates = True
 
     def enter(self) -> None:
         ap = self._ap
@@ -378,10 +387,12 @@ class AutoMode(FlightMode):
 
     def leave(self) -> None:
         ap = self._ap
-        ap.mission.stop()
-        if ap.landing.active:
-            ap.landing.end()
-            ap.mission.restart_landing(ap.distance_to_item)
+        is_landing = ap.landing.active
+        ap.landing.end()
+        if ap.mission.state is RunState.RUNNING:
+            ap.mission.stop()
+            if is_landing:
+                ap.mission.restart_landing(ap.distance_to_item)
         ap.nav.hold_course_rad = None
 
     def navigate(self) -> None:
@@ -391,6 +402,11 @@ class AutoMode(FlightMode):
 
     def update(self) -> None:
         ap = self._ap
+        if ap.mission.state is not RunState.RUNNING:
+            # Its mission was removed, or a landing could not be restarted.
+            ap.change_mode(Mode.RTL, "mission end")
+            ap.say(Severity.INFO, "Aircraft in auto without a running mission")
+            return
         item = ap.mission.nav
         command = None if item is None else item.command
         if command == Cmd.NAV_TAKEOFF and not ap.commands.takeoff_complete:

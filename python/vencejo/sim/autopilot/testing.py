@@ -33,6 +33,7 @@ class FixedPlan:
         self.mission: Sequence[StoredItem] = tuple(mission)
         self.rally: Sequence[RallyPoint] = tuple(rally)
         self.mission_revision = 0
+        self.mission_clears = 0
 
 
 def item(

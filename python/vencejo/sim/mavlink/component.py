@@ -17,6 +17,7 @@ from vencejo.sim.autopilot.interface import (
     MavResult,
     MissionCurrentChanged,
     MissionItemReached,
+    MissionState,
     Mode,
     ModeChanged,
     RepositionTarget,
@@ -101,6 +102,7 @@ class PlaneComponent:
         self.fence = FenceMonitor(self.params, self.plans.fence_store)
         self._snapshot: Snapshot | None = None
         self.autopilot = (autopilot or _default_autopilot)(config, self.params, self.plans, lambda: self._prearm())
+        self.plans.mission_store.may_clear = self._mission_may_go
         self._prearm = PrearmChecks(self.params, self.plans, self.fence, self.snapshot)
         self._unix_us_at_boot = round((time.time() if unix_s_at_boot is None else unix_s_at_boot) * 1e6)
 
@@ -217,6 +219,11 @@ class PlaneComponent:
     def now_us(self) -> int:
         """Simulated time since boot in microseconds."""
         return round(self.autopilot.time_s * 1e6)
+
+    def _mission_may_go(self) -> bool:
+        """Not the mission that is being flown (AP_Mission::clear)."""
+        now = self.snapshot()
+        return not (now.armed and now.mission_state is MissionState.ACTIVE)
 
     def _now_s(self) -> float:
         return self.autopilot.time_s

@@ -184,9 +184,8 @@ class VirtualFiles:
         keep = bool(options & _NO_CLEAR)
         if keep and kind.number != 0:
             return False
-        if not keep:
-            if kind.number != 1:  # a fence is replaced when the new one is whole
-                store.clear()
+        # A fence is replaced when the new one is whole. What may not be cleared is written over, and its tail stays.
+        if not keep and (kind.number == 1 or store.clear()):
             store.begin(count)
         for item in items:
             if kind.number == 0 and item.command == 177:

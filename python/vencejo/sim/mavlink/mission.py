@@ -45,8 +45,9 @@ class PlanItems(Protocol):
     def abandon(self) -> None:
         """Give the upload up."""
 
-    def clear(self) -> None:
-        """Forget all items."""
+    def clear(self) -> bool:
+        """Forget all items; False when that may not be now."""
+        ...
 
     def read(self, seq: int) -> WireItem | None:
         """Read an item back, None when there is none."""
@@ -274,8 +275,7 @@ class PlanProtocol:
             return
         if not self._cancel(peer):
             return
-        self._store.clear()
-        self._ack(peer, MissionResult.ACCEPTED)
+        self._ack(peer, MissionResult.ACCEPTED if self._store.clear() else MissionResult.ERROR)
 
     def tick(self) -> None:
         """Ask again, or give up."""
