@@ -14,7 +14,7 @@ from vencejo.sim.autopilot.interface import CameraTriggered, HomeChanged, MavRes
 from vencejo.sim.autopilot.names import AT_ONCE, is_nav, word
 from vencejo.sim.autopilot.testing import item
 
-from tests.sim.flying import CAPTURES, Flight, at, fly_mission, make, mission, waypoint
+from tests.sim.flying import CAPTURES, Flight, airborne, at, fly_mission, make, mission, waypoint
 
 TAKEOFF = at(0, 22, 0, -300, 50, 12)
 LANDING = (waypoint(0, 0, 700, 40), at(0, 21, 0, 60, 0))
@@ -109,6 +109,17 @@ def test_loiter_unlimited_stays() -> None:
     late = radii(flight, 2, 0, -700)[-200:]
     assert max(late) - min(late) < 15.0
     assert abs(sum(late) / len(late) - 90 * flight.plane.est.eas_to_tas**2) < 12.0
+
+
+def test_a_take_off_levels_out_at_the_height_that_was_asked() -> None:
+    in_auto = flown(waypoint(0, 0, -600, 50), until="Takeoff complete")
+    in_auto.run(15.0)
+    by_mode = airborne()
+    by_mode.run(15.0)
+    for flight in (in_auto, by_mode):
+        heights = [height for *_, height in flight.track]
+        assert max(heights) < 56.0
+        assert heights[-1] == pytest.approx(50.0, abs=3.0)
 
 
 def test_take_off_holds_its_course_and_its_least_pitch() -> None:

@@ -357,7 +357,7 @@ class TakeoffMode(FlightMode):
             return
         if self.climbing:
             high = ap.here().alt_m >= nav.next.alt_m - 2.0
-            if high or distance_m(self._start, ap.here()) >= dist:
+            if high or ap.climbout.is_level or distance_m(self._start, ap.here()) >= dist:
                 self.climbing = False
                 nav.target_alt_m = nav.next.alt_m
             else:

@@ -31,6 +31,7 @@ class Takeoff:
         self._reported_s = -10.0
         self._fast_since_s: float | None = None
         self._level_off_m: float | None = None
+        self._level_off_s: float | None = None
         self._start_alt_m = 0.0
         self._triggered_s: float | None = None
         self._thrown = False
@@ -40,7 +41,7 @@ class Takeoff:
         self.pitch_deg = pitch_deg
         self.altitude_rel_m = altitude_rel_m
         self._fast_since_s = None
-        self._level_off_m = None
+        self._level_off_m = self._level_off_s = None
         self._start_alt_m = self._ap.here().alt_m
 
     def reset(self) -> None:
@@ -123,12 +124,13 @@ class Takeoff:
         else:
             ap.pilot.fly_heading(nav.hold_course_rad)
         reached = self.altitude_rel_m is not None and ap.alt_rel_home_m > self.altitude_rel_m
-        if reached:
-            ap.say(Severity.INFO, f"Takeoff complete at {ap.alt_rel_home_m:.2f}m")
-            nav.hold_course_rad = None
-            nav.stay()
-            nav.next_crosstrack = False
-        return reached
+        if not reached and not self.is_level:
+            return False
+        ap.say(Severity.INFO, f"Takeoff complete at {ap.alt_rel_home_m:.2f}m")
+        nav.hold_course_rad = None
+        nav.stay()
+        nav.next_crosstrack = False
+        return True
 
     # control
 
@@ -144,7 +146,12 @@ class Takeoff:
             ap.pilot.fly_pitch(0.0, ap.throttle_ramp(throttle))
             return
         low = self._pitch_min_deg()
-        high = max(low, min(tune["PTCH_LIM_MAX_DEG"], tune["TECS_PITCH_MAX"] or tune["PTCH_LIM_MAX_DEG"]))
+        # Nose and throttle come down with the height that is left. ArduPlane lowers its least pitch only: at full throttle it
+        # climbs on to hold its speed, and comes back (62.7 m for 50 in guided-flight.tlog).
+        left = self._left()
+        high = max(low, min(tune["PTCH_LIM_MAX_DEG"], tune["TECS_PITCH_MAX"] or tune["PTCH_LIM_MAX_DEG"]) * left)
+        cruise = min(throttle, tune["TRIM_THROTTLE"] * 0.01)
+        throttle = cruise + (throttle - cruise) * left
         ap.pilot.fly_energy(
             ap.home.alt_m + (self.altitude_rel_m or 0.0),
             ap.target_airspeed_m_s(),
@@ -161,11 +168,29 @@ class Takeoff:
         seconds = ap.tune["TKOFF_PLIM_SEC"]
         climb = -ap.est.velocity_d_m_s
         if self._level_off_m is not None:
-            return self.pitch_deg * max(0.0, min(1.0, remaining / self._level_off_m))
+            return self.pitch_deg * self._left()
         if seconds > 0 and climb > 0.1 and ap.alt_rel_home_m >= 10.0 and 0 < remaining / climb <= seconds:
             self._level_off_m = max(0.1, remaining)
+            self._level_off_s = ap.time_s
             ap.say(Severity.INFO, f"Takeoff level-off starting at {int(remaining)}m")
         return self.pitch_deg
+
+    def _left(self) -> float:
+        """Part of the level-off that is still to be climbed; 1 before it."""
+        if self._level_off_m is None:
+            return 1.0
+        remaining = (self.altitude_rel_m or 0.0) - self._ap.alt_rel_home_m
+        return max(0.0, min(1.0, remaining / self._level_off_m))
+
+    @property
+    def is_level(self) -> bool:
+        """The level-off has had its time, and the last metres are climbed in cruise (Plane::check_takeoff_timeout_level_off).
+
+        ArduPlane gives it TKOFF_PLIM_SEC at its full climb rate; here the climb ends with it, so its mean is half of that.
+        """
+        if self._level_off_s is None:
+            return False
+        return self._ap.time_s - self._level_off_s > 2.0 * self._ap.tune["TKOFF_PLIM_SEC"]
 
     def bank_limit_deg(self, full_deg: float) -> float:
         """Bank limit: LEVEL_ROLL_LIMIT near the ground, all of it at three times TKOFF_LVL_ALT."""
