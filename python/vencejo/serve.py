@@ -24,7 +24,7 @@ from vencejo.errors import InvalidRequest
 from vencejo.station import Station, default_record_dir
 from vencejo.video import VideoFeed, default_video_dir
 
-__all__ = ["Operator", "Server", "Tokens", "default_maps_folder", "default_token_file", "has_app"]
+__all__ = ["Operator", "Server", "Tokens", "default_maps_folder", "default_token_file", "has_app", "renew_tokens"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +49,26 @@ def default_token_file() -> Path:
 def default_maps_folder() -> Path:
     """Where map sources, their cache and offline areas are kept: `maps` in the data folder."""
     return default_record_dir().parent / "maps"
+
+
+def renew_tokens(path: str | os.PathLike[str] | None = None, *, viewer: bool = True, operator: bool = True) -> Tokens:
+    """Make new tokens. A running server takes them within seconds, and ends the sessions that the old ones opened.
+
+    Parameters
+    ----------
+    path : path, optional
+        Their file. Default `default_token_file`.
+    viewer, operator : bool, optional
+        Which of the two is to be another.
+
+    Raises
+    ------
+    VencejoError
+        When the file cannot be read or written.
+    """
+    file = os.fspath(path) if path is not None else str(default_token_file())
+    viewers, operators = _native.renew_tokens(file, viewer, operator)
+    return Tokens(viewer=viewers, operator=operators)
 
 
 def has_app() -> bool:

@@ -1,9 +1,10 @@
 //! The HTTP and WebSocket server for Python: starts and ends it, on the station's runtime.
 
 use std::net::SocketAddr;
+use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use vencejo_server::{Operator, Server, ServerConfig};
+use vencejo_server::{Operator, Server, ServerConfig, Tokens};
 
 use crate::station::PyStation;
 use crate::video::{self, PyVideoFeed};
@@ -13,7 +14,16 @@ use crate::{errors, runtime};
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyServer>()?;
     module.add_class::<PyOperator>()?;
+    module.add_function(wrap_pyfunction!(renew_tokens, module)?)?;
     module.add_function(wrap_pyfunction!(has_app, module)?)
+}
+
+/// Makes new tokens in a file, for viewers, operators or both; gives back the viewer's and the operator's that hold then.
+#[pyfunction]
+fn renew_tokens(py: Python<'_>, path: PathBuf, viewer: bool, operator: bool) -> PyResult<(String, String)> {
+    let renewed = py.detach(|| Tokens::renew(&path, viewer, operator));
+    let tokens = renewed.map_err(|error| errors::raise("VencejoError", format!("{}: {error}", path.display())))?;
+    Ok((tokens.viewer, tokens.operator))
 }
 
 /// Whether the web app is in this build.
@@ -72,7 +82,7 @@ impl PyServer {
 
     /// The viewer's and the operator's token.
     fn tokens(&self) -> Option<(String, String)> {
-        self.server.tokens().map(|tokens| (tokens.viewer.clone(), tokens.operator.clone()))
+        self.server.tokens().map(|tokens| (tokens.viewer, tokens.operator))
     }
 
     #[getter]

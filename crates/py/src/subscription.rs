@@ -191,6 +191,8 @@ fn event_tuple<'py>(
         }
         VehicleEvent::HomeChanged => "home",
         VehicleEvent::StreamsFellBack => "streams_fell_back",
+        VehicleEvent::Contested => "contested",
+        VehicleEvent::Uncontested => "uncontested",
         _ => "other",
     };
     Ok((kind, seconds(at), detail).into_pyobject(py)?.into_any())

@@ -1,19 +1,19 @@
-//! Who may talk to the server: `Host` and `Origin` checks, tokens, and the headers that keep a page to itself.
+//! Who may talk to the server: `Host` and `Origin` checks, cookies, and the headers that keep a page to itself.
 
-use std::io::{self, Write};
+use std::io;
 use std::net::{IpAddr, SocketAddr};
-use std::path::Path;
 
-use axum::extract::{Request, State};
+use axum::extract::{ConnectInfo, Request, State};
 use axum::http::uri::Authority;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
-use serde::{Deserialize, Serialize};
 
-use crate::dto::{Cause, Role};
+use crate::door::Caller;
+use crate::dto::Cause;
 use crate::problem::Problem;
 use crate::state::App;
+use crate::tokens::TokenStore;
 
 /// Random bytes of a token or session secret: 128 bits.
 const SECRET_BYTES: usize = 16;
@@ -35,80 +35,6 @@ const HEADERS: [(HeaderName, &str); 7] = [
     (HeaderName::from_static("permissions-policy"), "camera=(), microphone=(), geolocation=(self)"),
 ];
 
-/// The tokens of a server, one for each role.
-#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Tokens {
-    /// For those who look.
-    pub viewer: String,
-    /// For those who command.
-    pub operator: String,
-}
-
-impl std::fmt::Debug for Tokens {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("Tokens(…)")
-    }
-}
-
-impl Tokens {
-    /// New random ones.
-    ///
-    /// # Errors
-    /// When the system has no random numbers.
-    pub fn random() -> io::Result<Self> {
-        Ok(Self { viewer: random_secret()?, operator: random_secret()? })
-    }
-
-    /// Those of a file; it is made, readable by its owner alone, when it is not there.
-    ///
-    /// # Errors
-    /// When the file cannot be read or written, or holds something else.
-    pub fn load_or_create(path: &Path) -> io::Result<Self> {
-        match std::fs::read(path) {
-            Ok(bytes) => {
-                restrict(path)?;
-                let tokens: Self = serde_json::from_slice(&bytes).map_err(io::Error::other)?;
-                let is_long = |token: &String| token.len() >= SECRET_BYTES * 2;
-                if is_long(&tokens.viewer) && is_long(&tokens.operator) && tokens.viewer != tokens.operator {
-                    return Ok(tokens);
-                }
-                Err(io::Error::other("the tokens are too short or the same; remove the file and new ones are made"))
-            }
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                let tokens = Self::random()?;
-                if let Some(folder) = path.parent() {
-                    std::fs::create_dir_all(folder)?;
-                }
-                let mut options = std::fs::OpenOptions::new();
-                options.write(true).create_new(true);
-                #[cfg(unix)]
-                std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-                let mut file = options.open(path)?;
-                file.write_all(&serde_json::to_vec_pretty(&tokens).map_err(io::Error::other)?)?;
-                file.sync_all()?;
-                Ok(tokens)
-            }
-            Err(error) => Err(error),
-        }
-    }
-
-    /// The role that a token gives.
-    pub fn role(&self, token: &str) -> Option<Role> {
-        // Both are compared, whole, so that the time tells nothing.
-        let (operator, viewer) = (same(token, &self.operator), same(token, &self.viewer));
-        if operator { Some(Role::Operator) } else { viewer.then_some(Role::Viewer) }
-    }
-}
-
-/// Takes a file away from everybody but its owner.
-fn restrict(path: &Path) -> io::Result<()> {
-    #[cfg(unix)]
-    std::fs::set_permissions(path, std::os::unix::fs::PermissionsExt::from_mode(0o600))?;
-    #[cfg(not(unix))]
-    let _ = path;
-    Ok(())
-}
-
 /// A random secret in hexadecimal digits.
 ///
 /// # Errors
@@ -120,7 +46,7 @@ pub fn random_secret() -> io::Result<String> {
 }
 
 /// Whether two texts are the same, in a time that does not depend on where they differ.
-fn same(left: &str, right: &str) -> bool {
+pub fn same(left: &str, right: &str) -> bool {
     let (left, right) = (left.as_bytes(), right.as_bytes());
     left.len() == right.len() && left.iter().zip(right).fold(0, |sum, (a, b)| sum | (a ^ b)) == 0
 }
@@ -129,7 +55,7 @@ fn same(left: &str, right: &str) -> bool {
 #[derive(Debug, Clone)]
 pub struct Access {
     /// `None`: everybody on this machine is an operator.
-    pub tokens: Option<Tokens>,
+    pub tokens: Option<TokenStore>,
     /// Where the server listens.
     pub bound: SocketAddr,
     /// Whether it speaks TLS.
@@ -222,6 +148,14 @@ fn host_of(authority: &str) -> Option<&str> {
 /// Checks where each request comes from, and puts the headers on each answer.
 pub async fn guard(State(app): State<App>, request: Request, next: Next) -> Response {
     let is_api = request.uri().path().starts_with("/api/");
+    if let Some(ConnectInfo(Caller { connection, .. })) = request.extensions().get() {
+        connection.asked();
+        if !connection.has_session()
+            && app.access().cookie(request.headers()).is_some_and(|it| app.sessions().knows(it))
+        {
+            connection.showed_session();
+        }
+    }
     let mut response = match app.access().check(request.uri(), request.headers()) {
         Ok(()) => next.run(request).await,
         Err(problem) => problem.into_response(),
@@ -320,32 +254,6 @@ mod tests {
         assert!(access.check(&Uri::from_static("http://127.0.0.1/"), &headers).is_err(), "two that differ");
         headers.append(header::HOST, HeaderValue::from_static("evil.example"));
         assert!(access.check(&path, &headers).is_err());
-    }
-
-    #[test]
-    fn tokens_are_kept_for_their_owner_alone() {
-        let folder = std::env::temp_dir().join(format!("vencejo-tokens-{}", random_secret().expect("random")));
-        let path = folder.join("access.json");
-        let made = Tokens::load_or_create(&path).expect("made");
-        assert_eq!(Tokens::load_or_create(&path).expect("read"), made);
-        assert_ne!(made.viewer, made.operator);
-        assert_eq!(made.role(&made.viewer), Some(Role::Viewer));
-        assert_eq!(made.role(&made.operator), Some(Role::Operator));
-        assert_eq!(made.role(""), None);
-        assert_eq!(made.role(&made.operator[1..]), None);
-        assert!(!format!("{made:?}").contains(&made.operator));
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            let mode = |path: &Path| std::fs::metadata(path).expect("there").permissions().mode() & 0o777;
-            assert_eq!(mode(&path), 0o600);
-            std::fs::set_permissions(&path, PermissionsExt::from_mode(0o644)).expect("set");
-            Tokens::load_or_create(&path).expect("read");
-            assert_eq!(mode(&path), 0o600);
-        }
-        std::fs::write(&path, r#"{"viewer": "a", "operator": "b"}"#).expect("written");
-        assert!(Tokens::load_or_create(&path).is_err(), "guessable ones are refused");
-        std::fs::remove_dir_all(&folder).expect("removed");
     }
 
     #[test]

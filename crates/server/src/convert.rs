@@ -47,6 +47,7 @@ pub(crate) fn link_info(station: &Station, info: &link::LinkInfo, stats: &LinkSt
         round_trip_ms: stats.round_trip.map(|round_trip| round_trip.last.as_secs_f64() * 1e3),
         age_s: stats.last_seen.map(|seen| now.since(seen).as_secs_f64()),
         frames_per_s: stats.rates.frames_hz,
+        namesake: station.namesake().filter(|(link, _)| *link == info.id).map(|(_, place)| place),
         recent_loss_pct: stats.rates.loss_ratio.map(|ratio| ratio * 100.0),
     }
 }
@@ -89,6 +90,7 @@ pub(crate) fn vehicle_summary(vehicle: &VehicleHandle) -> dto::VehicleSummary {
         link: link.as_ref().map(|link| link.id),
         loss_pct: link.as_ref().and_then(|link| link.loss_pct),
         round_trip_ms: link.as_ref().and_then(|link| link.round_trip_ms),
+        rival: vehicle.rival(),
     }
 }
 

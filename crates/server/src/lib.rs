@@ -8,8 +8,9 @@
 //! | [`dto`] | the types on the wire |
 //! | `convert` | from the core's values to those and back |
 //! | `problem` | the one table from the core's errors to `application/problem+json` |
-//! | `access` | `Host`, `Origin`, tokens, security headers |
+//! | `access`, `tokens` | `Host`, `Origin`, security headers; tokens, and what slows down who guesses them |
 //! | `sessions` | sessions and the control lease, pure |
+//! | `door`, `body` | how many connections there may be, from whom, and how long each may keep us waiting |
 //! | `operations` | what takes a while |
 //! | `operator` | a session of this very program |
 //! | `ws`, `outbox` | the WebSocket: a task and a bounded box for each client |
@@ -28,7 +29,9 @@
 //! and no other site's page sends.
 
 mod access;
+mod body;
 mod convert;
+mod door;
 pub mod dto;
 mod extract;
 mod files;
@@ -42,13 +45,14 @@ mod sessions;
 mod state;
 #[cfg(test)]
 mod tests;
+mod tokens;
 pub mod video;
 mod ws;
 
-pub use access::Tokens;
 pub use files::has_app;
 pub use operator::Operator;
 pub use server::{Server, ServerConfig, ServerError};
+pub use tokens::Tokens;
 
 /// The version of the package.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

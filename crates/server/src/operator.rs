@@ -30,6 +30,7 @@ impl Operator {
             let (id, _) = sessions.find(&secret, now)?;
             // It is there for as long as this is, as a page is while its WebSocket is open.
             sessions.socket_opened(id, now);
+            sessions.keep(id);
             Some(id)
         })?;
         Some(Self { app, id, secret })

@@ -106,6 +106,13 @@ impl Problem {
             .remedy("copy the whole address from the server's terminal")
     }
 
+    /// One more token after too many wrong ones.
+    pub fn tokens_slowed(wait: std::time::Duration) -> Self {
+        let wait_s = wait.as_secs().max(1);
+        Self::new(Cause::TokensSlowed { wait_s }, "too many wrong tokens came from this address")
+            .remedy(format!("wait {wait_s} s, then copy the whole address from the server's terminal"))
+    }
+
     /// Something that viewers may not do.
     pub fn viewer() -> Self {
         Self::new(Cause::Role, "this session may look but not command")
@@ -148,6 +155,8 @@ fn kind_of(cause: &Cause) -> (StatusCode, &'static str) {
         Cause::InvalidValue { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a valid value"),
         Cause::MediaType => (StatusCode::UNSUPPORTED_MEDIA_TYPE, "Not JSON"),
         Cause::BodyTooLarge => (StatusCode::PAYLOAD_TOO_LARGE, "Too large"),
+        Cause::BodyTooSlow => (StatusCode::REQUEST_TIMEOUT, "Too slow"),
+        Cause::TokensSlowed { .. } => (StatusCode::TOO_MANY_REQUESTS, "Too many wrong tokens"),
         Cause::Method => (StatusCode::METHOD_NOT_ALLOWED, "Not with this method"),
         Cause::NotFound { .. } => (StatusCode::NOT_FOUND, "Not found"),
         Cause::RecordingAsLink => (StatusCode::UNPROCESSABLE_ENTITY, "Not over the network"),

@@ -9,7 +9,8 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use axum_server::Handle;
-use axum_server::tls_rustls::RustlsConfig;
+use axum_server::accept::DefaultAcceptor;
+use axum_server::tls_rustls::{RustlsAcceptor, RustlsConfig};
 use hyper_util::rt::{TokioExecutor, TokioTimer};
 use hyper_util::server::conn::auto::Builder;
 use thiserror::Error;
@@ -20,10 +21,12 @@ use tokio::task::JoinHandle;
 use vencejo_maps::{MapError, Maps, MapsConfig};
 use vencejo_station::Station;
 
-use crate::access::{Access, Tokens};
+use crate::access::Access;
+use crate::door::{Caller, Descriptors, Door, DoorLimits};
 use crate::operator::Operator;
 use crate::routes;
 use crate::state::App;
+use crate::tokens::{TokenStore, Tokens};
 use crate::video::VideoHub;
 
 /// How long connections may take to end when the server is closed.
@@ -127,7 +130,7 @@ type Tasks = (JoinHandle<io::Result<()>>, mpsc::Receiver<()>);
 pub struct Server {
     app: App,
     address: SocketAddr,
-    handle: Handle<SocketAddr>,
+    handle: Handle<Caller>,
     /// Its tasks, until it is closed.
     tasks: Mutex<Option<Tasks>>,
 }
@@ -138,14 +141,25 @@ impl Server {
     /// # Errors
     /// [`ServerError`] in all its kinds. Nothing is left behind.
     pub async fn start(station: Station, config: ServerConfig, runtime: &Runtime) -> Result<Self, ServerError> {
+        let limits = Descriptors::raise().door();
+        Self::start_within(limits, station, config, runtime).await
+    }
+
+    /// As [`Self::start`], with other limits for connections.
+    pub(crate) async fn start_within(
+        limits: DoorLimits,
+        station: Station,
+        config: ServerConfig,
+        runtime: &Runtime,
+    ) -> Result<Self, ServerError> {
         if config.token_file.is_none() && !config.bind.ip().is_loopback() {
             return Err(ServerError::NoTokens(config.bind));
         }
         let tokens = match &config.token_file {
             None => None,
-            Some(path) => Some(
-                Tokens::load_or_create(path).map_err(|reason| ServerError::Tokens { path: path.clone(), reason })?,
-            ),
+            Some(path) => {
+                Some(TokenStore::open(path).map_err(|reason| ServerError::Tokens { path: path.clone(), reason })?)
+            }
         };
         let tls = match &config.tls {
             None => None,
@@ -192,22 +206,23 @@ impl Server {
         if let Some(folder) = config.video_folder {
             app.set_video_folder(folder);
         }
-        let service = routes::router(app.clone()).into_make_service();
+        let service = routes::router(app.clone()).into_make_service_with_connect_info::<Caller>();
         let handle = Handle::new();
         let failed = |reason| ServerError::Bind { address: config.bind, reason };
+        let door = Door::new(listener, limits).map_err(failed)?;
+        let mut server = axum_server::Server::<Caller>::from_listener(door).handle(handle.clone());
+        limit(server.http_builder());
         let serving: Serving = match tls {
-            None => {
-                let mut server = axum_server::from_tcp(listener).map_err(failed)?;
-                limit(server.http_builder());
-                Box::pin(server.handle(handle.clone()).serve(service))
-            }
+            None => Box::pin(server.serve(service)),
             Some(tls) => {
-                let mut server = axum_server::from_tcp_rustls(listener, tls).map_err(failed)?;
-                limit(server.http_builder());
-                Box::pin(server.handle(handle.clone()).serve(service))
+                let acceptor = RustlsAcceptor::new(tls).acceptor(DefaultAcceptor::new());
+                Box::pin(server.acceptor(acceptor).serve(service))
             }
         };
         let serving = runtime.spawn(serving);
+        if let Some(tokens) = app.access().tokens.clone() {
+            runtime.spawn(app.clone().watch_tokens(tokens, alive.clone()));
+        }
         runtime.spawn(app.clone().tell(alive));
         Ok(Self { app, address, handle, tasks: Mutex::new(Some((serving, ended))) })
     }
@@ -223,9 +238,9 @@ impl Server {
         self.address
     }
 
-    /// Its tokens, when it has any.
-    pub fn tokens(&self) -> Option<&Tokens> {
-        self.app.access().tokens.as_ref()
+    /// Its tokens that hold now, when it has any.
+    pub fn tokens(&self) -> Option<Tokens> {
+        self.app.access().tokens.as_ref().map(TokenStore::now)
     }
 
     /// Whether it speaks TLS.

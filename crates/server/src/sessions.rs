@@ -7,14 +7,20 @@ use vencejo_proto::MonoTime;
 
 use crate::dto::{Role, SessionInfo};
 
-/// Sessions kept at most; the one idle for longest makes room.
+/// Sessions kept at most; the one idle for longest makes room, viewers before operators, and never an operator for a viewer.
 pub const MAX_SESSIONS: usize = 256;
+/// Those of viewers among them.
+const MAX_VIEWER_SESSIONS: usize = 192;
 /// How long control stays with a session whose WebSocket is gone and that asks for nothing.
 pub const GRACE: Duration = Duration::from_secs(5);
 /// A session that nobody uses is forgotten after this.
 pub const IDLE: Duration = Duration::from_secs(12 * 3600);
+/// WebSockets of all sessions.
+pub const MAX_SOCKETS: usize = 128;
+/// Those of viewers among them.
+const MAX_VIEWER_SOCKETS: usize = 96;
 /// WebSockets that one session may have open: tabs of one browser.
-pub const MAX_SOCKETS: u32 = 16;
+const MAX_SOCKETS_OF_ONE: u32 = 16;
 /// Characters of a session's name.
 const MAX_NAME: usize = 40;
 
@@ -35,6 +41,8 @@ struct Session {
     role: Role,
     /// WebSockets that it has open.
     sockets: u32,
+    /// Whether it is this program's own.
+    is_inside: bool,
     last_used: MonoTime,
 }
 
@@ -68,16 +76,18 @@ impl Sessions {
     /// Opens a session. An operator gets control when nobody has it. `None` when all places are taken by sessions in use.
     pub fn open(&mut self, secret: String, role: Role, name: Option<&str>, now: MonoTime) -> Option<SessionInfo> {
         self.expire(now);
-        if self.by_secret.len() >= MAX_SESSIONS {
-            let idle = self.by_secret.iter().filter(|(_, session)| !session.is_alive(now));
-            let oldest = idle.min_by_key(|(_, session)| session.last_used).map(|(secret, _)| secret.clone())?;
+        let viewers = self.by_secret.values().filter(|session| session.role == Role::Viewer).count();
+        if self.by_secret.len() >= MAX_SESSIONS || (role == Role::Viewer && viewers >= MAX_VIEWER_SESSIONS) {
+            let idle = self.by_secret.iter().filter(|(_, session)| session.role <= role && !session.is_alive(now));
+            let oldest = idle.min_by_key(|(_, session)| (session.role, session.last_used));
+            let oldest = oldest.map(|(secret, _)| secret.clone())?;
             self.by_secret.remove(&oldest);
         }
         self.opened += 1;
         let id = SessionId(self.opened);
         let name: String = name.unwrap_or_default().chars().filter(|c| !c.is_control()).take(MAX_NAME).collect();
         let name = if name.trim().is_empty() { format!("station {}", self.opened) } else { name.trim().to_owned() };
-        self.by_secret.insert(secret, Session { id, name, role, sockets: 0, last_used: now });
+        self.by_secret.insert(secret, Session { id, name, role, sockets: 0, is_inside: false, last_used: now });
         if role == Role::Operator && self.holder.is_none() {
             self.holder = Some(id);
         }
@@ -95,6 +105,35 @@ impl Sessions {
         Some((session.id, session.role))
     }
 
+    /// Whether a secret proves a session. Is no use of it.
+    pub fn knows(&self, secret: &str) -> bool {
+        self.by_secret.contains_key(secret)
+    }
+
+    /// Ends all sessions of a role that a token gave, because that token is no longer one.
+    pub fn revoke(&mut self, role: Role, now: MonoTime) {
+        let ended: Vec<_> = self
+            .by_secret
+            .extract_if(|_, session| session.role == role && !session.is_inside)
+            .map(|(_, it)| it.id)
+            .collect();
+        for id in ended {
+            self.lose(id, now);
+        }
+    }
+
+    /// How many have ended.
+    pub fn ended(&self) -> u64 {
+        self.opened - self.by_secret.len() as u64
+    }
+
+    /// A session of this very program: it needs no token.
+    pub fn keep(&mut self, id: SessionId) {
+        if let Some(session) = self.get_mut(id) {
+            session.is_inside = true;
+        }
+    }
+
     /// Ends a session; whether there was one.
     pub fn close(&mut self, secret: &str, now: MonoTime) -> bool {
         let Some(session) = self.by_secret.remove(secret) else { return false };
@@ -102,9 +141,22 @@ impl Sessions {
         true
     }
 
-    /// Whether a session may open one more WebSocket.
-    pub fn may_open_socket(&self, id: SessionId) -> bool {
-        self.get(id).is_some_and(|session| session.sockets < MAX_SOCKETS)
+    /// A session wants one more WebSocket; whether it gets it.
+    pub fn open_socket(&mut self, id: SessionId, now: MonoTime) -> bool {
+        let Some(session) = self.get(id) else { return false };
+        let sockets = |role: Role| -> usize {
+            self.by_secret.values().filter(|other| other.role == role).map(|other| other.sockets as usize).sum()
+        };
+        let viewers = sockets(Role::Viewer);
+        let has_room = match session.role {
+            Role::Viewer => viewers < MAX_VIEWER_SOCKETS && viewers + sockets(Role::Operator) < MAX_SOCKETS,
+            Role::Operator => viewers + sockets(Role::Operator) < MAX_SOCKETS,
+        };
+        let may = has_room && session.sockets < MAX_SOCKETS_OF_ONE;
+        if may {
+            self.socket_opened(id, now);
+        }
+        may
     }
 
     /// A session opened a WebSocket; an operator gets control when nobody has it.
@@ -292,21 +344,70 @@ mod tests {
     #[test]
     fn places_are_bounded_and_go_to_the_newest() {
         let mut sessions = Sessions::default();
-        for index in 0..MAX_SESSIONS {
+        for index in 0..MAX_VIEWER_SESSIONS {
             let id = open(&mut sessions, &format!("{index}"), Role::Viewer, at(index as u64));
             if index < 2 {
                 sessions.socket_opened(id, at(index as u64));
             }
         }
         assert!(sessions.open("new".into(), Role::Viewer, None, at(1000)).is_some());
-        assert_eq!(sessions.by_secret.len(), MAX_SESSIONS);
+        assert_eq!(sessions.by_secret.len(), MAX_VIEWER_SESSIONS);
         assert!(sessions.find("0", at(1000)).is_some(), "one with a WebSocket stays");
         assert!(sessions.find("2", at(1000)).is_none(), "the one idle for longest went");
         let mut full = Sessions::default();
         for index in 0..MAX_SESSIONS {
-            open(&mut full, &format!("{index}"), Role::Viewer, at(0));
+            open(&mut full, &format!("{index}"), Role::Operator, at(0));
         }
-        assert!(full.open("new".into(), Role::Viewer, None, at(1)).is_none(), "all are in use");
+        assert!(full.open("new".into(), Role::Operator, None, at(1)).is_none(), "all are in use");
+    }
+
+    #[test]
+    fn viewers_take_no_operators_place() {
+        let mut sessions = Sessions::default();
+        for index in 0..MAX_SESSIONS - MAX_VIEWER_SESSIONS {
+            open(&mut sessions, &format!("operator {index}"), Role::Operator, at(0));
+        }
+        for index in 0..1000 {
+            // They all come at once, and come again: each is in use, or idle and newer than every operator.
+            sessions.open(format!("viewer {index}"), Role::Viewer, None, at(index / 200 * 10));
+        }
+        assert_eq!(sessions.by_secret.len(), MAX_SESSIONS);
+        let operators = sessions.by_secret.values().filter(|session| session.role == Role::Operator).count();
+        assert_eq!(operators, MAX_SESSIONS - MAX_VIEWER_SESSIONS, "none had to go");
+        let newcomer = open(&mut sessions, "one more", Role::Operator, at(3600));
+        assert!(sessions.info(newcomer).is_some(), "an idle viewer makes room for an operator");
+        let operators = sessions.by_secret.values().filter(|session| session.role == Role::Operator).count();
+        assert_eq!(operators, MAX_SESSIONS - MAX_VIEWER_SESSIONS + 1);
+    }
+
+    #[test]
+    fn viewers_take_no_operators_websocket() {
+        let mut sessions = Sessions::default();
+        let mut opened = 0;
+        for index in 0..20 {
+            let viewer = open(&mut sessions, &format!("viewer {index}"), Role::Viewer, at(0));
+            opened += (0..100).filter(|_| sessions.open_socket(viewer, at(0))).count();
+        }
+        assert_eq!(opened, MAX_VIEWER_SOCKETS);
+        let pilot = open(&mut sessions, "pilot", Role::Operator, at(0));
+        assert_eq!((0..100).filter(|_| sessions.open_socket(pilot, at(0))).count(), MAX_SOCKETS_OF_ONE as usize);
+        sessions.socket_closed(pilot, at(1));
+        assert!(sessions.open_socket(pilot, at(1)), "one went, one comes");
+    }
+
+    #[test]
+    fn a_role_without_its_token_has_no_sessions() {
+        let mut sessions = Sessions::default();
+        let viewer = open(&mut sessions, "viewer", Role::Viewer, at(0));
+        let pilot = open(&mut sessions, "pilot", Role::Operator, at(0));
+        let inside = open(&mut sessions, "inside", Role::Operator, at(0));
+        sessions.keep(inside);
+        let before = sessions.ended();
+        sessions.revoke(Role::Operator, at(1));
+        assert_eq!(sessions.ended(), before + 1);
+        assert!(sessions.info(viewer).is_some() && sessions.info(inside).is_some());
+        assert!(sessions.info(pilot).is_none());
+        assert_eq!(sessions.holder_name(), None, "control went with the session");
     }
 
     #[test]

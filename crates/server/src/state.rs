@@ -22,6 +22,7 @@ use crate::operations::{MAX_RUNNING, Operations};
 use crate::outbox::{Outboxes, Topic};
 use crate::problem::{self, Problem};
 use crate::sessions::Sessions;
+use crate::tokens::{self, Throttle, TokenStore};
 use crate::video::VideoHub;
 
 /// How often leases and the list of vehicles are looked at.
@@ -45,6 +46,7 @@ struct Shared {
     /// Heartbeats only while an operator is there.
     on_board: bool,
     sessions: Mutex<Sessions>,
+    throttle: Throttle,
     operations: Operations,
     outboxes: Outboxes,
     video: VideoHub,
@@ -80,6 +82,7 @@ impl App {
             access,
             on_board,
             sessions: Mutex::default(),
+            throttle: Throttle::default(),
             operations: Operations::default(),
             outboxes: Outboxes::default(),
             video: VideoHub::default(),
@@ -116,14 +119,20 @@ impl App {
         self.shared.sessions.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Changes sessions, and tells everybody when that moved control or the vehicle's failsafe has to know.
+    /// What slows down who sends wrong tokens.
+    pub fn throttle(&self) -> &Throttle {
+        &self.shared.throttle
+    }
+
+    /// Changes sessions, and tells everybody when that moved control, ended a session whose WebSockets are to end with it, or
+    /// the vehicle's failsafe has to know.
     pub fn change_sessions<T>(&self, change: impl FnOnce(&mut Sessions) -> T) -> T {
         let now = self.now();
         let (result, moved, has_operator) = {
             let mut sessions = self.sessions();
-            let before = sessions.control();
+            let before = (sessions.control(), sessions.ended());
             let result = change(&mut sessions);
-            (result, before != sessions.control(), sessions.has_operator(now))
+            (result, before != (sessions.control(), sessions.ended()), sessions.has_operator(now))
         };
         if moved {
             self.shared.outboxes.put_control();
@@ -285,6 +294,34 @@ impl App {
         }
     }
 
+    /// Looks at the file of the tokens, and ends the sessions of those that it holds no more, until the server is closed.
+    pub async fn watch_tokens(self, tokens: TokenStore, _alive: Alive) {
+        let mut closing = self.closing();
+        let mut ticks = interval(tokens::LOOK_INTERVAL);
+        ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let mut was_readable = true;
+        loop {
+            tokio::select! {
+                () = closed(&mut closing) => return,
+                _ = ticks.tick() => {}
+            }
+            let looking = tokens.clone();
+            let looked = tokio::task::spawn_blocking(move || looking.look()).await;
+            let revoked = looked.unwrap_or_else(|error| Err(std::io::Error::other(error)));
+            if let Err(error) = &revoked
+                && was_readable
+            {
+                tracing::warn!(%error, "the file of the tokens cannot be read: those that were read before hold");
+            }
+            was_readable = revoked.is_ok();
+            for role in revoked.unwrap_or_default() {
+                tracing::info!(?role, "a new token holds; the sessions of the old one end");
+                let now = self.now();
+                self.change_sessions(|sessions| sessions.revoke(role, now));
+            }
+        }
+    }
+
     /// Tells the clients that something of the maps is another than before, until the server is closed.
     pub async fn tell_maps(self, maps: Maps, _alive: Alive) {
         let (mut news, mut closing) = (maps.news(), self.closing());
@@ -361,6 +398,8 @@ impl App {
             VehicleEvent::MissionComplete => ("mission_complete", BTreeMap::new()),
             VehicleEvent::HomeChanged => ("home", BTreeMap::new()),
             VehicleEvent::StreamsFellBack => ("streams_fell_back", BTreeMap::new()),
+            VehicleEvent::Contested => ("contested", BTreeMap::new()),
+            VehicleEvent::Uncontested => ("uncontested", BTreeMap::new()),
             _ => return,
         };
         outboxes.put_event(&ServerMessage::Event { vehicle: system, kind: kind.to_owned(), detail, time_s });

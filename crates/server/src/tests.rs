@@ -23,14 +23,15 @@ use vencejo_link::{LinkOptions, LinkState};
 use vencejo_proto::{Address, CommandAck, FrameDecoder, Header, Heartbeat, MavVersion, Message, StatusText};
 use vencejo_station::{Station, StationConfig};
 
-use crate::access::{Access, Tokens};
+use crate::Tokens;
+use crate::access::Access;
 use crate::dto::ServerMessage;
 use crate::outbox::MAX_EVENTS;
 use crate::state::App;
 use crate::{Server, ServerConfig, ServerError, routes};
 
 /// A hang is a failure.
-const PATIENCE: Duration = Duration::from_secs(20);
+pub const PATIENCE: Duration = Duration::from_secs(20);
 
 pub fn station(heartbeat: bool) -> Station {
     let config = StationConfig { request_streams: false, heartbeat, ..StationConfig::default() };
@@ -38,34 +39,35 @@ pub fn station(heartbeat: bool) -> Station {
 }
 
 /// The handlers without a socket.
-struct Plain {
+pub struct Plain {
     router: Router,
     _ended: mpsc::Receiver<()>,
 }
 
-struct Answer {
-    status: u16,
+pub struct Answer {
+    pub status: u16,
     cookie: Option<String>,
     kind: String,
     body: Vec<u8>,
 }
 
 impl Answer {
-    fn json(&self) -> Value {
+    pub fn json(&self) -> Value {
         serde_json::from_slice(&self.body)
             .unwrap_or_else(|error| panic!("{error}: {:?}", String::from_utf8_lossy(&self.body)))
     }
 }
 
 impl Plain {
-    fn new(station: Station, tokens: Option<Tokens>) -> Self {
+    pub fn new(station: Station, tokens: Option<Tokens>) -> Self {
         let (alive, _ended) = mpsc::channel(1);
         let bound = SocketAddr::from(([127, 0, 0, 1], 8765));
-        let access = Access { tokens, bound, is_tls: false, hosts: Vec::new(), origins: Vec::new() };
+        let access =
+            Access { tokens: tokens.map(Into::into), bound, is_tls: false, hosts: Vec::new(), origins: Vec::new() };
         Self { router: routes::router(App::new(station, access, false, alive)), _ended }
     }
 
-    async fn send(&self, request: Request<Body>) -> Answer {
+    pub async fn send(&self, request: Request<Body>) -> Answer {
         let response = self.router.clone().oneshot(request).await.expect("infallible");
         let (status, headers) = (response.status().as_u16(), response.headers().clone());
         let text = |name| headers.get(name).and_then(|value| value.to_str().ok()).map(str::to_owned);
@@ -75,7 +77,7 @@ impl Plain {
     }
 
     /// A request as a browser's own page makes it; `body` as JSON when there is one.
-    async fn ask(&self, method: &str, path: &str, cookie: Option<&str>, body: Option<Value>) -> Answer {
+    pub async fn ask(&self, method: &str, path: &str, cookie: Option<&str>, body: Option<Value>) -> Answer {
         let mut request =
             Request::builder().method(method).uri(format!("/api/v1{path}")).header(header::HOST, "localhost");
         if let Some(cookie) = cookie {
@@ -88,7 +90,7 @@ impl Plain {
         self.send(request.expect("a request")).await
     }
 
-    async fn session(&self, body: Value) -> String {
+    pub async fn session(&self, body: Value) -> String {
         let answer = self.ask("POST", "/session", None, Some(body)).await;
         assert_eq!(answer.status, 200, "{}", answer.json());
         answer.cookie.expect("a cookie")
@@ -428,13 +430,18 @@ pub async fn futures_next(socket: &mut Ws) -> Option<Result<WsMessage, tokio_tun
     std::future::poll_fn(|context| futures_core::Stream::poll_next(Pin::new(&mut *socket), context)).await
 }
 
-async fn say(socket: &mut Ws, message: Value) {
+/// Sends a message; fails when the connection is gone.
+pub async fn put(socket: &mut Ws, message: WsMessage) -> Result<(), tokio_tungstenite::tungstenite::Error> {
     use std::pin::Pin;
 
     use futures_sink::Sink;
-    std::future::poll_fn(|context| Sink::poll_ready(Pin::new(&mut *socket), context)).await.expect("ready");
-    Sink::start_send(Pin::new(&mut *socket), WsMessage::text(message.to_string())).expect("sent");
-    std::future::poll_fn(|context| Sink::poll_flush(Pin::new(&mut *socket), context)).await.expect("flushed");
+    std::future::poll_fn(|context| Sink::poll_ready(Pin::new(&mut *socket), context)).await?;
+    Sink::start_send(Pin::new(&mut *socket), message)?;
+    std::future::poll_fn(|context| Sink::poll_flush(Pin::new(&mut *socket), context)).await
+}
+
+async fn say(socket: &mut Ws, message: Value) {
+    put(socket, WsMessage::text(message.to_string())).await.expect("sent");
 }
 
 pub async fn serve(station: &Station, config: ServerConfig) -> Server {

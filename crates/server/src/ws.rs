@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
+use axum::extract::WebSocketUpgrade;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
 use tokio::time::{Instant, Interval, MissedTickBehavior, interval, sleep_until, timeout};
 use vencejo_proto::{SystemId, message_id_of};
@@ -21,8 +22,6 @@ use crate::problem::Problem;
 use crate::sessions::SessionId;
 use crate::state::{App, closed};
 
-/// Clients at most.
-pub const MAX_CLIENTS: usize = 128;
 /// Bytes of a client's message at most.
 pub const MAX_MESSAGE_BYTES: usize = 4096;
 /// Vehicles that one client follows at most.
@@ -41,7 +40,9 @@ const SEND_TIMEOUT: Duration = Duration::from_secs(10);
 /// How often the client is asked whether it is there; it must have answered before the third time.
 const PING_INTERVAL: Duration = Duration::from_secs(2);
 const MAX_UNANSWERED: u32 = 2;
-/// Messages that a client may send in a second.
+/// Bytes that may wait for one client below us: the answers to pings of one that reads nothing. More ends its connection.
+const MAX_WAITING_BYTES: usize = 1024 * 1024;
+/// Messages that a client may send in a second, pings and answers to ours included.
 const MAX_MESSAGES_PER_S: u32 = 100;
 
 /// Code of a close frame for a client that was too slow ("try again later").
@@ -58,6 +59,8 @@ enum End {
     Silent,
     /// The client says what makes no sense, or too much.
     Rude(&'static str),
+    /// Its session is over.
+    NoSession,
     /// The server is being closed.
     Closing,
 }
@@ -69,6 +72,7 @@ impl End {
             Self::TooSlow => (TOO_SLOW, "too slow: texts and events were lost; connect again and read them"),
             Self::Silent => (close_code::AWAY, "no answer to pings"),
             Self::Rude(reason) => (close_code::POLICY, reason),
+            Self::NoSession => (close_code::POLICY, "the session is over"),
             Self::Closing => (close_code::AWAY, "the server is being closed"),
         };
         Some(CloseFrame { code, reason: Utf8Bytes::from_static(reason) })
@@ -132,9 +136,16 @@ struct Client {
     messages_in_interval: u32,
 }
 
-/// Serves one client until it goes, is too slow, or the server is closed.
-pub async fn serve(app: App, session: SessionId, mut socket: WebSocket) {
-    let guard = SocketGuard::new(app.clone(), session);
+/// Sets limits for what comes and what waits: a client that reads nothing costs no more than that.
+pub fn bounded(upgrade: WebSocketUpgrade, message_bytes: usize, sent_bytes: usize) -> WebSocketUpgrade {
+    let upgrade = upgrade.max_message_size(message_bytes).max_frame_size(message_bytes);
+    upgrade.max_write_buffer_size(MAX_WAITING_BYTES + sent_bytes)
+}
+
+/// Serves one client until it goes, is too slow, its session is over, or the server is closed.
+pub async fn serve(guard: SocketGuard, mut socket: WebSocket) {
+    let SocketGuard(app, session) = &guard;
+    let (app, session) = (app.clone(), *session);
     let outbox = app.outboxes().open();
     let mut client = Client {
         app,
@@ -156,13 +167,13 @@ pub async fn serve(app: App, session: SessionId, mut socket: WebSocket) {
 }
 
 /// Counts a WebSocket as its session's for as long as it lives.
-struct SocketGuard(App, SessionId);
+pub struct SocketGuard(App, SessionId);
 
 impl SocketGuard {
-    fn new(app: App, session: SessionId) -> Self {
+    /// Takes a place for one more; `None` when the session, or all of its role, have as many as they may.
+    pub fn open(app: App, session: SessionId) -> Option<Self> {
         let now = app.now();
-        app.change_sessions(|sessions| sessions.socket_opened(session, now));
-        Self(app, session)
+        app.change_sessions(|sessions| sessions.open_socket(session, now)).then_some(Self(app, session))
     }
 }
 
@@ -184,7 +195,7 @@ impl Client {
                     Outgoing::Message(text) => text,
                     Outgoing::Control => match self.control() {
                         Some(control) => json(&control),
-                        None => return Ok(End::Gone),
+                        None => return Ok(End::NoSession),
                     },
                 };
                 self.send(socket, Message::Text(text)).await?;
@@ -217,7 +228,7 @@ impl Client {
 
     async fn greet(&self, socket: &mut WebSocket) -> Result<(), End> {
         let app = &self.app;
-        let session = app.sessions().info(self.session).ok_or(End::Gone)?;
+        let session = app.sessions().info(self.session).ok_or(End::NoSession)?;
         let hello =
             ServerMessage::Hello { version: crate::VERSION.to_owned(), time_s: convert::seconds(app.now()), session };
         let vehicles = ServerMessage::Vehicles { vehicles: convert::vehicle_summaries(app.station()) };
@@ -250,18 +261,24 @@ impl Client {
         }
     }
 
+    /// Counts what the client sent. A ping costs us an answer, so it counts like everything else.
+    fn count_message(&mut self) -> Result<(), End> {
+        self.messages_in_interval += 1;
+        if self.messages_in_interval > MAX_MESSAGES_PER_S * PING_INTERVAL.as_secs() as u32 {
+            return Err(End::Rude("too many messages"));
+        }
+        Ok(())
+    }
+
     async fn on_message(&mut self, socket: &mut WebSocket, message: Message) -> Result<(), End> {
         self.unanswered = 0;
+        self.count_message()?;
         let text = match message {
             Message::Text(text) => text,
             Message::Close(_) => return Err(End::Gone),
             Message::Binary(_) => return Err(End::Rude("messages are JSON texts")),
             Message::Ping(_) | Message::Pong(_) => return Ok(()),
         };
-        self.messages_in_interval += 1;
-        if self.messages_in_interval > MAX_MESSAGES_PER_S * PING_INTERVAL.as_secs() as u32 {
-            return Err(End::Rude("too many messages"));
-        }
         let done = match serde_json::from_str(&text) {
             Ok(ClientMessage::Subscribe { vehicle, rate_hz }) => self.subscribe(vehicle, rate_hz),
             Ok(ClientMessage::Unsubscribe { vehicle }) => {

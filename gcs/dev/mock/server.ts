@@ -42,6 +42,7 @@ const summary = (system_id: number): VehicleSummary => ({
   link: 1,
   loss_pct: scene === 'lost' ? 31 : 0.4,
   round_trip_ms: 38 + 9 * Math.sin(time_s()),
+  rival: null,
 });
 
 const link = (): LinkInfo => ({
@@ -63,6 +64,7 @@ const link = (): LinkInfo => ({
   round_trip_ms: 38,
   age_s: age_s(),
   frames_per_s: 92,
+  namesake: null,
   recent_loss_pct: 0.4,
 });
 

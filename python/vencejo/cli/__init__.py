@@ -23,6 +23,7 @@ from vencejo.cli.record import record, replay
 from vencejo.cli.serve import serve
 from vencejo.cli.sim import SIM_CONTEXT, sim
 from vencejo.cli.telemetry import telemetry
+from vencejo.cli.tokens import tokens
 
 __all__ = ["app", "main"]
 
@@ -68,6 +69,7 @@ def root(
 
 app.command()(demo)
 app.command()(serve)
+app.command()(tokens)
 app.command()(camera)
 app.command()(fly)
 app.command()(telemetry)

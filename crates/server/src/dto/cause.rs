@@ -126,6 +126,13 @@ pub enum Cause {
     MediaType,
     /// The body is larger than this path takes.
     BodyTooLarge,
+    /// The request's body came too slowly.
+    BodyTooSlow,
+    /// Too many wrong tokens came from this address; the next is looked at after a while.
+    TokensSlowed {
+        /// How long that is.
+        wait_s: u64,
+    },
     /// The path is not used with this method.
     Method,
     /// There is no such thing.

@@ -61,6 +61,9 @@ pub struct LinkInfo {
     pub age_s: Option<f64>,
     /// Frames per second lately.
     pub frames_per_s: f64,
+    /// Where on this link another station is heard that uses our own MAVLink address.
+    #[schema(required = true)]
+    pub namesake: Option<String>,
     /// Share of the frames that were lost lately.
     #[schema(required = true)]
     pub recent_loss_pct: Option<f64>,

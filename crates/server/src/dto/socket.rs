@@ -105,7 +105,7 @@ pub enum ServerMessage {
         /// The vehicle.
         vehicle: u8,
         /// `lost`, `regained`, `rebooted`, `mode`, `armed`, `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`,
-        /// `home`, `streams_fell_back`.
+        /// `home`, `streams_fell_back`, `contested`, `uncontested`.
         kind: String,
         /// What belongs to it: `mode` and `from`, `landed`, or `item`.
         #[schema(value_type = BTreeMap<String, EventDetail>)]

@@ -34,6 +34,9 @@ pub struct VehicleSummary {
     /// Round trip of the newest TIMESYNC exchange.
     #[schema(required = true)]
     pub round_trip_ms: Option<f64>,
+    /// Where another vehicle with the same system id is heard. It is not followed, and nothing is sent to it.
+    #[schema(required = true)]
+    pub rival: Option<String>,
 }
 
 /// Where the vehicle stands in its mission.

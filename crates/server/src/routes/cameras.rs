@@ -22,6 +22,7 @@ use crate::extract::{InSession, Name, Operator, Viewer};
 use crate::problem::Problem;
 use crate::state::App;
 use crate::video::{self, Accepts, CameraError, CameraRequest, stream};
+use crate::ws;
 
 /// How long a camera may take for what it is asked for.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -146,8 +147,7 @@ async fn watch(
         return Err(Problem::too_many(Crowd::Viewers, video::MAX_VIEWERS, detail));
     }
     let Some(alive) = app.alive() else { return Err(Problem::closed()) };
-    let upgrade = upgrade.max_message_size(stream::MAX_MESSAGE_BYTES).max_frame_size(stream::MAX_MESSAGE_BYTES);
-    Ok(upgrade.on_upgrade(async move |socket| {
+    Ok(ws::bounded(upgrade, stream::MAX_MESSAGE_BYTES, video::MAX_FRAME_BYTES).on_upgrade(async move |socket| {
         stream::serve(app, session, camera, accepts, socket).await;
         drop(alive);
     }))

@@ -32,7 +32,7 @@ use utoipa_axum::routes;
 use crate::dto::cause::{Cause, Thing};
 use crate::problem::Problem;
 use crate::state::App;
-use crate::{access, dto, files};
+use crate::{access, body, dto, files};
 
 /// Bytes of a request's body where nothing larger is expected.
 const MAX_BODY: usize = 64 * 1024;
@@ -101,6 +101,7 @@ pub fn router(app: App) -> Router {
         .fallback(files::serve)
         .method_not_allowed_fallback(no_such_method)
         .layer(CompressionLayer::new().gzip(true).compress_when(worth_packing))
+        .layer(middleware::from_fn(body::in_time))
         .layer(middleware::from_fn_with_state(app.clone(), access::guard))
         .with_state(app)
 }

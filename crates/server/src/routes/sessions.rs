@@ -1,20 +1,24 @@
 //! Sessions, control, and the way to the WebSocket.
 
+use std::net::{IpAddr, Ipv4Addr};
+
 use axum::Json;
-use axum::extract::{State, WebSocketUpgrade};
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::extract::{ConnectInfo, State, WebSocketUpgrade};
+use axum::http::{Extensions, HeaderMap, StatusCode, header};
 use axum::response::{AppendHeaders, IntoResponse, Response};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::access::random_secret;
+use crate::door::Caller;
 use crate::dto::cause::{Cause, Crowd};
 use crate::dto::{NewSession, Role, SessionInfo};
 use crate::extract::{InSession, Operator, OptionalJson};
 use crate::problem::Problem;
-use crate::sessions::{MAX_SESSIONS, NotGiven, SessionId};
+use crate::sessions::{MAX_SESSIONS, MAX_SOCKETS, NotGiven, SessionId};
 use crate::state::App;
-use crate::ws;
+use crate::tokens::TokenStore;
+use crate::ws::{self, SocketGuard};
 
 pub(super) fn router() -> OpenApiRouter<App> {
     OpenApiRouter::new()
@@ -34,13 +38,14 @@ fn info(app: &App, id: SessionId) -> Result<Json<SessionInfo>, Problem> {
 async fn open_session(
     State(app): State<App>,
     headers: HeaderMap,
+    extensions: Extensions,
     OptionalJson(new): OptionalJson<NewSession>,
 ) -> Result<Response, Problem> {
     let now = app.now();
     let known = app.access().cookie(&headers).and_then(|secret| app.sessions().find(secret, now));
     let role = match (&app.access().tokens, &new.token) {
         (None, _) => Some(Role::Operator),
-        (Some(tokens), Some(token)) => Some(tokens.role(token).ok_or_else(Problem::bad_token)?),
+        (Some(tokens), Some(token)) => Some(role_of(&app, tokens, token, caller_of(&extensions))?),
         (Some(_), None) => None,
     };
     if let Some((id, known_role)) = known
@@ -57,6 +62,27 @@ async fn open_session(
     })?;
     let cookie = app.access().set_cookie(&secret);
     Ok((AppendHeaders([(header::SET_COOKIE, cookie)]), Json(opened)).into_response())
+}
+
+/// Where a request comes from: of IPv6 the network, for whoever has one address there has all.
+fn caller_of(extensions: &Extensions) -> IpAddr {
+    // Without a connection there is nobody but ourselves: a test.
+    let caller = extensions.get::<ConnectInfo<Caller>>();
+    caller.map_or(IpAddr::V4(Ipv4Addr::LOCALHOST), |ConnectInfo(caller)| caller.connection.from())
+}
+
+/// The role that a token gives, unless too many wrong ones came from there.
+fn role_of(app: &App, tokens: &TokenStore, token: &str, from: IpAddr) -> Result<Role, Problem> {
+    let now = app.now();
+    if let Some(wait) = app.throttle().wait(from, now) {
+        return Err(Problem::tokens_slowed(wait));
+    }
+    let Some(role) = tokens.now().role(token) else {
+        app.throttle().wrong(from, now);
+        return Err(Problem::bad_token());
+    };
+    app.throttle().right(from);
+    Ok(role)
 }
 
 /// The session that the cookie proves.
@@ -114,14 +140,14 @@ pub(super) async fn websocket(
     InSession(id): InSession,
     upgrade: WebSocketUpgrade,
 ) -> Result<Response, Problem> {
-    if app.outboxes().count() >= ws::MAX_CLIENTS || !app.sessions().may_open_socket(id) {
-        let detail = "all places for WebSockets are taken; close one";
-        return Err(Problem::too_many(Crowd::Sockets, ws::MAX_CLIENTS, detail));
-    }
     let Some(alive) = app.alive() else { return Err(Problem::closed()) };
-    let upgrade = upgrade.max_message_size(ws::MAX_MESSAGE_BYTES).max_frame_size(ws::MAX_MESSAGE_BYTES);
-    Ok(upgrade.on_upgrade(async move |socket| {
-        ws::serve(app, id, socket).await;
+    // From here on, so that not even many at once are more than there may be.
+    let Some(place) = SocketGuard::open(app, id) else {
+        let detail = "all places for WebSockets are taken; close one";
+        return Err(Problem::too_many(Crowd::Sockets, MAX_SOCKETS, detail));
+    };
+    Ok(ws::bounded(upgrade, ws::MAX_MESSAGE_BYTES, 0).on_upgrade(async move |socket| {
+        ws::serve(place, socket).await;
         drop(alive);
     }))
 }

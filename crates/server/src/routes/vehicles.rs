@@ -2,17 +2,35 @@
 
 use axum::Json;
 use axum::extract::State;
+use axum::http::StatusCode;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::convert;
+use crate::dto::cause::Thing;
 use crate::dto::{Text, VehicleState, VehicleSummary};
-use crate::extract::{Vehicle, Viewer};
+use crate::extract::{Pilot, Vehicle, Viewer};
 use crate::problem::Problem;
 use crate::state::App;
 
 pub(super) fn router() -> OpenApiRouter<App> {
-    OpenApiRouter::new().routes(routes!(list_vehicles)).routes(routes!(get_vehicle)).routes(routes!(list_texts))
+    OpenApiRouter::new()
+        .routes(routes!(list_vehicles))
+        .routes(routes!(get_vehicle))
+        .routes(routes!(list_texts))
+        .routes(routes!(follow_rival))
+}
+
+/// Follows and commands from now on the other vehicle that uses this system id, and no more the one that was followed.
+#[utoipa::path(post, path = "/vehicles/{id}/rival/follow", tag = "vehicles",
+    params(("id" = u8, Path, description = "System id")), responses((status = 204), Problem))]
+async fn follow_rival(_: Pilot, Vehicle(vehicle): Vehicle) -> Result<StatusCode, Problem> {
+    if vehicle.follow_rival() {
+        return Ok(StatusCode::NO_CONTENT);
+    }
+    let system = vehicle.system();
+    let detail = format!("no other vehicle with system id {system} is heard");
+    Err(Problem::not_found(Thing::Vehicle, system, detail))
 }
 
 /// The vehicles heard so far.

@@ -297,7 +297,10 @@ async fn of_two_autopilots_with_one_id_the_first_is_followed_and_commanded() {
     assert_eq!(second.heard(76) + second.heard(75), 0, "not to the other");
     // A person chooses the other one.
     assert!(vehicle.follow_rival());
-    assert!(matches!(vehicle.plan_state(vencejo_flight::plan::PlanKind::Mission), Some(vencejo_vehicle::PlanState::Unknown(_))));
+    assert!(matches!(
+        vehicle.plan_state(vencejo_flight::plan::PlanKind::Mission),
+        Some(vencejo_vehicle::PlanState::Unknown(_))
+    ));
     let _request = vehicle.request(Request::ReturnToLaunch);
     in_time(async {
         while second.heard(76) + second.heard(75) == 0 {

@@ -1362,6 +1362,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{id}/rival/follow": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Follows and commands from now on the other vehicle that uses this system id, and no more the one that was followed. */
+        post: operations["follow_rival"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{id}/speed": {
         parameters: {
             query?: never;
@@ -1792,6 +1809,17 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "body-too-large";
+        } | {
+            /** @enum {string} */
+            code: "body-too-slow";
+        } | {
+            /** @enum {string} */
+            code: "tokens-slowed";
+            /**
+             * Format: int64
+             * @description How long that is.
+             */
+            wait_s: number;
         } | {
             /** @enum {string} */
             code: "method";
@@ -3264,6 +3292,8 @@ export interface components {
             loss_pct: number | null;
             /** @description Its name. */
             name: string;
+            /** @description Where on this link another station is heard that uses our own MAVLink address. */
+            namesake: string | null;
             /**
              * Format: double
              * @description Share of the frames that were lost lately.
@@ -4800,7 +4830,7 @@ export interface components {
             };
             /**
              * @description `lost`, `regained`, `rebooted`, `mode`, `armed`, `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`,
-             *     `home`, `streams_fell_back`.
+             *     `home`, `streams_fell_back`, `contested`, `uncontested`.
              */
             kind: string;
             /**
@@ -5144,6 +5174,8 @@ export interface components {
             mav_type: number | null;
             /** @description Flight mode by name. */
             mode: string | null;
+            /** @description Where another vehicle with the same system id is heard. It is not followed, and nothing is sent to it. */
+            rival: string | null;
             /**
              * Format: double
              * @description Round trip of the newest TIMESYNC exchange.
@@ -8286,6 +8318,35 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["Done"];
                 };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    follow_rival: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description What was wrong and what to do */
             default: {

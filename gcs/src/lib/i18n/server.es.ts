@@ -20,6 +20,11 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.invalid-request.remedy': 'Vuelve a cargar la página: puede ser más antigua que el servidor.',
   'problem.media-type': 'El servidor no entiende la petición.',
   'problem.body-too-large': 'Es más grande de lo que admite el servidor.',
+  'problem.body-too-slow': 'Lo enviado llegó demasiado despacio al servidor.',
+  'problem.body-too-slow.remedy': 'Inténtalo otra vez; si sigue así, mira la red.',
+  'problem.tokens-slowed': 'Llegaron de aquí demasiadas claves erróneas.',
+  'problem.tokens-slowed.remedy':
+    'Espera {wait_s} s y abre la dirección completa que el servidor muestra en su terminal.',
   'problem.method': 'El servidor no hace eso.',
   'problem.not-found': 'No hay (o ya no hay) {what} «{name}».',
   'problem.invalid-value': 'El valor {value} de {field} no se puede enviar.',

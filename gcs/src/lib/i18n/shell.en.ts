@@ -31,6 +31,12 @@ export const shellEn = {
   'problem.noAnswer': 'The station does not answer.',
   'bar.serverAway': 'Vencejo is away',
   'bar.lostDetail': 'Last heard {age} ago. Values are old; the position is estimated.',
+  'bar.rival': 'Another vehicle {id}',
+  'bar.rivalDetail':
+    'It is heard at {place} and uses the same number. Commands go to the one shown here alone; give the other another SYSID_THISMAV.',
+  'bar.namesake': 'Another station with our address',
+  'bar.namesakeDetail':
+    'It is heard at {place}. The vehicle cannot tell it from us: give one of the two another system id.',
   'bar.serverAwayDetail': 'No connection to the server for {age}. Trying again.',
   'bar.stale': 'Link weak',
   'bar.ago': '{age} ago',

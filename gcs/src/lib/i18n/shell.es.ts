@@ -33,6 +33,12 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'problem.noAnswer': 'La estación no responde.',
   'bar.serverAway': 'Vencejo no responde',
   'bar.lostDetail': 'Última señal hace {age}. Los valores son antiguos; la posición es estimada.',
+  'bar.rival': 'Otro vehículo {id}',
+  'bar.rivalDetail':
+    'Se oye en {place} y usa el mismo número. Las órdenes van solo al que se muestra aquí; da al otro otro SYSID_THISMAV.',
+  'bar.namesake': 'Otra estación con nuestra dirección',
+  'bar.namesakeDetail':
+    'Se oye en {place}. El vehículo no la distingue de nosotros: da a una de las dos otro identificador de sistema.',
   'bar.serverAwayDetail': 'Sin conexión con el servidor desde hace {age}. Reintentando.',
   'bar.stale': 'Enlace débil',
   'bar.ago': 'hace {age}',

@@ -1,0 +1,286 @@
+//! The tokens of a server: made once, kept in a file for their owner alone, and looked at again and again, so that whoever
+//! replaces or removes the file revokes what it held. Beside them, what slows those down who guess.
+
+use std::collections::HashMap;
+use std::io;
+use std::net::IpAddr;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+use vencejo_proto::MonoTime;
+use vencejo_store::Access;
+
+use crate::access::{random_secret, same};
+use crate::dto::Role;
+
+/// How often the file is looked at.
+pub const LOOK_INTERVAL: Duration = Duration::from_secs(1);
+/// Hexadecimal digits of a token at least.
+const LEAST_DIGITS: usize = 32;
+
+/// The tokens of a server, one for each role.
+#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Tokens {
+    /// For those who look.
+    pub viewer: String,
+    /// For those who command.
+    pub operator: String,
+}
+
+impl std::fmt::Debug for Tokens {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Tokens(…)")
+    }
+}
+
+impl Tokens {
+    /// New random ones.
+    ///
+    /// # Errors
+    /// When the system has no random numbers.
+    pub fn random() -> io::Result<Self> {
+        Ok(Self { viewer: random_secret()?, operator: random_secret()? })
+    }
+
+    /// Those of a file; it is made, readable by its owner alone, when it is not there.
+    ///
+    /// # Errors
+    /// When the file cannot be read or written, or holds something else.
+    pub fn load_or_create(path: &Path) -> io::Result<Self> {
+        match Self::load(path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                let tokens = Self::random()?;
+                // Another process may have made them meanwhile: then those hold.
+                let is_ours = vencejo_store::create(path, &tokens.bytes()?, Access::Owner)?;
+                if is_ours { Ok(tokens) } else { Self::load(path) }
+            }
+            loaded => loaded,
+        }
+    }
+
+    /// Makes new ones for some roles. A server that uses the file takes them within seconds, and ends the sessions that the
+    /// old ones opened.
+    ///
+    /// # Errors
+    /// As [`Self::load_or_create`].
+    pub fn renew(path: &Path, viewer: bool, operator: bool) -> io::Result<Self> {
+        let mut tokens = Self::load_or_create(path)?;
+        if viewer {
+            tokens.viewer = random_secret()?;
+        }
+        if operator {
+            tokens.operator = random_secret()?;
+        }
+        vencejo_store::write(path, &tokens.bytes()?, Access::Owner)?;
+        Ok(tokens)
+    }
+
+    fn load(path: &Path) -> io::Result<Self> {
+        let bytes = std::fs::read(path)?;
+        restrict(path)?;
+        let tokens: Self = serde_json::from_slice(&bytes).map_err(io::Error::other)?;
+        let is_long = |token: &String| token.len() >= LEAST_DIGITS;
+        if is_long(&tokens.viewer) && is_long(&tokens.operator) && tokens.viewer != tokens.operator {
+            return Ok(tokens);
+        }
+        Err(io::Error::other("the tokens are too short or the same; remove the file and new ones are made"))
+    }
+
+    fn bytes(&self) -> io::Result<Vec<u8>> {
+        serde_json::to_vec_pretty(self).map_err(io::Error::other)
+    }
+
+    /// The role that a token gives.
+    pub fn role(&self, token: &str) -> Option<Role> {
+        // Both are compared, whole, so that the time tells nothing.
+        let (operator, viewer) = (same(token, &self.operator), same(token, &self.viewer));
+        if operator { Some(Role::Operator) } else { viewer.then_some(Role::Viewer) }
+    }
+}
+
+/// Takes a file away from everybody but its owner.
+fn restrict(path: &Path) -> io::Result<()> {
+    #[cfg(unix)]
+    std::fs::set_permissions(path, std::os::unix::fs::PermissionsExt::from_mode(0o600))?;
+    #[cfg(not(unix))]
+    let _ = path;
+    Ok(())
+}
+
+/// The tokens that hold now. Clones are handles to the same.
+#[derive(Debug, Clone)]
+pub struct TokenStore {
+    now: Arc<RwLock<Tokens>>,
+    file: Option<PathBuf>,
+}
+
+impl From<Tokens> for TokenStore {
+    fn from(tokens: Tokens) -> Self {
+        Self { now: Arc::new(RwLock::new(tokens)), file: None }
+    }
+}
+
+impl TokenStore {
+    /// Those of a file, as [`Tokens::load_or_create`].
+    ///
+    /// # Errors
+    /// The same.
+    pub fn open(path: &Path) -> io::Result<Self> {
+        let tokens = Tokens::load_or_create(path)?;
+        Ok(Self { now: Arc::new(RwLock::new(tokens)), file: Some(path.to_owned()) })
+    }
+
+    /// The tokens that hold now.
+    pub fn now(&self) -> Tokens {
+        self.now.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Looks at the file again; the roles whose token is another one now. Waits for the disk.
+    ///
+    /// # Errors
+    /// When the file cannot be used: the tokens stay as they are.
+    pub fn look(&self) -> io::Result<Vec<Role>> {
+        let Some(path) = &self.file else { return Ok(Vec::new()) };
+        let read = Tokens::load_or_create(path)?;
+        let before = std::mem::replace(&mut *self.now.write().unwrap_or_else(PoisonError::into_inner), read.clone());
+        let changed =
+            [(Role::Viewer, before.viewer != read.viewer), (Role::Operator, before.operator != read.operator)];
+        Ok(changed.into_iter().filter_map(|(role, has_changed)| has_changed.then_some(role)).collect())
+    }
+}
+
+/// Wrong tokens of one address that cost it nothing.
+const FREE_TRIES: u32 = 10;
+/// The first wait after those; it doubles with each further one …
+const FIRST_WAIT: Duration = Duration::from_secs(1);
+/// … up to this.
+const LONGEST_WAIT: Duration = Duration::from_secs(60);
+/// An address without a wrong token for so long is forgiven.
+const FORGIVEN_AFTER: Duration = Duration::from_secs(15 * 60);
+/// Addresses that are remembered; the one that was wrong longest ago makes room.
+const MAX_ADDRESSES: usize = 1024;
+
+/// Slows those down who send wrong tokens, by address. While one waits, no token of it is looked at, right or wrong: else it
+/// could go on guessing. Sessions that are open already are not touched.
+#[derive(Debug, Default)]
+pub struct Throttle {
+    wrong: Mutex<HashMap<IpAddr, (u32, MonoTime)>>,
+}
+
+impl Throttle {
+    /// How long an address has to wait before its next token is looked at; `None` for not at all.
+    pub fn wait(&self, from: IpAddr, now: MonoTime) -> Option<Duration> {
+        let wrong = self.wrong.lock().unwrap_or_else(PoisonError::into_inner);
+        let (count, last) = wrong.get(&from)?;
+        let further = count.checked_sub(FREE_TRIES)?;
+        let wait = FIRST_WAIT.saturating_mul(1 << further.min(16)).min(LONGEST_WAIT);
+        wait.checked_sub(now.since(*last)).filter(|wait| !wait.is_zero())
+    }
+
+    /// An address sent a wrong token.
+    pub fn wrong(&self, from: IpAddr, now: MonoTime) {
+        let mut wrong = self.wrong.lock().unwrap_or_else(PoisonError::into_inner);
+        wrong.retain(|_, (_, last)| now.since(*last) < FORGIVEN_AFTER);
+        if wrong.len() >= MAX_ADDRESSES
+            && !wrong.contains_key(&from)
+            && let Some(oldest) = wrong.iter().min_by_key(|(_, (_, last))| *last).map(|(from, _)| *from)
+        {
+            wrong.remove(&oldest);
+        }
+        let (count, last) = wrong.entry(from).or_insert((0, now));
+        (*count, *last) = (count.saturating_add(1), now);
+    }
+
+    /// An address sent a right one.
+    pub fn right(&self, from: IpAddr) {
+        self.wrong.lock().unwrap_or_else(PoisonError::into_inner).remove(&from);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder() -> PathBuf {
+        std::env::temp_dir().join(format!("vencejo-tokens-{}", random_secret().expect("random")))
+    }
+
+    #[test]
+    fn tokens_are_kept_for_their_owner_alone() {
+        let folder = folder();
+        let path = folder.join("access.json");
+        let made = Tokens::load_or_create(&path).expect("made");
+        assert_eq!(Tokens::load_or_create(&path).expect("read"), made);
+        assert_ne!(made.viewer, made.operator);
+        assert_eq!(made.role(&made.viewer), Some(Role::Viewer));
+        assert_eq!(made.role(&made.operator), Some(Role::Operator));
+        assert_eq!(made.role(""), None);
+        assert_eq!(made.role(&made.operator[1..]), None);
+        assert!(!format!("{made:?}").contains(&made.operator));
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let mode = |path: &Path| std::fs::metadata(path).expect("there").permissions().mode() & 0o777;
+            assert_eq!(mode(&path), 0o600);
+            std::fs::set_permissions(&path, PermissionsExt::from_mode(0o644)).expect("set");
+            Tokens::load_or_create(&path).expect("read");
+            assert_eq!(mode(&path), 0o600);
+        }
+        std::fs::write(&path, r#"{"viewer": "a", "operator": "b"}"#).expect("written");
+        assert!(Tokens::load_or_create(&path).is_err(), "guessable ones are refused");
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[test]
+    fn what_a_file_holds_no_more_is_revoked() {
+        let folder = folder();
+        let path = folder.join("access.json");
+        let store = TokenStore::open(&path).expect("made");
+        let before = store.now();
+        assert_eq!(store.look().expect("there"), [], "nothing changed");
+        let renewed = Tokens::renew(&path, false, true).expect("renewed");
+        assert_eq!((&renewed.viewer, store.look().expect("there")), (&before.viewer, vec![Role::Operator]));
+        assert_eq!(store.now(), renewed);
+        assert_eq!(store.now().role(&before.operator), None);
+        std::fs::write(&path, "half a fi").expect("written");
+        store.look().expect_err("said");
+        assert_eq!(store.now(), renewed, "a file that cannot be read locks nobody out");
+        std::fs::remove_file(&path).expect("removed");
+        assert_eq!(store.look().expect("made"), [Role::Viewer, Role::Operator]);
+        assert_eq!(Tokens::load_or_create(&path).expect("there"), store.now());
+        let left: Vec<_> = std::fs::read_dir(&folder).expect("there").collect();
+        assert_eq!(left.len(), 1, "{left:?}");
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[test]
+    fn whoever_guesses_waits_and_nobody_else() {
+        let throttle = Throttle::default();
+        let (guesser, other) = (IpAddr::from([192, 0, 2, 1]), IpAddr::from([192, 0, 2, 2]));
+        let mut now = MonoTime::ZERO;
+        for _ in 0..FREE_TRIES {
+            assert_eq!(throttle.wait(guesser, now), None);
+            throttle.wrong(guesser, now);
+        }
+        let mut tried = 0;
+        for _ in 0..3600 {
+            now = now + Duration::from_secs(1);
+            if throttle.wait(guesser, now).is_none() {
+                throttle.wrong(guesser, now);
+                tried += 1;
+            }
+            assert_eq!(throttle.wait(other, now), None);
+        }
+        assert!((55..=70).contains(&tried), "{tried} in an hour");
+        assert_eq!(throttle.wait(guesser, now + FORGIVEN_AFTER), None);
+        throttle.right(guesser);
+        assert_eq!(throttle.wait(guesser, now), None);
+        for number in 0..3000_u16 {
+            let [high, low] = number.to_be_bytes();
+            throttle.wrong(IpAddr::from([10, 0, high, low]), now);
+        }
+        assert_eq!(throttle.wrong.lock().expect("whole").len(), MAX_ADDRESSES);
+    }
+}
