@@ -276,7 +276,7 @@ def main() -> int:
         (folder / "maps").mkdir()
         (folder / "maps/sources.toml").write_text(
             f'[[source]]\nid = "file"\nname = "file"\nkind = "mbtiles"\npath = "{file}"\n'
-            f'[[source]]\nid = "cache"\nname = "cache"\nkind = "xyz"\nurl = "{service}"\n'
+            f'[[source]]\nid = "cache"\nname = "cache"\nkind = "xyz"\nurl = "{service}"\nlocal_network = true\n'
         )
 
         def ours(source: str) -> Callable[[], dict[str, float]]:

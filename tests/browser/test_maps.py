@@ -74,6 +74,7 @@ def wms(server: MapServer, **settings: Any) -> dict[str, Any]:
         "kind": "wms",
         "role": "base",
         "url": server.url,
+        "local_network": True,
         "version": "1.3.0",
         "layers": [LAYER],
         "crs": "EPSG:3857",
@@ -262,6 +263,7 @@ async def test_a_service_is_added_by_its_address_and_an_area_of_it_kept(
         await look("add")
         # as somebody copies it out of a browser
         await station.field(panel, "maps.paste").fill(ground.url + "?request=GetCapabilities&service=WMS")
+        await panel.get_by_role("checkbox", name=station.text("maps.localNetwork")).check()
         await press(station, panel, "maps.next").click()
         await panel.get_by_role("checkbox", name="Ground with discs").check()
         await station.choice(panel, "maps.crs").select_option("EPSG:32630")

@@ -81,6 +81,10 @@ def _folder(tmp_path: Path) -> Path:
     return folder
 
 
+HERE = ("--set", "local_network=true")
+"""The service of these tests is on this machine, which a source has to say."""
+
+
 def run(*args: str, folder: Path | None = None, data: Path | None = None) -> Result:
     where = ["--maps", str(folder)] if folder else []
     env = {"VENCEJO_STATION": "", "VENCEJO_TOKEN": "", "VENCEJO_DATA": str(data or (folder or Path.cwd()).parent)}
@@ -94,7 +98,9 @@ def told(*args: str, folder: Path) -> Any:
 
 
 def test_a_source_is_added_tried_and_removed(tiles: Tiles, folder: Path) -> None:
-    tried = told("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}.png", "--name", "Club", "--set", "max_zoom=18", folder=folder)
+    tried = told(
+        "add", f"{tiles.url}/{{z}}/{{x}}/{{y}}.png", *HERE, "--name", "Club", "--set", "max_zoom=18", folder=folder
+    )
     assert (tried["id"], tried["ok"], tried["type"], tried["bytes"]) == ("club", True, "image/png", len(PICTURE))
     assert tiles.asked == [f"/{tried['tile']}.png"]
     assert 'id = "club"' in (folder / "sources.toml").read_text()
@@ -111,7 +117,7 @@ def test_a_source_is_added_tried_and_removed(tiles: Tiles, folder: Path) -> None
 
 
 def test_a_source_that_fails_says_why(tiles: Tiles, folder: Path) -> None:
-    result = run("add", f"{tiles.url}/none/{{z}}/{{x}}/{{y}}", "--id", "broken", folder=folder)
+    result = run("add", f"{tiles.url}/none/{{z}}/{{x}}/{{y}}", *HERE, "--id", "broken", folder=folder)
     assert result.exit_code == 0
     assert "out of order" in result.stdout
     tried = run("test", "--json", folder=folder)
@@ -121,7 +127,7 @@ def test_a_source_that_fails_says_why(tiles: Tiles, folder: Path) -> None:
         (("test", "nowhere"), "no map source 'nowhere'"),
         (("add", "nonsense.txt"), "no preset"),
         (("add", "https://a.example/wms"), "which layer?"),
-        (("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", "--set", "opacity"), "FIELD=VALUE"),
+        (("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", *HERE, "--set", "opacity"), "FIELD=VALUE"),
         (("area", "estimate", "broken"), "--around"),
         (("area", "estimate", "broken", "--box", "1,2,3"), "four numbers"),
         (("area", "estimate", "broken", "--box", BOX, "--zoom", "high"), "10-17"),
@@ -130,7 +136,7 @@ def test_a_source_that_fails_says_why(tiles: Tiles, folder: Path) -> None:
         wrong = run(*args, folder=None if "--station" in args else folder)
         assert wrong.exit_code == 2, f"{args}: {wrong.output}"
         assert said in wrong.stderr
-    refused = run("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", "--set", "opacity=7", folder=folder)
+    refused = run("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", *HERE, "--set", "opacity=7", folder=folder)
     assert (refused.exit_code, "opacity" in refused.stderr) == (1, True)
 
 
@@ -144,7 +150,7 @@ def test_presets_and_files(folder: Path) -> None:
 
 
 def test_an_area_is_reckoned_fetched_and_handed_on(tiles: Tiles, folder: Path, tmp_path: Path) -> None:
-    run("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", "--id", "club", folder=folder)
+    run("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", *HERE, "--id", "club", folder=folder)
     wanted = ("club", "--box", BOX, "--zoom", "12-15")
     estimate = told("area", "estimate", *wanted, folder=folder)
     assert estimate["tiles"] > 8
@@ -164,7 +170,7 @@ def test_an_area_is_reckoned_fetched_and_handed_on(tiles: Tiles, folder: Path, t
 def test_ctrl_c_pauses_and_a_plan_leads(tiles: Tiles, folder: Path) -> None:
     from vencejo.cli.demo import demo_mission
 
-    run("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", "--id", "club", folder=folder)
+    run("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", *HERE, "--id", "club", folder=folder)
     tiles.may_answer.clear()
     before = len(tiles.asked)
     wanted = ["download", "club", "--name", "Field", "--around", str(demo_mission()), "--zoom", "12-16", "--yes"]
@@ -190,7 +196,7 @@ def test_a_station_that_runs_is_asked_with_its_token(tiles: Tiles, folder: Path)
         assert refused.exit_code == 1
         assert "--token" in refused.stderr
         token = ("--token", served.token("operator"))
-        added = run("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", "--id", "club", *station, *token)
+        added = run("add", f"{tiles.url}/{{z}}/{{x}}/{{y}}", *HERE, "--id", "club", *station, *token)
         assert added.exit_code == 0, added.stderr
         browser = served.client(name="browser", token=served.token("operator"))
         assert browser.done("GET", "session")["has_control"], "the command holds no control"

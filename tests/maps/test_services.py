@@ -66,6 +66,7 @@ def wms(mapserver: MapServer, name: str, version: str, crs: str, **more: Any) ->
         "name": name,
         "kind": "wms",
         "url": mapserver.url,
+        "local_network": True,
         "version": version,
         "crs": crs,
         "layers": [LAYER],
@@ -188,7 +189,9 @@ def test_a_picture_with_corners_shows_the_same_points(operator: Client) -> None:
 
 def test_capabilities_say_what_there_is(operator: Client, mapserver: MapServer) -> None:
     said = operator.done(
-        "POST", "maps/capabilities", {"kind": "wms", "url": f"{mapserver.url}?request=GetMap&layers=x"}
+        "POST",
+        "maps/capabilities",
+        {"kind": "wms", "url": f"{mapserver.url}?request=GetMap&layers=x", "local_network": True},
     )
     assert said["version"] == "1.3.0"
     assert "image/png" in said["formats"]
@@ -232,7 +235,9 @@ def test_a_service_whose_certificate_nobody_vouches_for_is_told(operator: Client
     threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True).start()
     try:
         url = f"https://127.0.0.1:{server.server_port}/{{z}}/{{x}}/{{y}}"
-        operator.done("PUT", "maps/sources/tls", {"id": "tls", "name": "tls", "kind": "xyz", "url": url})
+        operator.done(
+            "PUT", "maps/sources/tls", {"id": "tls", "name": "tls", "kind": "xyz", "url": url, "local_network": True}
+        )
         state = operator.done("POST", "maps/sources/tls/check")
     finally:
         server.shutdown()

@@ -3,17 +3,21 @@
 use std::path::{Path, PathBuf};
 
 use bytes::Bytes;
-use rusqlite::{Connection, OpenFlags, OptionalExtension, params};
+use rusqlite::{Connection, OptionalExtension, params};
 
 use crate::areas::{Area, DONE, MAX_TILES, new_id};
 use crate::cache::{self, Cache, Kept};
 use crate::cover::{self, Shape};
 use crate::error::{MapError, Result};
+use crate::files::mbtiles;
 use crate::grid::{TileGrid, TileId};
+use crate::memory::lease;
 use crate::service::{Maps, blocking};
 use crate::settings::SourceSettings;
 use crate::sniff;
 
+/// Bytes of a note of a file at most: the largest is an area's outline.
+const MAX_NOTE: usize = 1024 * 1024;
 /// How long an imported tile is new.
 const IMPORTED: std::time::Duration = std::time::Duration::from_secs(30 * 86_400);
 
@@ -121,11 +125,16 @@ fn import(
     now_s: i64,
 ) -> Result<String> {
     let wrong = |reason: String| MapError::file("the file", reason);
-    let failed = |error: rusqlite::Error| wrong(format!("no MBTiles file: {error}"));
-    let file = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY).map_err(failed)?;
-    file.set_db_config(rusqlite::config::DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false)?;
+    let failed = |error: rusqlite::Error| wrong(format!("no MBTiles file: {}", mbtiles::words(&error)));
+    let _lease = lease(Some(mbtiles::MEMORY)).map_err(wrong)?;
+    let file = mbtiles::Reader::open(path).map_err(failed)?;
+    if let Some(fault) = file.fault().map_err(failed)? {
+        return Err(wrong(fault));
+    }
     let note = |name: &str| -> Option<String> {
-        file.query_row("SELECT value FROM metadata WHERE name=?", [name], |row| row.get(0)).ok()
+        let text =
+            file.ask().query_row("SELECT value FROM metadata WHERE name=?", [name], |row| row.get::<_, String>(0));
+        text.ok().filter(|text| text.len() <= MAX_NOTE)
     };
     let usual = TileGrid::standard(crate::crs::Crs::WebMercator, 256, 0, 0);
     let is_usual = grid.crs == usual.crs
@@ -145,11 +154,12 @@ fn import(
         }
         _ => {}
     }
-    let count: i64 = file.query_row("SELECT COUNT(*) FROM tiles", [], |row| row.get(0)).map_err(failed)?;
+    let count: i64 = file.ask().query_row("SELECT COUNT(*) FROM tiles", [], |row| row.get(0)).map_err(failed)?;
     if count.cast_unsigned() > MAX_TILES {
         return Err(MapError::AreaTooLarge { tiles: count.cast_unsigned(), most: MAX_TILES });
     }
-    let mut query = file.prepare("SELECT zoom_level, tile_column, tile_row, tile_data FROM tiles").map_err(failed)?;
+    let mut query =
+        file.ask().prepare("SELECT zoom_level, tile_column, tile_row, tile_data FROM tiles").map_err(failed)?;
     let mut found = query.query([]).map_err(failed)?;
     let id = new_id(cache)?;
     let mut writer = cache.writer();
@@ -159,11 +169,17 @@ fn import(
     {
         let mut insert = transaction
             .prepare("INSERT OR IGNORE INTO area_tiles (level, col, row, area, state) VALUES (?, ?, ?, ?, ?)")?;
-        while let Some(row) = found.next().map_err(failed)? {
+        for seen in 0_u64.. {
+            // Each row has its time.
+            file.ask();
+            let Some(row) = found.next().map_err(failed)? else { break };
+            if seen >= MAX_TILES {
+                return Err(MapError::AreaTooLarge { tiles: seen + 1, most: MAX_TILES });
+            }
             let number = |index: usize| row.get::<_, i64>(index).map_err(failed);
             let level = u8::try_from(number(0)?).map_err(|_| wrong("a zoom is out of range".to_owned()))?;
-            let from_top = rows(grid, level).cast_signed() - 1 - number(2)?;
-            let place = u32::try_from(number(1)?).ok().zip(u32::try_from(from_top).ok());
+            let from_top = (rows(grid, level).cast_signed() - 1).checked_sub(number(2)?);
+            let place = u32::try_from(number(1)?).ok().zip(from_top.and_then(|row| u32::try_from(row).ok()));
             let Some((column, row_number)) = place else { return Err(wrong("a tile lies off the grid".to_owned())) };
             let tile = TileId { level, column, row: row_number };
             let Some(extent) = grid.tile_extent(tile) else { continue };

@@ -16,12 +16,28 @@ impl Maps {
     pub async fn put(&self, mut settings: SourceSettings) -> Result<MapSource> {
         let edit = self.shared.edits.lock().await;
         let before = self.source(&settings.id).ok();
-        if settings.key.is_none() {
+        let is_kept_key = settings.key.is_none();
+        if is_kept_key {
             settings.key = before.as_ref().and_then(|source| source.settings.key.clone());
         }
         settings.key = settings.key.filter(|key| !key.is_empty());
         settings.has_key = None;
         let mut faults = settings.faults();
+        if let Some(before) = &before
+            && settings.key.is_some()
+            && settings.key == before.settings.key
+            && is_kept_key
+        {
+            let (old, new) = (before.settings.key_hosts(), settings.key_hosts());
+            let strange: Vec<&str> = new.difference(&old).map(String::as_str).collect();
+            if !strange.is_empty() {
+                faults.push(format!(
+                    "key: it was given for {}; enter it once more to have it sent to {}, or leave it out with an empty key",
+                    old.iter().map(String::as_str).collect::<Vec<_>>().join(", "),
+                    strange.join(", ")
+                ));
+            }
+        }
         let is_same_path = before.as_ref().is_some_and(|source| source.settings.path == settings.path);
         if let Some(path) = &settings.path
             && !is_same_path

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::{Semaphore, SemaphorePermit};
 use tokio::task::JoinSet;
 
+use crate::aside::Asides;
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::files::geotiff::GeoTiff;
@@ -229,13 +230,15 @@ pub(crate) struct Made {
 
 /// A GeoTIFF at an address.
 pub(crate) struct RemoteTiff {
+    asides: Arc<Asides>,
     opened: tokio::sync::Mutex<Option<(i64, Arc<Opened>)>>,
     gate: Semaphore,
 }
 
-impl Default for RemoteTiff {
-    fn default() -> Self {
-        Self { opened: tokio::sync::Mutex::default(), gate: Semaphore::new(AT_ONCE) }
+impl RemoteTiff {
+    /// One that was not read yet.
+    pub(crate) fn new(asides: Arc<Asides>) -> Self {
+        Self { asides, opened: tokio::sync::Mutex::default(), gate: Semaphore::new(AT_ONCE) }
     }
 }
 
@@ -258,6 +261,7 @@ struct Remote<'a> {
     fetcher: &'a Fetcher,
     settings: &'a SourceSettings,
     url: &'a str,
+    asides: &'a Arc<Asides>,
 }
 
 impl Remote<'_> {
@@ -327,7 +331,9 @@ impl Remote<'_> {
         loop {
             let opened = blocks.clone();
             let name = self.host();
+            let reading = self.asides.reading(self.settings);
             let tiff = blocking(move || {
+                let _reading = reading;
                 let input = opened.clone();
                 let open = move || {
                     Ok(Box::new(Reader { blocks: input.clone(), at: 0 }) as Box<dyn crate::files::geotiff::Input>)
@@ -370,7 +376,12 @@ impl Remote<'_> {
             }
             bytes += self.fill(&opened.blocks, &opened.version, wanted).await?;
             let tiff = opened.tiff.clone();
-            match blocking(move || Ok(tiff.tile(tile))).await? {
+            let reading = self.asides.reading(self.settings);
+            let made = move || {
+                let _reading = reading;
+                Ok(tiff.tile(tile))
+            };
+            match blocking(made).await? {
                 Ok(data) => {
                     let (mark, freshness) = (opened.version.mark(), opened.freshness);
                     return Ok(Made { data, mark, freshness, bytes });
@@ -398,7 +409,7 @@ impl RemoteTiff {
         url: &str,
         now_s: i64,
     ) -> Result<Known> {
-        let remote = Remote { fetcher, settings, url };
+        let remote = Remote { fetcher, settings, url, asides: &self.asides };
         Ok(Known::of(&self.opened(&remote, now_s).await?.tiff))
     }
 
@@ -411,7 +422,7 @@ impl RemoteTiff {
         url: &str,
         now_s: i64,
     ) -> Result<Option<Freshness>> {
-        let remote = Remote { fetcher, settings, url };
+        let remote = Remote { fetcher, settings, url, asides: &self.asides };
         let opened = self.opened(&remote, now_s).await?;
         Ok((opened.version.mark() == mark).then_some(opened.freshness))
     }
@@ -454,7 +465,7 @@ impl RemoteTiff {
         tile: TileId,
         now_s: i64,
     ) -> Result<Made> {
-        let remote = Remote { fetcher, settings, url };
+        let remote = Remote { fetcher, settings, url, asides: &self.asides };
         let opened = self.opened(&remote, now_s).await?;
         match remote.make(&opened, tile).await {
             Err(Fault::Changed) => {

@@ -12,7 +12,7 @@ use crate::sniff;
 use crate::xyz::escape;
 
 /// Where the service is, unless the settings say otherwise.
-const SERVICE: &str = "https://tile.googleapis.com";
+pub(crate) const SERVICE: &str = "https://tile.googleapis.com";
 /// Bytes of an answer in JSON at most.
 const MAX_JSON: usize = 256 * 1024;
 /// A session is renewed so long before it ends.

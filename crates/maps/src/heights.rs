@@ -12,8 +12,8 @@ use crate::service::{Maps, blocking};
 use crate::settings::{Corner, Role};
 use crate::source::{Live, Source};
 
-/// Tiles of heights that are kept unpacked.
-const HEIGHT_TILES: usize = 64;
+/// Heights that are kept unpacked, eight bytes each.
+const KEPT_HEIGHTS: usize = 8 * 1024 * 1024;
 /// Tiles of heights that one question may need.
 const MAX_HEIGHT_TILES: usize = 64;
 /// Places of one question at most.
@@ -70,8 +70,10 @@ impl Maps {
         fault: &mut Option<String>,
     ) -> Result<Vec<Option<(f64, f64)>>> {
         if let Live::Dem(dem) = &source.live {
-            let dem = dem.clone();
+            let (dem, reading) = (dem.clone(), source.reading());
+            let _turn = self.shared.readers.acquire().await.map_err(|_| MapError::Closed)?;
             let read = blocking(move || {
+                let _reading = reading;
                 let height = |at: &Corner| Ok(dem.height(at.lat_deg, at.lon_deg)?.map(|h| (h.alt_m, h.resolution_m)));
                 points.iter().map(height).collect()
             });
@@ -146,7 +148,14 @@ impl Maps {
         }
         let picture = self.serve(source, tile).await?;
         let unusable = |reason: String| source.unusable(format!("tile {tile}: {reason}"));
-        let read = blocking(move || HeightTile::read(&picture.data, encoding).map_err(MapError::Storage)).await;
+        let turn = self.shared.readers.acquire().await.map_err(|_| MapError::Closed)?;
+        let reading = source.reading();
+        let read = blocking(move || {
+            let _reading = reading;
+            HeightTile::read(&picture.data, encoding).map_err(MapError::Storage)
+        })
+        .await;
+        drop(turn);
         let height = read.map_err(|error| unusable(error.to_string()))?;
         let size = self.known_grid(source).await?.level(tile.level).map(|level| level.tile_px);
         if size.is_some_and(|size| size != height.size()) {
@@ -154,10 +163,11 @@ impl Maps {
         }
         let height = Arc::new(height);
         let mut kept = self.shared.heights.lock().unwrap_or_else(PoisonError::into_inner);
-        if kept.len() >= HEIGHT_TILES {
+        kept.push((key, height.clone()));
+        let count = |(_, tile): &(_, Arc<HeightTile>)| tile.size().map(|side| side as usize).iter().product::<usize>();
+        while kept.len() > 1 && kept.iter().map(count).sum::<usize>() > KEPT_HEIGHTS {
             kept.remove(0);
         }
-        kept.push((key, height.clone()));
         Ok(height)
     }
 

@@ -10,6 +10,7 @@
 //! | [`tiles`], `changes`, `heights` | what is done with them: tiles, changes of the sources, heights of the ground |
 //! | [`listing`] | sources as they are shown |
 //! | `source` | one source in use: addresses, fetches under way, how it fares |
+//! | `aside` | sources whose reading ended the process |
 //! | [`settings`], [`file`](mod@file), [`presets`] | what a source is, its file, well-known ones with their terms |
 //! | [`cache`] | what is kept, as MBTiles in SQLite |
 //! | [`areas`], `area_files`, [`cover`] | what is fetched ahead, files of it, and which tiles that takes |
@@ -19,10 +20,12 @@
 //! | [`uploads`] | files that are handed in |
 //! | [`elevation`] | heights from pictures, interpolation, profiles |
 //! | [`crs`], [`grid`] | coordinate reference systems, grids of tiles |
+//! | [`memory`] | what decoders may use and what is kept of their work |
 //! | [`sniff`], [`raster`], [`xml`] | reading what others wrote, within bounds |
 
 mod area_files;
 pub mod areas;
+mod aside;
 pub mod cache;
 mod changes;
 mod cog;
@@ -36,6 +39,7 @@ mod google;
 pub mod grid;
 mod heights;
 pub mod listing;
+pub mod memory;
 pub mod net;
 pub mod presets;
 pub mod raster;

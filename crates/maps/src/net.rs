@@ -1,7 +1,8 @@
 //! Fetching from the services that are configured, and from nowhere else: private addresses are reached only where a source
-//! says so, redirects are followed by hand and checked, answers are bounded, and texts never hold a key.
+//! says so, link-local ones never; redirects are followed by hand and checked; a key goes to its source's host and to no other;
+//! answers are bounded, and texts never hold a key.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::error::Error as StdError;
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
@@ -59,6 +60,8 @@ pub struct Request {
     pub json: Option<String>,
     /// The user's key, which no message may hold.
     pub secret: Option<String>,
+    /// The hosts that the key is for.
+    pub key_hosts: BTreeSet<String>,
     /// Fetches at once from this host.
     pub parallel: u8,
     /// Only these bytes of the file, its first and one beyond its last.
@@ -77,8 +80,9 @@ impl Request {
         if !matches!(parsed.scheme(), "http" | "https") {
             return Err(MapError::Request("addresses of services begin with https:// or http://".to_owned()));
         }
-        Ok(Self {
+        let request = Self {
             local_host: local_host(settings),
+            key_hosts: settings.key_hosts(),
             url: parsed,
             etag: None,
             last_modified: None,
@@ -87,30 +91,60 @@ impl Request {
             secret,
             parallel: settings.parallel.unwrap_or(DEFAULT_PARALLEL),
             range: None,
+        };
+        match request.stray_key(&request.url) {
+            Some(reason) => Err(MapError::Service { host: shown(&request.url), reason }),
+            None => Ok(request),
+        }
+    }
+
+    /// Why an address may not be asked: it holds the key, and is not of a host that the key is for.
+    fn stray_key(&self, url: &Url) -> Option<String> {
+        let secret = self.secret.as_deref().filter(|secret| secret.len() >= MIN_SECRET)?;
+        let is_own = url.host_str().is_some_and(|host| self.key_hosts.contains(host));
+        let has_key = url.as_str().contains(secret) || url.as_str().contains(&crate::xyz::escape(secret));
+        (has_key && !is_own).then(|| {
+            let hosts: Vec<&str> = self.key_hosts.iter().map(String::as_str).collect();
+            format!("would be given the key, which is for {} alone; nothing was sent", hosts.join(", "))
         })
     }
 }
 
-/// The host of a source's own address, when that is in this network by its form or the source's word.
+/// Characters of a key from which on it is looked for in addresses: what is shorter is in many by chance.
+const MIN_SECRET: usize = 4;
+
+/// The host of a source's own address, when the source says that it is in this network.
 fn local_host(settings: &SourceSettings) -> Option<String> {
     let plain: String =
         settings.url.as_deref()?.chars().map(|c| if matches!(c, '{' | '}') { '0' } else { c }).collect();
     let url = Url::parse(&plain).ok()?;
-    let is_local = match url.host()? {
-        Host::Ipv4(ip) => !is_public(ip.into()),
-        Host::Ipv6(ip) => !is_public(ip.into()),
-        Host::Domain(name) => is_local_name(name),
-    };
-    (is_local || settings.local_network).then(|| url.host_str().unwrap_or_default().to_owned())
+    settings.local_network.then(|| url.host_str().unwrap_or_default().to_owned())
 }
 
-/// Whether a name can only be of this network (RFC 6761, 6762, 8375 and usual practice).
-fn is_local_name(name: &str) -> bool {
-    let name = name.trim_end_matches('.').to_ascii_lowercase();
-    let last = name.rsplit('.').next().unwrap_or_default();
-    !name.contains('.')
-        || ["localhost", "local", "lan", "home", "internal"].contains(&last)
-        || name.ends_with(".home.arpa")
+/// Whether an address may be asked: any on the public Internet; in this network where the source says that it is there, but for
+/// those of the link itself, of many receivers, and where clouds keep the keys of their machines.
+#[must_use]
+pub fn may_ask(ip: IpAddr, is_own: bool) -> bool {
+    is_public(ip) || (is_own && !is_never(ip))
+}
+
+fn is_never(ip: IpAddr) -> bool {
+    match ip {
+        IpAddr::V4(ip) => {
+            let [a, ..] = ip.octets();
+            ip.is_link_local() || ip.is_multicast() || a == 0 || a >= 240 || ip == Ipv4Addr::new(100, 100, 100, 200)
+        }
+        IpAddr::V6(ip) => match ip.to_ipv4() {
+            Some(v4) if ip != Ipv6Addr::LOCALHOST => is_never(v4.into()),
+            _ => {
+                let words = ip.segments();
+                let is_cloud = words == [0xfd00, 0xec2, 0, 0, 0, 0, 0, 0x254];
+                // Addresses that hold others are of the Internet; in this network nobody needs them.
+                let is_within = words[0] == 0x2002 || words[..2] == [0x64, 0xff9b];
+                ip.is_unspecified() || ip.is_multicast() || words[0] & 0xffc0 == 0xfe80 || is_cloud || is_within
+            }
+        },
+    }
 }
 
 /// Whether an address is on the public Internet (IANA's special-purpose registries).
@@ -225,23 +259,34 @@ impl fmt::Display for Forbidden {
 impl StdError for Forbidden {}
 
 fn forbidden(host: &str, ip: IpAddr) -> Forbidden {
-    Forbidden(format!(
-        "{host} is {ip}, an address inside this network, where this source is not configured to be; if the service is in \
-         your network set local_network = true"
-    ))
+    // Brackets of an address are of its URL.
+    let bare = host.trim_matches(['[', ']']);
+    let who = if bare == ip.to_string() { format!("{ip} is") } else { format!("{host} is {ip},") };
+    Forbidden(if is_never(ip) {
+        format!("{who} an address inside this network that is never asked for maps")
+    } else {
+        format!(
+            "{who} an address inside this network, where this source is not configured to be; if the service is in your network, \
+             say so: tick \"The service is in this local network\" in the source's settings, or set local_network = true in \
+             sources.toml (on the command line: --set local_network=true)"
+        )
+    })
 }
 
-/// Names become public addresses, or none: so a name that is rebound to a private address leads nowhere.
-struct PublicOnly;
+/// Names become addresses that may be asked, or none: so a name that is rebound to a private address leads nowhere.
+struct Allowed {
+    is_own: bool,
+}
 
-impl Resolve for PublicOnly {
+impl Resolve for Allowed {
     fn resolve(&self, name: Name) -> Resolving {
+        let is_own = self.is_own;
         Box::pin(async move {
             let found: Vec<SocketAddr> = tokio::net::lookup_host((name.as_str(), 0)).await?.collect();
-            let public: Vec<_> = found.iter().copied().filter(|address| is_public(address.ip())).collect();
-            match (public.is_empty(), found.first()) {
+            let allowed: Vec<_> = found.iter().copied().filter(|address| may_ask(address.ip(), is_own)).collect();
+            match (allowed.is_empty(), found.first()) {
                 (true, Some(private)) => Err(forbidden(name.as_str(), private.ip()).into()),
-                _ => Ok(Box::new(public.into_iter()) as Addrs),
+                _ => Ok(Box::new(allowed.into_iter()) as Addrs),
             }
         })
     }
@@ -286,8 +331,8 @@ impl Fetcher {
         let failed =
             |error: reqwest::Error| MapError::storage(format!("no connections can be made: {}", cause(&error)));
         Ok(Self {
-            public: builder().dns_resolver(Arc::new(PublicOnly)).build().map_err(failed)?,
-            local: builder().build().map_err(failed)?,
+            public: builder().dns_resolver(Arc::new(Allowed { is_own: false })).build().map_err(failed)?,
+            local: builder().dns_resolver(Arc::new(Allowed { is_own: true })).build().map_err(failed)?,
             patience,
             hosts: Arc::default(),
         })
@@ -339,6 +384,9 @@ impl Fetcher {
                     &format!("redirects to {}, which is not followed", shown(&next)),
                 ));
             }
+            if let Some(reason) = request.stray_key(&next) {
+                return Err(self.service(request, &next, &reason));
+            }
             url = next;
         }
         Err(self.service(request, &url, "redirects without end"))
@@ -353,7 +401,7 @@ impl Fetcher {
             _ => None,
         };
         // Addresses written as numbers never pass the resolver.
-        if let Some(ip) = literal.filter(|ip| !is_own && !is_public(*ip)) {
+        if let Some(ip) = literal.filter(|ip| !may_ask(*ip, is_own)) {
             return Err(self.service(request, url, &forbidden(host, ip).to_string()));
         }
         let client = if is_own { &self.local } else { &self.public };
@@ -375,7 +423,7 @@ impl Fetcher {
         }
         let response = asked.send().await.map_err(|error| self.failed(request, url, &error))?;
         // Whatever was resolved, this is who we talk to.
-        if let Some(address) = response.remote_addr().filter(|address| !is_own && !is_public(address.ip())) {
+        if let Some(address) = response.remote_addr().filter(|address| !may_ask(address.ip(), is_own)) {
             return Err(self.service(request, url, &forbidden(host, address.ip()).to_string()));
         }
         Ok(response)
@@ -542,21 +590,71 @@ mod tests {
     }
 
     #[test]
-    fn only_where_a_source_is_it_may_be_local() {
+    fn only_where_a_source_says_so_it_is_local() {
         for (url, host) in [
-            ("http://127.0.0.1:8000/{z}/{x}/{y}", Some("127.0.0.1")),
-            ("http://[::1]/{z}/{x}/{y}", Some("[::1]")),
-            ("http://localhost/{z}/{x}/{y}", Some("localhost")),
-            ("http://nas/{z}/{x}/{y}", Some("nas")),
-            ("http://maps.lan/{z}/{x}/{y}", Some("maps.lan")),
-            ("https://tile.openstreetmap.org/{z}/{x}/{y}", None),
-            ("https://127.0.0.1.evil.example/{z}/{x}/{y}", None),
+            ("http://127.0.0.1:8000/{z}/{x}/{y}", "127.0.0.1"),
+            ("http://[::1]/{z}/{x}/{y}", "[::1]"),
+            ("http://nas/{z}/{x}/{y}", "nas"),
+            ("https://maps.example/{z}/{x}/{y}", "maps.example"),
         ] {
-            assert_eq!(local_host(&source(url)).as_deref(), host, "{url}");
+            let mut named = source(url);
+            assert_eq!(local_host(&named), None, "{url}");
+            named.local_network = true;
+            assert_eq!(local_host(&named).as_deref(), Some(host), "{url}");
         }
-        let mut named = source("https://maps.example/{z}/{x}/{y}");
-        named.local_network = true;
-        assert_eq!(local_host(&named).as_deref(), Some("maps.example"));
+    }
+
+    #[test]
+    fn some_addresses_are_never_asked() {
+        for (ip, own) in [
+            ("192.168.1.10", true),
+            ("10.1.2.3", true),
+            ("127.0.0.1", true),
+            ("100.64.0.1", true),
+            ("::1", true),
+            ("fd12:3456::1", true),
+            ("::ffff:192.168.1.10", true),
+            ("169.254.169.254", false),
+            ("::ffff:169.254.169.254", false),
+            ("64:ff9b::a9fe:a9fe", false),
+            ("2002:a9fe:a9fe::1", false),
+            ("fe80::1", false),
+            ("fd00:ec2::254", false),
+            ("100.100.100.200", false),
+            ("0.0.0.0", false),
+            ("::", false),
+            ("255.255.255.255", false),
+            ("224.0.0.251", false),
+            ("ff02::fb", false),
+        ] {
+            let address = ip.parse().expect("an address");
+            assert!(!may_ask(address, false), "{ip}");
+            assert_eq!(may_ask(address, true), own, "{ip}");
+            assert_eq!(forbidden("x", address).to_string().contains("local_network = true"), own, "{ip}");
+        }
+        assert!(may_ask("8.8.8.8".parse().expect("an address"), false));
+    }
+
+    #[test]
+    fn a_key_goes_to_its_own_hosts_alone() {
+        let mut named = source("https://{s}.tiles.example/{z}/{x}/{y}?key={key}");
+        named.subdomains = vec!["a".into(), "b".into()];
+        named.key = Some("s3cret key".into());
+        let ask = |settings: &SourceSettings, url: &str| Request::new(settings, url, 1).map(drop);
+        for url in ["https://a.tiles.example/1?key=s3cret%20key", "https://other.example/without"] {
+            assert!(ask(&named, url).is_ok(), "{url}");
+        }
+        for url in ["https://evil.example/?key=s3cret%20key", "https://c.tiles.example/?key=s3cret%20key"] {
+            let error = ask(&named, url).expect_err("another host").to_string();
+            assert!(error.contains("nothing was sent") && !error.contains("s3cret"), "{error}");
+        }
+        // What the service says of where it is, is not what the user said.
+        let request = Request::new(&named, "https://b.tiles.example/1?key=s3cret%20key", 1).expect("its own");
+        let target = request.url.join("https://evil.example/?key=s3cret%20key").expect("an address");
+        assert!(request.stray_key(&target).is_some());
+        let google = SourceSettings { key: Some("s3cret".into()), ..SourceSettings::new("g", "G", SourceKind::Google) };
+        assert!(ask(&google, "https://tile.googleapis.com/v1/createSession?key=s3cret").is_ok());
+        assert!(ask(&google, "https://evil.example/v1/createSession?key=s3cret").is_err());
     }
 
     #[test]

@@ -5,8 +5,9 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use tokio::sync::watch;
+use tokio::sync::{Semaphore, watch};
 
+use crate::aside::Asides;
 use crate::cache::Cache;
 use crate::elevation::HeightTile;
 use crate::error::{MapError, Result};
@@ -77,6 +78,9 @@ pub(crate) struct Shared {
     /// Unpacked, by source and tile, the newest last.
     pub(crate) heights: Mutex<Vec<(HeightKey, Arc<HeightTile>)>>,
     pub(crate) areas: crate::areas::Running,
+    pub(crate) asides: Arc<Asides>,
+    /// Files that are read at once.
+    pub(crate) readers: Semaphore,
     pub(crate) closing: watch::Sender<bool>,
     /// Counts changes of sources and areas.
     pub(crate) news: watch::Sender<u64>,
@@ -94,9 +98,18 @@ impl std::fmt::Debug for Maps {
     }
 }
 
+/// What is said when reading something failed by a fault of ours.
+pub(crate) const FAILED_INSIDE: &str =
+    "reading it failed inside the program, which is a fault of the program: please report it, with the file if you may";
+
+/// Files that are read at once.
+const READERS: usize = 4;
+
 /// Runs what blocks off the runtime's threads.
 pub(crate) async fn blocking<T: Send + 'static>(work: impl FnOnce() -> Result<T> + Send + 'static) -> Result<T> {
-    tokio::task::spawn_blocking(work).await.map_err(|_| MapError::Closed)?
+    tokio::task::spawn_blocking(work).await.unwrap_or_else(|error| {
+        Err(if error.is_panic() { MapError::file("a map", FAILED_INSIDE) } else { MapError::Closed })
+    })
 }
 
 impl Maps {
@@ -109,13 +122,13 @@ impl Maps {
         let file = SourcesFile::new(config.folder.join("sources.toml"));
         let folder = config.folder.clone();
         let made = file.clone();
-        blocking(move || {
+        let asides = blocking(move || {
             std::fs::create_dir_all(folder.join("files"))?;
             remove_leftovers(&folder.join("tmp"));
             if !made.path().exists() {
                 made.create(&crate::presets::defaults())?;
             }
-            Ok(())
+            Ok(Asides::open(&folder))
         })
         .await?;
         let shared = Shared {
@@ -126,6 +139,8 @@ impl Maps {
             edits: tokio::sync::Mutex::default(),
             heights: Mutex::default(),
             areas: crate::areas::Running::default(),
+            asides,
+            readers: Semaphore::new(READERS),
             closing: watch::channel(false).0,
             news: watch::channel(0).0,
         };
@@ -138,6 +153,7 @@ impl Maps {
     /// Ends what is under way; downloads go on at the next start.
     pub fn close(&self) {
         self.shared.closing.send_replace(true);
+        self.shared.asides.close();
         for source in self.sources() {
             if let Some(cache) = &source.cache
                 && let Err(error) = cache.flush()
@@ -188,7 +204,7 @@ impl Maps {
         if is_same { Ok(()) } else { self.reload().await }
     }
 
-    async fn reload(&self) -> Result<()> {
+    pub(crate) async fn reload(&self) -> Result<()> {
         let _edit = self.shared.edits.lock().await;
         self.reload_held().await
     }
@@ -214,9 +230,13 @@ impl Maps {
     async fn apply(&self, read: Sources, stamp: Option<(SystemTime, u64)>) -> Result<()> {
         let before = self.sources();
         let (folder, news) = (self.shared.config.folder.clone(), self.shared.news.clone());
+        let asides = self.shared.asides.clone();
         let Sources { cache_max_mb, sources } = read;
         let mut opened = blocking(move || {
-            let same = |settings: &SourceSettings| before.iter().find(|source| source.settings == *settings).cloned();
+            let same = |settings: &SourceSettings| {
+                let is_same = |source: &&Arc<Source>| source.settings == *settings && !source.is_outdated();
+                before.iter().find(is_same).cloned()
+            };
             // One file is opened once: its connections know of each other.
             let caches: HashMap<PathBuf, Arc<Cache>> = before
                 .iter()
@@ -233,10 +253,10 @@ impl Maps {
                             caches.get(&path).cloned().map_or_else(|| Cache::open(&path, max_bytes).map(Arc::new), Ok)
                         });
                         match cache.transpose() {
-                            Ok(cache) => Arc::new(Source::open(settings, &folder, cache, news.clone())),
+                            Ok(cache) => Arc::new(Source::open(settings, &folder, cache, asides.clone(), news.clone())),
                             Err(error) => {
                                 tracing::error!(%error, source = settings.id, "the cache of a map source cannot be used");
-                                Arc::new(Source::open(settings, &folder, None, news.clone()))
+                                Arc::new(Source::open(settings, &folder, None, asides.clone(), news.clone()))
                             }
                         }
                     });
@@ -369,12 +389,19 @@ impl Maps {
     ///
     /// # Errors
     /// [`MapError::Request`] for an address that is none, else as a fetch.
-    pub async fn capabilities(&self, kind: SourceKind, url: &str, key: Option<&str>) -> Result<Capabilities> {
+    pub async fn capabilities(
+        &self,
+        kind: SourceKind,
+        url: &str,
+        key: Option<&str>,
+        local_network: bool,
+    ) -> Result<Capabilities> {
         if let Some(fault) = url_fault(url) {
             return Err(MapError::Request(format!("url: {fault}")));
         }
         let mut settings = SourceSettings::new("new", "new", kind);
         (settings.url, settings.key) = (Some(url.to_owned()), key.map(str::to_owned));
+        settings.local_network = local_network;
         let address = match kind {
             SourceKind::Wms => wms::capabilities_url(&with_key(&settings), None)?,
             SourceKind::Wmts => wmts::capabilities_url(&with_key(&settings))?,

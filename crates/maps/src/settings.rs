@@ -1,6 +1,6 @@
 //! What a source of maps is, as its file and the dialog say it, and what of it can be wrong.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
@@ -195,8 +195,8 @@ pub struct SourceSettings {
     /// Whether there is a key. Ignored in a request.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub has_key: Option<bool>,
-    /// Whether the service is in this network: without it no private address is asked. Addresses given as numbers and
-    /// names such as `localhost` and `nas.local` need it not.
+    /// Whether the service is in this network, or on this machine: without it no private address is asked. Those of the link
+    /// itself (169.254.0.0/16, fe80::/10) are never asked.
     #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "std::ops::Not::not")]
     #[schema(required = false)]
     pub local_network: bool,
@@ -375,6 +375,14 @@ impl SourceSettings {
     #[must_use]
     pub fn key(&self) -> Option<&str> {
         self.key.as_deref().filter(|key| !key.is_empty())
+    }
+
+    /// The hosts that its key is for: those of the addresses that the user gave.
+    #[must_use]
+    pub fn key_hosts(&self) -> BTreeSet<String> {
+        let own = (self.kind == SourceKind::Google && self.url.is_none()).then_some(crate::google::SERVICE);
+        let given = [self.url.as_deref(), self.attribution_url.as_deref(), own];
+        given.into_iter().flatten().flat_map(|url| crate::xyz::hosts(url, &self.subdomains)).collect()
     }
 
     /// Whether it is read from files of this machine; a GeoTIFF may be a service's.

@@ -10,6 +10,7 @@ use serde::Serialize;
 use tokio::sync::watch;
 use utoipa::ToSchema;
 
+use crate::aside::{Asides, Reading};
 use crate::cache::Cache;
 use crate::cog::{Known, RemoteTiff};
 use crate::crs::Crs;
@@ -66,6 +67,8 @@ pub enum Status {
     Invalid,
     /// It needs the user's key.
     KeyMissing,
+    /// The program ended while it was read: it is left alone until its file is another, or somebody has it tried again.
+    SetAside,
 }
 
 /// How a source fares.
@@ -162,6 +165,9 @@ pub struct Source {
     /// Held while its capabilities are read.
     pub(crate) learning: tokio::sync::Mutex<()>,
     health: Mutex<Health>,
+    asides: Arc<Asides>,
+    /// Whether it was set aside when it was to be opened.
+    is_aside: bool,
     /// Told when it begins to fail or works again.
     news: watch::Sender<u64>,
 }
@@ -183,11 +189,20 @@ impl Source {
         settings: SourceSettings,
         folder: &Path,
         cache: Option<Arc<Cache>>,
+        asides: Arc<Asides>,
         news: watch::Sender<u64>,
     ) -> Self {
-        let (live, about) = match prepare(&settings, folder, cache.as_deref()) {
-            Ok(ready) => ready,
-            Err(reason) => (Live::Unusable(reason), About::default()),
+        let is_aside = asides.has(&settings);
+        let (live, about) = if is_aside {
+            (Live::Unusable(SET_ASIDE.to_owned()), About::default())
+        } else {
+            let _reading = asides.reading(&settings);
+            // One file's fault is not that of the others.
+            let ready = || prepare(&settings, folder, cache.as_deref(), &asides);
+            let ready = std::panic::catch_unwind(std::panic::AssertUnwindSafe(ready));
+            ready
+                .unwrap_or_else(|_| Err(crate::service::FAILED_INSIDE.to_owned()))
+                .unwrap_or_else(|reason| (Live::Unusable(reason), About::default()))
         };
         Self {
             settings,
@@ -198,8 +213,20 @@ impl Source {
             flights: Mutex::default(),
             learning: tokio::sync::Mutex::default(),
             health: Mutex::default(),
+            asides,
+            is_aside,
             news,
         }
+    }
+
+    /// Notes that something that others wrote is read of it, until the value is dropped.
+    pub(crate) fn reading(&self) -> Reading {
+        self.asides.reading(&self.settings)
+    }
+
+    /// Whether it is set aside, or was and is not any more: it is to be opened anew.
+    pub(crate) fn is_outdated(&self) -> bool {
+        self.is_aside != self.asides.has(&self.settings)
     }
 
     /// The grid of its tiles, as far as it is known.
@@ -351,6 +378,7 @@ impl Source {
         let health = self.health();
         let last_error = health.last_error.as_ref().map(ToString::to_string);
         let (status, detail) = match &self.live {
+            Live::Unusable(reason) if self.is_aside => (Status::SetAside, Some(reason.clone())),
             Live::Unusable(reason) => (Status::Invalid, Some(reason.clone())),
             _ if self.settings.needs_key() && self.settings.key().is_none() => {
                 (Status::KeyMissing, Some(MapError::KeyMissing(self.settings.id.clone()).to_string()))
@@ -397,10 +425,15 @@ fn limited(settings: &SourceSettings, mut grid: TileGrid) -> TileGrid {
     grid
 }
 
+/// Why a source that is set aside is not read.
+const SET_ASIDE: &str = "the program ended while it read this, so it is not read any more: replace the file, or have it tried once \
+                         more (POST …/check)";
+
 fn prepare(
     settings: &SourceSettings,
     folder: &Path,
     cache: Option<&Cache>,
+    asides: &Arc<Asides>,
 ) -> std::result::Result<(Live, About), String> {
     let max_zoom = settings.max_zoom.unwrap_or(DEFAULT_MAX_ZOOM);
     let min_zoom = settings.min_zoom.unwrap_or(0);
@@ -443,7 +476,7 @@ fn prepare(
                 let grid = Arc::new(limited(settings, known.grid()?));
                 Some((known, grid))
             });
-            plain(Live::Cog(RemoteTiff::default(), Mutex::new(known)))
+            plain(Live::Cog(RemoteTiff::new(asides.clone()), Mutex::new(known)))
         }
         SourceKind::Geotiff => of_file(Arc::new(GeoTiff::open(&path()).map_err(named)?)),
         SourceKind::Image => of_file(Arc::new(Overlay::open(&path(), &settings.corners).map_err(named)?)),

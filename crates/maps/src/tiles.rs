@@ -122,8 +122,13 @@ impl Maps {
     }
 
     async fn read_file(&self, source: &Source, file: &Arc<dyn TileFile>, tile: TileId) -> Result<Tile> {
-        let reader = file.clone();
-        let read = blocking(move || Ok(reader.tile(tile)?.map(|data| (sniff::hash(&data), data)))).await;
+        let (reader, reading) = (file.clone(), source.reading());
+        let _turn = self.shared.readers.acquire().await.map_err(|_| MapError::Closed)?;
+        let read = blocking(move || {
+            let _reading = reading;
+            Ok(reader.tile(tile)?.map(|data| (sniff::hash(&data), data)))
+        })
+        .await;
         let shown = read.and_then(|found| {
             let (hash, data) = found.ok_or(MapError::NoTile)?;
             let picture = Picture::of(&data);
@@ -378,6 +383,9 @@ impl Maps {
     /// # Errors
     /// [`MapError::NoSource`]; what fails is in the state.
     pub async fn check(&self, id: &str) -> Result<SourceState> {
+        if self.shared.asides.forgive(id) {
+            self.reload().await?;
+        }
         let source = self.source(id)?;
         source.try_again();
         if let Ok(grid) = self.known_grid(&source).await {

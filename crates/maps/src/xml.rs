@@ -8,6 +8,8 @@ use quick_xml::events::{BytesStart, Event};
 pub const MAX_BYTES: usize = 16 * 1024 * 1024;
 const MAX_DEPTH: usize = 64;
 const MAX_ELEMENTS: usize = 200_000;
+/// Attributes of an element at most.
+const MAX_ATTRIBUTES: usize = 2000;
 
 /// An element, by its local name: prefixes differ between services, meanings do not.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -34,9 +36,12 @@ impl Element {
         let text = decode(bytes);
         let mut reader = Reader::from_str(&text);
         let mut open: Vec<Self> = vec![Self::default()];
-        let mut count = 0_usize;
+        let (mut count, mut attributes) = (0_usize, 0_usize);
         loop {
             let event = reader.read_event().map_err(|error| format!("no XML: {error}"))?;
+            if attributes > MAX_ELEMENTS {
+                return Err(format!("the document has more than {MAX_ELEMENTS} attributes"));
+            }
             let top = open.last_mut().ok_or("no XML: an element too many ends")?;
             match event {
                 Event::Start(start) => {
@@ -47,14 +52,18 @@ impl Element {
                     if open.len() > MAX_DEPTH {
                         return Err(format!("the document is more than {MAX_DEPTH} elements deep"));
                     }
-                    open.push(element(&start));
+                    let element = element(&start);
+                    attributes += element.attributes.len();
+                    open.push(element);
                 }
                 Event::Empty(start) => {
                     count += 1;
                     if count > MAX_ELEMENTS {
                         return Err(format!("the document has more than {MAX_ELEMENTS} elements"));
                     }
-                    top.children.push(element(&start));
+                    let element = element(&start);
+                    attributes += element.attributes.len();
+                    top.children.push(element);
                 }
                 Event::End(_) => {
                     let mut done = open.pop().ok_or("no XML: an element too many ends")?;
@@ -142,7 +151,9 @@ pub fn exception(root: &Element) -> Option<String> {
 
 fn element(start: &BytesStart<'_>) -> Element {
     let local = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let attributes = start.attributes().flatten().map(|attribute| {
+    let mut read = start.attributes();
+    // Whether a name comes twice is not asked: that takes the square of their number.
+    let attributes = read.with_checks(false).flatten().take(MAX_ATTRIBUTES).map(|attribute| {
         let value = String::from_utf8_lossy(&attribute.value);
         let value = quick_xml::escape::unescape(&value).map_or_else(|_| value.to_string(), Into::into);
         (local(attribute.key.local_name().as_ref()), value)
@@ -204,6 +215,8 @@ mod tests {
         assert!(Element::parse(wide.as_bytes()).unwrap_err().contains("elements"));
         let many = format!("<a {}/>", (0..1000).map(|i| format!("a{i}='{i}' ")).collect::<String>());
         assert!(Element::parse(many.as_bytes()).is_ok());
+        let wide = format!("<a>{}</a>", format!("<b{}/>", " c=''".repeat(1000)).repeat(201));
+        assert!(Element::parse(wide.as_bytes()).unwrap_err().contains("attributes"));
         assert!(Element::parse(&vec![b' '; MAX_BYTES + 1]).is_err());
     }
 

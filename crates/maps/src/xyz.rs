@@ -1,5 +1,9 @@
 //! Addresses of tiles with places to fill: `{z} {x} {y} {-y} {q} {s} {switch:a,b} {key}`.
 
+use std::collections::BTreeSet;
+
+use url::Url;
+
 use crate::grid::TileId;
 
 /// A part of an address.
@@ -17,6 +21,39 @@ enum Part {
     Subdomain,
     Switch(Vec<String>),
     Key,
+}
+
+/// The hosts that an address can lead to, whatever is filled in.
+pub(crate) fn hosts(text: &str, subdomains: &[String]) -> BTreeSet<String> {
+    let mut texts = vec![text.to_owned()];
+    // The host is before the path; each place there multiplies the addresses.
+    for _ in 0..4 {
+        let host_end = |text: &str| {
+            text.find("://").map_or(0, |at| at + 3 + text[at + 3..].find('/').unwrap_or(text.len() - at - 3))
+        };
+        let place = |text: &str| {
+            let open = text[..host_end(text)].find('{')?;
+            let close = open + text[open..].find('}')?;
+            Some((open, close))
+        };
+        texts = texts
+            .iter()
+            .flat_map(|text| {
+                let Some((open, close)) = place(text) else { return vec![text.clone()] };
+                let name = text[open + 1..close].to_ascii_lowercase();
+                let choices: Vec<String> = match name.strip_prefix("switch:") {
+                    Some(_) => text[open + 8..close].split(',').map(|choice| choice.trim().to_owned()).collect(),
+                    None if name == "s" => subdomains.to_vec(),
+                    // A host that depends on the tile, or on the key itself, is nobody's.
+                    None => Vec::new(),
+                };
+                choices.iter().map(|choice| format!("{}{choice}{}", &text[..open], &text[close + 1..])).collect()
+            })
+            .take(100)
+            .collect();
+    }
+    let plain = |text: &String| text.replace(['{', '}'], "0");
+    texts.iter().filter_map(|text| Url::parse(&plain(text)).ok()?.host_str().map(str::to_owned)).collect()
 }
 
 /// An address with places to fill.

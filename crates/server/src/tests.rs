@@ -608,6 +608,65 @@ async fn raw_messages_are_told_by_name_the_newest_of_each() {
     station.close().await;
 }
 
+/// Ways out of a folder to a file, as they have been tried elsewhere: each step up and each separator written in many ways.
+fn ways_out(file: &str) -> Vec<String> {
+    let ups =
+        ["..", "%2e%2e", "%2E.", ".%2e", "%252e%252e", "..;", "..%00", "....", "%c0%ae%c0%ae", "%uff0e%uff0e", ".%20."];
+    let separators = ["/", "%2f", "%2F", "%5c", "%255c", "%252f", "//", "/./", "%c0%af", "%2f/"];
+    let mut ways = Vec::new();
+    for up in ups {
+        for separator in separators {
+            for depth in 1..=5 {
+                let steps = [up, separator].concat().repeat(depth);
+                ways.push(format!("{steps}{file}"));
+                ways.push(format!("flight.tlog{separator}{steps}{file}"));
+            }
+        }
+    }
+    ways.extend([format!("%2f{file}"), format!("file:%2f%2f%2f{file}"), format!("C:%5c{file}"), format!("~%2f{file}")]);
+    ways
+}
+
+#[tokio::test]
+async fn a_thousand_ways_out_of_the_folders_lead_nowhere() {
+    const SECRET: &[u8] = b"nobody was to read this";
+    let base = std::env::temp_dir().join(format!("vencejo-ways-out-{}", std::process::id()));
+    let folder = base.join("a/b/c/flights");
+    std::fs::create_dir_all(&folder).expect("made");
+    let outside = ["", "a", "a/b", "a/b/c"].map(|place| base.join(place).join("secret.tlog"));
+    for path in &outside {
+        std::fs::write(path, SECRET).expect("written");
+    }
+    std::fs::write(folder.join("flight.tlog"), b"").expect("written");
+    let config = StationConfig { request_streams: false, record_dir: Some(folder.clone()), ..StationConfig::default() };
+    let station = Station::start(config, Handle::current()).expect("a station");
+    let server = Plain::new(station.clone(), None);
+    let operator = server.session(json!({"name": "Ana", "role": "operator"})).await;
+    let mut tried = 0;
+    for way in ways_out("secret.tlog") {
+        for (method, path) in [
+            ("GET", format!("/api/v1/recordings/{way}")),
+            ("GET", format!("/api/v1/recordings/{way}/summary")),
+            ("GET", format!("/api/v1/footage/{way}")),
+            ("DELETE", format!("/api/v1/footage/{way}")),
+            ("GET", format!("/api/v1/tiles/{way}/0/0/0")),
+            ("GET", format!("/{way}")),
+            ("GET", format!("/assets/{way}")),
+        ] {
+            // What no address may hold is refused before it is an address.
+            let request = Request::builder().method(method).uri(&path).header(header::HOST, "localhost");
+            let Ok(request) = request.header(header::COOKIE, &operator).body(Body::empty()) else { continue };
+            let answer = server.send(request).await;
+            assert!(!answer.body.windows(SECRET.len()).any(|part| part == SECRET), "{method} {path}");
+            tried += 1;
+        }
+    }
+    assert!(tried > 5_000, "{tried}");
+    assert!(outside.iter().all(|path| std::fs::read(path).is_ok_and(|bytes| bytes == SECRET)), "nothing was removed");
+    station.close().await;
+    std::fs::remove_dir_all(&base).expect("removed");
+}
+
 #[tokio::test]
 async fn recordings_are_listed_and_read_and_nothing_else_is() {
     let folder = std::env::temp_dir().join(format!("vencejo-recordings-{}", std::process::id()));

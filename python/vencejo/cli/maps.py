@@ -94,6 +94,9 @@ def layers(
     url: Annotated[str, typer.Argument(metavar="URL", help="Address of a WMS or WMTS.")],
     wmts: Annotated[bool, typer.Option("--wmts", help="It is a WMTS.")] = False,
     key: Annotated[str | None, typer.Option("--key", help="Your key, where the address has {key}.")] = None,
+    local_network: Annotated[
+        bool, typer.Option("--local-network", help="The service is on this machine or in its network.")
+    ] = False,
     station: StationOption = None,
     token: TokenOption = None,
     maps: FolderOption = None,
@@ -103,7 +106,7 @@ def layers(
 
     Example: vencejo maps layers https://www.ign.es/wms-inspire/pnoa-ma
     """
-    asked = {"kind": "wmts" if wmts else "wms", "url": url, "key": key}
+    asked = {"kind": "wmts" if wmts else "wms", "url": url, "key": key, "local_network": local_network}
     with map_service(station, token, maps) as service, status(f"Asking {urllib.parse.urlsplit(url).netloc} …"):
         said = service.ask("POST", "maps/capabilities", asked)
     if json:

@@ -10,20 +10,20 @@ use flate2::read::GzDecoder;
 
 use super::geotiff::GeoTiff;
 use crate::error::{MapError, Result};
+use crate::memory::{Unpacked, lease};
 use crate::settings::Bounds;
 
 /// Files of a folder at most.
 const MAX_FILES: usize = 20_000;
 /// Bytes of the largest SRTM tile: 3601 × 3601 heights of two bytes.
 const MAX_HGT: u64 = 3601 * 3601 * 2;
-/// Unpacked tiles that are kept.
-const KEPT: usize = 4;
 /// SRTM's "unknown".
 const VOID: i16 = -32_768;
 
 /// A tile of one degree: heights at the corners and edges too, rows from the north (SRTM Topo, section 2.1).
 #[derive(Debug, Clone)]
 struct Hgt {
+    corner: (i16, i16),
     path: PathBuf,
     side: u32,
     is_packed: bool,
@@ -35,7 +35,9 @@ pub struct Dem {
     /// By the latitude and longitude of their south-west corner.
     tiles: HashMap<(i16, i16), Hgt>,
     rasters: Vec<GeoTiff>,
-    unpacked: Mutex<Vec<(PathBuf, Arc<Vec<u8>>)>>,
+    unpacked: Unpacked,
+    /// Held while a tile is unpacked: one does, the others wait.
+    unpacking: Mutex<()>,
     bounds: Option<Bounds>,
 }
 
@@ -55,7 +57,8 @@ impl Dem {
     /// What is wrong, in words.
     pub fn open(path: &Path) -> std::result::Result<Self, String> {
         let about = std::fs::metadata(path).map_err(|error| format!("{}: {error}", path.display()))?;
-        let mut dem = Self { tiles: HashMap::new(), rasters: Vec::new(), unpacked: Mutex::default(), bounds: None };
+        let (unpacked, unpacking) = (Unpacked::default(), Mutex::default());
+        let mut dem = Self { tiles: HashMap::new(), rasters: Vec::new(), unpacked, unpacking, bounds: None };
         let mut faults = Vec::new();
         if about.is_dir() {
             let listed = std::fs::read_dir(path).map_err(|error| format!("{}: {error}", path.display()))?;
@@ -110,13 +113,13 @@ impl Dem {
         let corner = corner_of(&name).ok_or("its name is not like N40W004.hgt, which says where it lies")?;
         let is_packed = name.ends_with(".gz");
         let bytes = if is_packed {
-            unpack(path)?.len() as u64
+            unpacked_bytes(path)?
         } else {
             std::fs::metadata(path).map_err(|error| error.to_string())?.len()
         };
         let side = [1201_u32, 3601, 1801, 601].into_iter().find(|side| u64::from(*side).pow(2) * 2 == bytes);
         let side = side.ok_or_else(|| format!("it has {bytes} bytes, which is no square of heights"))?;
-        self.tiles.insert(corner, Hgt { path: path.to_owned(), side, is_packed });
+        self.tiles.insert(corner, Hgt { corner, path: path.to_owned(), side, is_packed });
         Ok(())
     }
 
@@ -162,7 +165,7 @@ impl Dem {
 
     fn between(&self, tile: &Hgt, column: f64, row: f64) -> Result<Option<f64>> {
         let broken = |error: String| MapError::file(tile.path.display().to_string(), error);
-        let unpacked = if tile.is_packed { Some(self.unpacked(&tile.path).map_err(broken)?) } else { None };
+        let unpacked = if tile.is_packed { Some(self.unpacked(tile).map_err(broken)?) } else { None };
         let mut file = match unpacked {
             Some(_) => None,
             None => Some(File::open(&tile.path).map_err(|error| broken(error.to_string()))?),
@@ -194,16 +197,15 @@ impl Dem {
         Ok(Some(sum))
     }
 
-    fn unpacked(&self, path: &Path) -> std::result::Result<Arc<Vec<u8>>, String> {
-        let mut kept = self.unpacked.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, bytes)) = kept.iter().find(|(known, _)| known == path) {
-            return Ok(bytes.clone());
+    fn unpacked(&self, tile: &Hgt) -> std::result::Result<Arc<Vec<u8>>, String> {
+        let _turn = self.unpacking.lock().unwrap_or_else(PoisonError::into_inner);
+        let (south, west) = tile.corner;
+        let key = (u64::from(south.cast_unsigned()), u64::from(west.cast_unsigned()));
+        if let Some(known) = self.unpacked.get(key.0, key.1) {
+            return Ok(known);
         }
-        let bytes = Arc::new(unpack(path)?);
-        if kept.len() >= KEPT {
-            kept.remove(0);
-        }
-        kept.push((path.to_owned(), bytes.clone()));
+        let bytes = Arc::new(unpack(&tile.path)?);
+        self.unpacked.put(key.0, key.1, &bytes, bytes.len());
         Ok(bytes)
     }
 }
@@ -215,7 +217,19 @@ pub fn is_height_file(path: &Path) -> bool {
     [".hgt", ".hgt.gz", ".tif", ".tiff"].iter().any(|end| name.ends_with(end))
 }
 
+/// How many bytes a packed file says it unpacks to (RFC 1952, ISIZE). Twenty thousand files are not unpacked to know that.
+fn unpacked_bytes(path: &Path) -> std::result::Result<u64, String> {
+    let mut end = [0; 4];
+    let read = File::open(path).and_then(|mut file| {
+        file.seek(SeekFrom::End(-4))?;
+        file.read_exact(&mut end)
+    });
+    read.map_err(|error| error.to_string())?;
+    Ok(u32::from_le_bytes(end).into())
+}
+
 fn unpack(path: &Path) -> std::result::Result<Vec<u8>, String> {
+    let _lease = lease(Some(2 * MAX_HGT))?;
     let file = File::open(path).map_err(|error| error.to_string())?;
     let mut bytes = Vec::new();
     GzDecoder::new(file).take(MAX_HGT + 1).read_to_end(&mut bytes).map_err(|error| error.to_string())?;

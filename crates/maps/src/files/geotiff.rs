@@ -1,13 +1,14 @@
 //! GeoTIFF files (OGC 19-008r4) as tiles of their own coordinate reference system, and as heights. Overviews inside the file,
 //! as cloud-optimised GeoTIFFs have them, are used.
 
+use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::collections::{HashMap, VecDeque};
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use bytes::Bytes;
 use flate2::bufread::ZlibDecoder;
@@ -15,11 +16,12 @@ use tiff::ColorType;
 use tiff::decoder::{ChunkType, Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
-use super::{About, TileFile, lzw};
+use super::{About, TileFile, lzw, tags};
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::grid::{Level, MAX_LEVELS, TileGrid, TileId};
-use crate::raster::{Raster, rgba_from};
+use crate::memory::{Deadline, Lease, Unpacked, lease};
+use crate::raster::{self, Raster, rgba_from};
 use crate::settings::Bounds;
 
 /// Pixels of the side of the tiles that are made.
@@ -28,10 +30,10 @@ const TILE_PX: u32 = 256;
 const MAX_IMAGES: usize = 32;
 /// Pixels that are read for one tile at most.
 const MAX_READ_PX: u64 = 32 * 1024 * 1024;
-/// Bytes of decoded pieces that are kept.
-const KEPT_BYTES: usize = 64 * 1024 * 1024;
-/// Bytes of one piece, unpacked, at most.
-const MAX_PIECE: usize = 128 * 1024 * 1024;
+/// Bytes of one piece at most: packed, unpacked and as colours or numbers.
+const MAX_PIECE: usize = 48 * 1024 * 1024;
+/// How long one tile may take to make.
+const TILE_TIME: Duration = Duration::from_secs(10);
 
 /// What a TIFF is read from.
 pub(crate) trait Input: Read + Seek + Send {}
@@ -57,6 +59,12 @@ struct Image {
     mask: Option<Mask>,
     /// How its pieces are written, where they are packed by LZW.
     lzw: Option<lzw::Layout>,
+    /// Whether its pieces are tiles, all of one size, or strips, the last of which is cut.
+    is_tiled: bool,
+    /// Whether its pieces are JPEG files, which say their own size.
+    is_jpeg: bool,
+    /// Bytes of a pixel as stored.
+    depth: u64,
 }
 
 /// An image's mask: one bit a pixel, packed by Deflate, as GDAL writes them (TIFF 6.0, NewSubfileType, bit 2).
@@ -84,6 +92,8 @@ enum Colours {
 /// A decoded piece: colours, or numbers.
 #[derive(Debug)]
 enum Piece {
+    /// One that was never written: nothing is there.
+    Empty,
     Colours(Raster),
     Numbers {
         width: u32,
@@ -96,40 +106,11 @@ enum Piece {
 impl Piece {
     fn bytes(&self) -> usize {
         match self {
+            Self::Empty => 0,
             Self::Colours(raster) => raster.rgba.len(),
             Self::Numbers { values, .. } => values.len() * 4,
             Self::Mask(bits) => bits.len(),
         }
-    }
-}
-
-#[derive(Default)]
-struct Open {
-    decoders: HashMap<usize, TiffDecoder>,
-    pieces: VecDeque<((usize, u32), Arc<Piece>)>,
-    bytes: usize,
-}
-
-impl Open {
-    /// A piece that was unpacked lately.
-    fn known(&mut self, key: (usize, u32)) -> Option<Arc<Piece>> {
-        let at = self.pieces.iter().position(|(known, _)| *known == key)?;
-        let found = self.pieces.remove(at)?;
-        self.pieces.push_back(found.clone());
-        Some(found.1)
-    }
-
-    /// Keeps a piece, and forgets those that were used least recently.
-    fn keep(&mut self, key: (usize, u32), piece: Piece) -> Arc<Piece> {
-        let piece = Arc::new(piece);
-        self.bytes += piece.bytes();
-        self.pieces.push_back((key, piece.clone()));
-        while self.bytes > KEPT_BYTES
-            && let Some((_, old)) = self.pieces.pop_front()
-        {
-            self.bytes -= old.bytes();
-        }
-        piece
     }
 }
 
@@ -147,7 +128,8 @@ pub struct GeoTiff {
     no_data: Option<f64>,
     grid: TileGrid,
     about: About,
-    open: Mutex<Open>,
+    decoders: Mutex<HashMap<usize, TiffDecoder>>,
+    unpacked: Unpacked,
 }
 
 impl std::fmt::Debug for GeoTiff {
@@ -161,7 +143,7 @@ fn decoder(input: &OpenInput, image: usize) -> std::result::Result<TiffDecoder, 
     let mut limits = Limits::default();
     limits.decoding_buffer_size = MAX_PIECE;
     limits.intermediate_buffer_size = MAX_PIECE;
-    limits.ifd_value_size = 64 * 1024 * 1024;
+    limits.ifd_value_size = MAX_PIECE;
     let mut decoder =
         Decoder::new(BufReader::new(file)).map_err(|error| format!("no TIFF: {error}"))?.with_limits(limits);
     decoder.seek_to_image(image).map_err(|error| format!("no TIFF: {error}"))?;
@@ -190,6 +172,8 @@ impl GeoTiff {
     /// # Errors
     /// What is wrong with it, in words, and what helps.
     pub(crate) fn read(name: String, input: OpenInput) -> std::result::Result<Self, String> {
+        // Before the crate makes room for what the lists announce.
+        tags::check(&mut *input().map_err(|error| error.to_string())?, MAX_IMAGES)?;
         let mut first = decoder(&input, 0)?;
         let crs = crs_of(&mut first)?;
         let (origin, pixel) = transform_of(&mut first)?;
@@ -227,7 +211,8 @@ impl GeoTiff {
         let grid = own_grid(crs, origin, pixel, size, extent);
         let about = About { bounds: Some(bounds), is_overlay: true, ..About::default() };
         drop(first);
-        Ok(Self { name, input, crs, origin, pixel, images, no_data, grid, about, open: Mutex::default() })
+        let (decoders, unpacked) = (Mutex::default(), Unpacked::default());
+        Ok(Self { name, input, crs, origin, pixel, images, no_data, grid, about, decoders, unpacked })
     }
 
     /// Whether it holds heights, or one band that can be taken for such.
@@ -291,6 +276,7 @@ impl GeoTiff {
         let (piece, [x, y]) = self.piece_of(image, column, row);
         let value = match &*self.piece(image, piece)? {
             Piece::Numbers { width, values } => values.get(y as usize * *width as usize + x as usize).copied(),
+            Piece::Empty => None,
             Piece::Colours(_) | Piece::Mask(_) => return Err(self.broken("it holds colours, not heights")),
         };
         let value = value.map(f64::from).filter(|value| value.is_finite());
@@ -336,12 +322,11 @@ impl GeoTiff {
             let rows = span(row(top), row(bottom), mask.height, mask.piece.1)?;
             Some((mask.index, mask.width, mask.piece, &mask.places, columns, rows))
         });
-        let open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
         let mut ranges = Vec::new();
         for (index, width, piece, places, columns, rows) in std::iter::once(of_image).chain(of_mask) {
             let across = width.div_ceil(piece.0);
             for number in rows.flat_map(|row| columns.clone().map(move |column| row * across + column)) {
-                let is_known = open.pieces.iter().any(|(key, _)| *key == (index, number));
+                let is_known = self.unpacked.get::<Piece>(index as u64, number.into()).is_some();
                 if let Some((at, bytes)) = places.get(number as usize).filter(|(_, bytes)| !is_known && *bytes > 0) {
                     ranges.push(*at..at.saturating_add(*bytes));
                 }
@@ -357,37 +342,55 @@ impl GeoTiff {
     }
 
     fn piece(&self, image: &Image, piece: u32) -> Result<Arc<Piece>> {
-        let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
-        let key = (image.index, piece);
-        if let Some(known) = open.known(key) {
+        let key = (image.index as u64, u64::from(piece));
+        if let Some(known) = self.unpacked.get(key.0, key.1) {
             return Ok(known);
         }
-        let (width, height) = piece_size(image, piece);
-        if image.places.get(piece as usize).is_some_and(|(_, bytes)| *bytes == 0) {
-            // A piece that was never written: nothing is there.
-            return Ok(Arc::new(match image.colours {
-                Colours::Numbers | Colours::Bands(1) => {
-                    Piece::Numbers { width, values: vec![f32::NAN; width as usize * height as usize] }
-                }
-                _ => Piece::Colours(Raster::filled(width, height, [0; 4])),
-            }));
+        let (at, bytes) = image.places.get(piece as usize).copied().unwrap_or((0, 0));
+        if bytes == 0 {
+            return Ok(Arc::new(Piece::Empty));
         }
-        let decoder = match open.decoders.entry(image.index) {
+        let broken = |reason: String| self.broken(reason);
+        let (width, height) = piece_size(image, piece);
+        let mut decoders = self.decoders.lock().unwrap_or_else(PoisonError::into_inner);
+        // Another may have unpacked it meanwhile.
+        if let Some(known) = self.unpacked.get(key.0, key.1) {
+            return Ok(known);
+        }
+        let decoder = match decoders.entry(image.index) {
             Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(free) => free.insert(decoder(&self.input, image.index).map_err(|error| self.broken(error))?),
+            Entry::Vacant(free) => free.insert(decoder(&self.input, image.index).map_err(broken)?),
         };
+        let _lease = self.lease_for(image, at, bytes).map_err(broken)?;
         let decoded = match image.lzw {
             Some(layout) => {
-                let (at, bytes) = image.places.get(piece as usize).copied().unwrap_or((0, 0));
                 // The last strip has the rows that are left; tiles are whole.
                 let layout = lzw::Layout { height: if layout.is_tiled { layout.height } else { height }, ..layout };
-                let packed = self.bytes(at, bytes.min(MAX_PIECE as u64)).map_err(|error| self.broken(error))?;
-                lzw::unpack(&packed, layout, width, height).map_err(|error| self.broken(error))?
+                let packed = self.bytes(at, bytes).map_err(broken)?;
+                lzw::unpack(&packed, layout, width, height).map_err(broken)?
             }
             None => decoder.read_chunk(piece).map_err(|error| self.broken(error.to_string()))?,
         };
-        let read = convert(&image.colours, decoded, width, height).map_err(|reason| self.broken(reason))?;
-        Ok(open.keep(key, read))
+        let read = Arc::new(convert(&image.colours, decoded, width, height).map_err(broken)?);
+        self.unpacked.put(key.0, key.1, &read, read.bytes());
+        Ok(read)
+    }
+
+    /// Memory for decoding a piece: as it is packed, unpacked (twice, where rows are cut), and as colours or numbers.
+    fn lease_for(&self, image: &Image, at: u64, packed: u64) -> std::result::Result<Lease, String> {
+        if packed > MAX_PIECE as u64 {
+            return Err(format!("a piece of it has {packed} bytes; at most {MAX_PIECE} are read at once"));
+        }
+        let pixels = u64::from(image.piece.0) * u64::from(image.piece_rows());
+        let own = if image.is_jpeg {
+            // A JPEG file says its size once more, and its decoder believes it.
+            let (bytes, most) = (self.bytes(at, packed)?, [image.piece.0, image.piece_rows()]);
+            raster::jpeg_cost(&bytes, |[width, height]| width <= most[0] && height <= most[1].next_multiple_of(16))?
+        } else {
+            0
+        };
+        let unpacked = pixels.checked_mul(2 * image.depth + 4);
+        lease(unpacked.and_then(|unpacked| unpacked.checked_add(packed)?.checked_add(own)))
     }
 
     /// Bytes of the file as they are.
@@ -415,16 +418,16 @@ impl GeoTiff {
         let stride = mask.piece.0.div_ceil(8);
         Ok(match &*piece {
             Piece::Mask(bits) => {
-                bits.get((y * stride + x / 8) as usize).is_some_and(|byte| byte >> (7 - x % 8) & 1 == 1)
+                let at = u64::from(y) * u64::from(stride) + u64::from(x / 8);
+                bits.get(at as usize).is_some_and(|byte| byte >> (7 - x % 8) & 1 == 1)
             }
             _ => true,
         })
     }
 
     fn mask_piece(&self, mask: &Mask, number: u32) -> Result<Arc<Piece>> {
-        let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
-        let key = (mask.index, number);
-        if let Some(known) = open.known(key) {
+        let (first, second) = (mask.index as u64, u64::from(number));
+        if let Some(known) = self.unpacked.get(first, second) {
             return Ok(known);
         }
         let (at, bytes) = mask.places.get(number as usize).copied().unwrap_or((0, 0));
@@ -432,11 +435,18 @@ impl GeoTiff {
         let mut bits = Vec::new();
         // A piece that was never written hides all.
         if bytes > 0 {
-            let packed = self.bytes(at, bytes.min(MAX_PIECE as u64)).map_err(|error| self.broken(error))?;
-            let unpacked = ZlibDecoder::new(&*packed).take(whole.min(MAX_PIECE as u64)).read_to_end(&mut bits);
-            unpacked.map_err(|error| self.broken(format!("its mask: {error}")))?;
+            let broken = |reason: String| self.broken(format!("its mask: {reason}"));
+            if bytes > MAX_PIECE as u64 || whole > MAX_PIECE as u64 {
+                return Err(broken(format!("a piece of it has more than {MAX_PIECE} bytes")));
+            }
+            let _lease = lease(Some(bytes + 2 * whole)).map_err(broken)?;
+            let packed = self.bytes(at, bytes).map_err(broken)?;
+            let unpacked = ZlibDecoder::new(&*packed).take(whole).read_to_end(&mut bits);
+            unpacked.map_err(|error| broken(error.to_string()))?;
         }
-        Ok(open.keep(key, Piece::Mask(bits)))
+        let piece = Arc::new(Piece::Mask(bits));
+        self.unpacked.put(first, second, &piece, piece.bytes());
+        Ok(piece)
     }
 
     fn colour(&self, image: &Image, column: u32, row: u32, last: &mut Option<(u32, Arc<Piece>)>) -> Result<[u8; 4]> {
@@ -485,7 +495,12 @@ impl TileFile for GeoTiff {
         let (image, ratio) = self.image_for(level)?;
         let mut raster = Raster::filled(TILE_PX, TILE_PX, [0; 4]);
         let (mut last, mut last_mask) = (None, None);
+        let deadline = Deadline::after(TILE_TIME);
         for row in 0..TILE_PX {
+            if deadline.is_over() {
+                let seconds = TILE_TIME.as_secs();
+                return Err(self.broken(format!("a tile of it takes more than {seconds} s to make; use -of COG")));
+            }
             let y = top - (f64::from(row) + 0.5) * level.resolution;
             let from_row = ((self.origin[1] - y) / self.pixel[1] * ratio[1]).floor();
             if from_row < 0.0 || from_row >= f64::from(image.height) {
@@ -507,6 +522,13 @@ impl TileFile for GeoTiff {
             }
         }
         Ok((!raster.is_clear()).then(|| raster.to_png().into()))
+    }
+}
+
+impl Image {
+    /// Rows of its largest piece as stored: a strip may claim more than there are.
+    fn piece_rows(&self) -> u32 {
+        if self.is_tiled { self.piece.1 } else { self.piece.1.min(self.height) }
     }
 }
 
@@ -566,7 +588,29 @@ fn image(decoder: &mut TiffDecoder, index: usize, is_big_endian: bool) -> std::r
     }
     let places = places(decoder)?;
     let lzw = lzw_layout(decoder, piece, is_big_endian);
-    Ok(Image { index, width, height, piece, colours, places, mask: None, lzw })
+    let mut number = |tag| decoder.find_tag_unsigned::<u32>(tag).ok().flatten();
+    let is_jpeg = number(Tag::Compression) == Some(7);
+    let samples = if planar == 2 { 1 } else { u64::from(number(Tag::SamplesPerPixel).unwrap_or(1)) };
+    let bits = decoder.get_tag_u16_vec(Tag::BitsPerSample).ok().and_then(|bits| bits.first().copied()).unwrap_or(1);
+    let depth = samples.saturating_mul(u64::from(bits.div_ceil(8)));
+    let is_tiled = matches!(decoder.get_chunk_type(), ChunkType::Tile);
+    let image = Image { index, width, height, piece, colours, places, mask: None, lzw, is_tiled, is_jpeg, depth };
+    let pieces = u64::from(width.div_ceil(piece.0)) * u64::from(height.div_ceil(piece.1));
+    if pieces > u64::from(u32::MAX) {
+        return Err(format!("it has {pieces} pieces, more than can be counted"));
+    }
+    let pixels = u64::from(piece.0) * u64::from(image.piece_rows());
+    // As colours or numbers a pixel has four bytes.
+    if pixels.checked_mul(depth.max(4)).is_none_or(|bytes| bytes > MAX_PIECE as u64) {
+        return Err(format!(
+            "its pieces have {} × {} pixels of {depth} bytes, and at most {} MB are read at once; make it in small tiles with \
+             gdal_translate -co TILED=YES, or -of COG",
+            piece.0,
+            image.piece_rows(),
+            MAX_PIECE / 1_000_000
+        ));
+    }
+    Ok(image)
 }
 
 /// Where the pieces of an image are, and how many bytes they have.
@@ -654,7 +698,7 @@ fn convert(colours: &Colours, decoded: DecodingResult, width: u32, height: u32) 
         _ => return Err("its colours have neither 8 nor 16 bits".to_owned()),
     };
     let is_whole = match &piece {
-        Piece::Mask(_) => true,
+        Piece::Mask(_) | Piece::Empty => true,
         Piece::Colours(raster) => raster.rgba.len() >= count * 4,
         Piece::Numbers { values, .. } => values.len() >= count,
     };

@@ -31,8 +31,13 @@ pub(super) struct Layout {
 
 /// Numbers of the left and upper part of a piece: what lies beyond the picture is left out.
 pub(super) fn unpack(packed: &[u8], layout: Layout, width: u32, height: u32) -> Result<DecodingResult, String> {
-    let stride = layout.width as usize * layout.samples * layout.bytes;
-    let mut raw = decode(packed, stride * layout.height as usize)?;
+    let stride = (layout.width as usize).checked_mul(layout.samples).and_then(|row| row.checked_mul(layout.bytes));
+    let wanted = stride.and_then(|stride| stride.checked_mul(layout.height as usize));
+    let (stride, wanted) = stride.zip(wanted).ok_or("a piece of it has more bytes than can be")?;
+    if stride == 0 || width > layout.width {
+        return Err("a piece of it has no pixels".to_owned());
+    }
+    let mut raw = decode(packed, wanted)?;
     for row in raw.chunks_exact_mut(stride) {
         match layout.predictor {
             2 => add_differences(row, layout),
@@ -59,10 +64,17 @@ pub(super) fn unpack(packed: &[u8], layout: Layout, width: u32, height: u32) -> 
     })
 }
 
+/// Bytes that room is made for at first.
+const STEP: usize = 64 * 1024;
+
 fn decode(packed: &[u8], wanted: usize) -> Result<Vec<u8>, String> {
     let mut decoder = weezl::decode::Decoder::with_tiff_size_switch(BitOrder::Msb, 8);
-    let (mut raw, mut done, mut rest) = (vec![0; wanted], 0, packed);
+    let (mut raw, mut done, mut rest) = (Vec::new(), 0, packed);
     while done < wanted {
+        if done == raw.len() {
+            // Room is made as bytes come: a short piece that claims much gets little.
+            raw.resize(wanted.min((done * 2).max(STEP)), 0);
+        }
         let step = decoder.decode_bytes(rest, &mut raw[done..]);
         done += step.consumed_out;
         rest = &rest[step.consumed_in..];
@@ -70,6 +82,7 @@ fn decode(packed: &[u8], wanted: usize) -> Result<Vec<u8>, String> {
         match step.status {
             _ if done == wanted => {}
             Ok(LzwStatus::Ok | LzwStatus::NoProgress) if !is_stuck => {}
+            _ if done == raw.len() => {}
             Err(error) => return Err(format!("a piece of it is broken: {error}")),
             Ok(_) => return Err("a piece of it was cut short".to_owned()),
         }

@@ -1,16 +1,20 @@
 //! MBTiles files (specification 1.3): pictures in SQLite, rows counted from the bottom.
 
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use bytes::Bytes;
-use rusqlite::{Connection, OpenFlags, OptionalExtension, params};
+use rusqlite::config::DbConfig;
+use rusqlite::hooks::{AuthAction, AuthContext, Authorization};
+use rusqlite::limits::Limit;
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params};
 
 use super::{About, TileFile};
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::grid::{TileGrid, TileId};
+use crate::memory::{Deadline, lease};
 use crate::settings::{Attribution, Bounds};
 use crate::sniff::{self, Picture};
 
@@ -18,22 +22,132 @@ use crate::sniff::{self, Picture};
 const READERS: usize = 4;
 /// Bytes of a tile at most.
 const MAX_TILE: usize = 16 * 1024 * 1024;
+/// How long one question may take.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// Bytes that one question may take: a value, its copy, and SQLite's own pages.
+pub(crate) const MEMORY: u64 = 3 * MAX_TILE as u64;
 
 /// An MBTiles file that is open for reading.
 #[derive(Debug)]
 pub struct Mbtiles {
     path: std::path::PathBuf,
-    readers: Mutex<Vec<Connection>>,
+    readers: Mutex<Vec<Reader>>,
     grid: TileGrid,
     about: About,
 }
 
-fn open(path: &Path) -> rusqlite::Result<Connection> {
-    let reader = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX)?;
-    reader.busy_timeout(Duration::from_secs(5))?;
-    // A file of others may hold views and triggers with functions of its own.
-    reader.set_db_config(rusqlite::config::DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false)?;
-    Ok(reader)
+/// A connection that does little for its file: what is read of it are tables, and views over tables; nothing takes long; no
+/// value is larger than a tile (sqlite.org/security.html, "Untrusted SQLite Database Files").
+#[derive(Debug)]
+pub(crate) struct Reader {
+    connection: Connection,
+    /// When what is being asked has taken too long.
+    until: Arc<Mutex<Deadline>>,
+}
+
+impl Reader {
+    /// Opens a file.
+    pub(crate) fn open(path: &Path) -> rusqlite::Result<Self> {
+        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        let connection = Connection::open_with_flags(path, flags)?;
+        connection.busy_timeout(PATIENCE)?;
+        for (option, is_on) in [
+            (DbConfig::SQLITE_DBCONFIG_DEFENSIVE, true),
+            (DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false),
+            (DbConfig::SQLITE_DBCONFIG_ENABLE_TRIGGER, false),
+        ] {
+            connection.set_db_config(option, is_on)?;
+        }
+        for (limit, most) in [
+            (Limit::SQLITE_LIMIT_LENGTH, MAX_TILE),
+            (Limit::SQLITE_LIMIT_SQL_LENGTH, 64 * 1024),
+            (Limit::SQLITE_LIMIT_COLUMN, 100),
+            (Limit::SQLITE_LIMIT_EXPR_DEPTH, 50),
+            (Limit::SQLITE_LIMIT_COMPOUND_SELECT, 8),
+            (Limit::SQLITE_LIMIT_VDBE_OP, 20_000),
+            (Limit::SQLITE_LIMIT_FUNCTION_ARG, 8),
+            (Limit::SQLITE_LIMIT_ATTACHED, 0),
+            (Limit::SQLITE_LIMIT_LIKE_PATTERN_LENGTH, 100),
+            (Limit::SQLITE_LIMIT_TRIGGER_DEPTH, 1),
+            (Limit::SQLITE_LIMIT_WORKER_THREADS, 0),
+        ] {
+            connection.set_limit(limit, i32::try_from(most).unwrap_or(i32::MAX))?;
+        }
+        connection.execute_batch(
+            "PRAGMA mmap_size=0; PRAGMA cache_size=-4000; PRAGMA temp_store=FILE; PRAGMA cell_size_check=ON",
+        )?;
+        let until = Arc::new(Mutex::new(Deadline::after(PATIENCE)));
+        let asked = until.clone();
+        let is_late = move || asked.lock().unwrap_or_else(PoisonError::into_inner).is_over();
+        connection.progress_handler(1000, Some(is_late))?;
+        let reader = Self { connection, until };
+        reader.connection.authorizer(Some(allow))?;
+        Ok(reader)
+    }
+
+    /// The connection, for a question that has its time from now on.
+    pub(crate) fn ask(&self) -> &Connection {
+        *self.until.lock().unwrap_or_else(PoisonError::into_inner) = Deadline::after(PATIENCE);
+        &self.connection
+    }
+
+    /// Why its tiles and notes are not read, when they are made by more than a view over tables.
+    pub(crate) fn fault(&self) -> rusqlite::Result<Option<String>> {
+        let mut found = self.ask().prepare("SELECT type, name, rootpage, sql FROM sqlite_master LIMIT 1000")?;
+        let rows = found.query_map([], |row| {
+            let text = |index| row.get::<_, Option<String>>(index).map(Option::unwrap_or_default);
+            Ok((text(0)?, text(1)?.to_ascii_lowercase(), row.get::<_, Option<i64>>(2)?, text(3)?.to_ascii_lowercase()))
+        })?;
+        let things = rows.collect::<rusqlite::Result<Vec<_>>>()?;
+        let views: Vec<&str> =
+            things.iter().filter(|(kind, ..)| kind == "view").map(|(_, name, ..)| name.as_str()).collect();
+        for (kind, name, root, sql) in &things {
+            // Words of the statement; a name in quotes is one as well.
+            let has_word = |word: &str| sql.split(|c: char| !c.is_alphanumeric() && c != '_').any(|part| part == word);
+            if kind == "table" && (root.is_none_or(|page| page == 0) || has_word("virtual") || has_word("generated")) {
+                return Ok(Some(format!("its table '{}' is a program, not data", sniff::one_line(name, 40))));
+            }
+            if kind == "view" && !name.chars().all(|c| c.is_alphanumeric() || c == '_') {
+                return Ok(Some("one of its views has no plain name".to_owned()));
+            }
+            let is_read = kind == "view" && ["tiles", "metadata"].contains(&name.as_str());
+            if is_read && views.iter().any(|view| view != name && has_word(view)) {
+                return Ok(Some(format!("its view '{name}' is made of other views; only views over tables are read")));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// What a statement may do, views of the file included: read tables, and what is harmless to compute.
+fn allow(asked: AuthContext<'_>) -> Authorization {
+    match asked.action {
+        AuthAction::Select | AuthAction::Read { .. } => Authorization::Allow,
+        AuthAction::Function { function_name } => {
+            let is_harmless = ["min", "max", "count", "coalesce", "ifnull"]
+                .iter()
+                .any(|name| function_name.eq_ignore_ascii_case(name));
+            if is_harmless { Authorization::Allow } else { Authorization::Deny }
+        }
+        _ => Authorization::Deny,
+    }
+}
+
+/// What SQLite says, for people.
+pub(crate) fn words(error: &rusqlite::Error) -> String {
+    match error.sqlite_error_code() {
+        Some(ErrorCode::OperationInterrupted) => {
+            format!(
+                "a question to it takes more than {} s; it needs an index on zoom_level, tile_column, tile_row",
+                PATIENCE.as_secs()
+            )
+        }
+        Some(ErrorCode::AuthorizationForStatementDenied) => {
+            "its views compute more than tiles; only views over tables are read".to_owned()
+        }
+        Some(ErrorCode::TooBig) => format!("a value in it has more than {MAX_TILE} bytes"),
+        _ => error.to_string(),
+    }
 }
 
 impl Mbtiles {
@@ -42,20 +156,26 @@ impl Mbtiles {
     /// # Errors
     /// What is wrong with it, in words.
     pub fn open(path: &Path, tile_px: u32) -> std::result::Result<Self, String> {
-        let failed = |error: rusqlite::Error| format!("no MBTiles file: {error}");
+        let failed = |error: rusqlite::Error| format!("no MBTiles file: {}", words(&error));
         if !path.is_file() {
             return Err(format!("{} is no file", path.display()));
         }
-        let reader = open(path).map_err(failed)?;
+        let _lease = lease(Some(MEMORY))?;
+        let reader = Reader::open(path).map_err(failed)?;
+        if let Some(fault) = reader.fault().map_err(failed)? {
+            return Err(format!("no MBTiles file that can be read: {fault}"));
+        }
         let note = |name: &str| -> std::result::Result<Option<String>, String> {
+            let asked = reader.ask();
             let found =
-                reader.query_row("SELECT value FROM metadata WHERE name=?", [name], |row| row.get::<_, String>(0));
+                asked.query_row("SELECT value FROM metadata WHERE name=?", [name], |row| row.get::<_, String>(0));
             match found.optional() {
                 Err(rusqlite::Error::SqliteFailure(..)) if name == "format" => Ok(None),
                 found => found.map_err(failed),
             }
         };
         let sample: Option<Vec<u8>> = reader
+            .ask()
             .query_row("SELECT tile_data FROM tiles WHERE tile_data IS NOT NULL LIMIT 1", [], |row| row.get(0))
             .optional()
             .map_err(failed)?;
@@ -63,10 +183,12 @@ impl Mbtiles {
         if Picture::of(&sample).is_none() {
             return Err(format!("its tiles are no pictures but {}", sniff::describe(&sample)));
         }
-        let zooms: (Option<u8>, Option<u8>) = reader
-            .query_row("SELECT MIN(zoom_level), MAX(zoom_level) FROM tiles", [], |row| Ok((row.get(0)?, row.get(1)?)))
-            .map_err(failed)?;
-        let (min_zoom, max_zoom) = (zooms.0.unwrap_or(0), zooms.1.unwrap_or(0).min(30));
+        // One at a time: each is found by the index alone.
+        let zoom = |which: &str| -> std::result::Result<Option<u8>, String> {
+            let asked = format!("SELECT {which}(zoom_level) FROM tiles");
+            reader.ask().query_row(&asked, [], |row| row.get(0)).map_err(failed)
+        };
+        let (min_zoom, max_zoom) = (zoom("MIN")?.unwrap_or(0), zoom("MAX")?.unwrap_or(0).min(30));
         let bounds = note("bounds")?.and_then(|text| bounds_of(&text));
         let attribution =
             note("attribution")?.map(|text| sniff::words(text.as_bytes())).filter(|text| !text.is_empty());
@@ -101,13 +223,15 @@ impl TileFile for Mbtiles {
 
     fn tile(&self, tile: TileId) -> Result<Option<Bytes>> {
         let broken = |reason: String| MapError::file(self.path.display().to_string(), reason);
+        let _lease = lease(Some(MEMORY)).map_err(broken)?;
         let free = self.readers.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let reader = match free {
             Some(reader) => reader,
-            None => open(&self.path).map_err(|error| broken(error.to_string()))?,
+            None => Reader::open(&self.path).map_err(|error| broken(words(&error)))?,
         };
-        let row = (1_u64 << tile.level) - 1 - u64::from(tile.row);
+        let row = (1_u64 << tile.level.min(62)).wrapping_sub(1 + u64::from(tile.row));
         let found = reader
+            .ask()
             .prepare_cached("SELECT tile_data FROM tiles WHERE zoom_level=? AND tile_column=? AND tile_row=?")
             .and_then(|mut query| {
                 query
@@ -116,7 +240,7 @@ impl TileFile for Mbtiles {
                     })
                     .optional()
             })
-            .map_err(|error| broken(error.to_string()))?;
+            .map_err(|error| broken(words(&error)))?;
         let mut readers = self.readers.lock().unwrap_or_else(PoisonError::into_inner);
         if readers.len() < READERS {
             readers.push(reader);

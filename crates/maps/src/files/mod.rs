@@ -6,6 +6,7 @@ mod lzw;
 pub mod mbtiles;
 pub mod overlay;
 pub mod pmtiles;
+mod tags;
 
 use bytes::Bytes;
 

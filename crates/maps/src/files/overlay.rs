@@ -10,19 +10,23 @@ use super::{About, TileFile};
 use crate::crs::{Crs, MERCATOR_HALF_M};
 use crate::error::{MapError, Result};
 use crate::grid::{TileGrid, TileId};
+use crate::memory::Unpacked;
 use crate::raster::Raster;
 use crate::settings::{Bounds, Corner};
+use crate::sniff::{self, Picture};
 
 /// Pixels of a picture at most: 160 MB unpacked.
 pub const MAX_PX: u64 = 40_000_000;
 /// Bytes of its file at most.
-const MAX_BYTES: u64 = 200 * 1024 * 1024;
+const MAX_BYTES: u64 = 64 * 1024 * 1024;
 const TILE_PX: u32 = 256;
 
 /// A picture with its corners.
 pub struct Overlay {
     path: PathBuf,
-    picture: Mutex<Option<Arc<Raster>>>,
+    unpacked: Unpacked,
+    /// Held while it is unpacked: one does, the others wait.
+    unpacking: Mutex<()>,
     /// From Web Mercator to the picture, 0 to 1 in both directions.
     unit_from_mercator: [[f64; 3]; 3],
     grid: TileGrid,
@@ -47,6 +51,17 @@ pub fn read_file(path: &Path) -> std::result::Result<Vec<u8>, String> {
     std::fs::read(path).map_err(|error| error.to_string())
 }
 
+/// Width and height of a picture by its header, where it is one that can be read.
+fn size_of(path: &Path) -> std::result::Result<(u32, u32), String> {
+    let bytes = read_file(path)?;
+    let kind = Picture::of(&bytes).ok_or_else(|| format!("no picture but {}", sniff::describe(&bytes)))?;
+    let (width, height) = sniff::size_px(kind, &bytes).ok_or("the picture's header is cut short")?;
+    if u64::from(width) * u64::from(height) > MAX_PX || width == 0 || height == 0 {
+        return Err(format!("the picture has {width} × {height} pixels; at most {MAX_PX} in all are taken"));
+    }
+    Ok((width, height))
+}
+
 impl Overlay {
     /// Opens a picture. Corners: top left, top right, bottom right, bottom left of the picture.
     ///
@@ -59,10 +74,10 @@ impl Overlay {
         let quad = [a, b, c, d].map(|corner| Crs::WebMercator.project(corner.lat_deg, lon(corner)));
         let mercator_from_unit = from_unit_square(quad).ok_or("the corners lie on a line or cross over")?;
         let unit_from_mercator = inverse(mercator_from_unit).ok_or("the corners lie on a line or cross over")?;
-        let picture = Raster::read(&read_file(path)?, MAX_PX)?;
+        // Its pixels are unpacked when they are drawn; where they lie depends on their number alone.
+        let (width, height) = size_of(path)?;
         let side = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
-        let finest =
-            (side(quad[0], quad[1]) / f64::from(picture.width)).min(side(quad[0], quad[3]) / f64::from(picture.height));
+        let finest = (side(quad[0], quad[1]) / f64::from(width)).min(side(quad[0], quad[3]) / f64::from(height));
         let zoom = (2.0 * MERCATOR_HALF_M / f64::from(TILE_PX) / finest.max(1e-3)).log2().ceil().clamp(0.0, 24.0);
         let fold = |axis: usize, pick: fn(f64, f64) -> f64| quad.iter().map(|p| p[axis]).fold(quad[0][axis], pick);
         let extent = [fold(0, f64::min), fold(1, f64::min), fold(0, f64::max), fold(1, f64::max)];
@@ -80,7 +95,8 @@ impl Overlay {
         let about = About { bounds: Some(bounds), is_overlay: true, ..About::default() };
         Ok(Self {
             path: path.to_owned(),
-            picture: Mutex::new(Some(Arc::new(picture))),
+            unpacked: Unpacked::default(),
+            unpacking: Mutex::default(),
             unit_from_mercator,
             grid,
             about,
@@ -88,13 +104,13 @@ impl Overlay {
     }
 
     fn picture(&self) -> Result<Arc<Raster>> {
-        let mut kept = self.picture.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(picture) = &*kept {
-            return Ok(picture.clone());
+        let _turn = self.unpacking.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(picture) = self.unpacked.get(0, 0) {
+            return Ok(picture);
         }
         let broken = |reason| MapError::file(self.path.display().to_string(), reason);
         let picture = Arc::new(Raster::read(&read_file(&self.path).map_err(broken)?, MAX_PX).map_err(broken)?);
-        *kept = Some(picture.clone());
+        self.unpacked.put(0, 0, &picture, picture.rgba.len());
         Ok(picture)
     }
 }

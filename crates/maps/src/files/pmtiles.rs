@@ -9,25 +9,38 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use bytes::Bytes;
 use flate2::read::GzDecoder;
+use serde::Deserialize;
 
 use super::{About, TileFile};
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::grid::{TileGrid, TileId};
+use crate::memory::{Unpacked, lease};
 use crate::settings::{Attribution, Bounds};
 use crate::sniff;
 
 const HEADER_BYTES: usize = 127;
 /// Bytes of a directory, unpacked, at most; the specification keeps them far below.
-const MAX_DIRECTORY: u64 = 16 * 1024 * 1024;
-/// Entries of a directory at most.
-const MAX_ENTRIES: u64 = 1_000_000;
+const MAX_DIRECTORY: u64 = 4 * 1024 * 1024;
+/// Entries of a directory at most: writers stay below 65,536.
+const MAX_ENTRIES: u64 = 262_144;
+/// Bytes of its notes, unpacked, at most.
+const MAX_NOTES: u64 = 1024 * 1024;
 /// Bytes of a tile at most.
 const MAX_TILE: u64 = 16 * 1024 * 1024;
 /// Directories below directories at most.
 const MAX_DEPTH: u8 = 4;
-/// Leaf directories that are kept.
-const LEAVES: usize = 16;
+
+/// What is wanted of its notes; the rest is skipped, not unfolded.
+#[derive(Debug, Default, Deserialize)]
+struct Notes {
+    #[serde(default)]
+    name: Option<String>,
+    #[serde(default)]
+    attribution: Option<String>,
+    #[serde(default, rename = "type")]
+    kind: Option<String>,
+}
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Entry {
@@ -44,8 +57,8 @@ pub struct Pmtiles {
     path: PathBuf,
     file: Mutex<File>,
     root: Vec<Entry>,
-    /// Leaf directories by their offset, the newest last.
-    leaves: Mutex<Vec<(u64, Arc<Vec<Entry>>)>>,
+    /// Leaf directories by their offset.
+    unpacked: Unpacked,
     leaf_offset: u64,
     data_offset: u64,
     is_gzip: bool,
@@ -90,17 +103,16 @@ impl Pmtiles {
         let bounds =
             Bounds { west_deg: degrees(102), south_deg: degrees(106), east_deg: degrees(110), north_deg: degrees(114) };
         let bounds = Some(bounds).filter(|bounds| bounds.fault().is_none());
-        let notes = bytes_at(&mut file, long(24), long(32).min(MAX_DIRECTORY), is_gzip).ok();
-        let notes: serde_json::Value = notes.and_then(|notes| serde_json::from_slice(&notes).ok()).unwrap_or_default();
-        let note =
-            |name: &str| notes.get(name).and_then(|value| value.as_str()).map(|text| sniff::words(text.as_bytes()));
+        let notes = (long(32) <= MAX_NOTES).then(|| bytes_at(&mut file, long(24), long(32), is_gzip, MAX_NOTES).ok());
+        let notes: Notes = notes.flatten().and_then(|notes| serde_json::from_slice(&notes).ok()).unwrap_or_default();
+        let note = |text: &Option<String>| text.as_ref().map(|text| sniff::words(text.as_bytes()));
         let about = About {
-            name: note("name").filter(|name| !name.is_empty()),
+            name: note(&notes.name).filter(|name| !name.is_empty()),
             bounds,
-            attribution: note("attribution")
+            attribution: note(&notes.attribution)
                 .filter(|text| !text.is_empty())
                 .map(|text| Attribution { text, url: None }),
-            is_overlay: note("type").as_deref() == Some("overlay"),
+            is_overlay: notes.kind.as_deref() == Some("overlay"),
             max_zoom: Some(max_zoom),
         };
         let grid = TileGrid::standard(Crs::WebMercator, tile_px, min_zoom, max_zoom).within(bounds.as_ref());
@@ -108,7 +120,7 @@ impl Pmtiles {
             path: path.to_owned(),
             file: Mutex::new(file),
             root,
-            leaves: Mutex::default(),
+            unpacked: Unpacked::default(),
             leaf_offset: long(40),
             data_offset: long(56),
             is_gzip,
@@ -125,7 +137,8 @@ impl Pmtiles {
             if entry.run > 0 {
                 let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
                 let at = self.data_offset.checked_add(entry.offset).ok_or("an entry leads nowhere")?;
-                return bytes_at(&mut file, at, entry.length.into(), self.tiles_gzip).map(|data| Some(data.into()));
+                let data = bytes_at(&mut file, at, entry.length.into(), self.tiles_gzip, MAX_TILE)?;
+                return Ok(Some(data.into()));
             }
             let leaf = self.leaf(entry)?;
             match search(&leaf, wanted) {
@@ -137,19 +150,13 @@ impl Pmtiles {
     }
 
     fn leaf(&self, entry: Entry) -> std::result::Result<Arc<Vec<Entry>>, String> {
-        let mut leaves = self.leaves.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(at) = leaves.iter().position(|(offset, _)| *offset == entry.offset) {
-            let found = leaves.remove(at);
-            leaves.push(found.clone());
-            return Ok(found.1);
+        if let Some(known) = self.unpacked.get(entry.offset, 0) {
+            return Ok(known);
         }
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         let at = self.leaf_offset.checked_add(entry.offset).ok_or("an entry leads nowhere")?;
         let leaf = Arc::new(entries(&mut file, at, entry.length.into(), self.is_gzip)?);
-        if leaves.len() >= LEAVES {
-            leaves.remove(0);
-        }
-        leaves.push((entry.offset, leaf.clone()));
+        self.unpacked.put(entry.offset, 0, &leaf, leaf.len() * size_of::<Entry>());
         Ok(leaf)
     }
 }
@@ -174,10 +181,18 @@ fn search(entries: &[Entry], wanted: u64) -> Option<Entry> {
     (entry.run == 0 || wanted - entry.tile_id < u64::from(entry.run)).then_some(entry)
 }
 
-fn bytes_at(file: &mut File, offset: u64, length: u64, is_gzip: bool) -> std::result::Result<Vec<u8>, String> {
-    if length > MAX_TILE {
+/// Bytes of the file, unpacked where they are packed; at most so many, packed or not.
+fn bytes_at(
+    file: &mut File,
+    offset: u64,
+    length: u64,
+    is_gzip: bool,
+    most: u64,
+) -> std::result::Result<Vec<u8>, String> {
+    if length > most {
         return Err(format!("an entry has {length} bytes"));
     }
+    let _lease = lease(Some(length + if is_gzip { 2 * most } else { 0 }))?;
     file.seek(SeekFrom::Start(offset)).map_err(|error| error.to_string())?;
     let mut bytes = Vec::new();
     file.take(length).read_to_end(&mut bytes).map_err(|error| error.to_string())?;
@@ -188,15 +203,15 @@ fn bytes_at(file: &mut File, offset: u64, length: u64, is_gzip: bool) -> std::re
         return Ok(bytes);
     }
     let mut unpacked = Vec::new();
-    GzDecoder::new(&*bytes).take(MAX_DIRECTORY + 1).read_to_end(&mut unpacked).map_err(|error| error.to_string())?;
-    if unpacked.len() as u64 > MAX_DIRECTORY {
+    GzDecoder::new(&*bytes).take(most + 1).read_to_end(&mut unpacked).map_err(|error| error.to_string())?;
+    if unpacked.len() as u64 > most {
         return Err("what it packs is too large".to_owned());
     }
     Ok(unpacked)
 }
 
 fn entries(file: &mut File, offset: u64, length: u64, is_gzip: bool) -> std::result::Result<Vec<Entry>, String> {
-    let bytes = bytes_at(file, offset, length, is_gzip)?;
+    let bytes = bytes_at(file, offset, length, is_gzip, MAX_DIRECTORY)?;
     read_entries(&bytes).ok_or_else(|| "a directory is broken".to_owned())
 }
 

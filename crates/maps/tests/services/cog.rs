@@ -25,7 +25,12 @@ fn part(file: &[u8], etag: &str, head: &str) -> Vec<u8> {
 }
 
 fn cog(url: String) -> SourceSettings {
-    SourceSettings { url: Some(url), role: Role::Overlay, ..SourceSettings::new("a", "A", SourceKind::Geotiff) }
+    SourceSettings {
+        url: Some(url),
+        role: Role::Overlay,
+        local_network: true,
+        ..SourceSettings::new("a", "A", SourceKind::Geotiff)
+    }
 }
 
 async fn serving(file: Vec<u8>) -> (World, Service) {

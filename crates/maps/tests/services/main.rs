@@ -178,7 +178,7 @@ impl World {
 }
 
 fn xyz(url: String) -> SourceSettings {
-    SourceSettings { url: Some(url), ..SourceSettings::new("a", "A", SourceKind::Xyz) }
+    SourceSettings { url: Some(url), local_network: true, ..SourceSettings::new("a", "A", SourceKind::Xyz) }
 }
 
 async fn error(maps: &Maps) -> MapError {
@@ -217,7 +217,7 @@ async fn services_that_misbehave_are_told_with_their_own_words() {
         (answer("302 Found", "Location: http://127.0.0.2:9/x\r\n", b""), "an address inside this network"),
         (answer("302 Found", "Location: http://[::1]:9/x\r\n", b""), "an address inside this network"),
         (answer("302 Found", "Location: http://localhost:9/x\r\n", b""), "an address inside this network"),
-        (answer("302 Found", "Location: http://169.254.169.254/latest\r\n", b""), "an address inside this network"),
+        (answer("302 Found", "Location: http://169.254.169.254/latest\r\n", b""), "never asked for maps"),
         (answer("302 Found", "Location: file:///etc/passwd\r\n", b""), "not followed"),
         (answer("302 Found", "Location: /again\r\n", b""), "redirects without end"),
         (answer("302 Found", "", b""), "redirects to nowhere"),
@@ -283,7 +283,7 @@ async fn capabilities_that_are_bombs_do_no_harm() {
     for text in [bomb.to_owned(), deep, "<html>hello</html>".to_owned()] {
         let service = Service::start(move |_| Some(answer("200 OK", "", text.as_bytes()))).await;
         let world = world().await;
-        let asked = world.maps.capabilities(SourceKind::Wms, &service.url("wms"), None).await;
+        let asked = world.maps.capabilities(SourceKind::Wms, &service.url("wms"), None, true).await;
         assert!(matches!(asked, Err(MapError::Service { .. })), "{asked:?}");
     }
 }
@@ -460,6 +460,25 @@ async fn the_file_may_be_edited_by_hand_at_any_time() {
     ));
     let wrong = world.maps.put(SourceSettings { opacity: 7.0, ..xyz("http://a/{z}".into()) }).await;
     assert!(matches!(&wrong, Err(MapError::Settings { faults, .. }) if faults.len() == 2), "{wrong:?}");
+    let ups = ["..", "..\\", "%2e%2e", "....", ". .", "\u{ff0e}\u{ff0e}"];
+    let mut tried = 0;
+    for up in ups {
+        for separator in ["/", "\\", "//", "/./", "%2f", ":"] {
+            for depth in 1..=4 {
+                let name = format!("{}evil.mbtiles", [up, separator].concat().repeat(depth));
+                let is_plain = !name.contains(['/', '\\', ':', '*', '?', '"', '<', '>', '|']) && !name.starts_with('.');
+                match world.maps.begin_upload(&name).await {
+                    Ok(upload) => {
+                        assert!(is_plain, "{name}");
+                        assert_eq!(upload.path().parent(), Some(&*world.folder.join("tmp")), "{name}");
+                    }
+                    Err(error) => assert!(matches!(error, MapError::MapFile { .. }), "{name}"),
+                }
+                tried += 1;
+            }
+        }
+    }
+    assert_eq!(tried, 144);
     for path in ["/etc/passwd", "../x.mbtiles", "a/../../x", "C:\\x"] {
         let settings = SourceSettings { path: Some(path.into()), ..SourceSettings::new("f", "F", SourceKind::Mbtiles) };
         let refused = world.maps.put(settings).await.expect_err("outside");
@@ -640,6 +659,7 @@ async fn google_opens_one_session_and_a_new_one_when_it_is_ended() {
         url: Some(service.url("")),
         key: Some("k".into()),
         cache: Caching::Headers,
+        local_network: true,
         ..SourceSettings::new("a", "G", SourceKind::Google)
     };
     world.put(settings).await;
@@ -676,6 +696,7 @@ async fn a_wmts_is_known_without_the_network_once_it_was_read() {
     let settings = SourceSettings {
         url: Some(service.url("wmts")),
         layer: Some("l".into()),
+        local_network: true,
         ..SourceSettings::new("a", "W", SourceKind::Wmts)
     };
     world.put(settings).await;
@@ -753,4 +774,110 @@ async fn heights_lie_between_pixels_even_over_the_edges_of_tiles() {
     let profile = world.maps.profile(&[points[0], points[1]], Some(1000.0)).await.expect("a profile");
     assert!(profile.unknown == 0 && profile.sources == ["a"] && profile.samples.len() >= 2);
     assert!(world.maps.heights(&[Corner { lat_deg: 91.0, lon_deg: 0.0 }]).await.is_err());
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_private_address_needs_the_users_word() {
+    let service = Service::start(|_| Some(answer("200 OK", "", &png()))).await;
+    let world = world().await;
+    let mut settings = SourceSettings { local_network: false, ..xyz(service.url("{z}/{x}/{y}")) };
+    world.put(settings.clone()).await;
+    let told = error(&world.maps).await.to_string();
+    assert!(told.contains("127.0.0.1 is an address inside this network"), "{told}");
+    assert!(told.contains("local_network = true"), "how it is done: {told}");
+    let asked = world.maps.capabilities(SourceKind::Wms, &service.url("wms"), None, false).await;
+    assert!(asked.expect_err("not asked").to_string().contains("inside this network"));
+    assert_eq!(service.count(), 0, "nobody was asked");
+    settings.local_network = true;
+    world.put(settings).await;
+    assert!(world.maps.tile("a", TILE).await.is_ok());
+    for url in ["http://169.254.169.254/{z}/{x}/{y}", "http://[fe80::1]/{z}/{x}/{y}", "http://0.0.0.0:1/{z}/{x}/{y}"] {
+        world.put(xyz(url.to_owned())).await;
+        let told = error(&world.maps).await.to_string();
+        assert!(told.contains("never asked for maps"), "{told}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_key_never_follows_its_source_to_another_host() {
+    let other = Service::start(|_| Some(answer("200 OK", "", &png()))).await;
+    let port = other.address.port();
+    // A service that hands its visitors on, with all that they brought.
+    let service = Service::start(move |head| {
+        let path = head.split_whitespace().nth(1).unwrap_or_default().to_owned();
+        Some(answer("302 Found", &format!("Location: http://localhost:{port}{path}\r\n"), b""))
+    })
+    .await;
+    let world = world().await;
+    let settings = SourceSettings { key: Some("s3cret".into()), ..xyz(service.url("{z}/{x}/{y}?key={key}")) };
+    world.put(settings.clone()).await;
+    let told = error(&world.maps).await.to_string();
+    assert!(told.contains("would be given the key, which is for 127.0.0.1 alone"), "{told}");
+    assert!(!told.contains("s3cret") && service.last().contains("s3cret"));
+    // Who changes the address does not have the key, and does not get it sent to where it was never meant for.
+    let moved = SourceSettings { key: None, ..xyz(format!("http://localhost:{port}/{{z}}/{{x}}/{{y}}?key={{key}}")) };
+    let refused = world.maps.put(moved.clone()).await.expect_err("refused").to_string();
+    assert!(refused.contains("key: it was given for 127.0.0.1; enter it once more"), "{refused}");
+    let beside = SourceSettings {
+        key: None,
+        attribution_url: Some(format!("http://localhost:{port}/?key={{key}}")),
+        ..settings.clone()
+    };
+    assert!(matches!(world.maps.put(beside).await, Err(MapError::Settings { .. })));
+    assert_eq!(other.count(), 0, "nothing of it came there");
+    // The same host is another address of the same service.
+    world.put(SourceSettings { key: None, ..xyz(service.url("tiles/{z}/{x}/{y}?key={key}")) }).await;
+    assert!(world.maps.describe("a").await.expect("there").has_key);
+    world.put(SourceSettings { key: Some("s3cret".into()), ..moved }).await;
+    assert!(world.maps.tile("a", TILE).await.is_ok(), "given anew");
+    assert!(other.last().contains("s3cret"));
+}
+
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_source_whose_reading_ended_the_process_is_set_aside_and_told() {
+    let folder = folder();
+    std::fs::create_dir_all(folder.join("files")).expect("a folder");
+    // A file that is read as long as the test wants.
+    let (file, reading) = (folder.join("files/a.tif"), folder.join("reading"));
+    assert!(std::process::Command::new("mkfifo").arg(&file).status().expect("run").success());
+    let text = "[[source]]\nid = \"a\"\nname = \"A\"\nkind = \"geotiff\"\npath = \"files/a.tif\"\n";
+    std::fs::write(folder.join("sources.toml"), text).expect("written");
+    let now_s = Arc::new(AtomicI64::new(1_000));
+    let (there, clock) = (folder.clone(), now_s.clone());
+    let first = tokio::spawn(async move { start(there, &clock, Duration::from_secs(5)).await });
+    let note = || {
+        let runs = std::fs::read_dir(&reading).ok()?.flatten();
+        runs.filter_map(|run| std::fs::read(run.path().join("a")).ok()).find(|note| !note.is_empty())
+    };
+    let limit = std::time::Instant::now() + LIMIT;
+    let left = loop {
+        if let Some(note) = note() {
+            break note;
+        }
+        assert!(std::time::Instant::now() < limit, "no note");
+        tokio::task::yield_now().await;
+    };
+    // What a process leaves behind that ends there: its notes, and a lock that nobody holds.
+    std::fs::create_dir_all(reading.join("gone")).expect("a folder");
+    std::fs::write(reading.join("gone/a"), left).expect("written");
+    std::fs::write(reading.join("gone.run"), b"").expect("written");
+    drop(std::fs::OpenOptions::new().write(true).open(&file).expect("opened"));
+    first.await.expect("started").close();
+
+    for restart in 0..2 {
+        let maps = start(folder.clone(), &now_s, Duration::from_secs(5)).await;
+        let world = World { maps, now_s: now_s.clone(), folder: PathBuf::new() };
+        let state = world.state("a").await;
+        assert_eq!(state.status, Status::SetAside, "start {restart}");
+        assert!(state.detail.expect("told").contains("replace the file"));
+        assert!(matches!(error(&world.maps).await, MapError::Unusable { .. }));
+    }
+    // Another file in its place is read; so is the same one when somebody wants it tried again.
+    std::fs::remove_file(&file).expect("removed");
+    std::fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/fixtures/maps/cog-jpeg-mask.tif"), &file)
+        .expect("copied");
+    let maps = start(folder.clone(), &now_s, Duration::from_secs(5)).await;
+    let world = World { maps, now_s, folder };
+    assert_eq!(world.maps.check("a").await.expect("a state").status, Status::Ok);
 }

@@ -29,6 +29,10 @@ pub struct CapabilitiesRequest {
     /// For `{key}` in the address.
     #[serde(default)]
     pub key: Option<String>,
+    /// Whether the service is in this network; without it no private address is asked.
+    #[serde(default)]
+    #[schema(required = false)]
+    pub local_network: bool,
 }
 
 /// Whom to name for a view.

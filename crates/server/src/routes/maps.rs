@@ -178,7 +178,8 @@ async fn ask_map_capabilities(
     _: Operator,
     JsonBody(asked): JsonBody<CapabilitiesRequest>,
 ) -> Result<Json<Capabilities>, Problem> {
-    Ok(Json(app.maps()?.capabilities(asked.kind, &asked.url, asked.key.as_deref()).await?))
+    let CapabilitiesRequest { kind, url, key, local_network } = asked;
+    Ok(Json(app.maps()?.capabilities(kind, &url, key.as_deref(), local_network).await?))
 }
 
 /// The files of the maps folder.

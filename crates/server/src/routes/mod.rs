@@ -17,17 +17,20 @@ mod streams;
 mod tiles;
 mod vehicles;
 
+use axum::body::Bytes;
 use axum::extract::{DefaultBodyLimit, State};
 use axum::http::Uri;
 use axum::response::IntoResponse;
 use axum::routing::get;
 use axum::{Json, Router, middleware};
+use tokio::sync::Semaphore;
 use tower_http::compression::CompressionLayer;
 use tower_http::compression::predicate::{NotForContentType, Predicate, SizeAbove};
 use utoipa::OpenApi;
 use utoipa::openapi::OpenApi as Description;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
+use vencejo_flight::FlightError;
 
 use crate::dto::cause::{Cause, Thing};
 use crate::problem::Problem;
@@ -38,6 +41,9 @@ use crate::{access, body, dto, files};
 const MAX_BODY: usize = 64 * 1024;
 /// Bytes of a plan as JSON: 10,000 items fit.
 const MAX_PLAN: usize = 8 * 1024 * 1024;
+
+/// Files that are read at once; each takes some tens of megabytes.
+static PARSERS: Semaphore = Semaphore::const_new(2);
 
 /// Where all paths begin.
 const PREFIX: &str = "/api/v1";
@@ -104,6 +110,19 @@ pub fn router(app: App) -> Router {
         .layer(middleware::from_fn(body::in_time))
         .layer(middleware::from_fn_with_state(app.clone(), access::guard))
         .with_state(app)
+}
+
+/// What a file of somebody's holds, read off the runtime's threads, few at once.
+async fn parsed<T: Send + 'static>(
+    body: Bytes,
+    read: impl FnOnce(&[u8]) -> Result<T, FlightError> + Send + 'static,
+) -> Result<T, Problem> {
+    let turn = PARSERS.acquire().await.map_err(|_| Problem::closed())?;
+    let done = tokio::task::spawn_blocking(move || {
+        let _turn = turn;
+        read(&body)
+    });
+    Ok(done.await.map_err(|_| Problem::closed())??)
 }
 
 async fn no_such_path(uri: Uri) -> impl IntoResponse {

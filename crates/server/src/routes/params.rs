@@ -73,7 +73,8 @@ async fn set_param(
     request_body(content = Vec<u8>, content_type = "application/octet-stream"),
     responses((status = 200, body = Vec<FileParam>), Problem))]
 async fn parse_params(_: Viewer, body: Result<Bytes, BytesRejection>) -> Result<Json<Vec<FileParam>>, Problem> {
-    Ok(Json(read_file(&body?)?.iter().map(convert::file_param).collect()))
+    let params = super::parsed(body?, |bytes| Ok(read_file(bytes)?.iter().map(convert::file_param).collect()));
+    Ok(Json(params.await?))
 }
 
 /// Writes a `.param` file: one `NAME,value` a line, in the order given.

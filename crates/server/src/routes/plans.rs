@@ -176,8 +176,9 @@ async fn parse(
 ) -> Result<Json<Plan>, Problem> {
     let (Query(file), body) = (file?, body?);
     let name = file.name.map(|name| name.chars().filter(|c| !c.is_control()).take(100).collect::<String>());
-    let read = read_plan(&body, name.as_deref())?;
-    Ok(Json(convert::plan(&read.plan)))
+    let plan =
+        super::parsed(body, move |bytes| read_plan(bytes, name.as_deref()).map(|read| convert::plan(&read.plan)));
+    Ok(Json(plan.await?))
 }
 
 /// How to write a file.

@@ -31,7 +31,7 @@ export class MapsApi extends Http {
   clearCache = (id: string) => this.json<unknown>('DELETE', `/maps/sources/${part(id)}/cache`);
   putOrder = (ids: readonly string[]) => this.json<MapSources>('PUT', '/maps/order', { ids });
   presets = () => this.json<Preset[]>('GET', '/maps/presets');
-  capabilities = (body: { kind: 'wms' | 'wmts'; url: string; key?: string }) =>
+  capabilities = (body: { kind: 'wms' | 'wmts'; url: string; key?: string; local_network?: boolean }) =>
     this.json<Capabilities>('POST', '/maps/capabilities', body);
   /** Fetches one tile now, past the cache. */
   check = (id: string) => this.json<SourceState>('POST', `/maps/sources/${part(id)}/check`);

@@ -1754,6 +1754,8 @@ export interface components {
             key?: string | null;
             /** @description `wms` or `wmts`. */
             kind: components["schemas"]["MapSourceKind"];
+            /** @description Whether the service is in this network; without it no private address is asked. */
+            local_network?: boolean;
             /** @description Its address, or any address of it that somebody copied. */
             url: string;
         };
@@ -3790,8 +3792,8 @@ export interface components {
             /** @description WMS: layers, bottom first. */
             layers?: string[];
             /**
-             * @description Whether the service is in this network: without it no private address is asked. Addresses given as numbers and
-             *     names such as `localhost` and `nas.local` need it not.
+             * @description Whether the service is in this network, or on this machine: without it no private address is asked. Those of the link
+             *     itself (169.254.0.0/16, fe80::/10) are never asked.
              */
             local_network?: boolean;
             /** @description Google: `satellite` (the default), `roadmap` or `terrain`. */
@@ -3932,7 +3934,7 @@ export interface components {
          * @description Status of a source.
          * @enum {string}
          */
-        MapSourceStatus: "unused" | "ok" | "failing" | "offline" | "invalid" | "key_missing";
+        MapSourceStatus: "unused" | "ok" | "failing" | "offline" | "invalid" | "key_missing" | "set_aside";
         /** @description All sources as they are shown. */
         MapSources: {
             /** @description Where their file is, for operators; empty for viewers. */

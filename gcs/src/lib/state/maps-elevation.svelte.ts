@@ -29,7 +29,7 @@ interface Answer {
 
 class Elevation {
   /** Whether there is anything to ask. */
-  isKnowable = $derived(maps.elevations.some((source) => source.state.status !== 'invalid'));
+  isKnowable = $derived(maps.elevations.some((source) => !['invalid', 'set_aside'].includes(source.state.status)));
   /** Ground at the pointer, metres above mean sea level. */
   pointer_m = $state<number | null>(null);
   /** Where the height at the pointer comes from. */

@@ -1,0 +1,237 @@
+//! Sources whose reading ended the process: what is being read is noted on disk, and a note that outlives its process names what
+//! was read as it ended. That source is set aside, and told, until its file is another one or somebody has it tried again.
+//!
+//! The limits of [`crate::memory`] are meant to make this needless; it is for what nobody thought of, so that a file which ends the
+//! process does so once, and not again at each start. A note costs two small writes and is not forced to the disk: it has to
+//! outlive the process, not the power.
+
+use std::collections::HashMap;
+use std::fs::{File, OpenOptions};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use crate::settings::SourceSettings;
+
+/// Bytes of a note at most.
+const MAX_NOTE: u64 = 4096;
+
+#[derive(Default)]
+struct State {
+    /// How many read a source now.
+    read: HashMap<String, usize>,
+    /// What was read of the sources that are set aside.
+    aside: HashMap<String, String>,
+    /// Ours, held as long as we run; `None` where none can be had, and when we are done.
+    run: Option<Run>,
+}
+
+/// The notes of one process.
+struct Run {
+    folder: PathBuf,
+    lock: PathBuf,
+    /// Locked as long as the process lives.
+    _file: File,
+}
+
+impl Drop for Run {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.folder);
+        let _ = std::fs::remove_file(&self.lock);
+    }
+}
+
+/// What is being read, and what is not read any more.
+pub(crate) struct Asides {
+    maps: PathBuf,
+    state: Mutex<State>,
+}
+
+/// A source that is being read, until this is dropped.
+pub(crate) struct Reading {
+    asides: Arc<Asides>,
+    id: String,
+}
+
+impl Drop for Reading {
+    fn drop(&mut self) {
+        let mut state = self.asides.lock();
+        let Some(count) = state.read.get_mut(&self.id) else { return };
+        *count -= 1;
+        if *count == 0 {
+            state.read.remove(&self.id);
+            if let Some(run) = &state.run {
+                let _ = std::fs::remove_file(run.folder.join(&self.id));
+            }
+        }
+    }
+}
+
+impl Asides {
+    /// Looks at what former processes left behind in a maps folder. A folder that takes no notes is no reason not to read.
+    pub(crate) fn open(maps: &Path) -> Arc<Self> {
+        let mut state = State::default();
+        match collect(maps) {
+            Ok((run, aside)) => (state.run, state.aside) = (Some(run), aside),
+            Err(error) => tracing::warn!(%error, "what is read of map files cannot be noted"),
+        }
+        Arc::new(Self { maps: maps.to_owned(), state: Mutex::new(state) })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Notes that a source is read.
+    pub(crate) fn reading(self: &Arc<Self>, settings: &SourceSettings) -> Reading {
+        let mut state = self.lock();
+        let count = state.read.entry(settings.id.clone()).or_default();
+        *count += 1;
+        if *count == 1
+            && let Some(run) = &state.run
+        {
+            let _ = std::fs::write(run.folder.join(&settings.id), mark(settings, &self.maps));
+        }
+        Reading { asides: self.clone(), id: settings.id.clone() }
+    }
+
+    /// Whether the process ended while this was read. Another file under the same name begins anew.
+    pub(crate) fn has(&self, settings: &SourceSettings) -> bool {
+        let mut state = self.lock();
+        let Some(read) = state.aside.get(&settings.id) else { return false };
+        if *read == mark(settings, &self.maps) {
+            return true;
+        }
+        state.aside.remove(&settings.id);
+        let _ = std::fs::remove_file(folder(&self.maps).join("aside").join(&settings.id));
+        false
+    }
+
+    /// Lets a source be read again; whether it was set aside.
+    pub(crate) fn forgive(&self, id: &str) -> bool {
+        let _ = std::fs::remove_file(folder(&self.maps).join("aside").join(id));
+        self.lock().aside.remove(id).is_some()
+    }
+
+    /// Ends the notes: what is read from now on is read as the process ends in good order.
+    pub(crate) fn close(&self) {
+        self.lock().run = None;
+    }
+}
+
+fn folder(maps: &Path) -> PathBuf {
+    maps.join("reading")
+}
+
+/// Takes over the notes of processes that are gone, and begins our own.
+fn collect(maps: &Path) -> std::io::Result<(Run, HashMap<String, String>)> {
+    let base = folder(maps);
+    let kept = base.join("aside");
+    std::fs::create_dir_all(&kept)?;
+    for entry in std::fs::read_dir(&base)?.flatten() {
+        let lock = entry.path();
+        if lock.extension().is_none_or(|end| end != "run") {
+            continue;
+        }
+        let file = OpenOptions::new().write(true).open(&lock)?;
+        if !vencejo_store::lock::try_hold(&file)? {
+            continue;
+        }
+        let run = Run { folder: lock.with_extension(""), lock, _file: file };
+        for note in std::fs::read_dir(&run.folder).into_iter().flatten().flatten() {
+            let id = note.file_name().to_string_lossy().into_owned();
+            tracing::error!(source = id, "the program ended while this map source was read; it is set aside");
+            let _ = std::fs::rename(note.path(), kept.join(id));
+        }
+    }
+    let mut aside = HashMap::new();
+    for note in std::fs::read_dir(&kept)?.flatten().take(crate::file::MAX_SOURCES) {
+        let is_short = note.metadata().is_ok_and(|about| about.len() <= MAX_NOTE);
+        if let Ok(text) = std::fs::read_to_string(note.path())
+            && is_short
+        {
+            aside.insert(note.file_name().to_string_lossy().into_owned(), text);
+        }
+    }
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    let name = format!("{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+    let (own, lock) = (base.join(&name), base.join(format!("{name}.run")));
+    let file = OpenOptions::new().write(true).create(true).truncate(false).open(&lock)?;
+    if !vencejo_store::lock::try_hold(&file)? {
+        return Err(std::io::Error::other("another process has the same number"));
+    }
+    std::fs::create_dir_all(&own)?;
+    Ok((Run { folder: own, lock, _file: file }, aside))
+}
+
+/// Which file, or which service, a source is read from.
+fn mark(settings: &SourceSettings, maps: &Path) -> String {
+    let about = settings.path.as_ref().map(|path| {
+        let about = std::fs::metadata(maps.join(path)).ok();
+        (path, about.as_ref().map(std::fs::Metadata::len), about.and_then(|about| about.modified().ok()))
+    });
+    let text = format!("{:?}", (about, settings.fingerprint()));
+    format!("{:016x}", crate::settings::fnv1a(text.as_bytes()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::SourceKind;
+    use crate::testing::Folder;
+
+    fn source(id: &str) -> SourceSettings {
+        SourceSettings { path: Some("a.tif".into()), ..SourceSettings::new(id, "A", SourceKind::Geotiff) }
+    }
+
+    /// Ends as a process does that is killed: nothing is tidied up, and the system gives the lock back.
+    fn kill(asides: &Asides) {
+        let Some(run) = asides.lock().run.take() else { return };
+        let (folder, lock) = (run.folder.clone(), run.lock.clone());
+        let notes: Vec<_> = std::fs::read_dir(&folder)
+            .expect("there")
+            .flatten()
+            .map(|note| (note.file_name(), std::fs::read(note.path()).expect("read")))
+            .collect();
+        drop(run);
+        std::fs::create_dir_all(&folder).expect("a folder");
+        std::fs::write(lock, b"").expect("written");
+        for (name, bytes) in notes {
+            std::fs::write(folder.join(name), bytes).expect("written");
+        }
+    }
+
+    #[test]
+    fn what_ended_the_process_is_set_aside_until_it_is_another_or_forgiven() {
+        let folder = Folder::new();
+        std::fs::write(folder.path().join("a.tif"), b"one").expect("written");
+        let first = Asides::open(folder.path());
+        drop(first.reading(&source("fine")));
+        let (one, two) = (first.reading(&source("bad")), first.reading(&source("bad")));
+        drop(one);
+        let beside = Asides::open(folder.path());
+        assert!(!beside.has(&source("bad")), "the other process still reads it");
+        drop(beside);
+        kill(&first);
+        drop((two, first));
+
+        let second = Asides::open(folder.path());
+        assert!(second.has(&source("bad")) && !second.has(&source("fine")));
+        drop(second);
+        let third = Asides::open(folder.path());
+        assert!(third.has(&source("bad")), "also at the start after that");
+        std::fs::write(folder.path().join("a.tif"), b"another").expect("written");
+        assert!(!third.has(&source("bad")), "another file");
+
+        let reading = third.reading(&source("bad"));
+        kill(&third);
+        drop((reading, third));
+        let fourth = Asides::open(folder.path());
+        assert!(fourth.has(&source("bad")));
+        assert!(fourth.forgive("bad") && !fourth.has(&source("bad")) && !fourth.forgive("bad"));
+        let reading = fourth.reading(&source("bad"));
+        fourth.close();
+        drop((reading, fourth));
+        assert!(!Asides::open(folder.path()).has(&source("bad")), "an end in good order");
+    }
+}

@@ -1,0 +1,232 @@
+//! Memory for reading what others wrote. A decoder asks before it allocates, so that what a file announces is refused or waits
+//! its turn, whatever is read beside it; and what was unpacked is kept on one shelf, whose size does not grow with the files.
+//!
+//! An allocation that fails ends the process and nothing can catch it. Hence no decoder is given a size that was not asked for
+//! here ([ADR 0013](../../../docs/adr/0013-limits-for-what-rust-decodes-a-child-for-what-it-does-not.md)).
+
+use std::any::Any;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, LazyLock, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Bytes that all decoders together may hold while they work.
+pub const MAX_READING: u64 = 256 * 1024 * 1024;
+/// Bytes of unpacked pictures, pieces and heights that are kept.
+const MAX_KEPT: usize = 192 * 1024 * 1024;
+/// How long a decoder waits for others to be done.
+const WAIT: Duration = Duration::from_secs(20);
+
+static READING: Budget = Budget::new(MAX_READING);
+static SHELF: LazyLock<Shelf> = LazyLock::new(|| Shelf::new(MAX_KEPT));
+
+/// Bytes that may be held at once.
+struct Budget {
+    most: u64,
+    used: Mutex<u64>,
+    freed: Condvar,
+}
+
+impl Budget {
+    const fn new(most: u64) -> Self {
+        Self { most, used: Mutex::new(0), freed: Condvar::new() }
+    }
+
+    fn lease(&'static self, bytes: u64, patience: Duration) -> Result<Lease, String> {
+        if bytes > self.most {
+            let (needed, most) = (bytes.div_ceil(1_000_000), self.most / 1_000_000);
+            return Err(format!("reading it takes {needed} MB of memory, and at most {most} MB are used for that"));
+        }
+        let used = self.used.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_full = |used: &mut u64| *used > self.most - bytes;
+        let (mut used, waited) =
+            self.freed.wait_timeout_while(used, patience, is_full).unwrap_or_else(PoisonError::into_inner);
+        if waited.timed_out() {
+            return Err("too much else is being read; try it again".to_owned());
+        }
+        *used += bytes;
+        Ok(Lease { budget: self, bytes })
+    }
+}
+
+/// Memory that a decoder may use until this is dropped.
+#[must_use]
+pub(crate) struct Lease {
+    budget: &'static Budget,
+    bytes: u64,
+}
+
+impl Drop for Lease {
+    fn drop(&mut self) {
+        let mut used = self.budget.used.lock().unwrap_or_else(PoisonError::into_inner);
+        *used = used.saturating_sub(self.bytes);
+        drop(used);
+        self.budget.freed.notify_all();
+    }
+}
+
+/// Asks for memory to decode with; waits for its turn. `None` is a size that no number holds. Who holds a lease must not ask
+/// for another one.
+///
+/// # Errors
+/// Why there is none, in words.
+pub(crate) fn lease(bytes: Option<u64>) -> Result<Lease, String> {
+    READING.lease(bytes.unwrap_or(u64::MAX), WAIT)
+}
+
+/// What a piece on the shelf is: whose, and two numbers of the owner's choice.
+type Key = (u64, u64, u64);
+
+#[derive(Default)]
+struct Kept {
+    pieces: HashMap<Key, (u64, Arc<dyn Any + Send + Sync>, usize)>,
+    /// By when they were used last.
+    ages: BTreeMap<u64, Key>,
+    uses: u64,
+    bytes: usize,
+}
+
+/// What was unpacked lately, of all files.
+struct Shelf {
+    most: usize,
+    kept: Mutex<Kept>,
+}
+
+impl Shelf {
+    fn new(most: usize) -> Self {
+        Self { most, kept: Mutex::default() }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Kept> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn get(&self, key: Key) -> Option<Arc<dyn Any + Send + Sync>> {
+        let mut kept = self.lock();
+        kept.uses += 1;
+        let now = kept.uses;
+        let (used, piece, _) = kept.pieces.get_mut(&key)?;
+        let (before, piece) = (std::mem::replace(used, now), piece.clone());
+        kept.ages.remove(&before);
+        kept.ages.insert(now, key);
+        Some(piece)
+    }
+
+    fn put(&self, key: Key, piece: Arc<dyn Any + Send + Sync>, bytes: usize) {
+        if bytes > self.most {
+            return;
+        }
+        let mut kept = self.lock();
+        kept.uses += 1;
+        let now = kept.uses;
+        if let Some((used, _, before)) = kept.pieces.insert(key, (now, piece, bytes)) {
+            kept.ages.remove(&used);
+            kept.bytes -= before;
+        }
+        kept.ages.insert(now, key);
+        kept.bytes += bytes;
+        while kept.bytes > self.most
+            && let Some((_, oldest)) = kept.ages.pop_first()
+        {
+            if let Some((_, _, bytes)) = kept.pieces.remove(&oldest) {
+                kept.bytes -= bytes;
+            }
+        }
+    }
+
+    fn forget(&self, owner: u64) {
+        let mut kept = self.lock();
+        let gone: Vec<(Key, u64, usize)> = kept
+            .pieces
+            .iter()
+            .filter(|((of, ..), _)| *of == owner)
+            .map(|(key, (used, _, bytes))| (*key, *used, *bytes))
+            .collect();
+        for (key, used, bytes) in gone {
+            kept.pieces.remove(&key);
+            kept.ages.remove(&used);
+            kept.bytes -= bytes;
+        }
+    }
+}
+
+/// One file's part of the shelf; what it put there goes with it.
+#[derive(Debug)]
+pub(crate) struct Unpacked(u64);
+
+impl Default for Unpacked {
+    fn default() -> Self {
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        Self(COUNT.fetch_add(1, Ordering::Relaxed))
+    }
+}
+
+impl Unpacked {
+    /// A piece that was unpacked lately.
+    pub(crate) fn get<T: Send + Sync + 'static>(&self, a: u64, b: u64) -> Option<Arc<T>> {
+        SHELF.get((self.0, a, b))?.downcast().ok()
+    }
+
+    /// Keeps a piece of so many bytes, and forgets those of all files that were used least recently.
+    pub(crate) fn put<T: Send + Sync + 'static>(&self, a: u64, b: u64, piece: &Arc<T>, bytes: usize) {
+        // What holds it beside the piece.
+        SHELF.put((self.0, a, b), piece.clone(), bytes.saturating_add(128));
+    }
+}
+
+impl Drop for Unpacked {
+    fn drop(&mut self) {
+        SHELF.forget(self.0);
+    }
+}
+
+/// When work that a file demands has taken too long.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Deadline(Instant);
+
+impl Deadline {
+    /// So long from now.
+    pub(crate) fn after(patience: Duration) -> Self {
+        Self(Instant::now() + patience)
+    }
+
+    /// Whether it is over.
+    pub(crate) fn is_over(self) -> bool {
+        Instant::now() >= self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_leased_together_stays_below_the_most() {
+        static SMALL: Budget = Budget::new(100);
+        let first = SMALL.lease(60, WAIT).expect("free");
+        assert!(SMALL.lease(101, WAIT).err().expect("too much").contains("at most"));
+        assert!(SMALL.lease(41, Duration::ZERO).err().expect("taken").contains("try it again"));
+        let second = SMALL.lease(40, Duration::ZERO).expect("free");
+        let waiting = std::thread::spawn(|| SMALL.lease(100, WAIT).is_ok());
+        drop((first, second));
+        assert!(waiting.join().expect("ended"), "who waits gets what is given back");
+        assert!(lease(None).is_err());
+    }
+
+    #[test]
+    fn the_shelf_forgets_what_was_used_least() {
+        let shelf = Shelf::new(100);
+        for number in 0..4 {
+            shelf.put((1, number, 0), Arc::new(number), 30);
+            shelf.get((1, 0, 0));
+        }
+        let is_there = |number| shelf.get((1, number, 0)).is_some();
+        assert!(is_there(0) && is_there(3) && !is_there(1), "the first was used again and again");
+        shelf.put((2, 0, 0), Arc::new(0), 101);
+        shelf.put((2, 1, 0), Arc::new(0), 10);
+        assert!(shelf.get((2, 0, 0)).is_none(), "larger than the shelf");
+        shelf.forget(1);
+        let kept = shelf.lock();
+        assert_eq!((kept.bytes, kept.pieces.len(), kept.ages.len()), (10, 1, 1));
+    }
+}
