@@ -80,6 +80,7 @@ pub use hub::{FrameSink, Hub, LinkError, LinkId, LinkInfo, LinkOptions, Origin, 
 pub use outlet::PeerId;
 pub use recorder::{
     Folder, Recorder, RecorderConfig, RecorderHandle, RecorderState, RecorderStatus, Storage, StorageFile, StoredFile,
+    is_kept_recording, keep_recording,
 };
 pub use router::MAX_LINKS;
 pub use stats::{LinkStats, MAX_SOURCES_PER_LINK, Rates, RoundTrip, SourceStats, Traffic};

@@ -3,22 +3,26 @@
 //!
 //! The links' tasks only put frames into a bounded queue; a thread of its own writes. Nothing that happens to the disk
 //! reaches the links: frames that cannot be written are counted, the reason is in the [`RecorderStatus`], and the
-//! recorder tries again.
+//! recorder tries again, at first soon, then at ever longer intervals. A disk that does not answer at all shows in the status
+//! too, which is looked at from outside the thread that waits for it.
 //!
 //! What is written at most five times a second is handed to the system, and once a second forced to the disk. The
 //! folder is kept below a quota by deleting the oldest recordings (files named as the recorder names them, nothing
-//! else, never the one being written); below a floor of free space nothing is written at all.
+//! else, never one being written, here or by another process, and never one that somebody keeps); below a floor of free
+//! space nothing is written at all.
 
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
 use std::fs;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use tokio::sync::watch;
 use vencejo_proto::{Frame, MonoTime};
+use vencejo_store::{Floors, Space};
 
 use crate::clock::Clock;
 use crate::hub::LinkId;
@@ -33,6 +37,10 @@ const WAKE_FRAMES: usize = QUEUE_FRAMES / 4;
 const WRITE_INTERVAL: Duration = Duration::from_millis(200);
 /// How often what was written is forced to the disk, and space and quota are looked at.
 const SYNC_INTERVAL: Duration = Duration::from_secs(1);
+/// A disk that has not answered for so long counts as one that does not write.
+const STALLED_AFTER: Duration = Duration::from_secs(3);
+/// The end of the name of the empty file beside a recording that somebody keeps.
+const KEPT: &str = ".keep";
 
 /// The recorder's limits.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -44,8 +52,10 @@ pub struct RecorderConfig {
     pub quota_bytes: u64,
     /// Free space of the disk below which nothing is written, 500 MB by default.
     pub free_floor_bytes: u64,
-    /// The wait before another try when writing has failed, 5 s by default.
+    /// The wait before another try when writing has failed, 1 s by default; it doubles with each try that fails.
     pub retry_after: Duration,
+    /// The longest wait before another try, 30 s by default.
+    pub retry_at_most: Duration,
 }
 
 impl Default for RecorderConfig {
@@ -53,8 +63,9 @@ impl Default for RecorderConfig {
         Self {
             max_file_bytes: 512 << 20,
             quota_bytes: 8 << 30,
-            free_floor_bytes: 500_000_000,
-            retry_after: Duration::from_secs(5),
+            free_floor_bytes: Floors::default().bytes(vencejo_store::Class::Telemetry),
+            retry_after: Duration::from_secs(1),
+            retry_at_most: Duration::from_secs(30),
         }
     }
 }
@@ -64,6 +75,8 @@ impl Default for RecorderConfig {
 pub struct RecorderStatus {
     /// What it is doing.
     pub state: RecorderState,
+    /// Since when it has been recording, or not.
+    pub since: MonoTime,
     /// Frames written in this session.
     pub frames: u64,
     /// Bytes written in this session.
@@ -94,8 +107,28 @@ pub enum RecorderState {
         /// What went wrong.
         error: String,
     },
+    /// Nothing is written, because the disk does not answer.
+    Stalled,
     /// Closed.
     Closed,
+}
+
+impl RecorderState {
+    /// Why nothing is written, in English; `None` while it is, or is about to be.
+    #[must_use]
+    pub fn problem(&self) -> Option<String> {
+        match self {
+            Self::Starting | Self::Recording { .. } => None,
+            Self::LowSpace { free_bytes, floor_bytes } => Some(format!(
+                "only {} MB are free on the disk, and {} MB stay free of telemetry",
+                free_bytes / 1_000_000,
+                floor_bytes / 1_000_000
+            )),
+            Self::Failing { error } => Some(error.clone()),
+            Self::Stalled => Some("the disk does not answer".to_owned()),
+            Self::Closed => Some("closed".to_owned()),
+        }
+    }
 }
 
 /// A recording in the folder.
@@ -105,6 +138,8 @@ pub struct StoredFile {
     pub name: String,
     /// Its size.
     pub bytes: u64,
+    /// Whether somebody keeps it, so that it is not deleted to make room.
+    pub is_kept: bool,
 }
 
 /// Where recordings are kept; injected, so that tests can let it fail.
@@ -119,10 +154,10 @@ pub trait Storage: Send {
     /// # Errors
     /// Whatever the disk says.
     fn list(&mut self) -> io::Result<Vec<StoredFile>>;
-    /// Deletes a file.
+    /// Deletes a file that nobody is writing.
     ///
     /// # Errors
-    /// Whatever the disk says.
+    /// [`io::ErrorKind::WouldBlock`] when another process is writing it, otherwise whatever the disk says.
     fn remove(&mut self, name: &str) -> io::Result<()>;
     /// Free space.
     ///
@@ -144,27 +179,53 @@ pub trait StorageFile: Write + Send {
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
+    space: Space,
 }
 
 impl Folder {
     /// The folder at `path`, made when the first recording is.
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        Self { path: path.into() }
+        Self { path: path.into(), space: Space::default() }
     }
 
-    /// Makes the entry of a new file durable too.
-    fn sync_folder(&self) -> io::Result<()> {
-        #[cfg(unix)]
-        fs::File::open(&self.path)?.sync_all()?;
-        Ok(())
+    /// The same on a disk whose free space something else tells.
+    #[must_use]
+    pub fn with_space(self, space: Space) -> Self {
+        Self { space, ..self }
+    }
+}
+
+/// Whether somebody keeps a recording of a folder.
+#[must_use]
+pub fn is_kept_recording(folder: &std::path::Path, name: &str) -> bool {
+    folder.join(format!("{name}{KEPT}")).exists()
+}
+
+/// Keeps a recording of a folder: it is not deleted to make room for new ones. Or lets it go again.
+///
+/// # Errors
+/// [`io::ErrorKind::NotFound`] when there is none of that name, otherwise whatever the disk says.
+pub fn keep_recording(folder: &std::path::Path, name: &str, is_kept: bool) -> io::Result<()> {
+    if age_key(name).is_none() || !folder.join(name).is_file() {
+        return Err(io::ErrorKind::NotFound.into());
+    }
+    let mark = folder.join(format!("{name}{KEPT}"));
+    if is_kept {
+        return vencejo_store::create(&mark, b"", vencejo_store::Access::Usual).map(drop);
+    }
+    match fs::remove_file(&mark) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => vencejo_store::sync_folder(folder),
     }
 }
 
 impl Storage for Folder {
     fn create_new(&mut self, name: &str) -> io::Result<Box<dyn StorageFile>> {
-        fs::create_dir_all(&self.path)?;
+        vencejo_store::make_folder(&self.path)?;
         let file = fs::OpenOptions::new().write(true).create_new(true).open(self.path.join(name))?;
-        self.sync_folder()?;
+        // So that no other process deletes it to make room. Nobody else can have it yet.
+        vencejo_store::lock::try_hold(&file)?;
+        vencejo_store::sync_folder(&self.path)?;
         Ok(Box::new(file))
     }
 
@@ -176,26 +237,26 @@ impl Storage for Folder {
             if metadata.is_file()
                 && let Ok(name) = entry.file_name().into_string()
             {
-                files.push(StoredFile { name, bytes: metadata.len() });
+                files.push(StoredFile { name, bytes: metadata.len(), is_kept: false });
             }
+        }
+        let names: HashSet<String> = files.iter().map(|file| file.name.clone()).collect();
+        for file in &mut files {
+            file.is_kept = names.contains(&format!("{}{KEPT}", file.name));
         }
         Ok(files)
     }
 
     fn remove(&mut self, name: &str) -> io::Result<()> {
-        fs::remove_file(self.path.join(name))
+        let path = self.path.join(name);
+        if !vencejo_store::lock::try_hold(&fs::File::open(&path)?)? {
+            return Err(io::ErrorKind::WouldBlock.into());
+        }
+        fs::remove_file(path)
     }
 
-    #[cfg(unix)]
     fn free_bytes(&mut self) -> io::Result<u64> {
-        let existing = self.path.ancestors().find(|path| path.exists()).unwrap_or(Path::new("."));
-        let facts = rustix::fs::statvfs(existing)?;
-        Ok(facts.f_bavail.saturating_mul(facts.f_frsize))
-    }
-
-    #[cfg(not(unix))]
-    fn free_bytes(&mut self) -> io::Result<u64> {
-        Ok(u64::MAX)
+        self.space.free_bytes(&self.path)
     }
 }
 
@@ -223,6 +284,8 @@ struct Queue {
 struct Shared {
     queue: Mutex<Queue>,
     wake: Condvar,
+    /// Since when the thread has been waiting for the disk, µs on the clock plus one; 0 while it does not.
+    busy_since_us: AtomicU64,
 }
 
 impl Shared {
@@ -263,6 +326,7 @@ impl RecorderHandle {
 /// A running recorder. Dropping it ends the recording in the background; [`Self::close`] waits until it is on the disk.
 pub struct Recorder {
     shared: Arc<Shared>,
+    clock: Arc<dyn Clock>,
     status: watch::Receiver<RecorderStatus>,
     thread: Option<JoinHandle<()>>,
 }
@@ -282,18 +346,20 @@ impl Recorder {
     /// When the system gives no thread.
     pub fn start_with(storage: Box<dyn Storage>, config: RecorderConfig, clock: Arc<dyn Clock>) -> io::Result<Self> {
         let shared = Arc::new(Shared::default());
-        let (mut writer, status) = Writer::new(storage, config, clock);
-        let queue = shared.clone();
+        let (mut writer, status) = Writer::new(storage, config, clock.clone());
+        let (queue, watched) = (shared.clone(), clock.clone());
         let thread = std::thread::Builder::new().name("vencejo-recorder".to_owned()).spawn(move || {
             loop {
                 let (batch, dropped, closing) = wait(&queue);
+                queue.busy_since_us.store(watched.now().as_micros() + 1, Ordering::Release);
                 writer.on_frames(&batch, dropped);
                 if closing {
                     return writer.close();
                 }
+                queue.busy_since_us.store(0, Ordering::Release);
             }
         })?;
-        Ok(Self { shared, status, thread: Some(thread) })
+        Ok(Self { shared, clock, status, thread: Some(thread) })
     }
 
     /// The way in, for [`Hub::set_recorder`](crate::Hub::set_recorder).
@@ -301,14 +367,19 @@ impl Recorder {
         RecorderHandle { shared: self.shared.clone() }
     }
 
-    /// How it is going.
+    /// How it is going, also while its thread waits for the disk.
     pub fn status(&self) -> RecorderStatus {
-        self.status.borrow().clone()
-    }
-
-    /// How it is going, as it changes (about once a second).
-    pub fn watch(&self) -> watch::Receiver<RecorderStatus> {
-        self.status.clone()
+        let mut status = self.status.borrow().clone();
+        if let Some(busy_since_us) = self.shared.busy_since_us.load(Ordering::Acquire).checked_sub(1) {
+            let busy_since = MonoTime::from_micros(busy_since_us);
+            let is_writing = matches!(status.state, RecorderState::Starting | RecorderState::Recording { .. });
+            if is_writing && self.clock.now().since(busy_since) >= STALLED_AFTER {
+                status.state = RecorderState::Stalled;
+                status.since = busy_since;
+            }
+        }
+        status.dropped += self.shared.queue().dropped;
+        status
     }
 
     /// Writes what is waiting, forces it to the disk and ends. Blocks as long as the disk does.
@@ -369,6 +440,8 @@ struct Writer {
     open: Option<OpenFile>,
     /// Not before this moment is writing tried again.
     retry_at: MonoTime,
+    /// How long is waited after the next failure.
+    retry_wait: Duration,
     synced_at: MonoTime,
     batch: Vec<u8>,
 }
@@ -379,10 +452,11 @@ impl Writer {
         config: RecorderConfig,
         clock: Arc<dyn Clock>,
     ) -> (Self, watch::Receiver<RecorderStatus>) {
-        let now = RecorderStatus { state: RecorderState::Starting, frames: 0, bytes: 0, dropped: 0 };
-        let (status, watch) = watch::channel(now.clone());
         let started = clock.now();
+        let now = RecorderStatus { state: RecorderState::Starting, since: started, frames: 0, bytes: 0, dropped: 0 };
+        let (status, watch) = watch::channel(now.clone());
         let config = RecorderConfig { quota_bytes: config.quota_bytes.max(config.max_file_bytes), ..config };
+        let retry_wait = config.retry_after;
         let writer = Self {
             storage,
             config,
@@ -391,6 +465,7 @@ impl Writer {
             now,
             open: None,
             retry_at: started,
+            retry_wait,
             synced_at: started,
             batch: Vec::new(),
         };
@@ -408,7 +483,8 @@ impl Writer {
             self.now.dropped += lost;
             self.fail(&error, now);
         }
-        if now.since(self.synced_at) >= SYNC_INTERVAL {
+        let has_to_prove = self.open.is_some() && self.now.state.problem().is_some();
+        if has_to_prove || now.since(self.synced_at) >= SYNC_INTERVAL {
             self.synced_at = now;
             self.keep_house(now);
         }
@@ -441,7 +517,12 @@ impl Writer {
         if let Err(error) = open.file.sync() {
             return self.fail(&error, now);
         }
-        if open.bytes >= self.config.max_file_bytes {
+        let (file, is_full) = (open.name.clone(), open.bytes >= self.config.max_file_bytes);
+        self.retry_wait = self.config.retry_after;
+        if self.now.state.problem().is_some() {
+            self.enter(RecorderState::Recording { file }, now);
+        }
+        if is_full {
             self.open = None;
             return self.begin(now);
         }
@@ -467,7 +548,10 @@ impl Writer {
         });
         match created.unwrap_or_else(|| Err(io::ErrorKind::AlreadyExists.into())) {
             Ok((name, file)) => {
-                self.now.state = RecorderState::Recording { file: name.clone() };
+                // After a failure it has to show first that it can be written.
+                if self.now.state.problem().is_none() {
+                    self.enter(RecorderState::Recording { file: name.clone() }, now);
+                }
                 self.open = Some(OpenFile { name, file, bytes: 0, begun_at: now, begun_unix_us });
                 self.enforce_quota();
             }
@@ -482,24 +566,41 @@ impl Writer {
             Err(_) => true,
             Ok(free_bytes) if free_bytes >= self.config.free_floor_bytes => true,
             Ok(free_bytes) => {
-                self.end_file();
-                self.retry_at = now + self.config.retry_after;
-                self.now.state = RecorderState::LowSpace { free_bytes, floor_bytes: self.config.free_floor_bytes };
+                let floor_bytes = self.config.free_floor_bytes;
+                self.stop(RecorderState::LowSpace { free_bytes, floor_bytes }, now);
                 false
             }
         }
     }
 
     fn fail(&mut self, error: &io::Error, now: MonoTime) {
-        self.end_file();
-        self.retry_at = now + self.config.retry_after;
-        self.now.state = RecorderState::Failing { error: error.to_string() };
+        self.stop(RecorderState::Failing { error: error.to_string() }, now);
     }
 
-    /// Deletes the oldest recordings until all together fit. What cannot be listed or deleted is left as it is.
+    /// Ends the file and waits before the next try, longer each time.
+    fn stop(&mut self, state: RecorderState, now: MonoTime) {
+        self.end_file();
+        self.retry_at = now + self.retry_wait;
+        self.retry_wait = (self.retry_wait * 2).min(self.config.retry_at_most);
+        self.enter(state, now);
+    }
+
+    fn enter(&mut self, state: RecorderState, now: MonoTime) {
+        if state.problem().is_some() != self.now.state.problem().is_some() {
+            self.now.since = now;
+        }
+        self.now.state = state;
+    }
+
+    /// Deletes the oldest recordings until all together fit; what somebody keeps does not count. What cannot be listed or
+    /// deleted is left as it is.
     fn enforce_quota(&mut self) {
         let Ok(files) = self.storage.list() else { return };
-        let mut recordings: Vec<_> = files.into_iter().filter_map(|file| Some((age_key(&file.name)?, file))).collect();
+        let mut recordings: Vec<_> = files
+            .into_iter()
+            .filter(|file| !file.is_kept)
+            .filter_map(|file| Some((age_key(&file.name)?, file)))
+            .collect();
         recordings.sort_by(|(a, _), (b, _)| a.cmp(b));
         let mut total: u64 = recordings.iter().map(|(_, file)| file.bytes).sum();
         for (_, file) in recordings {
@@ -526,7 +627,7 @@ impl Writer {
 
     fn close(&mut self) {
         self.end_file();
-        self.now.state = RecorderState::Closed;
+        self.enter(RecorderState::Closed, self.clock.now());
         self.publish();
     }
 
@@ -539,13 +640,17 @@ impl Writer {
     }
 }
 
+/// No recording of ours is older.
+const CLOCK_SET: &str = "2020";
+
 /// `2026-11-21T08-50-12Z.tlog`, with a number when that one is taken.
 fn file_name(stamp: &str, number: u32) -> String {
     if number == 0 { format!("{stamp}.tlog") } else { format!("{stamp}-{number}.tlog") }
 }
 
-/// The order of age of a name that [`file_name`] made; `None` for any other name.
-fn age_key(name: &str) -> Option<(String, u32)> {
+/// The order of age of a name that [`file_name`] made; `None` for any other name. Those that were made before the clock of a
+/// computer without a battery was set come last: nobody knows how old they are.
+fn age_key(name: &str) -> Option<(bool, String, u32)> {
     let stem = name.strip_suffix(".tlog")?;
     let (stamp, rest) = stem.split_at_checked(20)?;
     let pattern = b"dddd-dd-ddTdd-dd-ddZ";
@@ -560,7 +665,7 @@ fn age_key(name: &str) -> Option<(String, u32)> {
         "" => 0,
         rest => rest.strip_prefix('-')?.parse().ok()?,
     };
-    Some((stamp.to_owned(), number))
+    Some((stamp < CLOCK_SET, stamp.to_owned(), number))
 }
 
 /// The UTC time of a file name. Days to a date as in Howard Hinnant, "chrono-Compatible Low-Level Date Algorithms".

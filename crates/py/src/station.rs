@@ -139,7 +139,7 @@ impl PyStation {
                 (None, Some(format!("only {free_bytes} bytes are free on the disk, {floor_bytes} are kept free")))
             }
             RecorderState::Failing { error } => (None, Some(error.clone())),
-            _ => (None, Some("closed".to_owned())),
+            other => (None, other.problem()),
         };
         let dict = PyDict::new(py);
         dict.set_item("is_recording", file.is_some())?;

@@ -20,4 +20,4 @@ mod testing;
 
 pub use lock::Lock;
 pub use space::{BadFloors, Class, Floors, LowSpace, Space, free_bytes};
-pub use whole::{Access, create, install, make_folder, set_aside, sync_folder, write};
+pub use whole::{Access, create, install, make_folder, set_aside, sync_folder, try_folder, write};

@@ -141,6 +141,12 @@ impl fmt::Debug for Space {
     }
 }
 
+impl PartialEq for Space {
+    fn eq(&self, other: &Self) -> bool {
+        self.floors == other.floors && Arc::ptr_eq(&self.probe, &other.probe)
+    }
+}
+
 impl Default for Space {
     fn default() -> Self {
         Self::new(Floors::default())
@@ -166,13 +172,21 @@ impl Space {
         self.floors
     }
 
+    /// Free space for us on the disk of a path, which need not exist yet.
+    ///
+    /// # Errors
+    /// Whatever the disk says.
+    pub fn free_bytes(&self, path: &Path) -> io::Result<u64> {
+        (self.probe)(path)
+    }
+
     /// Whether something of a class may be written below a path, which need not exist yet.
     ///
     /// # Errors
     /// [`LowSpace`] when it is not to be. A disk that cannot say is tried: writing will tell.
     pub fn check(&self, class: Class, path: &Path) -> Result<(), LowSpace> {
         let floor_bytes = self.floors.bytes(class);
-        match (self.probe)(path) {
+        match self.free_bytes(path) {
             Ok(free_bytes) if free_bytes < floor_bytes => {
                 Err(LowSpace { class, path: path.to_owned(), free_bytes, floor_bytes })
             }

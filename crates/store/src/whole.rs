@@ -43,7 +43,8 @@ enum Naming {
     New,
 }
 
-/// Writes a file as a whole, in the place of one that may be there; its folder is made where it is missing.
+/// Writes a file as a whole, in the place of one that may be there. The folder of one of our own, which its owner alone reads,
+/// is made where it is missing; where a person wants a file, a folder that is missing is a slip of the pen.
 ///
 /// A link is followed: what it points to is replaced. What is no plain file, such as a pipe, is written straight into.
 ///
@@ -79,6 +80,17 @@ pub fn make_folder(folder: &Path) -> io::Result<()> {
     let missing: Vec<_> = folder.ancestors().take_while(|path| !is_here(path) && !path.is_dir()).collect();
     fs::create_dir_all(folder)?;
     missing.into_iter().try_for_each(|made| sync_folder(folder_of(made)))
+}
+
+/// Whether files can be made in a folder, by making one; the folder is made where it is missing.
+///
+/// # Errors
+/// Whatever the disk says: it is read-only, full, or not ours.
+pub fn try_folder(folder: &Path) -> io::Result<()> {
+    make_folder(folder)?;
+    let probe = folder.join(temporary_name(OsStr::new("probe")));
+    OpenOptions::new().write(true).create_new(true).open(&probe)?;
+    fs::remove_file(probe)
 }
 
 /// Makes the names in a folder durable.
@@ -140,7 +152,9 @@ fn put(path: &Path, bytes: &[u8], access: Access, naming: Naming, gate: Gate<'_>
         }
     }
     let folder = folder_of(&target);
-    make_folder(folder)?;
+    if access == Access::Owner {
+        make_folder(folder)?;
+    }
     let name = target.file_name().ok_or_else(|| io::Error::other(format!("{} names no file", path.display())))?;
     remove_leftovers(folder, name);
     let temporary = folder.join(temporary_name(name));

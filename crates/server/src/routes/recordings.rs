@@ -54,7 +54,7 @@ async fn recorder(State(app): State<App>, _: Viewer) -> Json<Option<Recorder>> {
                 (None, Some(format!("only {free_bytes} bytes are free on the disk, {floor_bytes} are kept free")))
             }
             RecorderState::Failing { error } => (None, Some(error)),
-            _ => (None, Some("closed".to_owned())),
+            other => (None, other.problem()),
         };
         let is_recording = file.is_some();
         Recorder { is_recording, file, frames: status.frames, bytes: status.bytes, dropped: status.dropped, problem }
