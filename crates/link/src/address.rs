@@ -49,6 +49,11 @@ impl HostPort {
     pub(crate) fn is_lan(&self) -> bool {
         self.host.eq_ignore_ascii_case("lan")
     }
+
+    /// Whether the host is this machine, as far as its name tells.
+    fn is_loopback(&self) -> bool {
+        self.host == "localhost" || self.host.parse::<std::net::IpAddr>().is_ok_and(|address| address.is_loopback())
+    }
 }
 
 impl fmt::Display for HostPort {
@@ -293,9 +298,25 @@ impl LinkAddress {
         let (Self::UdpIn { bind } | Self::TcpServer { bind } | Self::UdpOut { bind: Some(bind), .. }) = self else {
             return false;
         };
-        let loopback = bind.host == "localhost"
-            || bind.host.parse::<std::net::IpAddr>().is_ok_and(|address| address.is_loopback());
-        !loopback
+        !bind.is_loopback()
+    }
+
+    /// Whether nobody but this machine and what is plugged into it can be at the other end: loopback, and an autopilot's own
+    /// USB. A serial adapter is not, for most often a radio hangs on it.
+    pub fn is_private(&self) -> bool {
+        match self {
+            Self::UdpIn { bind } | Self::TcpServer { bind } => bind.is_loopback(),
+            Self::UdpOut { remote, bind } => remote.is_loopback() && bind.as_ref().is_none_or(HostPort::is_loopback),
+            Self::TcpClient { remote } => remote.is_loopback(),
+            Self::Serial { path, .. } => {
+                // What `/dev/serial/by-id/…` stands for.
+                let device = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
+                let name = device.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+                ["ttyACM", "cu.usbmodem", "tty.usbmodem"].iter().any(|usb| name.starts_with(usb))
+            }
+            Self::UdpBroadcast { .. } => false,
+            Self::Tlog { .. } => true,
+        }
     }
 }
 

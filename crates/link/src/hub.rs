@@ -8,14 +8,18 @@ use std::time::Duration;
 
 use smallvec::SmallVec;
 use tokio::sync::watch;
-use vencejo_proto::{Address, DecoderStats, Frame, FrameDecoder, Header, MavVersion, Message, MonoTime, SystemId};
+use vencejo_proto::{
+    Address, DecoderStats, Frame, FrameDecoder, Header, MavVersion, Message, MonoTime, SigningKey, SigningTime,
+    SystemId,
+};
 
 use crate::address::LinkAddress;
 use crate::clock::Clock;
 use crate::endpoint::{self, LinkHandle, LinkState};
 use crate::outlet::{Class, Outlet, PeerId, Sent, To};
 use crate::recorder::RecorderHandle;
-use crate::router::{MAX_LINKS, Router, Slot, SlotSet, Verdict};
+use crate::router::{MAX_LINKS, Router, SETUP_SIGNING_ID, Slot, SlotSet, Verdict};
+use crate::signing::{Admission, KeyId, SigningState, SigningTable, UnsignedPolicy, VehicleKeys};
 use crate::stats::{LinkMeter, LinkStats, PortCounters};
 
 /// Names one open link; never used again for another.
@@ -46,6 +50,8 @@ pub struct LinkOptions {
     /// at least one of them forwards: open a tee for another ground station with `forwards`, and leave it off (the
     /// default) on the links of vehicles, so that the vehicles' telemetry does not fill each other's radios.
     pub forwards: bool,
+    /// Whether frames that should be signed and are not are believed when they come over it.
+    pub unsigned: UnsignedPolicy,
 }
 
 impl LinkOptions {
@@ -111,6 +117,8 @@ pub struct LinkInfo {
     pub address: LinkAddress,
     /// Whether it forwards.
     pub forwards: bool,
+    /// Whether it is believed without signatures.
+    pub accepts_unsigned: bool,
     /// Its state.
     pub state: LinkState,
 }
@@ -135,6 +143,8 @@ pub(crate) struct Port {
     name: String,
     address: LinkAddress,
     forwards: bool,
+    /// Believed without signatures.
+    believed: bool,
     outlet: Arc<dyn Outlet>,
     state: watch::Receiver<LinkState>,
     counters: PortCounters,
@@ -172,6 +182,7 @@ type Sinks = Vec<(SinkId, SinkScope, FrameSink)>;
 struct Inner {
     links: Vec<Option<OpenLink>>,
     router: Router,
+    signing: SigningTable,
     sinks: Arc<Sinks>,
     recorder: Option<RecorderHandle>,
     next_id: u32,
@@ -225,6 +236,7 @@ impl Hub {
         let inner = Inner {
             links: Vec::new(),
             router: Router::new(locals),
+            signing: SigningTable::default(),
             sinks: Arc::new(Vec::new()),
             recorder: None,
             next_id: 1,
@@ -271,12 +283,18 @@ impl Hub {
         };
         let id = LinkId(inner.next_id);
         inner.next_id += 1;
+        let believed = match options.unsigned {
+            UnsignedPolicy::ByAddress => address.is_private(),
+            UnsignedPolicy::Accept => true,
+            UnsignedPolicy::Refuse => false,
+        };
         let port = Arc::new(Port {
             id,
             slot: slot as Slot,
             name: options.name.unwrap_or_else(|| address.to_string()),
             address,
             forwards: options.forwards,
+            believed,
             outlet,
             state,
             counters: PortCounters::default(),
@@ -290,6 +308,7 @@ impl Hub {
         let mut inner = self.inner();
         inner.links[usize::from(port.slot)] = None;
         inner.router.forget(port.slot);
+        inner.signing.forget_link(port.slot);
     }
 
     /// Adds a listener.
@@ -335,6 +354,39 @@ impl Hub {
         };
     }
 
+    /// Keeps a key from now on; `resumed` is where its earlier use ended at the latest.
+    pub fn add_signing_key(&self, id: KeyId, key: SigningKey, resumed: SigningTime) {
+        self.inner().signing.add_key(id, key, resumed);
+    }
+
+    /// Says which keys a vehicle has. A key that no vehicle has is forgotten.
+    pub fn set_vehicle_keys(&self, system: SystemId, keys: VehicleKeys) {
+        self.inner().signing.set_vehicle(system, keys);
+    }
+
+    /// How a vehicle signs; `None` when it has no key.
+    pub fn signing(&self, system: SystemId) -> Option<SigningState> {
+        self.inner().signing.vehicle(system).cloned()
+    }
+
+    /// The vehicles that have keys.
+    pub fn signing_vehicles(&self) -> Vec<(SystemId, SigningState)> {
+        self.inner().signing.vehicles().map(|(system, state)| (system, state.clone())).collect()
+    }
+
+    /// For each key the latest time that was used with it, and the one to put on disk now: see
+    /// [`KeyUse`](vencejo_proto::KeyUse).
+    pub fn signing_times(&self) -> Vec<(KeyId, SigningTime, SigningTime)> {
+        let unix_us = self.shared.clock.unix_us();
+        self.inner().signing.reserve(unix_us)
+    }
+
+    /// A time to begin a new key with.
+    pub fn next_signing_time(&self, id: KeyId) -> Option<SigningTime> {
+        let unix_us = self.shared.clock.unix_us();
+        self.inner().signing.next_time(id, unix_us)
+    }
+
     /// Sends a frame as it is. Never waits: frames that find no room are refused, and the report says so.
     pub fn send(&self, frame: &Frame, route: Route) -> SendReport {
         let now = self.shared.clock.now();
@@ -349,14 +401,17 @@ impl Hub {
         send_to(&ports.0, ports.1, frame, recorder.as_ref(), now)
     }
 
-    /// Writes a message with each link's own frame counter, so that whoever is there sees no loss that is none, and
-    /// sends it. Never waits.
+    /// Writes a message with each link's own frame counter, so that whoever is there sees no loss that is none, signs it
+    /// for who asks for that, and sends it. Never waits.
     pub fn send_message(&self, message: &Message, source: Address, version: MavVersion, route: Route) -> SendReport {
         let now = self.shared.clock.now();
         let unnumbered = message.encode(Header { sequence: 0, source, version });
         let mut outgoing: SmallVec<[(Arc<Port>, Frame); 4]> = SmallVec::new();
         let (recorder, to) = {
             let mut inner = self.inner();
+            if !inner.signing.is_empty() {
+                return self.send_signed(&mut inner, message, &unnumbered, route, now);
+            }
             let (ports, to) = own_ports(&mut inner, &unnumbered, route, now);
             for port in ports {
                 let Some(link) = inner.links[usize::from(port.slot)].as_mut() else { continue };
@@ -377,6 +432,50 @@ impl Hub {
             let one = send_to(&[port], to, &frame, recorder.as_ref(), now);
             report.accepted += one.accepted;
             report.refused += one.refused;
+        }
+        report
+    }
+
+    /// Signs and sends under the lock: a frame that overtakes another one after it was signed would be taken for a
+    /// repetition.
+    fn send_signed(
+        &self,
+        inner: &mut Inner,
+        message: &Message,
+        unnumbered: &Frame,
+        route: Route,
+        now: MonoTime,
+    ) -> SendReport {
+        let unix_us = self.shared.clock.unix_us();
+        let (source, version, target) = (unnumbered.source(), unnumbered.version(), unnumbered.target().named_system());
+        let recorder = inner.recorder.clone();
+        let mut report = SendReport::default();
+        let (ports, to) = own_ports(inner, unnumbered, route, now);
+        for port in ports {
+            let write = |inner: &mut Inner, version: MavVersion, key: Option<KeyId>| {
+                let Some(link) = inner.links[usize::from(port.slot)].as_mut() else { return false };
+                let frame = message.encode(Header { sequence: link.next_sequence, source, version });
+                link.next_sequence = link.next_sequence.wrapping_add(1);
+                let frame = match key {
+                    // What cannot be signed goes as it is: who asks for a signature will not take it.
+                    Some(key) => inner.signing.sign(key, &frame, port.slot, unix_us).unwrap_or(frame),
+                    None => frame,
+                };
+                inner.router.on_sent(&frame, now);
+                let one = send_to(std::slice::from_ref(&port), to, &frame, recorder.as_ref(), now);
+                one.is_sent()
+            };
+            let keys = inner.signing.keys_for(target, port.slot);
+            let mut sent = false;
+            for key in &keys {
+                sent |= write(inner, MavVersion::V2, Some(*key));
+            }
+            // Besides, for those who cannot read what is signed.
+            if keys.is_empty() || (target.is_none() && version == MavVersion::V1) {
+                sent |= write(inner, version, None);
+            }
+            report.accepted += u32::from(sent);
+            report.refused += u32::from(!sent);
         }
         report
     }
@@ -422,6 +521,7 @@ impl Hub {
                     name: port.name.clone(),
                     address: port.address.clone(),
                     forwards: port.forwards,
+                    accepts_unsigned: port.believed,
                     state: port.state.borrow().clone(),
                 }
             })
@@ -469,6 +569,20 @@ impl Hub {
             if link.port.id != port.id {
                 return;
             }
+            // A key is nobody's business but the vehicle's: it is not even shown.
+            if frame.message_id() == SETUP_SIGNING_ID {
+                return link.meter.on_refused();
+            }
+            let admission = if inner.signing.is_empty() || port.is_replay() {
+                Admission::Unverified
+            } else {
+                let unix_us = self.shared.clock.unix_us();
+                inner.signing.admit(frame, port.slot, port.believed, unix_us, now)
+            };
+            let Some(link) = inner.links.get_mut(usize::from(port.slot)).and_then(Option::as_mut) else { return };
+            if admission == Admission::Refused {
+                return link.meter.on_refused();
+            }
             link.meter.on_frame(frame, known, now);
             let verdict = inner.router.on_received(port.slot, frame, known, all, now);
             let mut ports: SmallVec<[Arc<Port>; 8]> = SmallVec::new();
@@ -483,6 +597,13 @@ impl Hub {
                         }
                         _ => forward,
                     };
+                    // Whoever asks for signatures at one end of a link is not handed what came in without at another.
+                    let guarded = if admission == Admission::Verified || port.believed || port.is_replay() {
+                        SlotSet::EMPTY
+                    } else {
+                        inner.signing.guarded()
+                    };
+                    let forward = forward.without(guarded);
                     let ready = forward.iter().filter_map(|slot| inner.link(slot)).map(|link| &link.port);
                     ports.extend(ready.filter(|other| other.forwards || port.forwards).cloned());
                 }

@@ -5,7 +5,7 @@
 //! Each link has one task. It reads its socket until nothing is left, turns bytes into frames and gives each to the
 //! [`Hub`], which in that same task, without waiting for anything,
 //!
-//! 1. counts it ([`LinkStats`]) and learns where its sender is,
+//! 1. looks at its signature, where one is asked for, and counts it ([`LinkStats`]); learns where its sender is,
 //! 2. puts it into the [`Recorder`]'s queue,
 //! 3. calls the listeners ([`FrameSink`]), and
 //! 4. passes the raw frame on to the links that the MAVLink routing rules name: straight into the socket for UDP, into
@@ -53,7 +53,7 @@
 //!
 //! # What this crate never does
 //!
-//! It decodes no payload and knows no vehicle: it looks at headers and target fields. It changes no frame that it
+//! It decodes no payload and knows no vehicle: it looks at headers, signatures and target fields. It changes no frame that it
 //! passes on. It never waits for a slow link, a slow listener is the listener's fault, and a slow disk only costs
 //! recorded frames.
 
@@ -65,6 +65,7 @@ mod hub;
 mod outlet;
 mod recorder;
 mod router;
+mod signing;
 mod stats;
 mod systems;
 #[cfg(test)]
@@ -83,5 +84,6 @@ pub use recorder::{
     is_kept_recording, keep_recording,
 };
 pub use router::MAX_LINKS;
+pub use signing::{KeyId, SigningCounts, SigningState, UnsignedPolicy, VehicleKeys};
 pub use stats::{LinkStats, MAX_SOURCES_PER_LINK, Rates, RoundTrip, SourceStats, Traffic};
 pub use tlog::{SkippedBytes, TlogDecoder, TlogEntry, TlogReader, write_entry};

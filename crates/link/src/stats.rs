@@ -94,6 +94,8 @@ pub struct LinkStats {
     pub loss_ratio: Option<f64>,
     /// Frames from sources beyond [`MAX_SOURCES_PER_LINK`].
     pub overflow_frames: u64,
+    /// Frames that were not believed because their signature was missing, wrong or not new, and keys that passed by.
+    pub refused: u64,
     /// When the last valid frame came; its age is the clock's now less this.
     pub last_seen: Option<MonoTime>,
     /// Round trip, if it was measured.
@@ -265,6 +267,7 @@ pub(crate) struct LinkMeter {
     copies: u64,
     lost: u64,
     overflow_frames: u64,
+    refused: u64,
     last_seen: Option<MonoTime>,
     round_trip: Option<RoundTrip>,
     rates: RateMeter,
@@ -279,12 +282,18 @@ impl LinkMeter {
             copies: 0,
             lost: 0,
             overflow_frames: 0,
+            refused: 0,
             last_seen: None,
             round_trip: None,
             rates: RateMeter::default(),
             sources: Vec::new(),
             index: AddressIndex::new(),
         }
+    }
+
+    /// Counts a frame that goes nowhere. It says nothing of who is at the other end.
+    pub(crate) fn on_refused(&mut self) {
+        self.refused += 1;
     }
 
     /// Counts a frame. Only frames whose checksum could be checked count for their source.
@@ -379,6 +388,7 @@ impl LinkMeter {
             lost: self.lost,
             loss_ratio: ratio(self.lost, self.frames),
             overflow_frames: self.overflow_frames,
+            refused: self.refused,
             last_seen: self.last_seen,
             round_trip: self.round_trip,
             rates: self.rates.rates(now),

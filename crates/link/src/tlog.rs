@@ -6,7 +6,7 @@
 
 use std::io::{self, Read};
 
-use vencejo_proto::{Frame, FrameDecoder, MavVersion};
+use vencejo_proto::{Frame, FrameDecoder};
 
 /// Bytes of the time stamp.
 const STAMP_LEN: usize = 8;
@@ -234,39 +234,11 @@ impl<R: Read> Iterator for TlogReader<R> {
 }
 
 /// Appends an entry to `out`. A signature is taken off: with many signatures of known frames a key can be searched for,
-/// and a signed frame could be replayed. The frame stays valid: its signed flag is cleared and its checksum computed anew.
+/// and a signed frame could be replayed. The frame stays valid.
 pub fn write_entry(out: &mut Vec<u8>, unix_us: u64, frame: &Frame) {
     out.reserve(LONGEST_ENTRY);
     out.extend_from_slice(&unix_us.to_be_bytes());
-    if !frame.is_signed() {
-        out.extend_from_slice(frame.bytes());
-        return;
-    }
-    debug_assert_eq!(frame.version(), MavVersion::V2);
-    let start = out.len();
-    let unsigned = &frame.bytes()[..frame.bytes().len() - SIGNATURE_LEN];
-    out.extend_from_slice(unsigned);
-    let end = out.len() - 2;
-    let checksum = u16::from_le_bytes([out[end], out[end + 1]]);
-    // The checksum ends with a seed that depends on the message id. It follows from the checksum that was there, so
-    // messages that we do not know stay valid too.
-    let seed = (0..=u8::MAX).find(|seed| crc_accumulate(crc(&out[start + 1..end]), *seed) == checksum);
-    out[start + 2] &= !IFLAG_SIGNED;
-    if let Some(seed) = seed {
-        let renewed = crc_accumulate(crc(&out[start + 1..end]), seed);
-        out[end..].copy_from_slice(&renewed.to_le_bytes());
-    }
-}
-
-/// CRC-16/MCRF4XX (mavlink.io, "Checksum").
-fn crc(bytes: &[u8]) -> u16 {
-    bytes.iter().fold(0xffff, |crc, byte| crc_accumulate(crc, *byte))
-}
-
-fn crc_accumulate(crc: u16, byte: u8) -> u16 {
-    let mut tmp = byte ^ (crc as u8);
-    tmp ^= tmp << 4;
-    (crc >> 8) ^ (u16::from(tmp) << 8) ^ (u16::from(tmp) << 3) ^ (u16::from(tmp) >> 4)
+    out.extend_from_slice(frame.without_signature().bytes());
 }
 
 #[cfg(test)]

@@ -117,7 +117,7 @@ impl PyStation {
 
     #[pyo3(signature = (address, *, forward, name))]
     fn open_link(&self, address: &str, forward: bool, name: Option<String>) -> PyResult<u32> {
-        let id = self.station.open_link(address, LinkOptions { name, forwards: forward });
+        let id = self.station.open_link(address, LinkOptions { name, forwards: forward, ..LinkOptions::default() });
         Ok(id.map_err(|error| errors::from_station(&error))?.0)
     }
 

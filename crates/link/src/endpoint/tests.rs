@@ -73,7 +73,7 @@ async fn links_are_listed_and_places_are_used_again() {
     let gone = open.remove(3);
     let id = gone.id();
     gone.close().await;
-    let options = LinkOptions { name: Some("again".to_owned()), forwards: true };
+    let options = LinkOptions { name: Some("again".to_owned()), forwards: true, ..LinkOptions::default() };
     let again = listening.hub.open("udpin:127.0.0.1:0".parse().unwrap(), options).unwrap();
     assert_ne!(again.id(), id, "ids are not used again");
     let links = listening.hub.links();

@@ -280,3 +280,5 @@ fn both_directions_are_recorded_once() {
         crate::TlogReader::new(std::fs::File::open(file).unwrap()).map(|entry| entry.unwrap().frame).collect();
     assert_eq!(entries, [heartbeat(1, 1, 0), heartbeat(255, 190, 0)]);
 }
+
+mod signing;

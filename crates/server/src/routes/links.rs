@@ -40,7 +40,7 @@ async fn open_link(
             "recordings are opened on the server's own command line, not over the network",
         ));
     }
-    let options = LinkOptions { name: new.name, forwards: new.forward };
+    let options = LinkOptions { name: new.name, forwards: new.forward, ..LinkOptions::default() };
     let id = app.station().open_link(&new.address, options)?;
     let link = find(&app, id).ok_or_else(Problem::closed)?;
     Ok((StatusCode::CREATED, Json(link)))
