@@ -27,8 +27,11 @@ pub mod cmd {
     pub const DO_SET_HOME: u16 = 179;
     pub const DO_CHANGE_ALTITUDE: u16 = 186;
     pub const DO_LAND_START: u16 = 189;
+    pub const DO_RETURN_PATH_START: u16 = 188;
     pub const DO_GO_AROUND: u16 = 191;
     pub const DO_REPOSITION: u16 = 192;
+    pub const DO_PAUSE_CONTINUE: u16 = 193;
+    pub const DO_AUX_FUNCTION: u16 = 218;
     pub const DO_SET_MISSION_CURRENT: u16 = 224;
     pub const PREFLIGHT_REBOOT_SHUTDOWN: u16 = 246;
     pub const COMPONENT_ARM_DISARM: u16 = 400;
@@ -37,6 +40,7 @@ pub mod cmd {
     pub const REQUEST_MESSAGE: u16 = 512;
     pub const REQUEST_AUTOPILOT_CAPABILITIES: u16 = 520;
     pub const MISSION_START: u16 = 300;
+    pub const DO_JUMP_TAG: u16 = 601;
     pub const GUIDED_CHANGE_ALTITUDE: u16 = 43001;
     pub const GUIDED_CHANGE_HEADING: u16 = 43002;
 }
@@ -194,6 +198,11 @@ impl CommandMessage {
             Self::Long(long) => long.target,
             Self::Int(int) => int.target,
         }
+    }
+
+    /// As it goes out first.
+    pub(crate) fn to_message(self) -> Message {
+        self.message(0)
     }
 
     fn message(&self, confirmation: u8) -> Message {

@@ -91,8 +91,8 @@ pub enum VehicleError {
     /// A plan item that may not be sent.
     #[error(transparent)]
     Plan(#[from] vencejo_flight::FlightError),
-    /// The mission on board may be a mixture of two; it is not flown or armed for.
-    #[error("the {kind} on board is {state}; upload, download or clear it before arming or starting")]
+    /// The mission on board may be a mixture of two: nothing is armed for it, starts it or jumps in it.
+    #[error("the {kind} on board is {state}; upload it again or clear it before arming, starting it or jumping in it")]
     PlanUnknown {
         /// Which plan.
         kind: PlanKind,

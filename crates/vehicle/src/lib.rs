@@ -67,6 +67,7 @@ pub mod command;
 mod error;
 pub mod heartbeat;
 pub mod modes;
+mod plan_record;
 mod plan_state;
 pub mod progress;
 pub mod registry;
@@ -79,6 +80,7 @@ pub mod transfer;
 mod vehicle;
 
 pub use error::VehicleError;
+pub use plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
 pub use plan_state::{PlanState, Unknown};
 pub use progress::MissionProgress;
 pub use registry::{RegistryEvent, RegistryOutput, Vehicles};

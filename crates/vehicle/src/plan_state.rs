@@ -13,8 +13,10 @@ pub enum Unknown {
     NeverRead,
     /// A transfer runs.
     Transferring,
-    /// A transfer failed or was cancelled; the vehicle may hold a mixture.
+    /// A transfer of ours failed or was cancelled; the vehicle may hold a mixture.
     TransferFailed,
+    /// Another station is sending one, or was not seen to end it; the vehicle may hold a mixture.
+    SentElsewhere,
     /// The vehicle restarted.
     Rebooted,
     /// Another station changed it.
@@ -36,13 +38,44 @@ pub enum PlanState {
         /// Fingerprint of the items as the vehicle holds them, home left out: equal plans have equal ones.
         hash: u64,
     },
+    /// Read from the vehicle, item by item, after an upload that was cut off: it is neither the plan that was being sent nor
+    /// the one before, and may be a mixture of the two.
+    Differs {
+        /// Items without home.
+        count: u16,
+        /// Fingerprint, as above.
+        hash: u64,
+    },
 }
 
 impl PlanState {
-    /// Whether the plan on board may be a mixture that one of our own transfers left behind.
+    /// Whether the plan on board may be a mixture of two that an upload left behind.
     #[must_use]
     pub fn may_be_mixed(self) -> bool {
-        matches!(self, Self::Unknown(Unknown::Transferring | Unknown::TransferFailed))
+        matches!(
+            self,
+            Self::Unknown(Unknown::Transferring | Unknown::TransferFailed | Unknown::SentElsewhere)
+                | Self::Differs { .. }
+        )
+    }
+
+    /// Items on board without home, where they were read.
+    #[must_use]
+    pub fn count(self) -> Option<u16> {
+        match self {
+            Self::Unknown(_) => None,
+            Self::Empty => Some(0),
+            Self::Verified { count, .. } | Self::Differs { count, .. } => Some(count),
+        }
+    }
+
+    /// Fingerprint of the items on board, where they were read; of none when there are none.
+    pub(crate) fn hash(self) -> Option<u64> {
+        match self {
+            Self::Unknown(_) => None,
+            Self::Empty => Some(hash_items([])),
+            Self::Verified { hash, .. } | Self::Differs { hash, .. } => Some(hash),
+        }
     }
 }
 
@@ -52,12 +85,16 @@ impl fmt::Display for PlanState {
             Self::Unknown(why) => f.write_str(match why {
                 Unknown::NeverRead => "unknown: never read",
                 Unknown::Transferring => "unknown: a transfer runs",
-                Unknown::TransferFailed => "unknown: a transfer failed half-way",
+                Unknown::TransferFailed => "unknown: a transfer failed half-way, it may be a mixture",
+                Unknown::SentElsewhere => "unknown: another station's upload has not ended, it may be a mixture",
                 Unknown::Rebooted => "unknown: the vehicle restarted",
                 Unknown::ChangedElsewhere => "unknown: another station changed it",
             }),
             Self::Empty => f.write_str("empty"),
             Self::Verified { count, hash } => write!(f, "verified: {count} items, {hash:016x}"),
+            Self::Differs { count, hash } => {
+                write!(f, "perhaps mixed: {count} items, {hash:016x}, neither those sent last nor those before")
+            }
         }
     }
 }
@@ -147,5 +184,7 @@ mod tests {
         assert!(!states.set(PlanKind::Rally, PlanState::Empty));
         assert!(!states.get(PlanKind::Mission).may_be_mixed());
         assert!(PlanState::Unknown(Unknown::TransferFailed).may_be_mixed());
+        assert!(PlanState::Differs { count: 3, hash: 1 }.may_be_mixed());
+        assert!(!PlanState::Verified { count: 3, hash: 1 }.may_be_mixed());
     }
 }

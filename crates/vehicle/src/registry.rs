@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, VecDeque};
 use vencejo_proto::dialect::MavMessage;
 use vencejo_proto::{Address, MavVersion, Message, MonoTime, SystemId};
 
+use crate::error::VehicleError;
 use crate::heartbeat::is_autopilot;
 use crate::request::Output;
 use crate::telemetry::Group;
@@ -115,6 +116,20 @@ impl Vehicles {
             vehicle.on_foreign(source, message, now);
         }
         None
+    }
+
+    /// Whether a message that a caller wants to send as it is may go out: see [`Vehicle::on_sending`], for all to whom it is
+    /// addressed.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn on_sending(
+        &mut self,
+        message: &Message,
+        despite_mixed_plan: bool,
+        now: MonoTime,
+    ) -> Result<(), VehicleError> {
+        self.vehicles.values_mut().try_for_each(|vehicle| vehicle.on_sending(message, despite_mixed_plan, now))
     }
 
     /// In which version of the protocol a frame from `source` came. Only an autopilot's own frames count: a camera of the same

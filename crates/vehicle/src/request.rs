@@ -7,6 +7,7 @@ use vencejo_proto::{CommandInt, CommandLong, Message, MissionSeq};
 
 use crate::error::VehicleError;
 use crate::modes::FlightMode;
+use crate::plan_record::StoredRecord;
 use crate::plan_state::PlanState;
 use crate::telemetry::{LandedState, Severity, Text};
 use crate::transfer::Param;
@@ -248,6 +249,9 @@ pub enum Request {
     },
     /// Reboots the autopilot. Only when a fresh HEARTBEAT shows it disarmed.
     Reboot,
+    /// Does what is asked although the mission on board may be a mixture ([`PlanState::may_be_mixed`]), in which case arming,
+    /// following the mission and jumping in it are refused otherwise. It is written among the vehicle's texts and in the log.
+    DespiteMixedPlan(Box<Request>),
 }
 
 /// The result of a request that succeeded.
@@ -308,6 +312,14 @@ pub enum Output {
     },
     /// Something happened.
     Event(VehicleEvent),
+    /// Write this down so that it survives the end of the program, then call [`crate::Vehicle::on_kept`]. An empty record is
+    /// to be removed. Only with [`crate::VehicleConfig::keeps_records`].
+    Keep {
+        /// Grows with each.
+        ticket: u64,
+        /// What, and whose.
+        stored: StoredRecord,
+    },
 }
 
 /// Something worth telling, apart from new telemetry.
@@ -357,6 +369,18 @@ pub enum VehicleEvent {
         kind: PlanKind,
         /// Now.
         state: PlanState,
+    },
+    /// In AUTO it flies to somewhere else than the current item of the plan that was read from it: an alarm.
+    TargetElsewhere {
+        /// The current item.
+        seq: MissionSeq,
+        /// From the item's position to where it flies, metres.
+        distance_m: f64,
+    },
+    /// It flies to where its plan says again.
+    TargetAsPlanned {
+        /// The current item.
+        seq: MissionSeq,
     },
     /// The vehicle moved its home.
     HomeChanged,

@@ -33,9 +33,10 @@ const FAST: [u32; 9] = [
 ];
 
 /// Messages that change slowly, with their rates in Hz.
-const SLOW: [(u32, f64); 10] = [
+const SLOW: [(u32, f64); 11] = [
     (1, 2.0),   // SYS_STATUS
     (42, 2.0),  // MISSION_CURRENT
+    (87, 2.0),  // POSITION_TARGET_GLOBAL_INT
     (245, 2.0), // EXTENDED_SYS_STATE
     (147, 1.0), // BATTERY_STATUS
     (193, 1.0), // EKF_STATUS_REPORT
@@ -224,6 +225,13 @@ impl Streams {
     /// Telemetry other than heartbeats arrived.
     pub fn on_telemetry(&mut self) {
         self.is_streaming = true;
+    }
+
+    /// Whether nothing more is being asked for.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        let is_asking = self.interval.is_some() || self.message.is_some() || self.legacy.is_some();
+        !is_asking && self.intervals.is_empty() && self.once.is_empty()
     }
 
     /// Whether the vehicle had to be asked by REQUEST_DATA_STREAM; says so once.

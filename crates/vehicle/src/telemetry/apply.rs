@@ -255,6 +255,7 @@ impl Telemetry {
                     vendor_id: m.vendor_id,
                     product_id: m.product_id,
                     uid: (m.uid != 0).then_some(m.uid),
+                    uid2: (m.uid2 != [0; 18]).then_some(m.uid2),
                 };
                 self.version = Some(sampled(value, now, check));
                 Group::Version

@@ -571,6 +571,8 @@ pub struct AutopilotVersion {
     pub product_id: u16,
     /// Unique id of the hardware; `None` when not reported.
     pub uid: Option<u64>,
+    /// The longer one that takes its place (ArduPilot reports this one alone); `None` when not reported.
+    pub uid2: Option<[u8; 18]>,
 }
 
 impl AutopilotVersion {

@@ -20,6 +20,8 @@ pub const CHUNK_TIMEOUT: Duration = Duration::from_secs(1);
 pub struct Severity(pub u8);
 
 impl Severity {
+    /// 2: somebody must act at once.
+    pub const CRITICAL: Self = Self(2);
     /// 4: something may go wrong.
     pub const WARNING: Self = Self(4);
     /// 6: for information.

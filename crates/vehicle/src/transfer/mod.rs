@@ -42,6 +42,7 @@ pub use config::{FtpSessions, ItemForm, NoPlanKinds, TransferConfig};
 pub use error::{MissionResult, TransferError};
 pub use ftp::FtpGet;
 pub use params::{ParamList, ParamRead, ParamSet};
+pub(crate) use plan::is_as_sent;
 pub use plan::{DownloadedPlan, PlanClear, PlanDownload, PlanRoute, PlanUpload, VerifiedPlan};
 pub use vencejo_proto::param::{Param, ParamEncoding, ParamName, ParamType, ParamValue};
 

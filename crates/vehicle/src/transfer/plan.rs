@@ -555,6 +555,12 @@ fn compare(
     Ok(is_rounded.then(|| largest_error_m(&sent, &kept, first)))
 }
 
+/// Whether the mission that was read is the list that was sent, as the vehicle stores it.
+pub(crate) fn is_as_sent(config: &TransferConfig, sent: &[MissionItemInt], read: &[MissionItemInt]) -> bool {
+    let (kind, items) = (PlanKind::Mission, read.to_vec());
+    compare(config, kind, sent, &DownloadedPlan { kind, items, route: PlanRoute::items(config) }).is_ok()
+}
+
 /// Differences between two lists for a vehicle that stores items as they are. Frames without a position may differ, and
 /// unset may come back as 0.
 fn differences(sent: &[MissionItem], read_back: &[MissionItem]) -> Vec<Difference> {

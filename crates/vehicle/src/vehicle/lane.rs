@@ -3,11 +3,21 @@
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
 
+use crate::plan_record::Doubt;
 use crate::plan_state::PlanState;
 use crate::request::RequestId;
 use crate::transfer::{
     Param, ParamList, ParamRead, ParamSet, PlanClear, PlanDownload, PlanUpload, Transfer, TransferError, TransferOutput,
 };
+
+/// What was known of a plan before a transfer of it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct PlanBefore {
+    pub kind: PlanKind,
+    pub state: PlanState,
+    /// The doubt about the mission.
+    pub doubt: Option<Doubt>,
+}
 
 /// A transfer and the request that it serves.
 #[derive(Debug)]
@@ -15,9 +25,16 @@ pub(super) struct Lane {
     pub id: RequestId,
     pub machine: Machine,
     /// Which plan it is about, and what was known of it before.
-    pub plan_before: Option<(PlanKind, PlanState)>,
+    pub plan_before: Option<PlanBefore>,
     /// Another station changed the plan while it was read.
     pub is_disturbed: bool,
+}
+
+impl Lane {
+    /// Whether it moves a plan of this kind.
+    pub fn is_about(&self, kind: PlanKind) -> bool {
+        self.plan_before.as_ref().is_some_and(|before| before.kind == kind)
+    }
 }
 
 #[derive(Debug)]

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use vencejo_flight::plan::PlanKind;
-use vencejo_proto::dialect::{MavMessage, MavMissionType, TIMESYNC_DATA};
+use vencejo_proto::dialect::{MavMessage, TIMESYNC_DATA};
 use vencejo_proto::{Address, ComponentId, Message, MissionAck, MissionSeq, MonoTime, StatusText};
 
 use super::ops::State;
@@ -45,6 +45,8 @@ impl Vehicle {
                     Group::ItemReached => self.on_item_reached(),
                     Group::Extended => self.on_extended(),
                     Group::Home => self.on_home(),
+                    Group::Version => self.on_version(now),
+                    Group::Nav => self.on_nav(now),
                     _ => {}
                 }
             }
@@ -100,18 +102,8 @@ impl Vehicle {
         if from == self.our || from.system == self.address.system && from.component == self.address.component {
             return;
         }
-        let kind = match message {
-            Message::Dialect(MavMessage::MISSION_COUNT(count)) => count.mission_type,
-            Message::Dialect(MavMessage::MISSION_CLEAR_ALL(clear)) => clear.mission_type,
-            Message::Dialect(MavMessage::MISSION_WRITE_PARTIAL_LIST(part)) => part.mission_type,
-            _ => return,
-        };
-        for plan in PlanKind::ALL {
-            let is_meant = kind == MavMissionType::MAV_MISSION_TYPE_ALL || kind as u8 == plan.mission_type();
-            if is_meant {
-                self.changed_elsewhere(plan, now);
-            }
-        }
+        self.on_written(from, message, now);
+        self.pump(now);
     }
 
     pub(super) fn on_protocol(&mut self, message: &Message, now: MonoTime) {
@@ -125,6 +117,13 @@ impl Vehicle {
             Message::Dialect(MavMessage::TIMESYNC(timesync)) => {
                 self.on_timesync(timesync, now);
                 return;
+            }
+            Message::Dialect(MavMessage::POSITION_TARGET_GLOBAL_INT(target)) => {
+                self.on_target(target, now);
+                return;
+            }
+            Message::Dialect(MavMessage::MISSION_REQUEST_INT(_) | MavMessage::MISSION_REQUEST(_)) => {
+                self.on_asks_another(message, now);
             }
             Message::MissionAck(ack) => self.on_mission_ack(ack, now),
             _ => {}
@@ -211,15 +210,8 @@ impl Vehicle {
             }
         }
         self.mission_ids = ids;
-        let known = match self.plans.get(PlanKind::Mission) {
-            PlanState::Empty => Some(0),
-            PlanState::Verified { count, .. } => Some(count),
-            PlanState::Unknown(_) => None,
-        };
-        if let (Some(known), Some(total)) = (known, current.total)
-            && known != total
-        {
-            self.changed_elsewhere(PlanKind::Mission, now);
+        if let Some(total) = current.total {
+            self.on_total(total, now);
         }
     }
 
@@ -234,7 +226,7 @@ impl Vehicle {
 
     /// The vehicle took a plan from somebody else (or from another station that uses our address).
     pub(super) fn on_mission_ack(&mut self, ack: &MissionAck, now: MonoTime) {
-        if self.on_guided_ack(ack, now) {
+        if self.on_guided_ack(ack, now) || self.on_ack_to_another(ack) {
             return;
         }
         if ack.result == 0
@@ -247,14 +239,14 @@ impl Vehicle {
     /// What is known of a plan is void, unless it is our own writing that is talked about.
     pub(super) fn changed_elsewhere(&mut self, kind: PlanKind, now: MonoTime) {
         if let Some(lane) = &mut self.transfer
-            && lane.plan_before.is_some_and(|(ours, _)| ours == kind)
+            && lane.is_about(kind)
         {
             // A plan that is being written is unknown anyway; one that is being read may come out mixed.
             lane.is_disturbed = !lane.machine.writes_plan();
             return;
         }
-        let is_echo = self.written[kind as usize].is_some_and(|written| now.since(written) < TRANSFER_ECHO);
-        if !is_echo && !matches!(self.plans.get(kind), PlanState::Unknown(_)) {
+        let is_settled = !matches!(self.plans.get(kind), PlanState::Unknown(_) | PlanState::Differs { .. });
+        if !self.is_echo(kind, now) && is_settled {
             self.set_plan(kind, PlanState::Unknown(Unknown::ChangedElsewhere));
         }
     }
@@ -265,7 +257,13 @@ impl Vehicle {
         self.timesync.forget_clock();
         self.restarted_at = None;
         self.on_restart(now, now);
+        self.on_board_replaced(now);
         self.pump(now);
+    }
+
+    /// Whether what is said of a plan now may be about our own writing of it.
+    pub(super) fn is_echo(&self, kind: PlanKind, now: MonoTime) -> bool {
+        self.written[kind as usize].is_some_and(|written| now.since(written) < TRANSFER_ECHO)
     }
 
     pub(super) fn on_restart(&mut self, since: MonoTime, now: MonoTime) {
@@ -286,7 +284,8 @@ impl Vehicle {
                 }
             }
         }
-        for op in std::mem::take(&mut self.ops) {
+        let asked = std::mem::take(&mut self.ops).into_iter().filter(|op| !self.on_board.is_own(op.id));
+        for op in asked.collect::<Vec<_>>() {
             let is_wanted = match op.state {
                 State::Commanding { ref command, id, .. } => {
                     self.commands.forget(id, now);
@@ -298,9 +297,7 @@ impl Vehicle {
             let result = if is_wanted { Ok(Reply::Done) } else { Err(VehicleError::Rebooted) };
             self.outputs.push_back(Output::Finished { id: op.id, result });
         }
-        for kind in PlanKind::ALL {
-            self.set_plan(kind, PlanState::Unknown(Unknown::Rebooted));
-        }
+        self.on_board_restarted(now);
         self.streams.ask(&mut self.commands, now);
     }
 }

@@ -6,15 +6,21 @@
 //! | `steps` | what a request comes down to; the checks of its values |
 //! | `ops` | requests under way: commands, the effects that prove them, results |
 //! | `transfers` | requests that move plans and parameters |
+//! | `onboard` | plans beyond that: uploads of others, the doubt whether a mission is mixed, its record, reading back by itself |
+//! | `guard` | what may not go out while the mission may be mixed |
+//! | `target` | whether the plane flies to where its plan says |
 //! | `lane` | the transfer that runs |
 //! | `tell` | messages without COMMAND_ACK that stand in for a command on old firmware |
 //! | `age` | what the firmware is too old for |
 
 mod age;
+mod guard;
 mod lane;
 mod listen;
+mod onboard;
 mod ops;
 mod steps;
+mod target;
 mod tell;
 #[cfg(test)]
 mod tests;
@@ -38,8 +44,10 @@ use crate::telemetry::{BootClock, LOST_AFTER, LandedState, StatusLog, Telemetry}
 use crate::timesync::TimeSync;
 use crate::transfer::FtpSessions;
 use lane::Lane;
+use onboard::OnBoard;
 use ops::{Op, State};
 use steps::Context;
+use target::TargetWatch;
 
 /// Settings of a vehicle.
 #[derive(Debug, Clone)]
@@ -52,11 +60,22 @@ pub struct VehicleConfig {
     pub item_window: u16,
     /// Where MAVFTP session numbers begin; a different one each time the program starts. Default 0.
     pub seed: u32,
+    /// Whether plans that are not known are read without being asked for. Default no.
+    pub reads_back: bool,
+    /// Whether the owner writes down what [`Output::Keep`] asks for, and answers with [`Vehicle::on_kept`]. Default no.
+    pub keeps_records: bool,
 }
 
 impl Default for VehicleConfig {
     fn default() -> Self {
-        Self { commands: CommandConfig::default(), streams: StreamConfig::default(), item_window: 1, seed: 0 }
+        Self {
+            commands: CommandConfig::default(),
+            streams: StreamConfig::default(),
+            item_window: 1,
+            seed: 0,
+            reads_back: false,
+            keeps_records: false,
+        }
     }
 }
 
@@ -85,6 +104,8 @@ pub struct Vehicle {
     streams: Streams,
     tracker: ProgressTracker,
     plans: PlanStates,
+    on_board: OnBoard,
+    target: TargetWatch,
     /// The mission on board, while it is known.
     mission: Option<Arc<Mission>>,
     mission_ids: [Option<u32>; 3],
@@ -120,6 +141,8 @@ impl Vehicle {
             streams: Streams::new(address, config.streams.clone()),
             tracker: ProgressTracker::default(),
             plans: PlanStates::new(),
+            on_board: OnBoard::new(now),
+            target: TargetWatch::default(),
             mission: None,
             mission_ids: [None; 3],
             progress_options: ProgressOptions::default(),
@@ -218,7 +241,7 @@ impl Vehicle {
     /// Requests that are not finished.
     #[must_use]
     pub fn pending(&self) -> usize {
-        self.ops.len()
+        self.ops.iter().filter(|op| !self.on_board.is_own(op.id)).count()
     }
 
     /// The next thing that the owner must do. Drain it after every call.
@@ -236,8 +259,10 @@ impl Vehicle {
         });
         let lanes = [&self.transfer, &self.param].into_iter().flatten().filter_map(|lane| lane.machine.deadline());
         let lost = (!self.is_lost).then(|| self.lost_at());
-        [self.commands.deadline(), self.streams.deadline(), self.texts.deadline(), Some(self.timesync.deadline()), lost]
+        let machines = [self.commands.deadline(), self.streams.deadline(), self.texts.deadline()];
+        [Some(self.timesync.deadline()), lost, self.on_board_deadline()]
             .into_iter()
+            .chain(machines)
             .flatten()
             .chain(ops)
             .chain(lanes)
@@ -283,10 +308,11 @@ impl Vehicle {
     }
 
     fn set_plan(&mut self, kind: PlanKind, state: PlanState) {
-        if kind == PlanKind::Mission && !matches!(state, PlanState::Verified { .. }) {
+        if kind == PlanKind::Mission && !matches!(state, PlanState::Verified { .. } | PlanState::Differs { .. }) {
             self.mission = None;
         }
         if self.plans.set(kind, state) {
+            self.on_board.on_state(kind, state);
             self.event(VehicleEvent::PlanStateChanged { kind, state });
         }
     }
@@ -319,6 +345,7 @@ impl Vehicle {
         }
         self.pump(now);
         self.end_waits(now);
+        self.on_board_time(now);
         self.pump(now);
     }
 
@@ -339,5 +366,6 @@ impl Vehicle {
             }
             break;
         }
+        self.stay_quiet(now);
     }
 }

@@ -3,10 +3,10 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use vencejo_flight::plan::PlanKind;
-use vencejo_proto::{ComponentId, Message, MonoTime, StatusText};
+use vencejo_proto::{Message, MonoTime};
 
 use super::Vehicle;
+use super::lane::PlanBefore;
 use super::steps::{Effect, Fallback, Step};
 use super::tell::Telling;
 use crate::command::{
@@ -14,7 +14,7 @@ use crate::command::{
 };
 use crate::error::VehicleError;
 use crate::modes::FlightMode;
-use crate::request::{ModeChoice, Output, Reply, Request, RequestId};
+use crate::request::{Output, Reply, Request, RequestId};
 use crate::telemetry::{LandedState, Severity, Text};
 
 /// Requests that may be under way or waiting at once. More are refused.
@@ -42,6 +42,12 @@ pub(super) struct Op {
     pub wants_acknowledgement: bool,
 }
 
+impl Op {
+    pub fn new(id: RequestId, steps: VecDeque<Step>) -> Self {
+        Self { id, steps, state: State::Ready, acknowledged: None, wants_acknowledgement: false }
+    }
+}
+
 #[derive(Debug)]
 pub(super) enum State {
     /// The next step is to begin.
@@ -54,6 +60,8 @@ pub(super) enum State {
     Awaiting { command: Commanding, until: MonoTime },
     /// A message without acknowledgement was sent; its effect has to show.
     Telling(Box<Telling>),
+    /// A transfer waits until it is written down that it begins.
+    Recording { step: Step, before: PlanBefore, ticket: u64, until: MonoTime },
     /// A transfer runs in a lane.
     Transferring,
     /// A parameter waits for the lane.
@@ -175,20 +183,36 @@ impl Vehicle {
         id
     }
 
-    pub(super) fn begin(&mut self, id: RequestId, request: Request, now: MonoTime) -> Result<(), VehicleError> {
-        if self.ops.len() >= MAX_REQUESTS {
+    pub(super) fn begin(&mut self, id: RequestId, mut request: Request, now: MonoTime) -> Result<(), VehicleError> {
+        if self.pending() >= MAX_REQUESTS {
             return Err(VehicleError::TooManyRequests { limit: MAX_REQUESTS });
         }
-        self.refuse_mixed_mission(&request)?;
-        if let Request::SetMessageRate { message_id, rate_hz } = request {
-            self.streams.config_mut().set_rate(message_id, rate_hz)?;
+        let mut despite_mixed_plan = false;
+        while let Request::DespiteMixedPlan(inner) = request {
+            (despite_mixed_plan, request) = (true, *inner);
         }
         let wants_acknowledgement = matches!(request, Request::RawCommandLong(_) | Request::RawCommandInt(_));
-        let steps = self.context(now).steps(request)?;
+        let rate = match request {
+            Request::SetMessageRate { message_id, rate_hz } => Some((message_id, rate_hz)),
+            _ => None,
+        };
+        let mut steps = self.context(now).steps(request)?;
+        self.guard_steps(&steps, despite_mixed_plan, now)?;
+        if let Some((message_id, rate_hz)) = rate {
+            self.streams.config_mut().set_rate(message_id, rate_hz)?;
+        }
+        if let Some(copy) = self.fresh_copy(steps.make_contiguous(), now) {
+            self.outputs.push_back(Output::Finished { id, result: Ok(copy) });
+            return Ok(());
+        }
         let is_transfer =
             |step: &Step| matches!(step, Step::Upload(..) | Step::Download(_) | Step::Clear(_) | Step::ParamList);
         // MISSION_ACK answers a guided target too; two of them could not be told apart, nor one from a plan's.
         let is_guided = |step: &Step| matches!(step, Step::Tell { message: Message::MissionItemFloat(_), .. });
+        let needs_lane = steps.iter().any(|step| is_transfer(step) || is_guided(step));
+        if self.make_room(id, steps.make_contiguous(), needs_lane, now) {
+            return Ok(());
+        }
         let is_guiding =
             self.ops.iter().any(|op| matches!(op.state, State::Telling(ref telling) if telling.wants_ack()));
         if steps.iter().any(is_guided) && (self.transfer.is_some() || is_guiding) {
@@ -198,31 +222,18 @@ impl Vehicle {
         if steps.iter().any(is_transfer) && is_guiding {
             return Err(VehicleError::TransferBusy { running: "guided target" });
         }
+        let is_recording = || self.ops.iter().any(|op| matches!(op.state, State::Recording { .. }));
+        if needs_lane && is_recording() {
+            return Err(VehicleError::TransferBusy { running: "plan upload" });
+        }
         if steps.iter().any(is_transfer)
             && let Some(running) = &self.transfer
         {
             return Err(VehicleError::TransferBusy { running: running.machine.name() });
         }
-        self.ops.push(Op { id, steps, state: State::Ready, acknowledged: None, wants_acknowledgement });
+        self.ops.push(Op { wants_acknowledgement, ..Op::new(id, steps) });
         self.advance(id, now);
         Ok(())
-    }
-
-    /// A mission that one of our transfers left half-written is neither flown nor armed for.
-    pub(super) fn refuse_mixed_mission(&self, request: &Request) -> Result<(), VehicleError> {
-        let state = self.plans.get(PlanKind::Mission);
-        if !state.may_be_mixed() {
-            return Ok(());
-        }
-        let starts = match request {
-            Request::Arm { .. } | Request::MissionStart { .. } | Request::MissionResume => true,
-            Request::SetMode(choice) => self.telemetry.mode().is_some_and(|mode| match choice {
-                ModeChoice::Name(name) => mode.family.parse(name).is_ok_and(FlightMode::follows_mission),
-                ModeChoice::Custom(custom_mode) => FlightMode { custom_mode: *custom_mode, ..mode }.follows_mission(),
-            }),
-            _ => false,
-        };
-        if starts { Err(VehicleError::PlanUnknown { kind: PlanKind::Mission, state }) } else { Ok(()) }
     }
 
     /// Gives a request up; its result is [`VehicleError::Cancelled`]. A command that was sent may still be executed.
@@ -240,6 +251,10 @@ impl Vehicle {
                 return;
             }
             State::Commanding { id: command, .. } => self.commands.forget(*command, now),
+            State::Recording { before, .. } => {
+                let before = before.clone();
+                self.take_back(before);
+            }
             _ => {}
         }
         self.finish(index, Err(VehicleError::Cancelled));
@@ -294,8 +309,7 @@ impl Vehicle {
                 self.advance(id, now);
             }
             Step::Note(severity, text) => {
-                let text = StatusText { severity: severity.0, text, id: 0, chunk_seq: 0 };
-                self.on_text(ComponentId::GROUND_STATION, &text, now);
+                self.note(severity, text, now);
                 self.advance(id, now);
             }
             Step::ParamRead(_) | Step::ParamSet(..) if self.param_lane_is_busy() => {
@@ -321,7 +335,10 @@ impl Vehicle {
 
     pub(super) fn finish(&mut self, index: usize, result: Result<Reply, VehicleError>) {
         let op = self.ops.remove(index);
-        self.outputs.push_back(Output::Finished { id: op.id, result });
+        if !self.on_board.is_own(op.id) {
+            self.on_board.is_stirred = true;
+            self.outputs.push_back(Output::Finished { id: op.id, result });
+        }
     }
 
     pub(super) fn on_command_output(&mut self, output: CommandOutput, now: MonoTime) {

@@ -539,6 +539,7 @@ impl Context<'_> {
                 Step::ParamSet(param_name(&name)?, value)
             }
             Request::Note { severity, text } => Step::Note(severity, text.chars().take(MAX_NOTE).collect()),
+            Request::DespiteMixedPlan(request) => return self.steps(*request),
             Request::Reboot => {
                 let unheard = VehicleError::NotHeard { age: self.now.as_duration() };
                 let heartbeat = self.telemetry.heartbeat.ok_or(unheard)?;

@@ -7,7 +7,7 @@ use vencejo_proto::param::ParamEncoding;
 use vencejo_proto::{MissionItemInt, MonoTime};
 
 use super::Vehicle;
-use super::lane::{Lane, Machine, Yield};
+use super::lane::{Lane, Machine, PlanBefore, Yield};
 use super::ops::State;
 use super::steps::Step;
 use crate::error::VehicleError;
@@ -53,16 +53,48 @@ impl Vehicle {
     }
 
     pub(super) fn start_transfer(&mut self, index: usize, step: Step, now: MonoTime) {
+        let (kind, sent) = match &step {
+            Step::Upload(kind, items) => (*kind, Some(items.clone())),
+            Step::Clear(kind) => (*kind, Some(Vec::new())),
+            _ => return self.run_transfer(index, step, None, now),
+        };
+        let doubt = self.on_board.doubt().cloned();
+        let before = PlanBefore { kind, state: self.plans.get(kind), doubt };
+        let wait = match (kind, sent) {
+            (PlanKind::Mission, Some(sent)) => self.doubt_before_sending(sent, now),
+            _ => None,
+        };
+        self.set_plan(kind, PlanState::Unknown(Unknown::Transferring));
+        match wait {
+            Some((ticket, until)) => self.ops[index].state = State::Recording { step, before, ticket, until },
+            None => self.run_transfer(index, step, Some(before), now),
+        }
+    }
+
+    /// Nothing of an upload has gone out: everything is as it was.
+    pub(super) fn take_back(&mut self, before: PlanBefore) {
+        if before.kind == PlanKind::Mission {
+            self.on_board.set_doubt(before.doubt);
+        }
+        // A mission that was known has been let go of, and is read again.
+        let is_gone = before.kind == PlanKind::Mission && before.state.count().is_some_and(|count| count > 0);
+        let again = PlanState::Unknown(Unknown::ChangedElsewhere);
+        self.set_plan(before.kind, if is_gone && self.mission.is_none() { again } else { before.state });
+        self.remember();
+    }
+
+    /// Sets a transfer going; of one that writes a plan `before` is what was known of that.
+    pub(super) fn run_transfer(&mut self, index: usize, step: Step, before: Option<PlanBefore>, now: MonoTime) {
         let config = self.transfer_config();
         let id = self.ops[index].id;
         self.ops[index].state = State::Transferring;
-        let before = |kind: PlanKind| Some((kind, self.plans.get(kind)));
+        let read = |kind: PlanKind| Some(PlanBefore { kind, state: self.plans.get(kind), doubt: None });
         let (plan_before, machine) = match step {
             Step::Upload(kind, items) => {
-                (before(kind), Machine::Upload(Box::new(PlanUpload::new(&config, kind, items, now))))
+                (before, Machine::Upload(Box::new(PlanUpload::new(&config, kind, items, now))))
             }
-            Step::Download(kind) => (before(kind), Machine::Download(Box::new(PlanDownload::new(&config, kind, now)))),
-            Step::Clear(kind) => (before(kind), Machine::Clear(Box::new(PlanClear::new(&config, kind, now)), kind)),
+            Step::Download(kind) => (read(kind), Machine::Download(Box::new(PlanDownload::new(&config, kind, now)))),
+            Step::Clear(kind) => (before, Machine::Clear(Box::new(PlanClear::new(&config, kind, now)), kind)),
             Step::ParamList => (None, Machine::List(Box::new(ParamList::new(&config, now)))),
             Step::ParamRead(name) => (None, Machine::Read(Box::new(ParamRead::new(&config, name, now)))),
             Step::ParamSet(name, value) => (None, Machine::Set(Box::new(ParamSet::new(&config, name, value, now)))),
@@ -70,9 +102,6 @@ impl Vehicle {
                 unreachable!("invariant: commands do not go by a lane")
             }
         };
-        if let (Some((kind, _)), true) = (plan_before, machine.writes_plan()) {
-            self.set_plan(kind, PlanState::Unknown(Unknown::Transferring));
-        }
         let is_single = matches!(machine, Machine::Read(_) | Machine::Set(_));
         let lane = Some(Lane { id, machine, plan_before, is_disturbed: false });
         if is_single { self.param = lane } else { self.transfer = lane }
@@ -100,14 +129,19 @@ impl Vehicle {
     }
 
     pub(super) fn on_transfer_ended(&mut self, lane: Lane, result: Result<Yield, TransferError>, now: MonoTime) {
-        if let Some((kind, _)) = lane.plan_before
-            && lane.machine.writes_plan()
-        {
-            self.written[kind as usize] = Some(now);
+        let writes = lane.machine.writes_plan();
+        let written = lane.plan_before.filter(|_| writes);
+        if let Some(before) = &written {
+            self.written[before.kind as usize] = Some(now);
         }
+        let own = self.on_board_own(lane.id).map(|kind| (kind, result.as_ref().err().cloned()));
         let result = match result {
             Ok(Yield::Plan { kind, wire, position_error_m }) => {
-                self.on_plan(kind, &wire, position_error_m, lane.is_disturbed)
+                let reply = self.on_plan(kind, &wire, position_error_m, lane.is_disturbed, writes);
+                if reply.is_err() && writes {
+                    self.set_plan(kind, PlanState::Unknown(Unknown::TransferFailed));
+                }
+                reply
             }
             Ok(Yield::Parameters(params)) => {
                 params.iter().for_each(|param| self.learn(param));
@@ -118,11 +152,10 @@ impl Vehicle {
                 Ok(Reply::Parameter(param))
             }
             Err(error) => {
-                if let Some((kind, before)) = lane.plan_before
-                    && lane.machine.writes_plan()
-                {
-                    let was_sent = !matches!(error, TransferError::OnlyMission { .. });
-                    self.set_plan(kind, if was_sent { PlanState::Unknown(Unknown::TransferFailed) } else { before });
+                match written {
+                    Some(before) if matches!(error, TransferError::OnlyMission { .. }) => self.take_back(before),
+                    Some(before) => self.set_plan(before.kind, PlanState::Unknown(Unknown::TransferFailed)),
+                    None => {}
                 }
                 Err(match error {
                     TransferError::Cancelled => VehicleError::Cancelled,
@@ -130,12 +163,17 @@ impl Vehicle {
                 })
             }
         };
-        let Some(index) = self.ops.iter().position(|op| op.id == lane.id) else { return };
-        if result.is_ok() && !self.ops[index].steps.is_empty() {
-            self.ops[index].state = State::Ready;
-            self.advance(lane.id, now);
-        } else {
-            self.finish(index, result);
+        self.remember();
+        if let Some(index) = self.ops.iter().position(|op| op.id == lane.id) {
+            if result.is_ok() && !self.ops[index].steps.is_empty() {
+                self.ops[index].state = State::Ready;
+                self.advance(lane.id, now);
+            } else {
+                self.finish(index, result);
+            }
+        }
+        if let Some((kind, error)) = own {
+            self.on_own_read(kind, error.as_ref(), now);
         }
     }
 
@@ -147,13 +185,15 @@ impl Vehicle {
         }
     }
 
-    /// A plan was read from the vehicle: now it is known, unless it was `changed` meanwhile.
+    /// A plan was read from the vehicle: now it is known, unless it was `changed` meanwhile. `is_ours` is one that we have just
+    /// sent.
     pub(super) fn on_plan(
         &mut self,
         kind: PlanKind,
         wire: &[MissionItemInt],
         position_error_m: Option<f64>,
         changed: bool,
+        is_ours: bool,
     ) -> Result<Reply, VehicleError> {
         let has_home = kind == PlanKind::Mission && self.is_ardupilot();
         let mission = match kind {
@@ -161,13 +201,22 @@ impl Vehicle {
             PlanKind::Fence | PlanKind::Rally => Mission { home: None, items: items_from_wire(wire, kind)? },
         };
         let items = &mission.items;
-        let state = if changed {
-            PlanState::Unknown(Unknown::ChangedElsewhere)
-        } else if items.is_empty() {
+        let read = if items.is_empty() {
             PlanState::Empty
         } else {
             let count = u16::try_from(items.len()).unwrap_or(u16::MAX);
             PlanState::Verified { count, hash: hash_items(&wire[usize::from(has_home)..]) }
+        };
+        let state = match kind {
+            // An upload that goes on says so in the plan's state.
+            _ if changed && self.plans.get(kind).may_be_mixed() => self.plans.get(kind),
+            _ if changed => PlanState::Unknown(Unknown::ChangedElsewhere),
+            PlanKind::Mission if is_ours => {
+                self.on_board.set_doubt(None);
+                read
+            }
+            PlanKind::Mission => self.judge(wire, read),
+            PlanKind::Fence | PlanKind::Rally => read,
         };
         if kind == PlanKind::Mission {
             if self.plans.get(kind) != state {

@@ -1,0 +1,133 @@
+//! What is remembered of a vehicle's mission from one run of the program to the next.
+
+use std::fmt;
+use std::sync::Arc;
+
+use vencejo_proto::{MissionItemInt, SystemId};
+
+use crate::telemetry::AutopilotVersion;
+
+/// Names a vehicle for as long as it exists: by the id of its hardware, or, where it tells none, by its system id, which another
+/// vehicle may have as well. Letters, digits and hyphens only.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct VehicleKey(String);
+
+impl VehicleKey {
+    /// By AUTOPILOT_VERSION: `uid2` where it is set (ArduPilot), else `uid`; `None` where neither is.
+    #[must_use]
+    pub fn of_version(version: &AutopilotVersion) -> Option<Self> {
+        let by_uid = || version.uid.map(|uid| format!("uid-{uid:016x}"));
+        let by_uid2 = version.uid2.map(|uid2| {
+            let end = uid2.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
+            let hex: String = uid2[..end].iter().map(|byte| format!("{byte:02x}")).collect();
+            format!("uid2-{hex}")
+        });
+        by_uid2.or_else(by_uid).map(Self)
+    }
+
+    /// By system id alone.
+    #[must_use]
+    pub fn of_system(system: SystemId) -> Self {
+        Self(format!("system-{system}"))
+    }
+
+    /// As it was written before; `None` for what no vehicle is named.
+    #[must_use]
+    pub fn parse(name: &str) -> Option<Self> {
+        let (kind, rest) = name.split_once('-')?;
+        let is_named = match kind {
+            "uid" => rest.len() == 16,
+            "uid2" => (2..=36).contains(&rest.len()),
+            "system" => (1..=3).contains(&rest.len()),
+            _ => false,
+        };
+        (is_named && rest.bytes().all(|byte| byte.is_ascii_hexdigit())).then(|| Self(name.to_owned()))
+    }
+
+    /// The name.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Display for VehicleKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// Who was writing a mission.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Writer {
+    /// This program.
+    Us,
+    /// Another station.
+    Another,
+}
+
+/// Why the mission on board may be a mixture: an upload began and was not seen to end. What is read then is a whole plan only
+/// when it is one of these two.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Doubt {
+    /// Whose upload it was.
+    pub writer: Writer,
+    /// The list that was being sent, as on the wire, home included; `None` where it was not heard whole.
+    pub sent: Option<Arc<Vec<MissionItemInt>>>,
+    /// Fingerprint of the mission before; `None` when that was not known.
+    pub before: Option<u64>,
+}
+
+/// The mission of a vehicle as far as it has to outlive the program.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PlanRecord {
+    /// Items and fingerprint of the mission that was read back last.
+    pub verified: Option<(u16, u64)>,
+    /// Set from before an upload's first message until its end was verified.
+    pub doubt: Option<Doubt>,
+}
+
+/// A record and whose it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StoredRecord {
+    /// Whose.
+    pub key: VehicleKey,
+    /// Its system id at that time.
+    pub system: SystemId,
+    /// What is known.
+    pub record: PlanRecord,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_vehicle_is_named_by_its_hardware() {
+        let mut version = AutopilotVersion {
+            flight_sw: 0.into(),
+            git_hash: crate::telemetry::GitHash([0; 8]),
+            capabilities: 0,
+            board_version: 0,
+            vendor_id: 0,
+            product_id: 0,
+            uid: None,
+            uid2: None,
+        };
+        assert_eq!(VehicleKey::of_version(&version), None);
+        version.uid = Some(0xabc);
+        let by_uid = VehicleKey::of_version(&version).expect("a uid");
+        assert_eq!(by_uid.as_str(), "uid-0000000000000abc");
+        let mut uid2 = [0; 18];
+        uid2[..3].copy_from_slice(&[1, 0, 0xfe]);
+        version.uid2 = Some(uid2);
+        let by_uid2 = VehicleKey::of_version(&version).expect("a uid2");
+        assert_eq!(by_uid2.as_str(), "uid2-0100fe");
+        for key in [by_uid, by_uid2, VehicleKey::of_system(SystemId(1))] {
+            assert_eq!(VehicleKey::parse(key.as_str()), Some(key));
+        }
+        for name in ["", "uid", "uid-../../etc/passwd", "system-", "system-1/..", "uid2-", "x-1"] {
+            assert_eq!(VehicleKey::parse(name), None, "{name}");
+        }
+    }
+}

@@ -1,0 +1,249 @@
+//! The guard against flying a mission that may be a mixture: which messages arm, start a mission or jump in it, and whether they
+//! may go out. Every message that a request or a caller sends to a vehicle passes here, whatever it was asked by.
+
+use vencejo_flight::plan::PlanKind;
+use vencejo_proto::dialect::MavMessage;
+use vencejo_proto::{Message, MonoTime, StatusText};
+
+use super::Vehicle;
+use super::steps::{Fallback, Step};
+use crate::command::{CommandMessage, cmd};
+use crate::error::VehicleError;
+use crate::modes::{FlightMode, ModeFamily};
+use crate::telemetry::Severity;
+use vencejo_proto::ComponentId;
+
+/// What a message makes a vehicle do that a mixed mission makes dangerous.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Act {
+    Arm,
+    FollowMission,
+    Jump,
+}
+
+impl Act {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Arm => "arming",
+            Self::FollowMission => "following the mission",
+            Self::Jump => "jumping in the mission",
+        }
+    }
+}
+
+/// `MAV_MODE_FLAG_AUTO_ENABLED`, of vehicles that are not told a mode of their own.
+const AUTO_FLAG: u32 = 4;
+/// `MAV_MODE_FLAG_CUSTOM_MODE_ENABLED`.
+const CUSTOM_FLAG: u32 = 1;
+/// Numbers of ArduPilot's auxiliary functions (`RC_Channel::AUX_FUNC`): mode AUTO; arm or disarm, by three of them; the mission
+/// from its beginning.
+const AUX_AUTO: u32 = 16;
+const AUX_ARM: [u32; 3] = [41, 153, 154];
+const AUX_MISSION_RESET: u32 = 24;
+
+/// A number as vehicles read it from a float of a command.
+fn whole(param: f32) -> u32 {
+    param as u32
+}
+
+fn mode_follows(family: ModeFamily, base_mode: u32, custom_mode: u32) -> bool {
+    if base_mode & CUSTOM_FLAG == 0 {
+        return base_mode & AUTO_FLAG != 0;
+    }
+    match family {
+        // AUTO alone, and AUTO_RTL, which flies the mission's landing.
+        ModeFamily::ArduCopter => matches!(custom_mode, 3 | 27),
+        // Its main mode AUTO without a sub mode is the mission.
+        ModeFamily::Px4 if custom_mode == 4 << 16 => true,
+        _ => FlightMode { family, custom_mode }.follows_mission(),
+    }
+}
+
+fn act_of_command(family: ModeFamily, command: u16, params: &[f32]) -> Option<Act> {
+    let param = |number: usize| params.get(number - 1).copied().unwrap_or_default();
+    match command {
+        cmd::COMPONENT_ARM_DISARM => (whole(param(1)) == 1).then_some(Act::Arm),
+        cmd::DO_SET_MODE => {
+            let custom_mode = match family {
+                ModeFamily::Px4 => whole(param(2)) << 16 | whole(param(3)) << 24,
+                _ => whole(param(2)),
+            };
+            mode_follows(family, whole(param(1)), custom_mode).then_some(Act::FollowMission)
+        }
+        cmd::MISSION_START => Some(Act::FollowMission),
+        cmd::DO_PAUSE_CONTINUE => (whole(param(1)) == 1).then_some(Act::FollowMission),
+        cmd::DO_SET_MISSION_CURRENT | cmd::DO_LAND_START | cmd::DO_RETURN_PATH_START | cmd::DO_JUMP_TAG => {
+            Some(Act::Jump)
+        }
+        cmd::DO_AUX_FUNCTION if whole(param(2)) > 0 => match whole(param(1)) {
+            AUX_AUTO => Some(Act::FollowMission),
+            AUX_MISSION_RESET => Some(Act::Jump),
+            function => AUX_ARM.contains(&function).then_some(Act::Arm),
+        },
+        _ => None,
+    }
+}
+
+fn act_of(family: ModeFamily, message: &Message) -> Option<Act> {
+    match message {
+        Message::CommandLong(long) => act_of_command(family, long.command, &long.params),
+        Message::CommandInt(int) => act_of_command(family, int.command, &int.params),
+        Message::Dialect(MavMessage::SET_MODE(mode)) => {
+            mode_follows(family, u32::from(mode.base_mode.bits()), mode.custom_mode).then_some(Act::FollowMission)
+        }
+        Message::Dialect(MavMessage::MISSION_SET_CURRENT(_)) => Some(Act::Jump),
+        _ => None,
+    }
+}
+
+impl Vehicle {
+    fn act_of(&self, message: &Message) -> Option<Act> {
+        // Of a vehicle that was not heard no mode is known: what it would be to an ArduPlane.
+        let family = self.telemetry.mode().map_or(ModeFamily::ArduPlane, |mode| mode.family);
+        message.target().includes(self.address).then(|| act_of(family, message)).flatten()
+    }
+
+    fn act_of_step(&self, step: &Step) -> Option<Act> {
+        let of_command = |command: &CommandMessage| self.act_of(&command.to_message());
+        match step {
+            Step::Command { message, fallback, .. } => of_command(message).or_else(|| match fallback {
+                Some(Fallback::Command(command)) => of_command(command),
+                Some(Fallback::Message(message, _)) => self.act_of(message),
+                None => None,
+            }),
+            Step::Tell { command, message, .. } => of_command(command).or_else(|| self.act_of(message)),
+            Step::Send(message) => self.act_of(message),
+            _ => None,
+        }
+    }
+
+    /// Whether these steps may be taken.
+    pub(super) fn guard_steps<'a>(
+        &mut self,
+        steps: impl IntoIterator<Item = &'a Step>,
+        despite: bool,
+        now: MonoTime,
+    ) -> Result<(), VehicleError> {
+        let act = steps.into_iter().find_map(|step| self.act_of_step(step));
+        self.guard(act, despite, now)
+    }
+
+    /// Whether a message that a caller wants to send as it is may go out to this vehicle; what it does to plans on board is noted.
+    ///
+    /// # Errors
+    /// [`VehicleError::PlanUnknown`] for one that arms, starts the mission or jumps in it while that may be a mixture, unless it is
+    /// `despite_mixed_plan`.
+    pub fn on_sending(
+        &mut self,
+        message: &Message,
+        despite_mixed_plan: bool,
+        now: MonoTime,
+    ) -> Result<(), VehicleError> {
+        if !message.target().includes(self.address) {
+            return Ok(());
+        }
+        self.guard(self.act_of(message), despite_mixed_plan, now)?;
+        self.on_written(self.our, message, now);
+        Ok(())
+    }
+
+    fn guard(&mut self, act: Option<Act>, despite: bool, now: MonoTime) -> Result<(), VehicleError> {
+        let state = self.plans.get(PlanKind::Mission);
+        let Some(act) = act.filter(|_| state.may_be_mixed()) else { return Ok(()) };
+        if !despite {
+            return Err(VehicleError::PlanUnknown { kind: PlanKind::Mission, state });
+        }
+        tracing::warn!(vehicle = %self.address, act = act.name(), mission = %state, "done despite a mission that may be mixed");
+        self.note(
+            Severity::WARNING,
+            format!("{} by override, although the mission on board is {state}", act.name()),
+            now,
+        );
+        Ok(())
+    }
+
+    /// Puts a text of ours beside those of the vehicle.
+    pub(super) fn note(&mut self, severity: Severity, text: String, now: MonoTime) {
+        let text = StatusText { severity: severity.0, text, id: 0, chunk_seq: 0 };
+        self.on_text(ComponentId::GROUND_STATION, &text, now);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vencejo_proto::dialect::{MISSION_SET_CURRENT_DATA, MavModeFlag, SET_MODE_DATA};
+    use vencejo_proto::{Address, CommandInt, CommandLong};
+
+    const PLANE: ModeFamily = ModeFamily::ArduPlane;
+    const TARGET: Address = Address::new(1, 1);
+
+    fn long(command: u16, params: [f32; 7]) -> Message {
+        Message::CommandLong(CommandLong { target: TARGET, command, confirmation: 0, params })
+    }
+
+    fn first(command: u16, p1: f32, p2: f32) -> Option<Act> {
+        let by_long = act_of(PLANE, &long(command, [p1, p2, 0.0, 0.0, 0.0, 0.0, 0.0]));
+        let int = CommandInt {
+            target: TARGET,
+            frame: 0,
+            command,
+            current: 0,
+            autocontinue: 0,
+            params: [p1, p2, 0.0, 0.0],
+            x: 0,
+            y: 0,
+            z: 0.0,
+        };
+        assert_eq!(act_of(PLANE, &Message::CommandInt(int)), by_long, "{command} by COMMAND_INT");
+        by_long
+    }
+
+    #[test]
+    fn what_arms_follows_the_mission_or_jumps_is_known_by_its_messages() {
+        for (command, p1, p2, act) in [
+            (400, 1.0, 0.0, Some(Act::Arm)),
+            (400, 1.0, 21_196.0, Some(Act::Arm)),
+            (400, 0.0, 0.0, None),
+            (176, 1.0, 10.0, Some(Act::FollowMission)),
+            (176, 81.0, 10.0, Some(Act::FollowMission)),
+            (176, 220.0, 0.0, Some(Act::FollowMission)),
+            (176, 1.0, 11.0, None),
+            (176, 1.0, 0.0, None),
+            (300, 0.0, 0.0, Some(Act::FollowMission)),
+            (193, 1.0, 0.0, Some(Act::FollowMission)),
+            (193, 0.0, 0.0, None),
+            (224, 3.0, 0.0, Some(Act::Jump)),
+            (189, 0.0, 0.0, Some(Act::Jump)),
+            (188, 0.0, 0.0, Some(Act::Jump)),
+            (601, 1.0, 0.0, Some(Act::Jump)),
+            (218, 16.0, 2.0, Some(Act::FollowMission)),
+            (218, 153.0, 2.0, Some(Act::Arm)),
+            (218, 153.0, 0.0, None),
+            (218, 24.0, 2.0, Some(Act::Jump)),
+            (20, 0.0, 0.0, None),
+            (191, 0.0, 0.0, None),
+        ] {
+            assert_eq!(first(command, p1, p2), act, "command {command}, {p1}, {p2}");
+        }
+        let mode = |base_mode: u8, custom_mode| {
+            Message::Dialect(MavMessage::SET_MODE(SET_MODE_DATA {
+                custom_mode,
+                target_system: 1,
+                base_mode: MavModeFlag::from_bits_truncate(base_mode),
+            }))
+        };
+        assert_eq!(act_of(PLANE, &mode(1, 10)), Some(Act::FollowMission));
+        assert_eq!(act_of(PLANE, &mode(217, 10)), Some(Act::FollowMission));
+        assert_eq!(act_of(PLANE, &mode(217, 12)), None);
+        let jump = Message::Dialect(MavMessage::MISSION_SET_CURRENT(MISSION_SET_CURRENT_DATA::default()));
+        assert_eq!(act_of(PLANE, &jump), Some(Act::Jump));
+        let mission = |family, main, sub| act_of(family, &long(176, [1.0, main, sub, 0.0, 0.0, 0.0, 0.0]));
+        assert_eq!(mission(ModeFamily::ArduCopter, 3.0, 0.0), Some(Act::FollowMission));
+        assert_eq!(mission(ModeFamily::ArduCopter, 27.0, 0.0), Some(Act::FollowMission));
+        assert_eq!(mission(ModeFamily::ArduCopter, 10.0, 0.0), None);
+        assert_eq!(mission(ModeFamily::Px4, 4.0, 4.0), Some(Act::FollowMission));
+        assert_eq!(mission(ModeFamily::Px4, 4.0, 0.0), Some(Act::FollowMission));
+        assert_eq!(mission(ModeFamily::Px4, 4.0, 5.0), None, "RTL");
+    }
+}

@@ -1,0 +1,650 @@
+//! The plans on board beyond the transfers of this moment: uploads of other stations that are under way, the doubt whether the
+//! mission is a mixture, what of it outlives the program, and the reading back of what is not known, by itself.
+//!
+//! ```text
+//!                 upload begins (ours, another's)          ended, verified
+//!   verified ───────────────────────────────────▶ doubt ───────────────────▶ verified
+//!      ▲                                            │ cut off, lost, restarted
+//!      │ read: what was sent, or what was before    ▼
+//!      └──────────────────────────────────── unknown, perhaps mixed ──▶ differs (read: neither)
+//! ```
+//!
+//! A doubt is written down before the first message of an upload goes out, and goes with the vehicle (its hardware's id) through
+//! restarts of the vehicle and of this program. It ends with a transfer that is verified, not by being forgotten.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use vencejo_flight::plan::PlanKind;
+use vencejo_proto::dialect::{MavMessage, MavMissionType};
+use vencejo_proto::ftp::{FtpOpcode, FtpPayload};
+use vencejo_proto::{Address, Message, MissionAck, MissionItemInt, MonoTime};
+
+use super::Vehicle;
+use super::ops::{Op, State};
+use super::steps::Step;
+use crate::plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
+use crate::plan_state::{PlanState, Unknown};
+use crate::request::{Output, Reply, RequestId};
+use crate::telemetry::Severity;
+use crate::transfer::{TransferError, is_as_sent};
+
+/// Another station's upload of which nothing is heard for this long has ended: ArduPilot gives it up after 8 s.
+const UPLOAD_REST: Duration = Duration::from_secs(10);
+/// The number of items on board that has not changed for this long is at rest: an upload item by item moves it all the time.
+const COUNT_REST: Duration = Duration::from_secs(3);
+/// Nobody has asked for anything for this long before a plan is read without being asked for.
+const QUIET: Duration = Duration::from_millis(1_500);
+/// A reading that nobody asked for and that takes longer than this has a slow link, and makes room for any request.
+const HURRY: Duration = Duration::from_secs(2);
+/// Waits before a plan that could not be read is tried again; after them it is left alone.
+const RETRIES: [Duration; 2] = [Duration::from_secs(10), Duration::from_secs(60)];
+/// A plan that was read by itself this long ago is given to who asks for it.
+const FRESH_COPY: Duration = Duration::from_secs(3);
+/// A vehicle that has not told the id of its hardware for this long after it was heard is known by its system id.
+const IDENTIFIED_WITHIN: Duration = Duration::from_secs(5);
+/// How long an upload waits until it is written down that it begins. A disk that fails does not keep anybody from flying.
+const RECORDED_WITHIN: Duration = Duration::from_secs(2);
+
+/// Another station's upload of a mission.
+#[derive(Debug)]
+struct Incoming {
+    from: Address,
+    items: Vec<Option<MissionItemInt>>,
+    /// Whether the vehicle took it up.
+    has_begun: bool,
+    heard_at: MonoTime,
+    before: (PlanState, Option<Doubt>),
+}
+
+/// A reading that nobody asked for.
+#[derive(Debug, Clone, Copy)]
+struct Own {
+    id: RequestId,
+    kind: PlanKind,
+    began: MonoTime,
+}
+
+/// See the module.
+#[derive(Debug)]
+pub(super) struct OnBoard {
+    doubt: Option<Doubt>,
+    /// The mission that was read back last, in this run or one before.
+    verified: Option<(u16, u64)>,
+    /// Whose record this is; `None` until the vehicle is identified.
+    key: Option<VehicleKey>,
+    /// The record whose doubt stands in until the vehicle is identified.
+    stand_in: Option<VehicleKey>,
+    /// Records from runs before.
+    stored: Vec<StoredRecord>,
+    /// What is written down.
+    kept: PlanRecord,
+    ticket: u64,
+    /// Whether anything was written down of it in this run.
+    has_put: bool,
+    /// When the wait for the hardware's id ends.
+    identified_by: MonoTime,
+    incoming: Option<Incoming>,
+    /// Another station's plan file that is being written.
+    incoming_file: Option<(Address, PlanKind)>,
+    /// Items in the mission by MISSION_CURRENT.
+    total: Option<u16>,
+    /// Until when that number counts as moving.
+    moving_until: Option<MonoTime>,
+    own: Option<Own>,
+    /// When a reading that nobody asked for was verified.
+    own_verified_at: Option<MonoTime>,
+    /// Whether the mission is to be read once more although it is known.
+    is_copy_doubted: bool,
+    attempts: [usize; 3],
+    not_before: [MonoTime; 3],
+    quiet_since: MonoTime,
+    pub(super) is_stirred: bool,
+}
+
+impl OnBoard {
+    pub(super) fn new(now: MonoTime) -> Self {
+        Self {
+            doubt: None,
+            verified: None,
+            key: None,
+            stand_in: None,
+            stored: Vec::new(),
+            kept: PlanRecord::default(),
+            ticket: 0,
+            has_put: false,
+            identified_by: now + IDENTIFIED_WITHIN,
+            incoming: None,
+            incoming_file: None,
+            total: None,
+            moving_until: None,
+            own: None,
+            own_verified_at: None,
+            is_copy_doubted: false,
+            attempts: [0; 3],
+            not_before: [now; 3],
+            quiet_since: now,
+            is_stirred: false,
+        }
+    }
+
+    /// A plan's state is another one: what failed before may go now.
+    pub(super) fn on_state(&mut self, kind: PlanKind, state: PlanState) {
+        self.attempts[kind as usize] = 0;
+        if let (PlanKind::Mission, PlanState::Verified { .. } | PlanState::Empty) = (kind, state) {
+            self.verified = state.count().zip(state.hash());
+        }
+    }
+
+    pub(super) fn doubt(&self) -> Option<&Doubt> {
+        self.doubt.as_ref()
+    }
+
+    pub(super) fn set_doubt(&mut self, doubt: Option<Doubt>) {
+        self.doubt = doubt;
+    }
+
+    pub(super) fn is_own(&self, id: RequestId) -> bool {
+        self.own.is_some_and(|own| own.id == id)
+    }
+}
+
+/// The reason that goes with a doubt.
+fn unknown_of(doubt: &Doubt) -> Unknown {
+    match doubt.writer {
+        Writer::Us => Unknown::TransferFailed,
+        Writer::Another => Unknown::SentElsewhere,
+    }
+}
+
+// ── What outlives the program ────────────────────────────────────────────────────────────────────────────────────────
+
+impl Vehicle {
+    /// Records from runs before, of all vehicles. Which is this one's shows when it tells the id of its hardware; until then a
+    /// doubt about one of its system id counts for it.
+    pub fn on_records(&mut self, stored: Vec<StoredRecord>, now: MonoTime) {
+        let board = &mut self.on_board;
+        board.stored = stored;
+        match board.key.take() {
+            // What happened meanwhile is newer than what was written before it.
+            Some(key) if board.has_put => board.key = Some(key),
+            Some(key) => self.identify(key, now),
+            None if board.doubt.is_none() => {
+                let is_ours = |stored: &&StoredRecord| stored.system == self.address.system;
+                let found = board.stored.iter().filter(is_ours).find(|stored| stored.record.doubt.is_some());
+                let Some(found) = found else { return };
+                board.stand_in = Some(found.key.clone());
+                let doubt = found.record.doubt.clone();
+                self.take_over(doubt);
+            }
+            None => {}
+        }
+    }
+
+    /// Another vehicle is in its place: what is remembered of that one counts.
+    pub(super) fn on_board_replaced(&mut self, now: MonoTime) {
+        let stored = std::mem::take(&mut self.on_board.stored);
+        let ticket = self.on_board.ticket;
+        self.on_board = OnBoard { ticket, ..OnBoard::new(now) };
+        for kind in PlanKind::ALL {
+            self.set_plan(kind, PlanState::Unknown(Unknown::NeverRead));
+        }
+        self.on_board.verified = None;
+        self.on_records(stored, now);
+    }
+
+    /// Doubts a mission as it was doubted in a run before.
+    fn take_over(&mut self, doubt: Option<Doubt>) {
+        let Some(doubt) = doubt else { return };
+        let unknown = unknown_of(&doubt);
+        self.on_board.doubt = Some(doubt);
+        let is_moving = self.transfer.as_ref().is_some_and(|lane| lane.machine.writes_plan());
+        if !is_moving {
+            self.set_plan(PlanKind::Mission, PlanState::Unknown(unknown));
+        }
+    }
+
+    pub(super) fn on_version(&mut self, now: MonoTime) {
+        let Some(version) = self.telemetry.version.map(|version| version.value) else { return };
+        let by_system = VehicleKey::of_system(self.address.system);
+        self.identify(VehicleKey::of_version(&version).unwrap_or(by_system), now);
+    }
+
+    /// It is known who it is.
+    fn identify(&mut self, key: VehicleKey, _now: MonoTime) {
+        let board = &mut self.on_board;
+        if board.key.as_ref() == Some(&key) {
+            return;
+        }
+        let before = board.key.replace(key.clone());
+        let is_another = board.stand_in.take().is_some_and(|stand_in| stand_in != key);
+        if is_another {
+            // The doubt was about another vehicle of this system id.
+            board.doubt = None;
+            if matches!(
+                self.plans.get(PlanKind::Mission),
+                PlanState::Unknown(Unknown::TransferFailed | Unknown::SentElsewhere)
+            ) {
+                self.set_plan(PlanKind::Mission, PlanState::Unknown(Unknown::NeverRead));
+            }
+        }
+        let board = &mut self.on_board;
+        let found = board.stored.iter().find(|stored| stored.key == key).map(|stored| stored.record.clone());
+        let kept = found.unwrap_or_default();
+        let wrote = board.has_put;
+        board.kept = kept.clone();
+        board.verified = board.verified.or(kept.verified);
+        if board.doubt.is_none() && !wrote {
+            self.take_over(kept.doubt);
+        }
+        if let Some(before) = before.filter(|_| wrote) {
+            // What was written under the name before goes under this one.
+            self.put(before, PlanRecord::default());
+        }
+        self.remember();
+    }
+
+    fn put(&mut self, key: VehicleKey, record: PlanRecord) -> u64 {
+        self.on_board.ticket += 1;
+        self.on_board.has_put = true;
+        let (ticket, system) = (self.on_board.ticket, self.address.system);
+        self.outputs.push_back(Output::Keep { ticket, stored: StoredRecord { key, system, record } });
+        ticket
+    }
+
+    /// Has what is known of the mission written down, when that is another thing than before.
+    pub(super) fn remember(&mut self) -> Option<u64> {
+        if !self.config.keeps_records {
+            return None;
+        }
+        let board = &mut self.on_board;
+        let record = PlanRecord { verified: board.verified, doubt: board.doubt.clone() };
+        if record == board.kept || board.stand_in.is_some() {
+            return None;
+        }
+        let system = self.address.system;
+        let key = board.key.get_or_insert_with(|| VehicleKey::of_system(system)).clone();
+        board.kept = record.clone();
+        Some(self.put(key, record))
+    }
+
+    /// A record has been written down, or could not be: what waited for it goes on.
+    pub fn on_kept(&mut self, ticket: u64, now: MonoTime) {
+        let is_recorded = |op: &Op| matches!(op.state, State::Recording { ticket: wanted, .. } if wanted <= ticket);
+        while let Some(index) = self.ops.iter().position(is_recorded) {
+            self.go_on_recorded(index, now);
+        }
+        self.pump(now);
+    }
+
+    fn go_on_recorded(&mut self, index: usize, now: MonoTime) {
+        if let State::Recording { step, before, .. } = std::mem::replace(&mut self.ops[index].state, State::Ready) {
+            self.run_transfer(index, step, Some(before), now);
+        }
+    }
+
+    /// Begins to doubt the mission, before `sent` goes out. Returns what it must wait for, if for anything.
+    pub(super) fn doubt_before_sending(&mut self, sent: Vec<MissionItemInt>, now: MonoTime) -> Option<(u64, MonoTime)> {
+        let before = self.before();
+        self.on_board.doubt = Some(Doubt { writer: Writer::Us, sent: Some(Arc::new(sent)), before });
+        Some((self.remember()?, now + RECORDED_WITHIN))
+    }
+
+    /// Fingerprint of the mission on board, or of that before a doubt began.
+    fn before(&self) -> Option<u64> {
+        match &self.on_board.doubt {
+            Some(doubt) => doubt.before,
+            None => self.plans.get(PlanKind::Mission).hash(),
+        }
+    }
+
+    /// What a mission is that was read: verified, or one that is neither what was sent nor what was before.
+    pub(super) fn judge(&mut self, wire: &[MissionItemInt], state: PlanState) -> PlanState {
+        let PlanState::Verified { count, hash } = state else {
+            self.on_board.doubt = None;
+            return state;
+        };
+        let config = self.transfer_config();
+        let is_whole = self.on_board.doubt.as_ref().is_none_or(|doubt| {
+            doubt.before == Some(hash) || doubt.sent.as_ref().is_some_and(|sent| is_as_sent(&config, sent, wire))
+        });
+        if !is_whole {
+            return PlanState::Differs { count, hash };
+        }
+        self.on_board.doubt = None;
+        let before = self.on_board.verified.filter(|_| self.plans.get(PlanKind::Mission).hash().is_none());
+        if before.is_some_and(|(_, before)| before != hash) {
+            tracing::info!(vehicle = %self.address, "the mission on board is not the one that was read back last");
+        }
+        state
+    }
+}
+
+// ── What others write ────────────────────────────────────────────────────────────────────────────────────────────────
+
+impl Vehicle {
+    /// A message to the vehicle, from another station or from a caller who sends messages as they are: it may change a plan.
+    pub(super) fn on_written(&mut self, from: Address, message: &Message, now: MonoTime) {
+        match message {
+            Message::Dialect(MavMessage::MISSION_COUNT(count)) => {
+                self.on_upload_begins(from, count.mission_type, count.count.into(), now);
+            }
+            Message::Dialect(MavMessage::MISSION_WRITE_PARTIAL_LIST(part)) => {
+                self.on_upload_begins(from, part.mission_type, 0, now);
+            }
+            Message::Dialect(MavMessage::MISSION_CLEAR_ALL(clear)) => {
+                for kind in PlanKind::ALL {
+                    let is_all = clear.mission_type == MavMissionType::MAV_MISSION_TYPE_ALL;
+                    if is_all || clear.mission_type as u8 == kind.mission_type() {
+                        self.changed_elsewhere(kind, now);
+                    }
+                }
+            }
+            Message::MissionItemInt(item) if item.mission_type == 0 => {
+                if let Some(incoming) = self.on_board.incoming.as_mut().filter(|incoming| incoming.from == from) {
+                    (incoming.has_begun, incoming.heard_at) = (true, now);
+                    if let Some(place) = incoming.items.get_mut(usize::from(item.seq)) {
+                        *place = Some(*item);
+                    }
+                }
+            }
+            Message::MissionItemFloat(item) if item.mission_type == 0 && item.current < 2 => {
+                if let Some(incoming) = self.on_board.incoming.as_mut().filter(|incoming| incoming.from == from) {
+                    (incoming.has_begun, incoming.heard_at) = (true, now);
+                }
+            }
+            _ => {
+                if let Some((_, request)) = FtpPayload::from_message(message) {
+                    self.on_file_written(from, &request, now);
+                }
+            }
+        }
+    }
+
+    /// A plan file of another station: it becomes the plan when its session ends.
+    fn on_file_written(&mut self, from: Address, request: &FtpPayload, now: MonoTime) {
+        match request.opcode {
+            FtpOpcode::CREATE_FILE | FtpOpcode::OPEN_FILE_WO => {
+                let path = String::from_utf8_lossy(&request.data);
+                let is_of = |kind: &PlanKind| path.contains(&format!("@MISSION/{kind}.dat"));
+                self.on_board.incoming_file =
+                    PlanKind::ALL.into_iter().find(is_of).map(|kind| (from, kind)).or(self.on_board.incoming_file);
+            }
+            FtpOpcode::TERMINATE_SESSION | FtpOpcode::RESET_SESSIONS => {
+                if let Some((_, kind)) = self.on_board.incoming_file.take_if(|(writer, _)| *writer == from) {
+                    self.changed_elsewhere(kind, now);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Another station begins to write a plan.
+    fn on_upload_begins(&mut self, from: Address, kind: MavMissionType, count: usize, now: MonoTime) {
+        let Some(kind) = PlanKind::ALL.into_iter().find(|plan| plan.mission_type() == kind as u8) else { return };
+        if kind != PlanKind::Mission {
+            return self.changed_elsewhere(kind, now);
+        }
+        if let Some(lane) = &mut self.transfer
+            && lane.plan_before.as_ref().is_some_and(|before| before.kind == kind)
+        {
+            lane.is_disturbed = !lane.machine.writes_plan();
+            if lane.machine.writes_plan() {
+                // The vehicle takes one upload at a time, and ours is read back.
+                return;
+            }
+        }
+        let before = match self.on_board.incoming.take() {
+            // It asks once more.
+            Some(incoming) if incoming.from == from && !incoming.has_begun => incoming.before,
+            _ => (self.plans.get(kind), self.on_board.doubt.clone()),
+        };
+        let doubt = Doubt { writer: Writer::Another, sent: None, before: self.before() };
+        let items = vec![None; count.min(vencejo_flight::plan::MAX_ITEMS)];
+        self.on_board.incoming = Some(Incoming { from, items, has_begun: false, heard_at: now, before });
+        self.on_board.doubt = Some(doubt);
+        self.set_plan(kind, PlanState::Unknown(Unknown::SentElsewhere));
+        self.remember();
+    }
+
+    /// The vehicle asks another station for an item.
+    pub(super) fn on_asks_another(&mut self, message: &Message, now: MonoTime) {
+        let kind = match message {
+            Message::Dialect(MavMessage::MISSION_REQUEST_INT(request)) => request.mission_type,
+            Message::Dialect(MavMessage::MISSION_REQUEST(request)) => request.mission_type,
+            _ => return,
+        };
+        if let Some(incoming) = &mut self.on_board.incoming
+            && kind as u8 == PlanKind::Mission.mission_type()
+            && message.target().includes(incoming.from)
+        {
+            (incoming.has_begun, incoming.heard_at) = (true, now);
+        }
+    }
+
+    /// The vehicle's word to another station's upload; whether it was one.
+    pub(super) fn on_ack_to_another(&mut self, ack: &MissionAck) -> bool {
+        let is_theirs = |incoming: &mut Incoming| {
+            ack.mission_type == 0 && Message::MissionAck(*ack).target().includes(incoming.from)
+        };
+        /// A stray item; the vehicle goes on.
+        const INVALID_SEQUENCE: u8 = 13;
+        if ack.result == INVALID_SEQUENCE {
+            return self.on_board.incoming.as_mut().is_some_and(is_theirs);
+        }
+        let Some(incoming) = self.on_board.incoming.take_if(is_theirs) else { return false };
+        if ack.result == 0 {
+            self.on_board.doubt = None;
+            self.set_plan(PlanKind::Mission, PlanState::Unknown(Unknown::ChangedElsewhere));
+        } else if !incoming.has_begun {
+            // Refused before anything was written.
+            let (state, doubt) = incoming.before;
+            self.on_board.doubt = doubt;
+            // A mission that is known has been let go of, and is read again.
+            let is_known = state.hash().is_some_and(|_| state != PlanState::Empty);
+            self.set_plan(
+                PlanKind::Mission,
+                if is_known { PlanState::Unknown(Unknown::ChangedElsewhere) } else { state },
+            );
+        } else {
+            self.keep_heard(incoming);
+        }
+        self.remember();
+        true
+    }
+
+    /// An upload of another station was left. Where all of its items were heard, they may well be on board.
+    fn keep_heard(&mut self, incoming: Incoming) {
+        let items: Option<Vec<_>> = incoming.items.into_iter().collect();
+        if let (Some(doubt), Some(items)) = (&mut self.on_board.doubt, items.filter(|items| !items.is_empty())) {
+            doubt.sent = Some(Arc::new(items));
+        }
+    }
+
+    /// The number of items on board by MISSION_CURRENT.
+    pub(super) fn on_total(&mut self, total: u16, now: MonoTime) {
+        let has_moved = self.on_board.total.replace(total).is_some_and(|before| before != total);
+        let known = self.plans.get(PlanKind::Mission).count();
+        if !has_moved && known.is_none_or(|known| known == total) || self.is_echo(PlanKind::Mission, now) {
+            return;
+        }
+        if self.transfer.as_ref().is_some_and(|lane| lane.is_about(PlanKind::Mission)) {
+            return self.changed_elsewhere(PlanKind::Mission, now);
+        }
+        self.on_board.moving_until = Some(now + COUNT_REST);
+        if self.on_board.doubt.is_none() {
+            self.set_plan(PlanKind::Mission, PlanState::Unknown(Unknown::SentElsewhere));
+        }
+    }
+
+    /// The vehicle restarted: what was being written is over.
+    pub(super) fn on_board_restarted(&mut self, now: MonoTime) {
+        let board = &mut self.on_board;
+        (board.incoming_file, board.total, board.moving_until, board.own) = (None, None, None, None);
+        board.quiet_since = now;
+        if let Some(incoming) = board.incoming.take() {
+            self.keep_heard(incoming);
+        }
+        for kind in PlanKind::ALL {
+            let doubt = self.on_board.doubt.as_ref().filter(|_| kind == PlanKind::Mission);
+            self.set_plan(kind, PlanState::Unknown(doubt.map_or(Unknown::Rebooted, unknown_of)));
+        }
+    }
+}
+
+// ── What is read by itself ───────────────────────────────────────────────────────────────────────────────────────────
+
+impl Vehicle {
+    /// Which plan is to be read by itself, and when; `None` while something else goes on.
+    fn reading_due(&self) -> Option<(PlanKind, MonoTime)> {
+        let board = &self.on_board;
+        let is_busy = !self.ops.is_empty() || self.transfer.is_some() || self.param.is_some();
+        let is_ready = self.telemetry.heartbeat.is_some() && board.key.is_some() && self.streams.is_settled();
+        if !self.config.reads_back || self.is_lost || is_busy || !is_ready || board.incoming.is_some() {
+            return None;
+        }
+        let is_wanted = |kind: &PlanKind| {
+            let is_open = matches!(self.plans.get(*kind), PlanState::Unknown(why) if why != Unknown::Transferring);
+            let is_open = is_open || (*kind == PlanKind::Mission && board.is_copy_doubted);
+            // A vehicle that does not tell its mission is not asked for the others.
+            let is_mission_known = !matches!(self.plans.get(PlanKind::Mission), PlanState::Unknown(_));
+            let may_ask = *kind == PlanKind::Mission || is_mission_known && self.no_plan_kinds().is_none();
+            is_open && may_ask && board.attempts[*kind as usize] <= RETRIES.len()
+        };
+        let due = |kind: PlanKind| {
+            let moving = board.moving_until.unwrap_or(board.quiet_since);
+            (kind, (board.quiet_since + QUIET).max(moving).max(board.not_before[kind as usize]))
+        };
+        PlanKind::ALL.into_iter().filter(is_wanted).map(due).min_by_key(|(_, at)| *at)
+    }
+
+    /// When [`Self::on_board_time`] is wanted.
+    pub(super) fn on_board_deadline(&self) -> Option<MonoTime> {
+        let board = &self.on_board;
+        let identified = (board.key.is_none() && self.telemetry.heartbeat.is_some()).then_some(board.identified_by);
+        let left = board.incoming.as_ref().map(|incoming| incoming.heard_at + UPLOAD_REST);
+        let recorded = self.ops.iter().filter_map(|op| match &op.state {
+            State::Recording { until, .. } => Some(*until),
+            _ => None,
+        });
+        let reading = self.reading_due().map(|(_, at)| at);
+        [identified, left, board.moving_until, reading].into_iter().flatten().chain(recorded).min()
+    }
+
+    pub(super) fn on_board_time(&mut self, now: MonoTime) {
+        let board = &mut self.on_board;
+        if board.key.is_none() && self.telemetry.heartbeat.is_some() && now >= board.identified_by {
+            self.identify(VehicleKey::of_system(self.address.system), now);
+        }
+        let board = &mut self.on_board;
+        if let Some(incoming) = board.incoming.take_if(|incoming| now >= incoming.heard_at + UPLOAD_REST) {
+            self.keep_heard(incoming);
+            self.remember();
+        }
+        if self.on_board.moving_until.take_if(|until| now >= *until).is_some()
+            && self.on_board.doubt.is_none()
+            && self.plans.get(PlanKind::Mission) == PlanState::Unknown(Unknown::SentElsewhere)
+        {
+            self.set_plan(PlanKind::Mission, PlanState::Unknown(Unknown::ChangedElsewhere));
+        }
+        let is_late = |op: &Op| matches!(op.state, State::Recording { until, .. } if now >= until);
+        while let Some(index) = self.ops.iter().position(is_late) {
+            tracing::warn!(vehicle = %self.address, "an upload begins although it could not be written down that it does");
+            self.note(Severity::WARNING, "the mission's state cannot be written to the disk".to_owned(), now);
+            self.go_on_recorded(index, now);
+        }
+        if let Some((kind, at)) = self.reading_due()
+            && now >= at
+        {
+            self.read_by_itself(kind, now);
+        }
+    }
+
+    fn read_by_itself(&mut self, kind: PlanKind, now: MonoTime) {
+        let id = RequestId(self.next_request);
+        self.next_request += 1;
+        self.ops.push(Op::new(id, [].into()));
+        self.on_board.own = Some(Own { id, kind, began: now });
+        self.run_transfer(self.ops.len() - 1, Step::Download(kind), None, now);
+    }
+
+    /// A request comes while a plan is read that nobody asked for: it joins, or goes before. Whether it joined.
+    pub(super) fn make_room(&mut self, id: RequestId, steps: &[Step], needs_lane: bool, now: MonoTime) -> bool {
+        let Some(own) = self.on_board.own else { return false };
+        if *steps == [Step::Download(own.kind)]
+            && let Some(lane) = &mut self.transfer
+        {
+            lane.id = id;
+            for op in &mut self.ops {
+                if op.id == own.id {
+                    op.id = id;
+                }
+            }
+            self.on_board.own = None;
+            return true;
+        }
+        if needs_lane || now.since(own.began) > HURRY {
+            if let Some(lane) = &mut self.transfer {
+                lane.machine.cancel(now);
+            }
+            self.drain_lanes(now);
+        }
+        false
+    }
+
+    /// The plan as it was read by itself just now, for who asks for it.
+    pub(super) fn fresh_copy(&self, steps: &[Step], now: MonoTime) -> Option<Reply> {
+        let is_fresh = self.on_board.own_verified_at.is_some_and(|at| now.since(at) < FRESH_COPY);
+        if !is_fresh || *steps != [Step::Download(PlanKind::Mission)] {
+            return None;
+        }
+        let state = self.plans.get(PlanKind::Mission);
+        let mission = self.mission.as_ref()?;
+        let (items, home) = (mission.items.clone(), mission.home);
+        Some(Reply::Plan { kind: PlanKind::Mission, items, home, state, position_error_m: None })
+    }
+
+    /// Which plan a reading that nobody asked for is about, if it is one.
+    pub(super) fn on_board_own(&self, id: RequestId) -> Option<PlanKind> {
+        self.on_board.own.filter(|own| own.id == id).map(|own| own.kind)
+    }
+
+    /// The copy of the mission is to be compared with the vehicle's once more.
+    pub(super) fn doubt_copy(&mut self) {
+        self.on_board.is_copy_doubted = true;
+    }
+
+    /// A reading that nobody asked for has ended.
+    pub(super) fn on_own_read(&mut self, kind: PlanKind, error: Option<&TransferError>, now: MonoTime) {
+        self.on_board.own = None;
+        self.on_board.is_copy_doubted &= kind != PlanKind::Mission;
+        let (attempts, not_before) =
+            (&mut self.on_board.attempts[kind as usize], &mut self.on_board.not_before[kind as usize]);
+        match error {
+            None => {
+                self.on_board.own_verified_at =
+                    (kind == PlanKind::Mission).then_some(now).or(self.on_board.own_verified_at);
+            }
+            // It made room for somebody.
+            Some(TransferError::Cancelled) => {}
+            Some(TransferError::Refused { .. } | TransferError::OnlyMission { .. }) if kind != PlanKind::Mission => {
+                *attempts = RETRIES.len() + 1;
+            }
+            Some(error) => {
+                tracing::debug!(vehicle = %self.address, %kind, %error, "the plan on board could not be read");
+                if let Some(wait) = RETRIES.get(*attempts) {
+                    *not_before = now + *wait;
+                }
+                *attempts += 1;
+            }
+        }
+    }
+
+    /// Somebody asks, or something goes on: a reading that nobody asked for waits.
+    pub(super) fn stay_quiet(&mut self, now: MonoTime) {
+        let is_stirred = std::mem::take(&mut self.on_board.is_stirred);
+        if is_stirred || self.pending() > 0 {
+            self.on_board.quiet_since = now;
+        }
+    }
+}

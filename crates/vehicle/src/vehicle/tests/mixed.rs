@@ -1,0 +1,524 @@
+//! A mission that may be a mixture of two: it is known as one after an upload was cut off wherever it was, by us or by another
+//! station, through restarts of the vehicle and of the program, and nothing flies it; what is not known is read by itself; and
+//! a plane that flies to somewhere else is told.
+
+use std::sync::Arc;
+
+use vencejo_flight::plan::Mission;
+use vencejo_proto::dialect::{MISSION_SET_CURRENT_DATA, MavModeFlag, SET_MODE_DATA};
+use vencejo_proto::plan_file::decode_plan_file;
+use vencejo_proto::{MissionItemInt, SystemId};
+
+use super::*;
+use crate::plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
+use crate::plan_state::hash_items;
+
+const MISSION: PlanKind = PlanKind::Mission;
+
+fn route(count: usize, north_deg: f64) -> Vec<MissionItem> {
+    (0..count).map(|index| MissionItem::waypoint(40.33 + north_deg, -3.8 + index as f64 * 1e-3, 80.0)).collect()
+}
+
+fn send(items: Vec<MissionItem>) -> Request {
+    Request::UploadPlan { kind: MISSION, items, home: None }
+}
+
+fn reading() -> VehicleConfig {
+    VehicleConfig { reads_back: true, ..VehicleConfig::default() }
+}
+
+fn world(config: VehicleConfig) -> Pair {
+    let mut plane = Plane::new();
+    plane.services.has_ftp = false;
+    let mut world = World::new(Station::with(config), plane, Faults::default(), 1);
+    wait(&mut world, 2_000);
+    world
+}
+
+fn state(world: &Pair) -> PlanState {
+    world.station.vehicle.plan_state(MISSION)
+}
+
+fn long(command: u16, params: [f32; 2]) -> CommandLong {
+    let [p1, p2] = params;
+    CommandLong { target: Address::new(0, 0), command, confirmation: 0, params: [p1, p2, 0.0, 0.0, 0.0, 0.0, 0.0] }
+}
+
+/// Every request and message that arms, follows the mission or jumps in it.
+fn acts() -> (Vec<Request>, Vec<Message>) {
+    let raw = [(400, [1.0, 21_196.0]), (176, [1.0, 10.0]), (300, [0.0; 2]), (224, [2.0, 0.0]), (189, [0.0; 2])];
+    let int = |command, [p1, p2]: [f32; 2]| CommandInt {
+        target: Address::new(0, 0),
+        frame: 0,
+        command,
+        current: 0,
+        autocontinue: 0,
+        params: [p1, p2, 0.0, 0.0],
+        x: 0,
+        y: 0,
+        z: 0.0,
+    };
+    let mut requests = vec![
+        ARM,
+        Request::Arm { force: true },
+        mode("auto"),
+        Request::SetMode(ModeChoice::Custom(10)),
+        Request::MissionStart { from: None },
+        Request::MissionStart { from: Some(MissionSeq(2)) },
+        Request::MissionResume,
+        Request::SetCurrentItem(MissionSeq(2)),
+        Request::Land,
+    ];
+    let mut messages = vec![
+        Message::Dialect(MavMessage::SET_MODE(SET_MODE_DATA {
+            custom_mode: 10,
+            target_system: 1,
+            base_mode: MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED,
+        })),
+        Message::Dialect(MavMessage::MISSION_SET_CURRENT(MISSION_SET_CURRENT_DATA {
+            seq: 2,
+            target_system: 1,
+            target_component: 1,
+        })),
+    ];
+    for (command, params) in raw {
+        requests.push(Request::RawCommandLong(long(command, params)));
+        requests.push(Request::RawCommandInt(int(command, params)));
+        messages.push(Message::CommandLong(CommandLong { target: PLANE, ..long(command, params) }));
+    }
+    (requests, messages)
+}
+
+/// Whether all of them are refused, with the reason.
+fn assert_blocked(vehicle: &mut Vehicle, now: MonoTime, when: &str) {
+    let (requests, messages) = acts();
+    while vehicle.poll_output().is_some() {}
+    let is_heard = vehicle.telemetry().heartbeat.is_some();
+    for request in requests {
+        // Of one that was not heard no mode is known, and what needs one is refused for that.
+        if !is_heard
+            && !matches!(request, Request::Arm { .. } | Request::SetCurrentItem(_) | Request::RawCommandLong(_))
+        {
+            continue;
+        }
+        let id = vehicle.request(request.clone(), now);
+        let outputs: Vec<_> = std::iter::from_fn(|| vehicle.poll_output()).collect();
+        let [Output::Finished { id: ended, result: Err(VehicleError::PlanUnknown { state, .. }) }] = &outputs[..]
+        else {
+            panic!("{when}: {request:?}: {outputs:?}");
+        };
+        assert!(*ended == id && state.may_be_mixed(), "{when}: {request:?}");
+    }
+    for message in messages {
+        let error = vehicle.on_sending(&message, false, now).expect_err("held back");
+        assert!(error.to_string().contains("upload it again or clear it"), "{when}: {error}");
+    }
+    // What makes it safe stays possible.
+    for request in [mode("rtl"), Request::Disarm { force: false }] {
+        let id = vehicle.request(request.clone(), now);
+        let outputs: Vec<_> = std::iter::from_fn(|| vehicle.poll_output()).collect();
+        vehicle.cancel(id, now);
+        while vehicle.poll_output().is_some() {}
+        // Of one that was not heard no mode is known by its name.
+        let is_heard = vehicle.telemetry().heartbeat.is_some();
+        let sent = outputs.iter().any(|output| matches!(output, Output::Send(_)));
+        assert!(sent || !is_heard, "{when}: {request:?}: {outputs:?}");
+    }
+}
+
+/// The same vehicle in a new run of the program, which remembers `stored`.
+fn again(world: &Pair, stored: &[StoredRecord], config: VehicleConfig) -> Vehicle {
+    let mut vehicle = Vehicle::new(PLANE, STATION, config, world.now);
+    vehicle.on_records(stored.to_vec(), world.now);
+    vehicle
+}
+
+#[test]
+fn an_upload_cut_at_any_item_blocks_until_a_whole_mission_is_there() {
+    let (old, new) = (route(30, 0.0), route(50, 0.02));
+    let mut outcomes = BTreeMap::new();
+    for k in 0..=50 {
+        let mut world = world(VehicleConfig { keeps_records: true, ..reading() });
+        ask(&mut world, send(old.clone())).expect("the mission before");
+        let before = state(&world);
+        wait(&mut world, 6_000);
+        // MISSION_COUNT, then k items, reach it.
+        world.log = Some(Vec::new());
+        world.faults.cut_after = Some(world.station_frames + 1 + k);
+        ask(&mut world, send(new.clone())).expect_err("cut off");
+        assert!(state(&world).may_be_mixed(), "{k}");
+        let now = world.now;
+        assert_blocked(&mut world.station.vehicle, now, "cut off");
+        // Another run of the program knows it from the first moment on, before anything was heard.
+        let kept: Vec<_> = world.station.kept.values().cloned().collect();
+        let mut next = again(&world, &kept, reading());
+        assert_blocked(&mut next, now, "next run");
+        // The vehicle restarts, and is reached again: what is there is read by itself.
+        world.plane.reboot(now);
+        world.faults.cut_after = None;
+        world.run(now + Duration::from_secs(5), |station, _| station.events.contains(&VehicleEvent::Rebooted));
+        assert!(state(&world).may_be_mixed(), "{k}: {} after its restart", state(&world));
+        let now = world.now;
+        let is_read = |station: &mut Station, _: &mut Plane| {
+            !matches!(station.vehicle.plan_state(MISSION), PlanState::Unknown(_))
+        };
+        assert!(world.run(now + Duration::from_secs(60), is_read), "{k}: read by itself");
+        let on_board = &world.plane.services.plans[0][1..];
+        let hash = hash_items(on_board);
+        let is_whole =
+            Some(hash) == before.hash() || on_board.len() == 50 && on_board.iter().all(|item| item.x > 403_400_000);
+        let expected = match is_whole {
+            true => PlanState::Verified { count: on_board.len() as u16, hash },
+            false => PlanState::Differs { count: on_board.len() as u16, hash },
+        };
+        assert_eq!(state(&world), expected, "{k}");
+        *outcomes.entry(is_whole).or_insert(0) += 1;
+        let now = world.now;
+        if is_whole {
+            assert!(ask(&mut world, ARM).is_ok());
+            continue;
+        }
+        assert_blocked(&mut world.station.vehicle, now, "read, and neither");
+        wait(&mut world, 2_000);
+        ask(&mut world, Request::DownloadPlan { kind: MISSION }).expect("read");
+        let now = world.now;
+        assert_blocked(&mut world.station.vehicle, now, "looked at");
+        ask(&mut world, send(new.clone())).expect("sent whole");
+        assert!(ask(&mut world, ARM).is_ok(), "{k}");
+    }
+    assert!(outcomes[&false] >= 48, "{outcomes:?}");
+}
+
+#[test]
+fn an_override_goes_through_and_is_written_down() {
+    let mut world = world(VehicleConfig::default());
+    world.faults.cut_after = Some(world.station_frames + 4);
+    ask(&mut world, upload()).expect_err("cut off");
+    world.faults.cut_after = None;
+    wait(&mut world, 9_000);
+    assert!(ask(&mut world, ARM).is_err());
+    ask(&mut world, Request::DespiteMixedPlan(Box::new(ARM))).expect("armed");
+    let texts: Vec<_> = world.station.vehicle.texts().iter().map(|text| text.text.clone()).collect();
+    assert!(
+        texts.iter().any(|text| text.starts_with("arming by override, although the mission on board is")),
+        "{texts:?}"
+    );
+    let jump = acts().1[1].clone();
+    let now = world.now;
+    assert!(world.station.vehicle.on_sending(&jump, true, now).is_ok());
+    assert!(world.station.vehicle.on_sending(&jump, false, now).is_err(), "each by itself");
+}
+
+#[test]
+fn nothing_of_an_upload_goes_out_before_it_is_written_down() {
+    let mut world = world(VehicleConfig { keeps_records: true, ..VehicleConfig::default() });
+    world.station.answers_keep = false;
+    world.log = Some(Vec::new());
+    let id = start(&mut world, upload());
+    wait(&mut world, 1_000);
+    let is_upload = |message: &Message| matches!(message, Message::Dialect(MavMessage::MISSION_COUNT(_)));
+    let sent =
+        |world: &Pair| world.log.as_ref().expect("logged").iter().filter(|(_, message)| is_upload(message)).count();
+    assert_eq!(sent(&world), 0);
+    assert!(state(&world).may_be_mixed());
+    let busy = ask(&mut world, Request::DownloadPlan { kind: MISSION }).expect_err("busy");
+    assert_eq!(busy, VehicleError::TransferBusy { running: "plan upload" });
+    let (now, ticket) = (world.now, *world.station.kept.keys().max().expect("kept"));
+    world.station.vehicle.on_kept(ticket, now);
+    end(&mut world, id, 30).expect("uploaded");
+    assert_eq!(sent(&world), 1);
+    // The record of its end, and a disk that answers no more: it goes on by itself.
+    let record = world.station.kept.last_key_value().expect("kept").1.record.clone();
+    assert!(record.doubt.is_none() && record.verified.is_some_and(|(count, _)| count == 4), "{record:?}");
+    ask(&mut world, upload()).expect("uploaded without the disk");
+    // Given up before it began: as it was.
+    let known = state(&world);
+    let id = start(&mut world, send(route(7, 0.1)));
+    let now = world.now;
+    world.station.vehicle.cancel(id, now);
+    assert_eq!(end(&mut world, id, 5), Err(VehicleError::Cancelled));
+    wait(&mut world, 100);
+    assert!(!state(&world).may_be_mixed(), "{} was {known}", state(&world));
+}
+
+#[test]
+fn a_record_goes_with_the_hardware_and_not_with_the_system_id() {
+    let doubted = |key: VehicleKey| {
+        let doubt = Doubt { writer: Writer::Us, sent: None, before: None };
+        StoredRecord { key, system: SystemId(1), record: PlanRecord { verified: None, doubt: Some(doubt) } }
+    };
+    let version = |vehicle: &mut Vehicle, uid, now| {
+        let data = AUTOPILOT_VERSION_DATA { uid, ..Default::default() };
+        vehicle.on_message(PLANE.component, &Message::Dialect(MavMessage::AUTOPILOT_VERSION(data)), now);
+    };
+    let now = MonoTime::from_millis(5);
+    let key = VehicleKey::parse("uid-000000000000002a").expect("a key");
+    for (uid, stays) in [(0x2a, true), (0x2b, false)] {
+        let mut vehicle = Vehicle::new(PLANE, STATION, reading(), MonoTime::ZERO);
+        vehicle.on_records(vec![doubted(key.clone())], MonoTime::ZERO);
+        assert!(vehicle.plan_state(MISSION).may_be_mixed(), "until it is known who it is");
+        version(&mut vehicle, uid, now);
+        assert_eq!(vehicle.plan_state(MISSION).may_be_mixed(), stays, "{uid}");
+    }
+    // Another vehicle of the folder is nobody's business.
+    let mut vehicle = Vehicle::new(PLANE, STATION, reading(), MonoTime::ZERO);
+    vehicle.on_records(vec![StoredRecord { system: SystemId(9), ..doubted(key) }], MonoTime::ZERO);
+    assert!(!vehicle.plan_state(MISSION).may_be_mixed());
+}
+
+fn from_rival(world: &mut Pair, message: &Message) {
+    let at = world.now + Duration::from_millis(5);
+    for to_station in [true, false] {
+        world.inject(at, to_station, RIVAL, message);
+    }
+    wait(world, 100);
+}
+
+fn rival_wire(items: &[MissionItem]) -> Vec<MissionItemInt> {
+    let home = Home { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 600.0 };
+    Mission { home: Some(home), items: items.to_vec() }.to_wire(PLANE, true).expect("sendable")
+}
+
+fn rival_count(count: usize) -> Message {
+    let count = count as u16;
+    let data = MISSION_COUNT_DATA { count, target_system: 1, target_component: 1, ..Default::default() };
+    Message::Dialect(MavMessage::MISSION_COUNT(data))
+}
+
+#[test]
+fn a_half_upload_of_another_station_blocks_and_its_end_unblocks() {
+    let mut world = world(reading());
+    ask(&mut world, send(route(8, 0.0))).expect("ours");
+    wait(&mut world, 6_000);
+    let wire = rival_wire(&route(12, 0.03));
+    from_rival(&mut world, &rival_count(wire.len()));
+    assert_eq!(state(&world), PlanState::Unknown(Unknown::SentElsewhere));
+    let now = world.now;
+    assert_blocked(&mut world.station.vehicle, now, "it begins");
+    for item in &wire[..5] {
+        from_rival(&mut world, &Message::MissionItemInt(*item));
+    }
+    // It is gone. Its upload rests; what is on board is read, and is neither.
+    world.plane.services.reboot();
+    wait(&mut world, 20_000);
+    assert!(matches!(state(&world), PlanState::Differs { .. }), "{}", state(&world));
+    let now = world.now;
+    assert_blocked(&mut world.station.vehicle, now, "left half-way");
+    // It comes back and ends it.
+    from_rival(&mut world, &rival_count(wire.len()));
+    for item in &wire {
+        from_rival(&mut world, &Message::MissionItemInt(*item));
+    }
+    wait(&mut world, 8_000);
+    assert!(matches!(state(&world), PlanState::Verified { count: 12, .. }), "{}", state(&world));
+    assert!(ask(&mut world, ARM).is_ok());
+    // One that the vehicle refuses changes nothing.
+    from_rival(&mut world, &rival_count(700));
+    wait(&mut world, 5_000);
+    assert!(matches!(state(&world), PlanState::Verified { count: 12, .. }), "{}", state(&world));
+}
+
+#[test]
+fn the_same_number_of_items_on_board_that_moves_is_an_upload() {
+    let mut world = world(reading());
+    ask(&mut world, send(route(8, 0.0))).expect("ours");
+    wait(&mut world, 6_000);
+    // Over a link that we do not hear: only the number of items moves.
+    for item in rival_wire(&route(20, 0.05)).into_iter().skip(9) {
+        world.plane.services.plans[0].push(item);
+        wait(&mut world, 300);
+        assert_eq!(state(&world), PlanState::Unknown(Unknown::SentElsewhere));
+    }
+    let now = world.now;
+    assert_blocked(&mut world.station.vehicle, now, "it moves");
+    wait(&mut world, 8_000);
+    assert!(matches!(state(&world), PlanState::Verified { count: 20, .. }), "{}", state(&world));
+}
+
+#[test]
+fn what_is_not_known_is_read_by_itself_and_gives_way() {
+    let mut world = world(reading());
+    world.plane.services.store(MISSION, &rival_wire(&route(60, 0.0)));
+    wait(&mut world, 12_000);
+    let known = state(&world);
+    assert!(matches!(known, PlanState::Verified { count: 60, .. }), "{known}");
+    assert_eq!(world.station.vehicle.plan_state(PlanKind::Fence), PlanState::Empty);
+    assert!(world.station.results.is_empty(), "nobody asked");
+    world.log = Some(Vec::new());
+    wait(&mut world, 60_000);
+    let asks =
+        |(_, message): &(MonoTime, Message)| matches!(message, Message::Dialect(MavMessage::MISSION_REQUEST_LIST(_)));
+    assert_eq!(world.log.as_ref().expect("logged").iter().filter(|entry| asks(entry)).count(), 0, "once");
+
+    // A restart; who asks for the mission while it is read joins, and who wants another transfer goes before.
+    let restart = |world: &mut Pair| {
+        // Two restarts within a few seconds are one.
+        wait(world, 6_000);
+        let now = world.now;
+        world.plane.reboot(now);
+        world.station.events.clear();
+        world.faults.bytes_per_s = Some(6_000.0);
+        let is_reading = |station: &mut Station, _: &mut Plane| {
+            station.events.contains(&VehicleEvent::Rebooted) && station.vehicle.transfer.is_some()
+        };
+        assert!(world.run(now + Duration::from_secs(60), is_reading), "it is read again");
+    };
+    restart(&mut world);
+    let reply = ask(&mut world, Request::DownloadPlan { kind: MISSION }).expect("joined");
+    assert!(matches!(reply, Reply::Plan { ref items, state, .. } if items.len() == 60 && state == known), "{reply:?}");
+    restart(&mut world);
+    let reply = ask(&mut world, Request::ParamRead { name: "WP_LOITER_RAD".into() });
+    assert!(reply.is_ok(), "{reply:?}");
+    let began = world.now;
+    ask(&mut world, Request::UploadPlan { kind: PlanKind::Rally, items: vec![], home: None }).expect("before it");
+    assert!(world.now.since(began) < Duration::from_secs(5), "{:?}", world.now.since(began));
+    world.faults.bytes_per_s = None;
+    wait(&mut world, 20_000);
+    assert_eq!(state(&world), known, "read in the end");
+    assert_eq!(world.station.results.len(), 3, "one for each that asked");
+}
+
+#[test]
+fn a_vehicle_without_missions_is_left_alone() {
+    // It has no MAVFTP and answers no mission message at all.
+    let mut plane = Plane::new();
+    plane.services.has_ftp = false;
+    let plane = Plane { deaf_to_missions: true, ..plane };
+    let mut world = World::new(Station::with(reading()), plane, Faults::default(), 1);
+    world.log = Some(Vec::new());
+    wait(&mut world, 600_000);
+    let asked = world.log.as_ref().expect("logged").iter();
+    let asked = asked.filter(|(_, message)| matches!(message, Message::Dialect(MavMessage::MISSION_REQUEST_LIST(_))));
+    let count = asked.count();
+    assert!((3..=120).contains(&count), "{count}");
+    assert_eq!(state(&world), PlanState::Unknown(Unknown::NeverRead));
+    assert!(ask(&mut world, ARM).is_ok(), "nothing says that it is mixed");
+}
+
+#[test]
+fn five_hundred_uploads_beside_a_rival_are_never_contaminated() {
+    use rand::Rng as _;
+    let (mut verified, mut lost) = (0, 0);
+    let mut rng = SmallRng::seed_from_u64(32);
+    let mut world = world(reading());
+    for round in 0..500u32 {
+        let (ours, theirs) = (route(6 + (round % 7) as usize, 0.01), rival_wire(&route(9, 0.05)));
+        let id = start(&mut world, send(ours.clone()));
+        // The rival asks for the same, at any moment, and answers what is not asked of it.
+        let mut at = world.now + Duration::from_millis(rng.random_range(0..60));
+        let mut messages = vec![rival_count(theirs.len())];
+        messages.extend(theirs.iter().take(rng.random_range(0..10)).map(|item| Message::MissionItemInt(*item)));
+        messages.push(Message::MissionAck(MissionAck { target: PLANE, result: 0, mission_type: 0, opaque_id: 0 }));
+        for message in &messages {
+            for to_station in [true, false] {
+                world.inject(at, to_station, RIVAL, message);
+            }
+            at = at + Duration::from_millis(rng.random_range(1..25));
+        }
+        match end(&mut world, id, 120) {
+            Ok(Reply::Plan { items, state: told, .. }) => {
+                assert_eq!(items.len(), ours.len(), "round {round}");
+                assert!(matches!(told, PlanState::Verified { .. }), "round {round}");
+                verified += 1;
+            }
+            Ok(other) => panic!("round {round}: {other:?}"),
+            Err(_) => {
+                assert!(state(&world).may_be_mixed(), "round {round}");
+                lost += 1;
+            }
+        }
+        // Never a plan that is said to be ours and is not what is on board.
+        wait(&mut world, 15_000);
+        if let PlanState::Verified { hash, .. } = state(&world) {
+            assert_eq!(hash, hash_items(&world.plane.services.plans[0][1..]), "round {round}");
+        }
+    }
+    assert!(verified >= 400, "{verified} verified, {lost} told as failed");
+}
+
+// ── the flown target ─────────────────────────────────────────────────────────────────────────────────────────────────
+
+/// A recorded flight with the mission that was flown, changed by `change`. Returns the alarms: item, time since that item began,
+/// and how often the target was as planned again.
+fn flown(
+    name: &str,
+    change: impl Fn(&mut Vec<MissionItem>),
+    keeps: impl Fn(&Message) -> bool,
+) -> (Vec<(u16, Duration)>, usize) {
+    let ground: Vec<MissionItemInt> = match name {
+        "arduplane-wind-flight" => recorded(name, STATION)
+            .into_iter()
+            .filter_map(|(_, message)| match message {
+                Message::MissionItemInt(item) => Some(item),
+                _ => None,
+            })
+            .collect(),
+        _ => decode_plan_file(include_bytes!("../../../../../tests/fixtures/captures/mission.dat")).expect("a plan").1,
+    };
+    let mut mission = Mission::from_wire(&ground, true).expect("a mission");
+    change(&mut mission.items);
+    let config = VehicleConfig { streams: StreamConfig::listen_only(), ..VehicleConfig::default() };
+    let mut station = Station::with(config);
+    let count = mission.items.len() as u16;
+    let (mut begun, mut alarms, mut told) = (MonoTime::ZERO, Vec::new(), 0);
+    for (at, message) in recorded(name, PLANE) {
+        // The flights were recorded with the mission already there, or from before it was.
+        if station.vehicle.telemetry().is_armed() == Some(true) && station.vehicle.mission().is_none() {
+            station.vehicle.set_plan(MISSION, PlanState::Verified { count, hash: 1 });
+            station.vehicle.mission = Some(Arc::new(mission.clone()));
+        }
+        if keeps(&message) {
+            station.receive(PLANE, &message, at);
+        }
+        while station.next_output().is_some() {}
+        for event in station.events.drain(..) {
+            match event {
+                VehicleEvent::CurrentItemChanged { .. } => begun = at,
+                VehicleEvent::TargetElsewhere { seq, .. } => alarms.push((seq.0, at.since(begun))),
+                VehicleEvent::TargetAsPlanned { .. } => told += 1,
+                _ => {}
+            }
+        }
+    }
+    assert!(station.vehicle.mission().is_some(), "{name} was compared");
+    (alarms, told)
+}
+
+const FLIGHTS: [&str; 2] = ["arduplane-takeoff-to-landing", "arduplane-wind-flight"];
+
+fn is_target(message: &Message) -> bool {
+    matches!(message, Message::Dialect(MavMessage::POSITION_TARGET_GLOBAL_INT(_)))
+}
+
+#[test]
+fn a_flight_as_planned_gives_no_alarm() {
+    for name in FLIGHTS {
+        assert_eq!(flown(name, |_| (), |_| true), (vec![], 0), "{name}");
+        assert_eq!(flown(name, |_| (), |message| !is_target(message)), (vec![], 0), "{name}, by bearing and distance");
+    }
+}
+
+#[test]
+fn a_target_that_is_elsewhere_is_told_within_three_seconds() {
+    for name in FLIGHTS {
+        // 60 m north of where it flies, and 40 m, which is not told.
+        for (off_deg, is_told) in [(60.0 / 111_040.0, true), (40.0 / 111_040.0, false)] {
+            let shift = |items: &mut Vec<MissionItem>| {
+                items[2].params[4] = items[2].params[4].map(|lat_deg| lat_deg + off_deg);
+            };
+            let (alarms, ends) = flown(name, shift, |_| true);
+            assert_eq!(
+                alarms.iter().map(|(seq, _)| *seq).collect::<Vec<_>>(),
+                if is_told { vec![3] } else { vec![] },
+                "{name}"
+            );
+            assert!(alarms.iter().all(|(_, after)| *after <= Duration::from_secs(3)), "{name}: {alarms:?}");
+            assert_eq!(ends, alarms.len(), "{name}: the next item is as planned");
+        }
+        // By bearing and distance alone what is far off is told.
+        let far = |items: &mut Vec<MissionItem>| items[2].params[4] = items[2].params[4].map(|lat_deg| lat_deg + 0.01);
+        let (alarms, _) = flown(name, far, |message| !is_target(message));
+        assert_eq!(alarms.len(), 1, "{name}: {alarms:?}");
+        assert!(alarms[0].1 <= Duration::from_secs(3), "{name}: {alarms:?}");
+    }
+}
