@@ -266,7 +266,7 @@ mod tests {
         }
         let mut tried = 0;
         for _ in 0..3600 {
-            now = now + Duration::from_secs(1);
+            now += Duration::from_secs(1);
             if throttle.wait(guesser, now).is_none() {
                 throttle.wrong(guesser, now);
                 tried += 1;

@@ -37,7 +37,7 @@ type Uploaded = Result<VerifiedPlan, TransferError>;
 fn uploading(config: &TransferConfig, items: &[MissionItemInt], faults: Faults, seed: u64) -> UploadWorld {
     let upload = PlanUpload::new(config, PlanKind::Mission, items.to_vec(), MonoTime::ZERO);
     // Every other one has several MAVFTP sessions.
-    let mut plane = if seed % 2 == 0 { MockPlane::new() } else { MockPlane::with_several_sessions() };
+    let mut plane = if seed.is_multiple_of(2) { MockPlane::new() } else { MockPlane::with_several_sessions() };
     // What was there before: other items, and more of them.
     plane.plans[0].extend(mission(70).into_iter().skip(1).map(|item| MissionItemInt { z: 11.0, ..item }));
     World::new(Running::new(upload), plane, faults, seed)

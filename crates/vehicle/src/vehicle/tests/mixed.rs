@@ -413,7 +413,7 @@ fn five_hundred_uploads_beside_a_rival_are_never_contaminated() {
             for to_station in [true, false] {
                 world.inject(at, to_station, RIVAL, message);
             }
-            at = at + Duration::from_millis(rng.random_range(1..25));
+            at += Duration::from_millis(rng.random_range(1..25));
         }
         match end(&mut world, id, 120) {
             Ok(Reply::Plan { items, state: told, .. }) => {
