@@ -13,6 +13,7 @@ use crate::dto::cause::Thing;
 use crate::problem::Problem;
 use crate::sessions::SessionId;
 use crate::state::App;
+use crate::strict::Strict;
 
 fn session(parts: &Parts, app: &App) -> Option<(SessionId, Role)> {
     let secret = app.access().cookie(&parts.headers)?;
@@ -148,7 +149,7 @@ impl<T: DeserializeOwned> FromRequest<App> for Json<T> {
     type Rejection = Problem;
 
     async fn from_request(request: Request, app: &App) -> Result<Self, Problem> {
-        let axum::Json(value) = axum::Json::from_request(request, app).await?;
+        let axum::Json(Strict(value)) = axum::Json::from_request(request, app).await?;
         Ok(Self(value))
     }
 }

@@ -11,6 +11,7 @@
 //! | `access`, `tokens` | `Host`, `Origin`, security headers; tokens, and what slows down who guesses them |
 //! | `sessions` | sessions and the control lease, pure |
 //! | `door`, `body` | how many connections there may be, from whom, and how long each may keep us waiting |
+//! | `strict` | JSON in which an object is an object |
 //! | `operations` | what takes a while |
 //! | `operator` | a session of this very program |
 //! | `ws`, `outbox` | the WebSocket: a task and a bounded box for each client |
@@ -43,6 +44,7 @@ mod routes;
 mod server;
 mod sessions;
 mod state;
+mod strict;
 #[cfg(test)]
 mod tests;
 mod tokens;

@@ -1,5 +1,7 @@
 //! The API as a whole: by plain calls, and over real sockets, with a vehicle that answers over UDP.
 
+mod bodies;
+
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};

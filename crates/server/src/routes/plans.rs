@@ -12,7 +12,6 @@ use serde::Deserialize;
 use utoipa::IntoParams;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
-use vencejo_flight::FlightError;
 use vencejo_flight::checks::{CheckContext, Severity, check_plan};
 use vencejo_flight::formats::{MAX_FILE_BYTES, PlanSettings, read_plan, write_plan_json, write_waypoints};
 use vencejo_flight::geodesy::GeoPoint;
@@ -48,7 +47,7 @@ fn start(app: &App, vehicle: &VehicleHandle, kind: OperationKind, request: Reque
 }
 
 /// The request that puts one part of a plan on board.
-fn upload(kind: PlanKind, plan: &Plan) -> Result<Request, FlightError> {
+fn upload(kind: PlanKind, plan: &Plan) -> Result<Request, Problem> {
     let plan = convert::core_plan(plan)?;
     let (items, home) = match kind {
         PlanKind::Mission => (plan.mission.items, plan.mission.home),
@@ -58,6 +57,16 @@ fn upload(kind: PlanKind, plan: &Plan) -> Result<Request, FlightError> {
         }
         PlanKind::Rally => (plan.rally.to_items(), None),
     };
+    // Nothing given is no wish to have nothing on board.
+    if items.is_empty() {
+        let (part, field) = match kind {
+            PlanKind::Mission => ("mission", "items"),
+            PlanKind::Fence => ("fence", "fence.zones"),
+            PlanKind::Rally => ("rally points", "rally"),
+        };
+        let expected = format!("at least one; DELETE on this path removes the {part} on board");
+        return Err(Problem::invalid_value(field, "empty", &expected));
+    }
     Ok(Request::UploadPlan { kind: convert::core_plan_kind(kind), items, home })
 }
 
@@ -97,7 +106,8 @@ macro_rules! plan_routes {
     ($path:tt, $kind:ident, $upload:ident = $upload_kind:ident, $download:ident = $download_kind:ident,
      $clear:ident = $clear_kind:ident) => {
         /// Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
-        /// has it. The operation's result is the plan on board. A mission in which the checks find an error is refused.
+        /// has it. The operation's result is the plan on board. A mission in which the checks find an error is refused, and so is
+        /// a part with nothing in it: DELETE clears.
         #[utoipa::path(put, path = $path, tag = "plans", params(("id" = u8, Path, description = "System id"), Checked),
                                             request_body = Plan, responses((status = 202, body = Operation), Problem))]
         async fn $upload(

@@ -1273,7 +1273,8 @@ export interface paths {
         get: operations["download_fence"];
         /**
          * Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
-         *     has it. The operation's result is the plan on board. A mission in which the checks find an error is refused.
+         *     has it. The operation's result is the plan on board. A mission in which the checks find an error is refused, and so is
+         *     a part with nothing in it: DELETE clears.
          */
         put: operations["upload_fence"];
         post?: never;
@@ -1295,7 +1296,8 @@ export interface paths {
         get: operations["download_mission"];
         /**
          * Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
-         *     has it. The operation's result is the plan on board. A mission in which the checks find an error is refused.
+         *     has it. The operation's result is the plan on board. A mission in which the checks find an error is refused, and so is
+         *     a part with nothing in it: DELETE clears.
          */
         put: operations["upload_mission"];
         post?: never;
@@ -1317,7 +1319,8 @@ export interface paths {
         get: operations["download_rally"];
         /**
          * Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
-         *     has it. The operation's result is the plan on board. A mission in which the checks find an error is refused.
+         *     has it. The operation's result is the plan on board. A mission in which the checks find an error is refused, and so is
+         *     a part with nothing in it: DELETE clears.
          */
         put: operations["upload_rally"];
         post?: never;

@@ -1,0 +1,62 @@
+//! Bodies that are not what they should be, at every route.
+
+use super::*;
+
+/// Method, path and what is said of it, for all that the description has.
+fn described() -> Vec<(String, String, Value)> {
+    let description: Value = serde_json::from_str(&crate::openapi()).expect("JSON");
+    let paths = description["paths"].as_object().expect("paths");
+    let of_path = |(path, methods): (&String, &Value)| {
+        let path = path.strip_prefix("/api/v1").expect("a path of the API").to_owned();
+        let methods = methods.as_object().expect("methods").clone();
+        methods.into_iter().map(move |(method, route)| (method.to_ascii_uppercase(), path.clone(), route))
+    };
+    paths.iter().flat_map(of_path).collect()
+}
+
+/// A path in which everything is called like this.
+fn filled(path: &str, with: &str) -> String {
+    let parts = path.split('/').map(|part| if part.starts_with('{') { with } else { part });
+    parts.collect::<Vec<_>>().join("/")
+}
+
+#[tokio::test]
+async fn a_list_is_no_body_of_any_route() {
+    let station = station(true);
+    let _double = double(&station).await;
+    let server = Plain::new(station.clone(), None);
+    let cookie = server.session(json!({})).await;
+    let mut checked = 0;
+    for (method, path, route) in described() {
+        let schema = &route["requestBody"]["content"]["application/json"]["schema"];
+        // Some bodies are lists, some files.
+        if schema.is_null() || schema["type"] == "array" {
+            continue;
+        }
+        for body in [json!([]), json!([[]]), json!(7)] {
+            let answer = server.ask(&method, &filled(&path, "1"), Some(&cookie), Some(body.clone())).await;
+            assert_eq!(answer.status, 422, "{method} {path} {body}: {}", String::from_utf8_lossy(&answer.body));
+        }
+        checked += 1;
+    }
+    assert!(checked >= 30, "{checked}");
+    let item = json!({"command": 16, "frame": 3, "params": [0, 0, 0, 0, 40.0, -3.0, 100]});
+    for (path, body) in [
+        ("mission", json!({})),
+        ("mission", json!({"items": []})),
+        ("mission", json!({"items": [], "fence": {"zones": []}, "rally": [], "home": null})),
+        ("fence", json!({"items": [item]})),
+        ("fence", json!({"fence": []})),
+        ("fence", json!({"fence": {"zones": []}})),
+        ("rally", json!({"items": [item], "rally": []})),
+        ("rally", json!({"rally": {}})),
+    ] {
+        let path = format!("/vehicles/1/plan/{path}");
+        let answer = server.ask("PUT", &path, Some(&cookie), Some(body.clone())).await;
+        assert_eq!(answer.status, 422, "{path} {body}: {}", String::from_utf8_lossy(&answer.body));
+    }
+    let answer = server.ask("PUT", "/vehicles/1/plan/mission", Some(&cookie), Some(json!({}))).await.json();
+    assert!(answer["detail"].as_str().expect("text").contains("DELETE"), "{answer}");
+    assert_eq!(server.ask("GET", "/operations", None, None).await.json(), json!([]), "nothing was begun");
+    station.close().await;
+}
