@@ -61,5 +61,5 @@ def test_the_recorded_mission_is_the_same_story() -> None:
         ("GLOBAL_POSITION_INT", "relative_alt", 12_000.0),
         ("NAV_CONTROLLER_OUTPUT", "wp_dist", 150.0),
     ):
-        ours, theirs = extremes(heard, kind, field), extremes(recorded, kind, field)
-        assert abs(ours[1] - theirs[1]) <= slack, (kind, field, ours, theirs)
+        ours_seen, theirs = extremes(heard, kind, field), extremes(recorded, kind, field)
+        assert abs(ours_seen[1] - theirs[1]) <= slack, (kind, field, ours_seen, theirs)
