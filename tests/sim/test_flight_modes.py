@@ -195,7 +195,8 @@ def test_guided_takes_height_heading_and_speed() -> None:
     assert math.degrees(plane.est.yaw_rad) == pytest.approx(45, abs=3)
     assert plane.change_speed(0, 16.0, -1.0) is MavResult.ACCEPTED
     assert plane.change_speed(0, 99.0, -1.0) is MavResult.FAILED
-    flight.run(20)
+    # Without losing height a glider-like frame needs half a minute to slow down by 6 m/s.
+    flight.run(40)
     assert plane.est.airspeed_m_s == pytest.approx(16, abs=0.8)
     assert plane.change_heading(2, 0.0, 0.0) is MavResult.ACCEPTED
 
