@@ -17,9 +17,10 @@ PYTEST_WORKERS ?= $(shell echo $$(( 2 * $$(nproc) )))
 # What of `make test` runs side by side: compilers and checkers leave gaps in which the others go on.
 SIDE_BY_SIDE := --no-print-directory --jobs=3 --output-sync IS_SIDE_BY_SIDE=yes
 BENCH_ARGS ?=
+AUDIT_ARGS ?=
 SCREENSHOT_ARGS ?=
 
-.PHONY: help demo test lint fmt bench screenshots wheel lock clean demo-env rust-env dev-env app native
+.PHONY: help demo test lint audit fmt bench screenshots wheel lock clean demo-env rust-env dev-env app native
 
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -60,6 +61,9 @@ gcs-check: app
 gcs-test: app
 	@$(CHECK) gcs-test npm --prefix gcs test --silent
 
+audit: dev-env ## Licences, sources, duplicates and known faults of everything that is not ours
+	@$(PY) scripts/audit.py $(AUDIT_ARGS)
+
 fmt: dev-env ## Format Rust and Python
 	cargo fmt --all
 	.venv/bin/ruff check --quiet --fix --exit-zero .
@@ -74,11 +78,14 @@ bench: dev-env native ## Measure, side by side with the peers, into bench/RESULT
 screenshots: dev-env native ## Take the pictures of the ground station into docs/images
 	@$(PY) scripts/screenshots.py $(SCREENSHOT_ARGS)
 
-wheel: dev-env app ## Build the wheel into dist/
+wheel: dev-env app ## Build the wheel into dist/, with the list of all that is in it (CycloneDX)
 	@scripts/setup.sh rust
-	rm -f dist/vencejo-*.whl
-	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin build --release --locked --quiet --out dist
-	@ls dist/vencejo-*.whl
+	rm -f dist/vencejo-*.whl dist/vencejo-*.cdx.json
+	$(PY) scripts/sbom.py parts .cache/sbom
+	VIRTUAL_ENV=$(CURDIR)/.venv .venv/bin/maturin build --release --locked --quiet --out dist \
+		--sbom-include .cache/sbom/vencejo-gcs.cyclonedx.json --sbom-include .cache/sbom/vencejo-python.cyclonedx.json
+	$(PY) scripts/sbom.py merge dist/vencejo-*.whl
+	@ls dist/vencejo-*
 
 lock: ## Pin and hash the Python packages anew (needs uv)
 	scripts/lock.sh

@@ -22,3 +22,5 @@ compile requirements/dev.lock pyproject.toml --group tools --extra camera --cons
 # ice: what the tests compile where Debian has no ZeroC Ice for this Python; ice-build: what compiles it.
 sed -n 's/^ice = \["\(zeroc-ice[^"]*\)".*/\1/p' pyproject.toml | compile requirements/ice.lock - "$@"
 echo 'setuptools>=77' | compile requirements/ice-build.lock - "$@"
+# audit: what `make audit` asks for known faults with.
+echo 'pip-audit>=2.10,<3' | compile requirements/audit.lock - "$@"

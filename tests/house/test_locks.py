@@ -24,7 +24,7 @@ def canonical(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-@pytest.mark.parametrize("name", ["run", "demo", "dev"])
+@pytest.mark.parametrize("name", ["run", "demo", "dev", "audit"])
 def test_every_package_is_pinned_and_hashed(name: str) -> None:
     text = (ROOT / f"requirements/{name}.lock").read_text(encoding="utf-8")
     named = re.findall(r"^([A-Za-z0-9][^ =;]*)", text, re.MULTILINE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -10,7 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.house.support import ROOT, tracked
+from tests.house.support import ROOT, load, tracked
+
+sbom = load("scripts/sbom.py")
 
 
 def run(*command: str | Path, cwd: Path, **environment: str) -> str:
@@ -34,9 +37,12 @@ def run(*command: str | Path, cwd: Path, **environment: str) -> str:
 def test_wheel_runs_in_a_clean_environment_elsewhere(tmp_path: Path) -> None:
     maturin = Path(sys.executable).parent / "maturin"
     dist = tmp_path / "dist"
+    parts = tmp_path / "parts"
+    run(sys.executable, "scripts/sbom.py", "parts", parts, cwd=ROOT)
     # Shares target/release with `maturin develop`, so this is packing rather than compiling.
     run(
         maturin, "build", "--release", "--locked", "--quiet", "--out", dist,
+        *(option for part in sorted(parts.iterdir()) for option in ("--sbom-include", part)),
         cwd=ROOT, VIRTUAL_ENV=str(Path(sys.executable).parents[1]),
     )  # fmt: skip
     wheels = list(dist.glob("*.whl"))
@@ -52,6 +58,10 @@ def test_wheel_runs_in_a_clean_environment_elsewhere(tmp_path: Path) -> None:
     assert {Path(name).name for name in packed} >= {"LICENSE-MIT", "LICENSE-APACHE"}
     strange = {name for name in packed if name.partition("/")[0].partition("-")[0] not in {"vencejo", "vencejo.libs"}}
     assert strange == set(), "the wheel brings along what is not the package"
+
+    run(sys.executable, "scripts/sbom.py", "merge", wheel, cwd=ROOT)
+    listed = {each["purl"] for each in json.loads(wheel.with_suffix(".cdx.json").read_text("utf-8"))["components"]}
+    assert sbom.everything() <= listed, f"not in the list of what the wheel holds: {sorted(sbom.everything() - listed)}"
 
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
