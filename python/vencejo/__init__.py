@@ -8,6 +8,7 @@ Fly a mission file on a simulated or real plane:
 >>> with vencejo.connect("tcp:127.0.0.1:5760") as plane:  # doctest: +SKIP
 ...     plan = vencejo.Plan.load("mission.waypoints")
 ...     plane.upload(plan)  # sent, read back and compared
+...     plane.prepare_flight()  # a mode that arms, the mission at its beginning
 ...     plane.arm()  # raises with the pre-arm reasons
 ...     plane.start_mission()  # AUTO: the pilot's radio can take over at any time
 ...     for telemetry in plane.stream(rate_hz=1):
@@ -55,6 +56,7 @@ from vencejo.station import RecorderInfo, Station, connect, default_record_dir
 from vencejo.telemetry import Telemetry
 from vencejo.vehicle import (
     Event,
+    FlightPreparation,
     MavlinkMessage,
     MissionProgress,
     Parameter,
@@ -76,6 +78,7 @@ __all__ = [
     "Fence",
     "FileFormatError",
     "Finding",
+    "FlightPreparation",
     "Frame",
     "GeoPoint",
     "Home",

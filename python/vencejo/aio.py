@@ -7,6 +7,7 @@ Examples
 >>> async def fly() -> None:
 ...     async with await aio.connect("tcp:127.0.0.1:5760") as plane:
 ...         await plane.upload(Plan.load("mission.waypoints"))
+...         await plane.prepare_flight()
 ...         await plane.arm()
 ...         await plane.start_mission()
 ...         async for telemetry in plane.stream(rate_hz=1):
@@ -300,6 +301,10 @@ class AsyncVehicle(VehicleState):
         """Remove a plan; see `vencejo.Vehicle.clear`."""
         await _finished(self._native.clear(kind))
 
+    async def prepare_flight(self) -> None:
+        """Prepare a flight, on the ground and disarmed; see `vencejo.Vehicle.prepare_flight`."""
+        await _finished(self._native.prepare_flight())
+
     async def start_mission(self, *, from_item: int | None = None) -> None:
         """Begin the mission; see `vencejo.Vehicle.start_mission`."""
         await _finished(self._native.mission_start(_item_number(from_item)))
@@ -317,10 +322,12 @@ class AsyncVehicle(VehicleState):
         await _finished(self._set_current_item(item))
 
     async def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
-        """Upload, verify, arm and start; see `vencejo.Vehicle.send_and_fly`."""
+        """Upload, verify, prepare, arm and start; see `vencejo.Vehicle.send_and_fly`."""
         await self.upload(plan, progress=progress)
-        await self.arm()
-        await self.start_mission()
+        if not self.telemetry.is_armed:
+            await self.prepare_flight()
+            await self.arm()
+        await self.start_mission(from_item=1)
 
     async def note(self, text: str, *, severity: int = 6) -> None:
         """Put a text of ours beside the vehicle's own; see `vencejo.Vehicle.note`."""

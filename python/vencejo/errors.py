@@ -71,13 +71,23 @@ class CommandRefused(VencejoError):
         Name of the MAV_RESULT, such as ``"DENIED"``.
     reasons : tuple[str, ...]
         What the vehicle said about it in STATUSTEXT messages, for instance its pre-arm failures.
+    cure_mode : str or None
+        The mode that cures a refusal to arm, where a mode does; `Vehicle.prepare_flight` changes to it.
     """
 
-    def __init__(self, message: str, command: str = "", result: str = "", reasons: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self,
+        message: str,
+        command: str = "",
+        result: str = "",
+        reasons: tuple[str, ...] = (),
+        cure_mode: str | None = None,
+    ) -> None:
         super().__init__(message)
         self.command = command
         self.result = result
         self.reasons = reasons
+        self.cure_mode = cure_mode
 
 
 class CommandTimeout(VencejoError, TimeoutError):

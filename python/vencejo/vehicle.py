@@ -47,6 +47,34 @@ SEVERITIES = ("emergency", "alert", "critical", "error", "warning", "notice", "i
 """Names of MAV_SEVERITY, 0 to 7."""
 
 
+@dataclass(frozen=True)
+class FlightPreparation:
+    """What a flight needs first: what `Vehicle.prepare_flight` does to the vehicle as it is now.
+
+    Attributes
+    ----------
+    from_mode : str
+        The mode that it is in.
+    mode : str or None
+        The mode to change to; ``None`` when it arms as it is, and stays where it is when armed.
+    rewinds_mission : bool
+        Whether the mission is set back to its beginning; false when there is none.
+    is_needed : bool
+        Whether a flight should not begin without it.
+    text : str
+        All of it in words.
+    """
+
+    from_mode: str
+    mode: str | None
+    rewinds_mission: bool
+    is_needed: bool
+    text: str
+
+    def __str__(self) -> str:
+        return self.text
+
+
 @dataclass(frozen=True, kw_only=True)
 class MissionProgress:
     """Where the vehicle stands in its mission.
@@ -271,6 +299,12 @@ class VehicleState:
         """Where it stands in its mission."""
         return MissionProgress(**self._native.progress())
 
+    @property
+    def flight_preparation(self) -> FlightPreparation | None:
+        """What a flight needs first; ``None`` before the first heartbeat. See `Vehicle.prepare_flight`."""
+        found = self._native.flight_preparation()
+        return None if found is None else FlightPreparation(*found)
+
     def plan_state(self, kind: PlanKind = "mission") -> PlanState:
         """What is known of the mission, the fence or the rally points on board."""
         return PlanState(**self._native.plan_state(kind))
@@ -422,6 +456,7 @@ class Vehicle(VehicleState):
     >>> import vencejo
     >>> with vencejo.connect("tcp:127.0.0.1:5760") as plane:  # doctest: +SKIP
     ...     plane.upload(vencejo.Plan.load("mission.waypoints"))
+    ...     plane.prepare_flight()
     ...     plane.arm()
     ...     plane.start_mission()
     """
@@ -703,8 +738,25 @@ class Vehicle(VehicleState):
         """Remove the mission (or fence, or rally points); returns when the vehicle says that it is gone."""
         self._wait(self._native.clear(kind))
 
+    def prepare_flight(self) -> None:
+        """Prepare a flight, on the ground and disarmed: a mode that arms, and the mission back at its beginning.
+
+        After a landing an ArduPlane stands in AUTO at the landing of its mission, or in RTL when that was replaced; in
+        neither it arms. `flight_preparation` tells what is changed, and a text of ours (`note`) says it before it is done.
+        Nothing is armed or started.
+
+        Raises
+        ------
+        NotPossibleNow
+            When it is armed, or in the air.
+        """
+        self._wait(self._native.prepare_flight())
+
     def start_mission(self, *, from_item: int | None = None) -> None:
-        """Begin the mission (mode AUTO), at an item counted from 1 when given. Does not arm."""
+        """Begin the mission (mode AUTO), at an item counted from 1 when given. Does not arm.
+
+        Item 1 is the mission's beginning: jumps that were flown count anew.
+        """
         self._wait(self._native.mission_start(_item_number(from_item)))
 
     def pause_mission(self) -> None:
@@ -720,7 +772,9 @@ class Vehicle(VehicleState):
         self._wait(self._set_current_item(item))
 
     def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
-        """Upload a mission, verify it, arm and start it: the one operation that does all of it.
+        """Upload a mission, verify it, prepare the flight, arm and start it at its first item: the one operation that does all.
+
+        A vehicle that is armed already is neither prepared nor armed.
 
         Raises
         ------
@@ -728,8 +782,10 @@ class Vehicle(VehicleState):
             Whatever step fails; later steps are then not taken.
         """
         self.upload(plan, progress=progress)
-        self.arm()
-        self.start_mission()
+        if not self.telemetry.is_armed:
+            self.prepare_flight()
+            self.arm()
+        self.start_mission(from_item=1)
 
     # Texts ---------------------------------------------------------------------------------------------------------
 

@@ -40,6 +40,7 @@ class Plane:
     """Simulated planes in this process, on a link of their own."""
 
     def __init__(self, *, link: str = "tcp:127.0.0.1:0", **options: object) -> None:
+        self._speedup = float(options.get("speedup", 1.0))  # type: ignore[arg-type]
         self._sim = SimulatedPlane(SimOptions(**{"links": (link,), "seed": 7, **options}))  # type: ignore[arg-type]
 
     def __enter__(self) -> Plane:
@@ -95,6 +96,10 @@ class Plane:
         """Hold it in the hand with an attitude."""
         angles_rad = [math.radians(angle) for angle in (roll_deg, pitch_deg, heading_deg)]
         self._sim.call(lambda world: world.planes[0].autopilot.move_by_hand(*angles_rad))
+
+    def calm(self) -> None:
+        """Simulated time goes as it did at first, for those who talk with it."""
+        self._sim.call(lambda world: [plane.params.set("SIM_SPEEDUP", self._speedup) for plane in world.planes])
 
     def hurry(self) -> None:
         """Simulated time goes faster from now on: for a flight in which nobody talks with it, as its patience is by its own clock."""

@@ -285,12 +285,32 @@ class StationPage:
         await self.command(panel.get_by_role("button", name=change, exact=True), "mode")
         await expect(self.bar("bar.mode")).to_have_text(re.compile(rf"^\s*{mode}"))
 
+    async def prepare_flight(self, *, from_mode: str) -> None:
+        """Read what a flight needs first, and have it done."""
+        panel = await self.open_panel("fly")
+        await expect(
+            panel.get_by_text(self.text("fly.prepareBoth", **{"from": from_mode, "mode": "MANUAL"}))
+        ).to_be_visible()
+        button = panel.get_by_role("button", name=self.text("fly.prepare"), exact=True)
+        await button.click()
+        await expect(self.answer("prepare-flight")).to_be_visible()
+        await expect(button).to_have_count(0)
+        await expect(self.bar("bar.mode")).to_have_text(re.compile(r"^\s*MANUAL"))
+
     async def arm(self) -> None:
         """Arm, once the plane is ready."""
         panel = await self.open_panel("fly")
         await expect(panel.get_by_text(self.text("fly.ready"), exact=True)).to_be_visible()
         await self.command(panel.get_by_role("button", name=self.text("fly.arm"), exact=True), "arm")
         await expect(self.bar("bar.motors")).to_contain_text(self.text("bar.armed"))
+
+    async def refuse_to_arm(self, reason: str, *, cure: str) -> None:
+        """Ask it to arm, and read why it does not and which mode helps."""
+        panel = await self.open_panel("fly")
+        answer = self.answer("arm", "refused")
+        await self.hold(panel.get_by_role("button", name=self.text("fly.arm"), exact=True), until=answer)
+        await expect(answer).to_contain_text(self.text(reason))
+        await expect(answer).to_contain_text(self.text("answer.cure", mode=cure))
 
     async def start_mission(self) -> None:
         """Start the mission that is on board."""

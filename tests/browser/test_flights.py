@@ -172,6 +172,29 @@ async def test_e4_take_off_and_landing(open_station: OpenStation, serve: Serve) 
             truth = plane.truth()
             true_m = _native.distance_m(truth.lat_deg, truth.lon_deg, *offset(0, 0))
             assert max(shown_m, true_m) <= LANDING_TOLERANCE_M
+            # Where it stands it does not arm, and the page says what cures that.
+            await station.refuse_to_arm("refusal.landing-sequence", cure="MANUAL")
+            await fly_again(station, plane)
+        served.process.terminate()
+        served.process.wait(20)
+        # A server that starts anew finds the plane where the second flight ended, with the mission on board.
+        served = serve("--link", plane.link)
+        async with open_station(served.url) as station:
+            await station.have_control()
+            await fly_again(station, plane)
+
+
+async def fly_again(station: StationPage, plane: Plane) -> None:
+    """The mission on board, once more, from where the last flight ended."""
+    plane.calm()
+    await station.prepare_flight(from_mode="AUTO")
+    await station.arm()
+    await station.start_mission()
+    plane.hurry()
+    await station.see_item(5)
+    await expect(station.bar("bar.motors")).to_contain_text(station.text("bar.disarmed"), timeout=FLIGHT_MS)
+    truth = plane.truth()
+    assert _native.distance_m(truth.lat_deg, truth.lon_deg, *offset(0, 0)) <= LANDING_TOLERANCE_M
 
 
 async def test_e5_the_view_follows_a_plane_that_leaves_the_map(open_station: OpenStation, serve: Serve) -> None:

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from vencejo import Finding, MissionItem, MissionProgress, Plan, PlanState, StatusText, Telemetry
+from vencejo import Finding, FlightPreparation, MissionItem, MissionProgress, Plan, PlanState, StatusText, Telemetry
 from vencejo.telemetry import GROUPS
 
 LAT, LON = 40.3332, -3.7978
@@ -115,6 +115,7 @@ class FakeVehicle:
         self.frames: list[Telemetry] = []
         self.fails: dict[str, Exception] = {}
         self.after: dict[str, Callable[[], None]] = {}
+        self.flight_preparation: FlightPreparation | None = None
 
     def show(self, shown: Telemetry) -> None:
         self.telemetry = shown
@@ -152,6 +153,9 @@ class FakeVehicle:
 
     def set_current_item(self, item: int) -> None:
         self._called("set_current_item", f" {item}")
+
+    def prepare_flight(self) -> None:
+        self._called("prepare_flight")
 
     def arm(self) -> None:
         self._called("arm")

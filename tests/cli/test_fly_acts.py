@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, cast
 
 import pytest
-from vencejo import CommandRefused, Fence, Finding, Plan, StatusText, Vehicle
+from vencejo import CommandRefused, Fence, Finding, FlightPreparation, NotPossibleNow, Plan, StatusText, Vehicle
 from vencejo.cli.common import Failed
 from vencejo.cli.fly import Flight, fly_plan
 from vencejo.cli.follow import Ending
@@ -69,7 +69,7 @@ def test_everything_in_order(capsys: pytest.CaptureFixture[str]) -> None:
         return True
 
     flight = fly(vehicle, ask=ask)
-    assert vehicle.calls == ["upload mission", "command 401", "asked", "arm", "start_mission 1"]
+    assert vehicle.calls == ["upload mission", "prepare_flight", "command 401", "asked", "arm", "start_mission 1"]
     assert "Arm" in asked[0]
     assert flight.outcome.ending is Ending.LANDED
     assert flight.landing_error_m == pytest.approx(1.1, abs=0.05)
@@ -81,7 +81,7 @@ def test_a_no_leaves_it_disarmed() -> None:
     vehicle = ready_vehicle()
     with pytest.raises(Failed, match="not armed: the mission is on board"):
         fly(vehicle, ask=lambda _: False)
-    assert vehicle.calls == ["upload mission", "command 401"]
+    assert vehicle.calls == ["upload mission", "prepare_flight", "command 401"]
 
 
 def test_an_error_in_the_plan_sends_nothing(capsys: pytest.CaptureFixture[str]) -> None:
@@ -110,7 +110,7 @@ def test_pre_arm_reasons_are_told_while_it_waits(capsys: pytest.CaptureFixture[s
     ]
     vehicle.frames = [parked(ready=True), parked(ready=False), parked(ready=False), parked(ready=True)]
     fly(vehicle)
-    assert vehicle.calls == ["upload mission", "command 401", "arm", "start_mission 1"]
+    assert vehicle.calls == ["upload mission", "prepare_flight", "command 401", "arm", "start_mission 1"]
     told = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [event["reason"] for event in told if event["event"] == "prearm"] == ["Need Position Estimate"]
 
@@ -164,12 +164,31 @@ def test_a_start_that_may_have_worked_is_not_undone() -> None:
     assert vehicle.calls[-1] == "start_mission 1"
 
 
-def test_in_auto_the_first_item_is_set_before_arming() -> None:
+def test_what_a_flight_needs_first_is_said_before_it_is_done(capsys: pytest.CaptureFixture[str]) -> None:
     vehicle = ready_vehicle()
-    vehicle.frames = [parked(mode="AUTO"), parked(mode="AUTO")]
+    vehicle.flight_preparation = FlightPreparation("RTL", "MANUAL", True, True, "mode RTL to MANUAL")
+    said: list[str] = []
+    vehicle.after["prepare_flight"] = lambda: said.append(capsys.readouterr().out.splitlines()[-1])
+    fly(vehicle)
+    event = json.loads(said[0])
+    assert (event["event"], event["from_mode"], event["mode"], event["rewinds_mission"]) == (
+        "preparing",
+        "RTL",
+        "MANUAL",
+        True,
+    )
+    vehicle = ready_vehicle()
+    vehicle.fails["prepare_flight"] = NotPossibleNow("the vehicle is in the air")
+    with pytest.raises(NotPossibleNow):
+        fly(vehicle)
+    assert vehicle.calls[-1] == "prepare_flight"
+
+
+def test_a_pilot_who_chose_auto_before_it_was_armed_has_started_it() -> None:
+    vehicle = ready_vehicle()
     vehicle.after["arm"] = lambda: vehicle.show(parked(mode="AUTO", armed=True))
     fly(vehicle)
-    assert vehicle.calls == ["upload mission", "command 401", "set_current_item 1", "arm", "start_mission None"]
+    assert vehicle.calls[-2:] == ["arm", "start_mission None"]
 
 
 def test_a_plane_in_the_air_is_not_armed_but_asked_about() -> None:

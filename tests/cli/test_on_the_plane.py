@@ -140,6 +140,30 @@ def test_fly(plane: str, plan_file: Path, tmp_path: Path) -> None:
     assert kinds.index("armed") < kinds.index("item_reached")
 
 
+def test_fly_again_and_again(plane: str, tmp_path: Path) -> None:
+    """From where the last flight ended, in AUTO at the landing; each command is a driver of its own."""
+    hop = tmp_path / "hop.waypoints"
+    Plan(
+        items=(
+            MissionItem.takeoff(LAT, east(-250), alt_rel_home_m=40.0, pitch_deg=15.0),
+            MissionItem.waypoint(north(150), east(-250), alt_rel_home_m=45.0),
+            MissionItem.waypoint(LAT, east(500), alt_rel_home_m=40.0),
+            MissionItem.land(LAT, LON),
+        )
+    ).save(hop)
+    acts = ("preparing", "ready", "armed", "started", "end")
+    for number in range(3):
+        result = run("fly", str(hop), "--yes", "--json", link=plane)
+        assert result.exit_code == 0, result.output
+        events = [event for event in told(result) if event["event"] in acts]
+        assert tuple(event["event"] for event in events) == (acts if number else acts[1:])
+        assert events[-1]["outcome"] == "landed"
+        assert events[-1]["landing_error_m"] < 20.0
+        if number:
+            # Its mission was replaced where it stood: that ends in RTL, which never arms.
+            assert (events[0]["from_mode"], events[0]["mode"], events[0]["rewinds_mission"]) == ("RTL", "MANUAL", True)
+
+
 def test_a_change_of_mode_is_told_and_not_undone(plane: str, plan_file: Path) -> None:
     with (
         Running("fly", str(plan_file), "--link", plane, "--yes", "--json", "--patience", "1") as flight,

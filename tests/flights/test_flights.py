@@ -173,3 +173,34 @@ def test_e4_take_off_and_landing(plane: vencejo.Vehicle) -> None:
     assert_waypoints_passed(flight, plan)
     assert landing_error_m(telemetry, plan) <= LANDING_TOLERANCE_M
     assert set(flight.modes) <= {"AUTO"}, "nobody changed the mode on the way"
+
+
+def test_three_flights_in_a_row() -> None:
+    """Each begins where the last one ended: on the ground in AUTO, at the landing; the third with a station of its own."""
+    around = [waypoint(offset(150, -250), 45.0), MissionItem.jump(2, repeats=1), waypoint(offset(150, 150), 45.0)]
+    final = [MissionItem.land_start(*offset(0, 500), alt_rel_home_m=40.0), waypoint(offset(0, 450), 40.0)]
+    first = MissionItem.takeoff(*offset(0, -200), alt_rel_home_m=40.0, pitch_deg=15.0)
+    plan = Plan(items=(first, *around, *final, MissionItem.land(*offset(0, 0))))
+    told = []
+    with simulated_plane("--speedup", SPEEDUP, "--seed", "7", "--param", "RTL_AUTOLAND=2") as link:
+        for flights in (2, 1):
+            with vencejo.connect(link, record=False) as plane:
+                for _ in range(flights):
+                    preparation = plane.flight_preparation
+                    assert preparation is not None
+                    told.append((preparation.from_mode, preparation.mode, preparation.is_needed))
+                    if not preparation.is_needed:
+                        ready(plane)
+                    with Flight(plane) as flight:
+                        plane.send_and_fly(plan)
+                        hurry(plane)
+                        telemetry = flight.fly_to_the_end(FLIGHT_TIMEOUT_S)
+                    assert_waypoints_passed(flight, plan)
+                    assert flight.reached.count(2) == 2, "the jump is flown each time"
+                    assert landing_error_m(telemetry, plan) <= LANDING_TOLERANCE_M
+                    assert telemetry.mode == "AUTO"
+                    plane.params["SIM_SPEEDUP"] = float(SPEEDUP)
+                with pytest.raises(vencejo.CommandRefused, match="In landing sequence") as refused:
+                    plane.arm()
+                assert refused.value.cure_mode == "MANUAL"
+    assert told == [("MANUAL", None, False), ("AUTO", "MANUAL", True), ("AUTO", "MANUAL", True)]

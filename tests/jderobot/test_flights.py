@@ -189,6 +189,35 @@ def test_e3_e4_from_take_off_to_landing_near_the_point(setting: tuple[str, ...],
         assert [one.h for one in on_board] == [height for *_, height in poses], "as it was sent"
 
 
+def test_a_second_mission_and_a_third_after_the_drivers_restart(tmp_path: Path) -> None:
+    """Each from where the last one ended: on the ground in AUTO, at the landing. The program does nothing else for it."""
+    poses = [pose(0, -250, 40), pose(150, -250, 45), pose(0, 500, 45), pose(0, 0, 40)]
+    with simulated_plane("--speedup", "40", "--seed", "7", *AUTOLAND) as link:
+        for missions in (2, 1):
+            with driver(link, data=tmp_path) as served, client_of(served.said["ice"]) as client:
+                wait_for(lambda: 1 in client.telemetry.vehicles(), "a vehicle")
+                for number in range(missions):
+                    if missions == 2 and number == 0:
+                        client.wait_ready()
+                    client.extra.takeoff()
+                    client.extra.land()
+                    assert client.mission.setMissionData(client.mission_data(*poses)) == 0
+                    follower = Follower(client)
+                    follower.fly_past(poses[1:2], within_m=90.0)
+                    wait_for(lambda: client.telemetry.getNavigation(0).isArmed is False, "landing", FLIGHT_S)
+                    rest = client.telemetry.getPose(0)
+                    assert distance_m((rest.latDeg, rest.lonDeg), place(0, 0)) <= 20.0
+                navigation = client.telemetry.getNavigation(0)
+                assert navigation.mode == "AUTO"
+                # The precise interfaces have the same acts, one by one.
+                with pytest.raises(client.precise.CommandRefused, match="change to mode MANUAL"):
+                    client.control.arm(0)
+                if missions == 1:
+                    client.missions.prepareFlight(0)
+                    assert client.telemetry.getNavigation(0).mode == "MANUAL"
+                    assert client.missions.getProgress(0).item in (client.ice.Unset, 1)
+
+
 def test_missions_that_are_only_sent(tmp_path: Path) -> None:
     with (
         simulated_plane(*SPEEDUP, *AUTOLAND) as link,

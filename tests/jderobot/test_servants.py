@@ -390,6 +390,9 @@ class Flier:
         self._do("upload")
         return SimpleNamespace(hash="h")
 
+    def prepare_flight(self) -> None:
+        self._do("prepare")
+
     def arm(self) -> None:
         self._do("arm")
 
@@ -414,7 +417,7 @@ def mission_servant(
 @pytest.mark.parametrize(
     ("fails_at", "error", "answer", "told", "says"),
     [
-        ("", None, 0, ["upload", "arm", "start"], "is being flown"),
+        ("", None, 0, ["upload", "prepare", "arm", "start"], "is being flown"),
         ("upload", errors.PlanMismatch("item 2 differs", ()), 4, ["upload"], "was not sent: item 2 differs"),
         ("upload", errors.Busy("a transfer runs"), 3, ["upload"], "was not sent: a transfer runs"),
         ("upload", errors.VehicleLost("silent"), 2, ["upload"], "was not sent: silent"),
@@ -423,12 +426,19 @@ def mission_servant(
             "arm",
             errors.CommandRefused("no", "ARM", "DENIED", ("no GPS",)),
             5,
-            ["upload", "arm"],
+            ["upload", "prepare", "arm"],
             "was not armed for: no",
         ),
-        ("start", errors.CommandTimeout("?", "AUTO", ()), 6, ["upload", "arm", "start"], "and the vehicle is armed"),
+        ("prepare", errors.NotPossibleNow("in the air"), 4, ["upload", "prepare"], "was not armed for: in the air"),
+        (
+            "start",
+            errors.CommandTimeout("?", "AUTO", ()),
+            6,
+            ["upload", "prepare", "arm", "start"],
+            "and the vehicle is armed",
+        ),
     ],
-    ids=["flies", "mismatch", "busy", "lost", "lost meanwhile", "not armed", "not started"],
+    ids=["flies", "mismatch", "busy", "lost", "lost meanwhile", "not armed", "not prepared", "not started"],
 )
 def test_each_step_of_a_mission_and_what_its_failure_answers(
     fails_at: str, error: VencejoError | None, answer: int, told: list[str], says: str
@@ -682,6 +692,12 @@ def test_take_off_and_landing_alone_of_what_hovers(extra: tuple[Extra, Hoverer, 
     vehicle.is_on_ground = True
     servant.act_alone(Taken(takeoff=True))
     assert [name for name, _ in vehicle.told] == ["set_mode", "arm", "takeoff"]
+    vehicle.told.clear()
+    vehicle.is_armed = False
+    servant.act_alone(Taken(takeoff=True))
+    assert [name for name, _ in vehicle.told] == ["prepare_flight", "set_mode", "arm", "takeoff"], (
+        "where it landed last"
+    )
     vehicle.told.clear()
     servant.act_alone(Taken(land=True))
     assert vehicle.told == [], "it is on the ground"

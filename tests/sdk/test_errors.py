@@ -27,6 +27,7 @@ CLASSES = {
     "Vehicle.Plan": vencejo.InvalidRequest,
     "Vehicle.PlanUnknown": vencejo.NotPossibleNow,
     "Vehicle.Armed": vencejo.NotPossibleNow,
+    "Vehicle.InTheAir": vencejo.NotPossibleNow,
     "Vehicle.HomeUnknown": vencejo.NotPossibleNow,
     "Vehicle.TooOld": vencejo.InvalidRequest,
     "Vehicle.NotHeard": vencejo.VehicleLost,
@@ -85,6 +86,7 @@ def test_attributes() -> None:
     assert refused.command == "COMPONENT_ARM_DISARM"
     assert refused.result == "FAILED"
     assert refused.reasons == ("PreArm: GPS 1: not healthy",)
+    assert refused.cure_mode is None
     late = example("Vehicle.NotConfirmed")
     assert isinstance(late, vencejo.CommandTimeout)
     assert late.command == refused.command

@@ -83,10 +83,14 @@ fn name_of(command: CommandName) -> String {
 
 fn from_vehicle(error: &VehicleError) -> PyErr {
     match error {
-        VehicleError::CommandRefused { command, result, reasons, .. } => Python::attach(|py| {
+        VehicleError::CommandRefused { command, result, reasons, cure, .. } => Python::attach(|py| {
             let reasons = PyTuple::new(py, reasons).map_or_else(|_| py.None(), |reasons| reasons.into_any().unbind());
             let result_name = result.name().trim_start_matches("MAV_RESULT_");
-            raise_with(py, "CommandRefused", (error.to_string(), name_of(*command), result_name, reasons))
+            raise_with(
+                py,
+                "CommandRefused",
+                (error.to_string(), name_of(*command), result_name, reasons, cure.map(|mode| mode.to_string())),
+            )
         }),
         VehicleError::CommandTimeout { command, .. } => {
             Python::attach(|py| raise_with(py, "CommandTimeout", (error.to_string(), name_of(*command))))
@@ -105,9 +109,10 @@ fn from_vehicle(error: &VehicleError) -> PyErr {
         | VehicleError::InvalidValue { .. }
         | VehicleError::Plan(_)
         | VehicleError::TooOld { .. } => raise("InvalidRequest", error),
-        VehicleError::PlanUnknown { .. } | VehicleError::HomeUnknown | VehicleError::Armed { .. } => {
-            raise("NotPossibleNow", error)
-        }
+        VehicleError::PlanUnknown { .. }
+        | VehicleError::HomeUnknown
+        | VehicleError::Armed { .. }
+        | VehicleError::InTheAir { .. } => raise("NotPossibleNow", error),
         VehicleError::NotHeard { .. } | VehicleError::Rebooted => raise("VehicleLost", error),
         VehicleError::Cancelled => raise("Cancelled", error),
         _ => raise("VencejoError", error),

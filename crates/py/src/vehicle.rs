@@ -214,6 +214,22 @@ impl PyVehicle {
         self.start(py, Request::SetMode(mode))
     }
 
+    fn prepare_flight(&self, py: Python<'_>) -> PyPending {
+        self.start(py, Request::PrepareFlight)
+    }
+
+    /// The mode it is in, the mode to change to, whether the mission is set back, whether any of it is needed, and all in words.
+    fn flight_preparation(&self) -> Option<(String, Option<String>, bool, bool, String)> {
+        let preparation = self.vehicle.flight_preparation()?;
+        Some((
+            preparation.from.to_string(),
+            preparation.mode.map(|mode| mode.to_string()),
+            preparation.rewinds_mission,
+            preparation.is_needed(),
+            preparation.to_string(),
+        ))
+    }
+
     fn takeoff(&self, py: Python<'_>, alt_rel_home_m: f64) -> PyPending {
         self.start(py, Request::Takeoff { alt_rel_home_m })
     }

@@ -108,7 +108,22 @@ pub(crate) fn progress(vehicle: &VehicleHandle) -> dto::MissionProgress {
         distance_m: progress.distance_to_go_m,
         time_s: progress.time_to_go_s,
         leg_distance_m: progress.distance_to_current_m,
+        preparation: preparation(vehicle),
     }
+}
+
+/// What a flight needs first, while it may be done.
+fn preparation(vehicle: &VehicleHandle) -> Option<dto::FlightPreparation> {
+    let (telemetry, _) = vehicle.telemetry();
+    if telemetry.heartbeat.is_none_or(|heartbeat| heartbeat.value.is_armed) || telemetry.is_on_ground() == Some(false) {
+        return None;
+    }
+    let preparation = vehicle.flight_preparation().filter(|preparation| preparation.is_needed())?;
+    Some(dto::FlightPreparation {
+        from_mode: preparation.from.to_string(),
+        mode: preparation.mode.map(|mode| mode.to_string()),
+        rewinds_mission: preparation.rewinds_mission,
+    })
 }
 
 pub(crate) fn plan_kind(kind: core::PlanKind) -> dto::PlanKind {

@@ -38,7 +38,7 @@ pub use plan::{
 pub use session::{NewSession, Role, SessionInfo};
 pub use socket::{ClientMessage, EventDetail, ServerMessage};
 pub use telemetry::TelemetryGroups;
-pub use vehicle::{MissionProgress, NewParam, Param, Text, VehicleState, VehicleSummary};
+pub use vehicle::{FlightPreparation, MissionProgress, NewParam, Param, Text, VehicleState, VehicleSummary};
 
 /// What answers.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]

@@ -180,6 +180,7 @@ fn kind_of(cause: &Cause) -> (StatusCode, &'static str) {
         Cause::PlanUnknown { .. } => (StatusCode::CONFLICT, "The plan on board is not known"),
         Cause::TooOld { .. } => (StatusCode::CONFLICT, "The vehicle's firmware is too old"),
         Cause::Armed { .. } => (StatusCode::CONFLICT, "The vehicle is armed"),
+        Cause::InTheAir { .. } => (StatusCode::CONFLICT, "The vehicle is in the air"),
         Cause::HomeUnknown => (StatusCode::CONFLICT, "Home is not known"),
         Cause::Rebooted => (StatusCode::CONFLICT, "The vehicle restarted"),
         Cause::Cancelled => (StatusCode::CONFLICT, "Cancelled"),
@@ -220,9 +221,10 @@ fn kind_of(cause: &Cause) -> (StatusCode, &'static str) {
 
 /// What helps against a vehicle's reason, where it is known. The texts are ArduPlane's.
 fn remedy_for(reason: &str) -> Option<&'static str> {
-    const REMEDIES: [(&str, &str); 6] = [
+    const REMEDIES: [(&str, &str); 7] = [
         ("RTL_AUTOLAND", "set parameter RTL_AUTOLAND to 2 (or 1), or take DO_LAND_START out of the mission"),
-        ("mode not armable", "choose another mode, such as MANUAL or FBWA; AUTO arms only with a mission on board"),
+        ("mode not armable", "prepare the flight (it changes to a mode that arms), or choose MANUAL or FBWA"),
+        ("In landing sequence", "prepare the flight: it changes to MANUAL and sets the mission back to its beginning"),
         ("GPS", "wait until the GPS has a 3D fix, under open sky"),
         ("Compass", "move away from metal and magnets, or calibrate the compass"),
         ("Throttle", "bring the throttle stick to its lowest position"),
@@ -266,9 +268,10 @@ pub fn from_vehicle(error: &VehicleError) -> Problem {
     let cause = match error {
         VehicleError::Transfer(error) => return from_transfer(error),
         VehicleError::Plan(error) => return from_flight(error),
-        VehicleError::CommandRefused { command, result, .. } => Cause::CommandRefused {
+        VehicleError::CommandRefused { command, result, cure, .. } => Cause::CommandRefused {
             command: name_of(*command),
             result: result.name().trim_start_matches("MAV_RESULT_").to_owned(),
+            cure_mode: cure.map(|mode| mode.to_string()),
         },
         VehicleError::NotConfirmed { command, wanted, observed, within, .. } => Cause::NotConfirmed {
             command: name_of(*command),
@@ -299,6 +302,7 @@ pub fn from_vehicle(error: &VehicleError) -> Problem {
         }
         VehicleError::TooOld { what, .. } => Cause::TooOld { what: (*what).to_owned() },
         VehicleError::Armed { action } => Cause::Armed { action: (*action).to_owned() },
+        VehicleError::InTheAir { action } => Cause::InTheAir { action: (*action).to_owned() },
         VehicleError::HomeUnknown => Cause::HomeUnknown,
         VehicleError::Rebooted => Cause::Rebooted,
         VehicleError::Cancelled => Cause::Cancelled,

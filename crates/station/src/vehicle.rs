@@ -8,7 +8,7 @@ use vencejo_flight::plan::PlanKind;
 use vencejo_link::{LinkId, LinkInfo, LinkStats, Route, SendReport, SourceStats};
 use vencejo_proto::{Address, Frame, Message, MissionSeq, MonoTime, SystemId};
 use vencejo_vehicle::telemetry::{Telemetry, Text};
-use vencejo_vehicle::{MissionProgress, PlanState, Request, VehicleEvent};
+use vencejo_vehicle::{FlightPreparation, MissionProgress, PlanState, Request, VehicleEvent};
 
 use crate::changes::Changes;
 use crate::pending::Pending;
@@ -140,6 +140,11 @@ impl VehicleHandle {
     /// What is known of a plan on board.
     pub fn plan_state(&self, kind: PlanKind) -> Option<PlanState> {
         self.station.shared.with_vehicle(self.system, |vehicle| vehicle.plan_state(kind))
+    }
+
+    /// What a flight needs first; see [`Request::PrepareFlight`].
+    pub fn flight_preparation(&self) -> Option<FlightPreparation> {
+        self.station.shared.with_vehicle(self.system, |vehicle| vehicle.flight_preparation()).flatten()
     }
 
     /// Asks it for something. The request is checked before anything is sent.

@@ -7,7 +7,7 @@ use vencejo_flight::plan::PlanKind;
 use vencejo_proto::Address;
 
 use crate::command::{CommandName, CommandResult};
-use crate::modes::UnknownMode;
+use crate::modes::{FlightMode, UnknownMode};
 use crate::plan_state::{PlanState, Unknown};
 use crate::transfer::TransferError;
 
@@ -16,7 +16,7 @@ use crate::transfer::TransferError;
 #[non_exhaustive]
 pub enum VehicleError {
     /// The vehicle refused a command.
-    #[error("vehicle {target} refused {command}: {result}{}", join_reasons(reasons))]
+    #[error("vehicle {target} refused {command}: {result}{}{}", join_reasons(reasons), name_cure(*cure))]
     CommandRefused {
         /// Who refused.
         target: Address,
@@ -26,6 +26,8 @@ pub enum VehicleError {
         result: CommandResult,
         /// What the vehicle wrote about it (pre-arm checks and the like), oldest first.
         reasons: Vec<String>,
+        /// The mode that cures it, where a mode does: on the ground, [`crate::Request::PrepareFlight`] changes to it.
+        cure: Option<FlightMode>,
     },
     /// The vehicle did not answer a command. It may have executed it.
     #[error(
@@ -105,6 +107,12 @@ pub enum VehicleError {
         /// What was wanted.
         action: &'static str,
     },
+    /// Only possible on the ground.
+    #[error("the vehicle is in the air; land it before {action}")]
+    InTheAir {
+        /// What was wanted.
+        action: &'static str,
+    },
     /// Home is needed and not known.
     #[error("the vehicle has not said where home is; wait until it has a position")]
     HomeUnknown,
@@ -147,6 +155,11 @@ fn join_reasons(reasons: &[String]) -> String {
     if reasons.is_empty() { String::new() } else { format!(": {}", reasons.join("; ")) }
 }
 
+/// `"; prepare the flight, or change to mode MANUAL, then arm"`, or nothing.
+fn name_cure(cure: Option<FlightMode>) -> String {
+    cure.map_or_else(String::new, |mode| format!("; prepare the flight, or change to mode {mode}, then arm"))
+}
+
 impl VehicleError {
     /// One of each kind, for tests of whatever tells kinds apart.
     #[doc(hidden)]
@@ -160,6 +173,7 @@ impl VehicleError {
                 command,
                 result: CommandResult::FAILED,
                 reasons: vec!["PreArm: GPS 1: not healthy".into()],
+                cure: None,
             },
             Self::CommandTimeout { target, command, attempts: 4 },
             Self::NotConfirmed {
@@ -178,6 +192,7 @@ impl VehicleError {
             Self::Plan(vencejo_flight::FlightError::NotOnEarth { lat_deg: 91.0, lon_deg: 0.0 }),
             Self::PlanUnknown { kind: PlanKind::Mission, state: PlanState::Unknown(Unknown::TransferFailed) },
             Self::Armed { action: "restarting" },
+            Self::InTheAir { action: "preparing a flight" },
             Self::HomeUnknown,
             Self::NotHeard { age: Duration::from_secs(6) },
             Self::TooManyRequests { limit: 64 },
@@ -217,13 +232,14 @@ mod tests {
             VehicleError::Rebooted => 16,
             VehicleError::Cancelled => 17,
             VehicleError::TooOld { .. } => 18,
+            VehicleError::InTheAir { .. } => 19,
         }
     }
 
     #[test]
     fn each_kind_has_an_example_and_says_something() {
         let examples = VehicleError::examples();
-        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=18).collect());
+        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=19).collect());
         assert!(examples.iter().all(|error| !error.to_string().is_empty()));
     }
 }

@@ -126,6 +126,34 @@ impl FlightMode {
         Some(self) == Action::Mission.mode(self.family)
     }
 
+    /// The mode to change to before arming; `None` when the vehicle arms in this one, and stays where it is when armed.
+    ///
+    /// An ArduPlane arms in no mode that returns or lands (`pre_arm_checks` of its modes: RTL, QRTL, QLAND, INITIALISING), and
+    /// in one that flies by itself it would be off as soon as it is armed: MANUAL, the mode it boots into, does neither. A
+    /// copter arms for a mission in GUIDED. What others need is not known: they are left as they are.
+    #[must_use]
+    pub fn to_arm_in(self) -> Option<Self> {
+        let (arms, instead): (&[u32], u32) = match self.family {
+            // The modes flown by stick, of fixed wings and of VTOLs.
+            ModeFamily::ArduPlane => (&[0, 2, 3, 4, 5, 6, 7, 8, 17, 18, 19, 22, 23], 0),
+            ModeFamily::ArduCopter => (&[0, 1, 2, 4, 5, 13, 16, 20], 4),
+            ModeFamily::Px4 | ModeFamily::Other => return None,
+        };
+        (!arms.contains(&self.custom_mode)).then_some(Self { custom_mode: instead, ..self })
+    }
+
+    /// The mode that cures a refusal to arm, where one of its reasons is about the mode or the landing sequence.
+    pub(crate) fn curing(self, reasons: &[String]) -> Option<Self> {
+        let is_about = |words: &str| reasons.iter().any(|reason| reason.contains(words));
+        // A mode flown by stick, entered on the ground, ends a landing sequence.
+        let ends_landing = self.family == ModeFamily::ArduPlane && is_about("In landing sequence");
+        if !ends_landing && !is_about("mode not armable") {
+            return None;
+        }
+        let another = u32::from(self.custom_mode == 0) * 5;
+        self.to_arm_in().or(ends_landing.then_some(Self { custom_mode: another, ..self }))
+    }
+
     /// The parameters 2 and 3 of MAV_CMD_DO_SET_MODE. PX4 takes its main and sub mode apart.
     pub(crate) fn command_params(self) -> (f32, f32) {
         match self.family {
@@ -403,6 +431,43 @@ mod tests {
         assert_eq!(ModeFamily::of(3, 2), ModeFamily::ArduCopter);
         assert_eq!(ModeFamily::of(12, 1), ModeFamily::Px4);
         assert_eq!(ModeFamily::of(0, 1), ModeFamily::Other);
+    }
+
+    #[test]
+    fn arming_for_a_flight_needs_a_mode_that_arms_and_stays() {
+        let check = |family: ModeFamily, name: &str, instead: Option<&str>| {
+            let mode = family.parse(name).expect("known");
+            assert_eq!(mode.to_arm_in().and_then(FlightMode::name), instead, "{name}");
+        };
+        for name in
+            ["AUTO", "RTL", "TAKEOFF", "GUIDED", "LOITER", "CIRCLE", "INITIALISING", "QLAND", "QRTL", "AUTOLAND"]
+        {
+            check(ModeFamily::ArduPlane, name, Some("MANUAL"));
+        }
+        for name in ["MANUAL", "STABILIZE", "FBWA", "FBWB", "CRUISE", "QHOVER", "QLOITER"] {
+            check(ModeFamily::ArduPlane, name, None);
+        }
+        for name in ["AUTO", "RTL", "LAND", "SMART_RTL", "AUTO_RTL"] {
+            check(ModeFamily::ArduCopter, name, Some("GUIDED"));
+        }
+        check(ModeFamily::ArduCopter, "LOITER", None);
+        check(ModeFamily::Px4, "AUTO_LAND", None);
+    }
+
+    #[test]
+    fn a_refusal_that_a_mode_cures_names_it() {
+        let check = |name: &str, reason: &str, cure: Option<&str>| {
+            let mode = ModeFamily::ArduPlane.parse(name).expect("known");
+            let reasons = ["PreArm: Compass not healthy".to_owned(), reason.to_owned()];
+            assert_eq!(mode.curing(&reasons).and_then(FlightMode::name), cure, "{name}: {reason}");
+        };
+        check("RTL", "PreArm: RTL mode not armable", Some("MANUAL"));
+        check("AUTO", "PreArm: In landing sequence", Some("MANUAL"));
+        // Taken over by stick on the approach: the landing sequence is still there.
+        check("FBWA", "Arm: In landing sequence", Some("MANUAL"));
+        check("MANUAL", "Arm: In landing sequence", Some("FBWA"));
+        check("AUTO", "PreArm: GPS 1: Bad fix", None);
+        check("MANUAL", "Throttle mode not armable", None);
     }
 
     #[test]

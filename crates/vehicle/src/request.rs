@@ -175,7 +175,13 @@ pub enum Request {
         /// Height to climb to, metres above home; `None`: the vehicle's own.
         alt_rel_home_m: Option<f64>,
     },
-    /// Starts the mission: mode AUTO, after setting the current item when `from` is given. Never arms.
+    /// Prepares a flight, on the ground and disarmed: changes to a mode that arms where the present one does not
+    /// ([`FlightMode::to_arm_in`]), and sets the mission, when there is one, back to its beginning, its jump counters too. A text
+    /// ([`Request::Note`]) says so before. Refused when armed or in the air. It neither arms nor starts;
+    /// [`crate::Vehicle::flight_preparation`] tells before what it does.
+    PrepareFlight,
+    /// Starts the mission: mode AUTO, after setting the current item when `from` is given. Never arms. The first item is the
+    /// mission's beginning: its jump counters are set back too.
     MissionStart {
         /// Item to begin with; `None`: where the vehicle stands in the mission.
         from: Option<MissionSeq>,

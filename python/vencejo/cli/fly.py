@@ -1,4 +1,4 @@
-"""The command `vencejo fly`: check, upload, verify, arm, start and follow a mission, each as an act of its own."""
+"""The command `vencejo fly`: check, upload, verify, prepare, arm, start and follow a mission, each an act of its own."""
 
 from __future__ import annotations
 
@@ -73,9 +73,10 @@ def fly(
     record: RecordOption = True,
     forward: ForwardOption = None,
 ) -> None:
-    """Fly a mission: check it, upload and verify it, arm, start in AUTO, follow until it has landed.
+    """Fly a mission: check it, upload and verify it, prepare, arm, start in AUTO, follow until it has landed.
 
-    It asks before it arms. A fence and rally points in the plan are uploaded too. The pilot's radio can take over at
+    A plane that stands in a mode that does not arm, as after a landing, is brought to MANUAL; that is said before. It asks before
+    it arms. A fence and rally points in the plan are uploaded too. The pilot's radio can take over at
     any time: a change of mode is told and never undone. When the link is lost, its age is shown and it is waited for.
     Ctrl-C ends the following; the plane goes on flying.
 
@@ -158,6 +159,7 @@ def fly_plan(
         raise Failed("not sent: the plane goes on with its mission")
     upload(vehicle, plan, reporter)
     if not vehicle.telemetry.is_armed:
+        _prepare(vehicle, reporter)
         _wait_until_ready(vehicle, reporter, ready_timeout_s)
         if not ask("Arm and start the mission now? The propeller will turn."):
             raise Failed("not armed: the mission is on board and verified")
@@ -323,9 +325,21 @@ def _wait_until_ready(vehicle: Vehicle, reporter: Reporter, timeout_s: float) ->
         reporter.step("ready", "the vehicle does not tell whether it is ready: arming will", ready=None)
 
 
+def _prepare(vehicle: Vehicle, reporter: Reporter) -> None:
+    """Bring it into a mode that arms, and the mission to its beginning; say so before."""
+    preparation = vehicle.flight_preparation
+    if preparation is not None and preparation.is_needed:
+        reporter.step(
+            "preparing",
+            f"preparing the flight: {preparation}",
+            from_mode=preparation.from_mode,
+            mode=preparation.mode,
+            rewinds_mission=preparation.rewinds_mission,
+        )
+    vehicle.prepare_flight()
+
+
 def _arm(vehicle: Vehicle, reporter: Reporter) -> None:
-    if vehicle.telemetry.mode == "AUTO":
-        vehicle.set_current_item(1)  # arming in AUTO starts at the current item
     vehicle.arm()
     reporter.step("armed", "armed")
 

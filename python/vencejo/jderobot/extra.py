@@ -150,7 +150,9 @@ class Extra:
             self._subject.tell("take-off: the vehicle is in the air already", is_problem=False)
             return
         self._subject.tell("taking off", is_problem=False)
-        mode = telemetry.mode
+        if not telemetry.is_armed:
+            vehicle.prepare_flight()  # in the landing sequence of its last mission it would not arm
+        mode = vehicle.telemetry.mode
         if telemetry.heartbeat is not None and telemetry.heartbeat.mav_type == _FIXED_WING:
             # It begins to roll when it is armed.
             vehicle.takeoff(alt_rel_home_m=self._settings.takeoff_alt_m)

@@ -243,6 +243,7 @@ class Mission:
                 return Answer.DONE
             step = "not armed for"
             if not vehicle.telemetry.is_armed:
+                vehicle.prepare_flight()  # a text in the station says before what it changes
                 vehicle.arm()
             step = "not started, and the vehicle is armed"
             vehicle.start_mission(from_item=1)

@@ -328,6 +328,10 @@ class Missions:
             **{name: value for name, value in known.items() if value is not None},
         )
 
+    def prepareFlight(self, systemId: int, current: Any = None) -> Future[Any]:
+        """Bring it into a mode that arms, and the mission to its beginning."""
+        return self._later(systemId, lambda vehicle: vehicle.prepare_flight())
+
     def start(self, systemId: int, fromItem: int, current: Any = None) -> Future[Any]:
         """Begin; does not arm."""
         return self._later(systemId, lambda vehicle: vehicle.start_mission(from_item=fromItem or None))

@@ -194,6 +194,9 @@ pub enum Cause {
         command: String,
         /// Name of the `MAV_RESULT` without that prefix, such as `DENIED`.
         result: String,
+        /// Name of the mode that cures a refusal to arm, where a mode does.
+        #[schema(required = true)]
+        cure_mode: Option<String>,
     },
     /// The vehicle did not answer a command. It may have done it.
     CommandTimeout {
@@ -260,6 +263,11 @@ pub enum Cause {
     },
     /// Only possible when disarmed.
     Armed {
+        /// What is, in English.
+        action: String,
+    },
+    /// Only possible on the ground.
+    InTheAir {
         /// What is, in English.
         action: String,
     },

@@ -39,6 +39,18 @@ pub struct VehicleSummary {
     pub rival: Option<String>,
 }
 
+/// What a flight needs first: `POST /vehicles/{id}/prepare-flight` does it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+pub struct FlightPreparation {
+    /// The mode that it is in.
+    pub from_mode: String,
+    /// The mode to change to; null when it arms as it is.
+    #[schema(required = true)]
+    pub mode: Option<String>,
+    /// Whether the mission is set back to its beginning; false when there is none.
+    pub rewinds_mission: bool,
+}
+
 /// Where the vehicle stands in its mission.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema, Default)]
 pub struct MissionProgress {
@@ -61,6 +73,9 @@ pub struct MissionProgress {
     /// Distance to the item in execution.
     #[schema(required = true)]
     pub leg_distance_m: Option<f64>,
+    /// What a flight needs first; null when nothing, and while it is armed or in the air.
+    #[schema(required = true)]
+    pub preparation: Option<FlightPreparation>,
 }
 
 /// Everything that is known of a vehicle.

@@ -74,7 +74,7 @@ fn each_kind_has_a_code_of_its_own_and_what_a_sentence_needs() {
     let of = |name: &str| serde_json::to_value(&problems[name].cause).expect("JSON");
     assert_eq!(
         of("Vehicle.CommandRefused"),
-        serde_json::json!({"code": "command-refused", "command": "COMPONENT_ARM_DISARM", "result": "FAILED"})
+        serde_json::json!({"code": "command-refused", "command": "COMPONENT_ARM_DISARM", "result": "FAILED", "cure_mode": null})
     );
     assert_eq!(
         of("Transfer.Refused"),
@@ -104,6 +104,7 @@ fn statuses_are_those_of_the_contract() {
         ("Vehicle.Plan", 422),
         ("Vehicle.PlanUnknown", 409),
         ("Vehicle.Armed", 409),
+        ("Vehicle.InTheAir", 409),
         ("Vehicle.NotHeard", 504),
         ("Transfer.Timeout", 504),
         ("Transfer.Refused", 409),
@@ -130,6 +131,7 @@ fn refused(reasons: &[&str]) -> dto::Problem {
         command: CommandName(400),
         result: CommandResult(4),
         reasons: reasons.iter().map(|reason| (*reason).to_owned()).collect(),
+        cure: None,
     };
     *from_vehicle(&error).0
 }

@@ -78,6 +78,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(return_to_launch))
         .routes(routes!(land))
         .routes(routes!(abort_landing))
+        .routes(routes!(prepare_flight))
         .routes(routes!(start_mission))
         .routes(routes!(pause_mission))
         .routes(routes!(resume_mission))
@@ -211,6 +212,11 @@ command! {
     /// Aborts a landing and climbs.
     abort_landing, "/vehicles/{id}/abort-landing", optional AbortLanding,
     |vehicle, body| Request::AbortLanding { alt_rel_home_m: body.alt_rel_home_m }
+}
+command! {
+    /// Prepares a flight, on the ground and disarmed: changes to a mode that arms where the present one does not, and sets the
+    /// mission back to its beginning. `progress.preparation` tells what it changes. It neither arms nor starts.
+    prepare_flight, "/vehicles/{id}/prepare-flight", |vehicle| Request::PrepareFlight
 }
 command! {
     /// Starts the mission: mode AUTO. Does not arm.

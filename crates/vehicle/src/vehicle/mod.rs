@@ -284,7 +284,7 @@ impl Vehicle {
     }
 
     /// Seq of a mission's first item: on ArduPilot item 0 is home.
-    fn first_seq(&self) -> u16 {
+    pub(crate) fn first_seq(&self) -> u16 {
         u16::from(self.is_ardupilot())
     }
 
@@ -300,7 +300,14 @@ impl Vehicle {
     }
 
     fn context(&self, now: MonoTime) -> Context<'_> {
-        Context { vehicle: self.address, telemetry: &self.telemetry, has_command_int: self.has_command_int(), now }
+        Context {
+            vehicle: self.address,
+            telemetry: &self.telemetry,
+            preparation: self.flight_preparation(),
+            first_destination: self.first_destination(),
+            has_command_int: self.has_command_int(),
+            now,
+        }
     }
 
     fn event(&mut self, event: VehicleEvent) {

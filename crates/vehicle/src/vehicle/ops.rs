@@ -105,12 +105,7 @@ impl Vehicle {
         let mut index = 0;
         while index < self.ops.len() {
             let error = match &self.ops[index].state {
-                State::Refused { command, result, until } if now >= *until => Some(VehicleError::CommandRefused {
-                    target: command.message.target(),
-                    command: command.name(),
-                    result: *result,
-                    reasons: self.reasons(command, now),
-                }),
+                State::Refused { command, result, until } if now >= *until => Some(self.refused(command, *result, now)),
                 State::Awaiting { command, until } if now >= *until => Some(self.not_confirmed(command, now)),
                 _ => None,
             };
@@ -118,6 +113,19 @@ impl Vehicle {
                 Some(error) => self.finish(index, Err(error)),
                 None => index += 1,
             }
+        }
+    }
+
+    fn refused(&self, command: &Commanding, result: CommandResult, now: MonoTime) -> VehicleError {
+        let reasons = self.reasons(command, now);
+        let mode = self.telemetry.mode().filter(|_| command.effect == Effect::Armed(true));
+        let cure = mode.and_then(|mode| mode.curing(&reasons));
+        VehicleError::CommandRefused {
+            target: command.message.target(),
+            command: command.name(),
+            result,
+            reasons,
+            cure,
         }
     }
 
@@ -131,6 +139,10 @@ impl Vehicle {
             Effect::Mode(mode) => (format!("mode {mode}"), shown(heartbeat.map(|h| format!("mode {}", h.value.mode)))),
             Effect::Current(seq) => {
                 (format!("item {seq}"), shown(self.telemetry.mission.map(|m| format!("item {}", m.value.seq))))
+            }
+            Effect::AtBeginning(last) => {
+                let wanted = format!("the mission's beginning (item {last})");
+                (wanted, shown(self.telemetry.mission.map(|m| format!("item {}", m.value.seq))))
             }
             Effect::Acknowledged | Effect::Airborne | Effect::JumpedFrom(_) | Effect::Restarted => {
                 ("its effect".to_owned(), shown(None))
@@ -394,7 +406,9 @@ impl Vehicle {
                 let within = match command.effect {
                     Effect::Acknowledged | Effect::Airborne | Effect::JumpedFrom(_) | Effect::Restarted => None,
                     Effect::Received(_) => Some(MESSAGE_WITHIN.max(self.round_trip().unwrap_or_default() * 2)),
-                    Effect::Armed(_) | Effect::Mode(_) | Effect::Current(_) => Some(EFFECT_WITHIN),
+                    Effect::Armed(_) | Effect::Mode(_) | Effect::Current(_) | Effect::AtBeginning(_) => {
+                        Some(EFFECT_WITHIN)
+                    }
                 };
                 match within {
                     Some(within) => {
@@ -532,6 +546,10 @@ impl Vehicle {
                 .telemetry
                 .mission
                 .map_or(Seen::NotYet, |mission| by_heartbeat(mission.value.seq == seq, mission.at)),
+            Effect::AtBeginning(last) => self
+                .telemetry
+                .mission
+                .map_or(Seen::NotYet, |mission| by_heartbeat(mission.value.seq <= last, mission.at)),
             Effect::Acknowledged | Effect::Received(_) | Effect::Restarted => Seen::NotYet,
         }
     }

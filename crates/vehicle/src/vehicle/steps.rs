@@ -8,11 +8,12 @@ use vencejo_proto::dialect::{
     MISSION_SET_CURRENT_DATA, MavFrame, MavMessage, MavModeFlag, PositionTargetTypemask, SET_MODE_DATA,
     SET_POSITION_TARGET_LOCAL_NED_DATA,
 };
-use vencejo_proto::{Address, CommandInt, Message, MissionItemFloat, MissionItemInt};
+use vencejo_proto::{Address, CommandInt, Message, MissionItemFloat, MissionItemInt, MissionSeq};
 
 use crate::command::{CommandMessage, Unanswered, WhenBusy, cmd};
 use crate::error::VehicleError;
 use crate::modes::{Action, FlightMode, ModeFamily};
+use crate::preparation::FlightPreparation;
 use crate::request::{AltFrame, ModeChoice, Request, SpeedKind, Turn};
 use crate::streams::interval_params;
 use crate::telemetry::{Freshness, Severity, Telemetry};
@@ -44,6 +45,8 @@ pub(super) enum Effect {
     JumpedFrom(Option<u16>),
     /// MISSION_CURRENT shows the item.
     Current(u16),
+    /// MISSION_CURRENT shows no item after this one, the first that is flown to.
+    AtBeginning(u16),
     /// The message arrives.
     Received(u32),
     /// The vehicle restarts. Acknowledged is enough.
@@ -133,6 +136,9 @@ impl Step {
 pub(super) struct Context<'a> {
     pub vehicle: Address,
     pub telemetry: &'a Telemetry,
+    pub preparation: Option<FlightPreparation>,
+    /// Seq of the first item of the mission that is flown to.
+    pub first_destination: u16,
     /// Whether COMMAND_INT may be sent.
     pub has_command_int: bool,
     pub now: MonoTime,
@@ -186,6 +192,41 @@ impl Context<'_> {
             target_component: self.vehicle.component.0,
         }));
         Step::command(command).or(Fallback::Message(message, Effect::Current(seq)))
+    }
+
+    /// Sets the mission back to its beginning. 0 is what ArduPilot takes for that: it sets the jump counters back too.
+    fn rewind(&self) -> Step {
+        let command = self.long(cmd::DO_SET_MISSION_CURRENT, [0.0; 7]);
+        let message = Message::Dialect(MavMessage::MISSION_SET_CURRENT(MISSION_SET_CURRENT_DATA {
+            seq: 0,
+            target_system: self.vehicle.system.0,
+            target_component: self.vehicle.component.0,
+        }));
+        Step::command(command).or(Fallback::Message(message, Effect::AtBeginning(self.first_destination)))
+    }
+
+    /// A fresh heartbeat that shows it disarmed.
+    fn require_disarmed(&self, action: &'static str) -> Result<(), VehicleError> {
+        let unheard = VehicleError::NotHeard { age: self.now.as_duration() };
+        let heartbeat = self.telemetry.heartbeat.ok_or(unheard)?;
+        if heartbeat.freshness(self.now) != Freshness::Fresh {
+            return Err(VehicleError::NotHeard { age: heartbeat.age(self.now) });
+        }
+        if heartbeat.value.is_armed { Err(VehicleError::Armed { action }) } else { Ok(()) }
+    }
+
+    fn prepare_flight(&self) -> Result<VecDeque<Step>, VehicleError> {
+        const ACTION: &str = "preparing a flight";
+        self.require_disarmed(ACTION)?;
+        if self.telemetry.is_on_ground() == Some(false) {
+            return Err(VehicleError::InTheAir { action: ACTION });
+        }
+        let unheard = VehicleError::NotHeard { age: self.now.as_duration() };
+        let preparation = self.preparation.ok_or(unheard)?;
+        let note = Step::Note(Severity::INFO, format!("Preparing a flight: {preparation}"));
+        let mode = preparation.mode.map(|mode| self.set_mode(mode));
+        let rewind = preparation.rewinds_mission.then(|| self.rewind());
+        Ok([note].into_iter().chain(mode).chain(rewind).collect())
     }
 
     fn takeoff(&self, alt_rel_home_m: f64) -> Result<VecDeque<Step>, VehicleError> {
@@ -465,8 +506,11 @@ impl Context<'_> {
                 };
                 Step::command(self.long(cmd::DO_GO_AROUND, [alt, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
             }
+            Request::PrepareFlight => return self.prepare_flight(),
             Request::MissionStart { from } => {
-                let mut steps: VecDeque<_> = from.map(|seq| self.set_current(seq.0)).into_iter().collect();
+                let first = u16::from(self.is_ardupilot());
+                let begin = |seq: MissionSeq| if seq.0 == first { self.rewind() } else { self.set_current(seq.0) };
+                let mut steps: VecDeque<_> = from.map(begin).into_iter().collect();
                 steps.push_back(self.mode_for(Action::Mission)?);
                 if self.family()? == ModeFamily::ArduCopter {
                     // A copter on the ground waits in AUTO for this.
@@ -541,14 +585,7 @@ impl Context<'_> {
             Request::Note { severity, text } => Step::Note(severity, text.chars().take(MAX_NOTE).collect()),
             Request::DespiteMixedPlan(request) => return self.steps(*request),
             Request::Reboot => {
-                let unheard = VehicleError::NotHeard { age: self.now.as_duration() };
-                let heartbeat = self.telemetry.heartbeat.ok_or(unheard)?;
-                if heartbeat.freshness(self.now) != Freshness::Fresh {
-                    return Err(VehicleError::NotHeard { age: heartbeat.age(self.now) });
-                }
-                if heartbeat.value.is_armed {
-                    return Err(VehicleError::Armed { action: "rebooting it" });
-                }
+                self.require_disarmed("rebooting it")?;
                 let command = self.long(cmd::PREFLIGHT_REBOOT_SHUTDOWN, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
                 Step::command(command).proved_by(Effect::Restarted)
             }

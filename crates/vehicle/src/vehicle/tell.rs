@@ -74,6 +74,7 @@ impl Vehicle {
                 command: telling.command.name(),
                 result: CommandResult::FAILED,
                 reasons,
+                cure: None,
             };
             self.finish(index, Err(error));
         }

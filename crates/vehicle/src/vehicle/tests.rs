@@ -277,7 +277,8 @@ impl Plane {
                 0
             }
             cmd::DO_SET_MISSION_CURRENT => {
-                self.current = p[0] as u16;
+                // 0 is the beginning, as ArduPilot takes it.
+                self.current = (p[0] as u16).max(1);
                 0
             }
             cmd::DO_LAND_START => {
@@ -844,6 +845,7 @@ fn every_request() -> Vec<Request> {
         Request::ReturnToLaunch,
         Request::Land,
         Request::AbortLanding { alt_rel_home_m: Some(40.0) },
+        Request::PrepareFlight,
         Request::MissionStart { from: Some(MissionSeq(1)) },
         Request::MissionPause,
         Request::MissionResume,
@@ -881,6 +883,8 @@ fn reposition(lat_deg: f64, lon_deg: f64, alt_m: f64) -> Request {
 fn every_request_ends_in_time_when_nobody_answers() {
     for request in every_request() {
         let mut world = connected();
+        world.plane.mode = 11;
+        wait(&mut world, 1_500);
         let now = world.now;
         world.faults.blackouts = vec![(now, now + Duration::from_secs(1_000))];
         let result = ask(&mut world, request.clone());
@@ -894,6 +898,8 @@ fn every_request_ends_in_time_when_nobody_answers() {
 fn every_request_can_be_cancelled() {
     for request in every_request() {
         let mut world = connected();
+        world.plane.mode = 11;
+        wait(&mut world, 1_500);
         let now = world.now;
         world.faults.blackouts = vec![(now, now + Duration::from_secs(1_000))];
         let id = start(&mut world, request.clone());
@@ -1042,6 +1048,9 @@ fn commands_are_sent_as_a_real_plane_was_seen_to_take_them() {
     ask(&mut world, Request::Land).expect("accepted");
     ask(&mut world, Request::MissionStart { from: Some(MissionSeq(1)) }).expect("started");
     assert_eq!((world.plane.current, world.plane.mode, world.plane.is_armed), (1, 10, false));
+    let sent: Vec<f32> =
+        world.plane.commands.iter().filter(|long| long.command == 224).map(|long| long.params[0]).collect();
+    assert_eq!(sent, [0.0], "its beginning: the jump counters go back too");
     let reply = ask(&mut world, Request::RequestMessage { message_id: 148 }).expect("sent");
     assert!(matches!(reply, Reply::Message(message) if message.id() == 148));
     let error = ask(&mut world, Request::RequestMessage { message_id: 253 }).expect_err("never sent");
@@ -1051,6 +1060,78 @@ fn commands_are_sent_as_a_real_plane_was_seen_to_take_them() {
     let raw = CommandLong { target: Address::new(0, 0), command: cmd::DO_GO_AROUND, confirmation: 0, params: [0.0; 7] };
     assert_eq!(ask(&mut world, Request::RawCommandLong(raw)), Ok(Reply::Acknowledged { result_param2: 0 }));
     assert_eq!(world.plane.commands.last().expect("sent").target, PLANE);
+}
+
+// ── before a flight ──────────────────────────────────────────────────────────────────────────────────────────────────
+
+/// What was sent that changes the vehicle: command and first parameters.
+fn acts(world: &Pair, from: usize) -> Vec<(u16, f32, f32)> {
+    let sent = world.plane.commands[from..].iter();
+    let tuning = [cmd::SET_MESSAGE_INTERVAL, cmd::REQUEST_MESSAGE];
+    sent.filter(|long| !tuning.contains(&long.command))
+        .map(|long| (long.command, long.params[0], long.params[1]))
+        .collect()
+}
+
+#[test]
+fn a_flight_is_prepared_from_where_the_last_one_ended() {
+    // The mode after a landing, after the mission was replaced there, and the pilot's own.
+    for (mode, arms) in [(10, false), (11, false), (13, false), (5, true)] {
+        let mut world = connected();
+        ask(&mut world, upload()).expect("uploaded");
+        (world.plane.mode, world.plane.current) = (mode, 4);
+        wait(&mut world, 1_500);
+        let needed = world.station.vehicle.flight_preparation().expect("heard");
+        assert!(needed.is_needed() && needed.rewinds_mission);
+        assert_eq!(needed.mode.map(|mode| mode.to_string()), (!arms).then(|| "MANUAL".to_owned()));
+        let before = world.plane.commands.len();
+        assert_eq!(ask(&mut world, Request::PrepareFlight), Ok(Reply::Done));
+        let rewind = (cmd::DO_SET_MISSION_CURRENT, 0.0, 0.0);
+        let to_manual = (cmd::DO_SET_MODE, 1.0, 0.0);
+        assert_eq!(acts(&world, before), if arms { vec![rewind] } else { vec![to_manual, rewind] });
+        assert!(!world.plane.is_armed, "it does not arm");
+        let said: Vec<_> = world.station.vehicle.texts().iter().map(|text| text.text.clone()).collect();
+        assert_eq!(said.last(), Some(&format!("Preparing a flight: {needed}")), "said");
+        wait(&mut world, 1_500);
+        let done = world.station.vehicle.flight_preparation().expect("heard");
+        assert!(!done.is_needed(), "{done:?}");
+        // Again it does no harm.
+        assert_eq!(ask(&mut world, Request::PrepareFlight), Ok(Reply::Done));
+    }
+}
+
+#[test]
+fn a_flight_is_prepared_only_on_the_ground_and_disarmed() {
+    let mut world = connected();
+    // Without a mission there is nothing to set back.
+    world.plane.mode = 11;
+    wait(&mut world, 1_500);
+    let needed = world.station.vehicle.flight_preparation().expect("heard");
+    assert_eq!((needed.to_string().as_str(), needed.rewinds_mission), ("mode RTL to MANUAL", false));
+    world.plane.landed = MavLandedState::MAV_LANDED_STATE_IN_AIR;
+    wait(&mut world, 1_500);
+    let before = world.plane.commands.len();
+    let error = ask(&mut world, Request::PrepareFlight).expect_err("in the air, disarmed by force");
+    assert_eq!(error, VehicleError::InTheAir { action: "preparing a flight" });
+    world.plane.landed = MavLandedState::MAV_LANDED_STATE_ON_GROUND;
+    world.plane.is_armed = true;
+    wait(&mut world, 1_500);
+    let error = ask(&mut world, Request::PrepareFlight).expect_err("armed");
+    assert_eq!(error, VehicleError::Armed { action: "preparing a flight" });
+    assert_eq!(acts(&world, before), []);
+}
+
+#[test]
+fn a_refusal_to_arm_names_the_mode_that_cures_it() {
+    let mut world = connected();
+    world.plane.mode = 10;
+    world.plane.refuses = Some(vec!["Arm: In landing sequence"]);
+    wait(&mut world, 1_500);
+    let error = ask(&mut world, ARM).expect_err("refused");
+    assert!(error.to_string().ends_with("; prepare the flight, or change to mode MANUAL, then arm"), "{error}");
+    world.plane.refuses = Some(vec!["Arm: GPS 1: Bad fix"]);
+    let error = ask(&mut world, ARM).expect_err("refused");
+    assert!(matches!(&error, VehicleError::CommandRefused { cure: None, .. }), "{error}");
 }
 
 #[test]
@@ -1116,6 +1197,18 @@ fn modes_and_refusals_of_a_recorded_plane() {
     assert_eq!(error, "vehicle 1/1 refused DO_SET_MODE (176): failed (MAV_RESULT_FAILED, 4): No such mode 99");
     let error = results[2].as_ref().expect_err("a plane");
     assert!(matches!(error, VehicleError::CommandRefused { result: CommandResult::FAILED, .. }), "{error}");
+}
+
+#[test]
+fn a_recorded_plane_that_has_landed_needs_another_mode() {
+    // The same mission sent again to a plane that has landed in AUTO: it falls to RTL.
+    let station = play("second-flight-refused", &[]);
+    let texts: Vec<_> = station.vehicle.texts().iter().map(|text| text.text.as_str()).collect();
+    assert!(texts.contains(&"Aircraft in auto without a running mission"));
+    assert!(texts.contains(&"PreArm: RTL mode not armable"));
+    let needed = station.vehicle.flight_preparation().expect("heard");
+    assert_eq!(needed.to_string(), "mode RTL to MANUAL, the mission back to its beginning");
+    assert!(needed.is_needed() && !needed.has_moved_on);
 }
 
 #[test]

@@ -1331,6 +1331,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{id}/prepare-flight": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Prepares a flight, on the ground and disarmed: changes to a mode that arms where the present one does not, and sets the
+         *     mission back to its beginning. `progress.preparation` tells what it changes. It neither arms nor starts.
+         */
+        post: operations["prepare_flight"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{id}/reboot": {
         parameters: {
             query?: never;
@@ -1888,6 +1908,8 @@ export interface components {
             code: "command-refused";
             /** @description Name of the command without `MAV_CMD_`, else its number. */
             command: string;
+            /** @description Name of the mode that cures a refusal to arm, where a mode does. */
+            cure_mode: string | null;
             /** @description Name of the `MAV_RESULT` without that prefix, such as `DENIED`. */
             result: string;
         } | {
@@ -1965,6 +1987,11 @@ export interface components {
             action: string;
             /** @enum {string} */
             code: "armed";
+        } | {
+            /** @description What is, in English. */
+            action: string;
+            /** @enum {string} */
+            code: "in-the-air";
         } | {
             /** @enum {string} */
             code: "home-unknown";
@@ -2918,6 +2945,15 @@ export interface components {
          * @enum {string}
          */
         FindingSeverity: "error" | "warning";
+        /** @description What a flight needs first: `POST /vehicles/{id}/prepare-flight` does it. */
+        FlightPreparation: {
+            /** @description The mode that it is in. */
+            from_mode: string;
+            /** @description The mode to change to; null when it arms as it is. */
+            mode: string | null;
+            /** @description Whether the mission is set back to its beginning; false when there is none. */
+            rewinds_mission: boolean;
+        };
         /** @description A course to fly. */
         FlyCourse: {
             /**
@@ -4024,6 +4060,7 @@ export interface components {
              * @description Distance to the item in execution.
              */
             leg_distance_m: number | null;
+            preparation: components["schemas"]["FlightPreparation"] | null;
             /** @description Items reached, ascending. */
             reached: number[];
             /**
@@ -8260,6 +8297,37 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    prepare_flight: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
                 };
             };
             /** @description What was wrong and what to do */

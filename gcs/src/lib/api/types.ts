@@ -73,6 +73,7 @@ export interface VehicleCommands {
   'return-to-launch': Record<string, never>;
   land: Record<string, never>;
   'abort-landing': Schemas['AbortLanding'];
+  'prepare-flight': Record<string, never>;
   'mission/start': Schemas['MissionStart'];
   'mission/pause': Record<string, never>;
   'mission/resume': Record<string, never>;

@@ -4,6 +4,7 @@ import { bareReason, refusalOf, type Refusal } from './refusals';
 // The first two are from a recording of a real ArduPlane (arm-refused-and-modes.tlog); the others as ArduPilot writes them.
 const texts: [string, Refusal | null][] = [
   ['Arm: RTL mode not armable', 'mode-not-armable'],
+  ['PreArm: In landing sequence', 'landing-sequence'],
   ['PreArm: DO_LAND_START set and RTL_AUTOLAND disabled', 'landing-needs-rtl-autoland'],
   ['PreArm: GPS 1: Bad fix', 'gps-no-fix'],
   ['PreArm: Need Position Estimate', 'position-unknown'],

@@ -4,6 +4,7 @@
 export const REFUSALS = [
   'landing-needs-rtl-autoland',
   'mode-not-armable',
+  'landing-sequence',
   'no-mission',
   'gps-no-fix',
   'gps-accuracy',
@@ -34,6 +35,7 @@ const PATTERNS: readonly [RegExp, Refusal][] = [
   [/DO_LAND_START.*RTL_AUTOLAND/i, 'landing-needs-rtl-autoland'],
   [/no mission|mission.*(missing|empty)|missing.*mission|AUTO.*mission/i, 'no-mission'],
   [/mode (is )?not armable|not armable/i, 'mode-not-armable'],
+  [/in landing sequence/i, 'landing-sequence'],
   [/GPS.*(accuracy|HDOP|speed error|horiz error|vert)/i, 'gps-accuracy'],
   [/GPS.*(bad fix|no fix|not healthy|unhealthy|waiting|not found|no gps|3D)|bad gps|need 3D fix/i, 'gps-no-fix'],
   [
@@ -64,6 +66,11 @@ const PATTERNS: readonly [RegExp, Refusal][] = [
 /** The reason that a vehicle's text stands for, null when it is not one that we explain. */
 export function refusalOf(text: string): Refusal | null {
   return PATTERNS.find(([pattern]) => pattern.test(text))?.[1] ?? null;
+}
+
+/** Whether another mode cures it. */
+export function isCuredByMode(refusal: Refusal): boolean {
+  return refusal === 'mode-not-armable' || refusal === 'landing-sequence';
 }
 
 /** A vehicle's text without the words that every refusal begins with. */

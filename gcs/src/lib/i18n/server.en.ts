@@ -56,6 +56,7 @@ export const serverEn = {
   'problem.too-old': 'The vehicle’s firmware is too old for that.',
   'problem.too-old.remedy': 'Update the autopilot.',
   'problem.armed': 'That is only possible while the vehicle is disarmed.',
+  'problem.in-the-air': 'That is only possible on the ground.',
   'problem.home-unknown': 'Home is needed for that, and not known yet.',
   'problem.home-unknown.remedy': 'Wait for the GPS, or set home on the map.',
   'problem.rebooted': 'The vehicle restarted meanwhile.',

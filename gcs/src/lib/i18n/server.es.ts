@@ -60,6 +60,7 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.too-old': 'El firmware del vehículo es demasiado antiguo para eso.',
   'problem.too-old.remedy': 'Actualiza el autopiloto.',
   'problem.armed': 'Eso solo se puede hacer con el vehículo desarmado.',
+  'problem.in-the-air': 'Eso solo se puede hacer en tierra.',
   'problem.home-unknown': 'Para eso hace falta casa, que aún no se conoce.',
   'problem.home-unknown.remedy': 'Espera al GPS o fija casa en el mapa.',
   'problem.rebooted': 'El vehículo se ha reiniciado entretanto.',

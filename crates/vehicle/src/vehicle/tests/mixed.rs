@@ -210,6 +210,25 @@ fn an_override_goes_through_and_is_written_down() {
 }
 
 #[test]
+fn no_flight_is_prepared_with_a_mission_that_may_be_mixed() {
+    let mut world = world(VehicleConfig::default());
+    ask(&mut world, upload()).expect("the flight before");
+    (world.plane.mode, world.plane.current) = (10, 4);
+    world.faults.cut_after = Some(world.station_frames + 4);
+    ask(&mut world, upload()).expect_err("cut off");
+    world.faults.cut_after = None;
+    wait(&mut world, 9_000);
+    let before = world.plane.commands.len();
+    let error = ask(&mut world, Request::PrepareFlight).expect_err("its steps end at the beginning of a mission");
+    assert!(matches!(error, VehicleError::PlanUnknown { state, .. } if state.may_be_mixed()), "{error}");
+    assert_eq!(super::acts(&world, before), [], "not a part of it either");
+    ask(&mut world, Request::DespiteMixedPlan(Box::new(Request::PrepareFlight))).expect("by override");
+    assert_eq!((world.plane.mode, world.plane.current, world.plane.is_armed), (0, 1, false));
+    // It opens nothing: what comes after it is held back as before.
+    assert!(matches!(ask(&mut world, ARM), Err(VehicleError::PlanUnknown { .. })));
+}
+
+#[test]
 fn nothing_of_an_upload_goes_out_before_it_is_written_down() {
     let mut world = world(VehicleConfig { keeps_records: true, ..VehicleConfig::default() });
     world.station.answers_keep = false;

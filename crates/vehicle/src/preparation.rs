@@ -1,0 +1,85 @@
+//! What a vehicle on the ground needs before a flight: a mode that arms, and a mission that stands at its beginning.
+
+use std::fmt;
+
+use vencejo_flight::plan::{Command, Mission, PlanKind};
+
+use crate::modes::FlightMode;
+use crate::plan_state::PlanState;
+use crate::telemetry::{MissionState, Telemetry};
+use crate::vehicle::Vehicle;
+
+/// `MAV_CMD_NAV_LAST`: commands above it are not flown to.
+const NAV_LAST: u16 = 95;
+
+/// What [`crate::Request::PrepareFlight`] does to a vehicle as it is now.
+///
+/// A plane that has landed in AUTO stands at its landing: an ArduPlane refuses to arm there ("In landing sequence"). When its
+/// mission is replaced there it falls to RTL, in which no ArduPlane arms.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FlightPreparation {
+    /// The mode that it is in.
+    pub from: FlightMode,
+    /// The mode to change to; `None` when it arms as it is, and stays where it is when armed.
+    pub mode: Option<FlightMode>,
+    /// Whether its mission is set back to the beginning; false when it has none.
+    pub rewinds_mission: bool,
+    /// Whether the mission is known to stand elsewhere than at its beginning.
+    pub has_moved_on: bool,
+}
+
+impl FlightPreparation {
+    pub(crate) fn of(telemetry: &Telemetry, plan: PlanState, first_destination: u16) -> Option<Self> {
+        let from = telemetry.mode()?;
+        let current = telemetry.mission.map(|mission| mission.value);
+        let is_beyond_first = current.is_some_and(|current| current.seq > first_destination);
+        let is_complete = current.and_then(|current| current.state) == Some(MissionState::Complete);
+        let told = || current.and_then(|current| current.total);
+        let rewinds_mission = plan.count().or_else(told).map_or(is_beyond_first, |count| count > 0);
+        Some(Self {
+            from,
+            mode: from.to_arm_in(),
+            rewinds_mission,
+            has_moved_on: rewinds_mission && (is_beyond_first || is_complete),
+        })
+    }
+
+    /// Whether a flight should not begin without it.
+    #[must_use]
+    pub fn is_needed(self) -> bool {
+        self.mode.is_some() || self.has_moved_on
+    }
+}
+
+impl fmt::Display for FlightPreparation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(mode) = self.mode {
+            write!(f, "mode {} to {mode}", self.from)?;
+        }
+        match (self.mode, self.rewinds_mission) {
+            (None, false) => f.write_str("nothing to change"),
+            (Some(_), true) => f.write_str(", the mission back to its beginning"),
+            (None, true) => f.write_str("the mission back to its beginning"),
+            (Some(_), false) => Ok(()),
+        }
+    }
+}
+
+impl Vehicle {
+    /// What a flight needs first, as the vehicle is now; `None` before its first heartbeat. Whether it may be done now,
+    /// [`crate::Request::PrepareFlight`] finds out.
+    #[must_use]
+    pub fn flight_preparation(&self) -> Option<FlightPreparation> {
+        let plan = self.plan_state(PlanKind::Mission);
+        FlightPreparation::of(self.telemetry(), plan, self.first_destination())
+    }
+
+    /// Seq of the first item that is flown to; actions before it are passed over when it is looked for.
+    pub(crate) fn first_destination(&self) -> u16 {
+        let is_destination = |command: Command| command.0 <= NAV_LAST;
+        let mission = self.mission().map(AsRef::as_ref);
+        let index =
+            mission.and_then(|mission: &Mission| mission.items.iter().position(|item| is_destination(item.command)));
+        u16::try_from(index.unwrap_or_default()).unwrap_or(u16::MAX).saturating_add(self.first_seq())
+    }
+}

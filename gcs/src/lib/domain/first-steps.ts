@@ -1,0 +1,23 @@
+/** From a plan to the take-off: what is done, and what comes next. */
+
+/** What is known of the vehicle and the plan; `null` is what is not known yet. */
+export interface Standing {
+  hasPlan: boolean;
+  isSent: boolean;
+  isArmed: boolean | null;
+  /** Whether it must be prepared for a flight. */
+  needsPreparation: boolean | null;
+  isReady: boolean | null;
+  mode: string | null;
+}
+
+/** The steps in their order. One is done only when that is known. */
+export const firstSteps = ({ hasPlan, isSent, isArmed, needsPreparation, isReady, mode }: Standing) =>
+  [
+    { name: 'plan', isDone: hasPlan },
+    { name: 'send', isDone: isSent },
+    { name: 'prepare', isDone: isArmed === true || (isArmed === false && needsPreparation === false) },
+    { name: 'ready', isDone: isArmed === true || isReady === true },
+    { name: 'arm', isDone: isArmed === true },
+    { name: 'start', isDone: isArmed === true && mode === 'AUTO' },
+  ] as const;
