@@ -3,6 +3,7 @@
 import os
 import signal
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +11,13 @@ import pytest
 # programs of their own; with a handler here those begin with the default again.
 if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(autouse=True)
+def _own_data_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A data folder for each test: what one leaves behind there, a mission that may be mixed above all, is not another's."""
+    monkeypatch.setenv("VENCEJO_DATA", str(tmp_path / "vencejo-data"))
+
 
 BUSY = ("tests/house/test_wheel.py", "tests/browser")
 """Where the tests are that take longest and want a core for themselves: they compile, or draw without a graphics card."""

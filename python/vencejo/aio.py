@@ -173,17 +173,17 @@ class AsyncVehicle(VehicleState):
         """Look whether something new has arrived, without waiting."""
         return self._native.wait_change(seen, 0.0)
 
-    async def arm(self, *, force: bool = False) -> None:
+    async def arm(self, *, force: bool = False, despite_mixed_plan: bool = False) -> None:
         """Arm; see `vencejo.Vehicle.arm`."""
-        await _finished(self._native.arm(force))
+        await _finished(self._native.arm(force, despite_mixed_plan))
 
     async def disarm(self, *, force: bool = False) -> None:
         """Disarm; see `vencejo.Vehicle.disarm`."""
         await _finished(self._native.disarm(force))
 
-    async def set_mode(self, mode: str | int) -> None:
+    async def set_mode(self, mode: str | int, *, despite_mixed_plan: bool = False) -> None:
         """Change the flight mode; see `vencejo.Vehicle.set_mode`."""
-        await _finished(self._native.set_mode(mode))
+        await _finished(self._native.set_mode(mode, despite_mixed_plan))
 
     async def takeoff(self, *, alt_rel_home_m: float) -> None:
         """Take off; see `vencejo.Vehicle.takeoff`."""
@@ -258,9 +258,9 @@ class AsyncVehicle(VehicleState):
         """Return home or to a rally point (mode RTL)."""
         await _finished(self._native.return_to_launch())
 
-    async def land(self) -> None:
+    async def land(self, *, despite_mixed_plan: bool = False) -> None:
         """Land; see `vencejo.Vehicle.land`."""
-        await _finished(self._native.land())
+        await _finished(self._native.land(despite_mixed_plan))
 
     async def abort_landing(self, *, alt_rel_home_m: float | None = None) -> None:
         """Abort a landing and climb."""
@@ -301,25 +301,25 @@ class AsyncVehicle(VehicleState):
         """Remove a plan; see `vencejo.Vehicle.clear`."""
         await _finished(self._native.clear(kind))
 
-    async def prepare_flight(self) -> None:
+    async def prepare_flight(self, *, despite_mixed_plan: bool = False) -> None:
         """Prepare a flight, on the ground and disarmed; see `vencejo.Vehicle.prepare_flight`."""
-        await _finished(self._native.prepare_flight())
+        await _finished(self._native.prepare_flight(despite_mixed_plan))
 
-    async def start_mission(self, *, from_item: int | None = None) -> None:
+    async def start_mission(self, *, from_item: int | None = None, despite_mixed_plan: bool = False) -> None:
         """Begin the mission; see `vencejo.Vehicle.start_mission`."""
-        await _finished(self._native.mission_start(_item_number(from_item)))
+        await _finished(self._native.mission_start(_item_number(from_item), despite_mixed_plan))
 
     async def pause_mission(self) -> None:
         """Interrupt the mission (mode LOITER)."""
         await _finished(self._native.mission_pause())
 
-    async def resume_mission(self) -> None:
+    async def resume_mission(self, *, despite_mixed_plan: bool = False) -> None:
         """Go on with the mission where it stands (mode AUTO)."""
-        await _finished(self._native.mission_resume())
+        await _finished(self._native.mission_resume(despite_mixed_plan))
 
-    async def set_current_item(self, item: int) -> None:
+    async def set_current_item(self, item: int, *, despite_mixed_plan: bool = False) -> None:
         """Make an item, counted from 1, the one in execution."""
-        await _finished(self._set_current_item(item))
+        await _finished(self._set_current_item(item, despite_mixed_plan))
 
     async def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
         """Upload, verify, prepare, arm and start; see `vencejo.Vehicle.send_and_fly`."""
@@ -340,15 +340,23 @@ class AsyncVehicle(VehicleState):
         """The vehicle's parameters."""
         return AsyncParameters(self)
 
-    async def command(self, command: int | str, *params: float) -> int:
+    async def command(self, command: int | str, *params: float, despite_mixed_plan: bool = False) -> int:
         """Send any command by COMMAND_LONG; see `vencejo.Vehicle.command`."""
-        return int(await _finished(self._native.command_long(_command_number(command), self._seven(params))) or 0)
+        number = _command_number(command)
+        return int(await _finished(self._native.command_long(number, self._seven(params), despite_mixed_plan)) or 0)
 
     async def command_int(
-        self, command: int | str, *params: float, frame: int, x: int = 0, y: int = 0, z: float = 0.0
+        self,
+        command: int | str,
+        *params: float,
+        frame: int,
+        x: int = 0,
+        y: int = 0,
+        z: float = 0.0,
+        despite_mixed_plan: bool = False,
     ) -> int:
         """Send any command by COMMAND_INT; see `vencejo.Vehicle.command_int`."""
-        return int(await _finished(self._command_int(command, params, frame, x, y, z)) or 0)
+        return int(await _finished(self._command_int(command, params, frame, x, y, z, despite_mixed_plan)) or 0)
 
     async def request_message(self, name: str) -> MavlinkMessage:
         """Ask for one message once, and give it back."""

@@ -43,13 +43,22 @@ class RecorderInfo:
     problem: str | None
 
 
-def default_record_dir() -> Path:
-    """Where telemetry logs go: ``$VENCEJO_DATA/telemetry``, else the user's data folder (XDG base directories)."""
+def _data_dir() -> Path:
     own = os.environ.get("VENCEJO_DATA")
     if own:
-        return Path(own) / "telemetry"
+        return Path(own)
     base = os.environ.get("XDG_DATA_HOME")
-    return (Path(base) if base else Path.home() / ".local" / "share") / "vencejo" / "telemetry"
+    return (Path(base) if base else Path.home() / ".local" / "share") / "vencejo"
+
+
+def default_record_dir() -> Path:
+    """Where telemetry logs go: ``$VENCEJO_DATA/telemetry``, else the user's data folder (XDG base directories)."""
+    return _data_dir() / "telemetry"
+
+
+def _missions_dir() -> Path:
+    """Where it is kept from run to run whether a vehicle's mission may be mixed: `missions` in the data folder."""
+    return _data_dir() / "missions"
 
 
 class Station:
@@ -120,6 +129,7 @@ class Station:
             rate_hz=rate_hz,
             message_rates=dict(message_rates or {}),
             record_dir=record_dir,
+            missions_dir=str(_missions_dir()),
             request_streams=request_streams,
         )
         # Weak, so that a station that is no longer used is not kept by its own vehicles.

@@ -95,6 +95,9 @@ class MissionProgress:
         Time to go at the present ground speed.
     leg_distance_m : float or None
         Way to go to the item in execution.
+    target_off_m : float or None
+        An alarm: the vehicle flies to somewhere that is this far from the current item of the plan that was read from it.
+        ``None`` while it does not, and where it cannot be told.
     """
 
     item: int | None
@@ -104,6 +107,7 @@ class MissionProgress:
     distance_m: float | None
     time_s: float | None
     leg_distance_m: float | None
+    target_off_m: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,11 +118,14 @@ class PlanState:
     ----------
     state : {"unknown", "empty", "verified"}
     count : int or None
-        Items, without home, when verified.
+        Items, without home, when they were read.
     hash : str or None
         Fingerprint of the items as the vehicle holds them.
     detail : str
         The state in words.
+    may_be_mixed : bool
+        Whether it may be a mixture of two that an upload left behind: then the vehicle is not armed, and its mission neither
+        started nor jumped in, unless that is asked for ``despite_mixed_plan``.
     position_error_m : float or None
         What an upload gives back of a vehicle that keeps positions as 32-bit floats: how far the farthest place on board is
         from where it was sent to be. ``None``: exact, or not known.
@@ -128,6 +135,7 @@ class PlanState:
     count: int | None
     hash: str | None
     detail: str
+    may_be_mixed: bool = False
     position_error_m: float | None = None
 
 
@@ -350,22 +358,26 @@ class VehicleState:
         _call_back(subscription, lambda item: callback(_event(*item)), callback)
         return subscription
 
-    def send_message(self, name: str, **fields: Any) -> None:
+    def send_message(self, name: str, *, despite_mixed_plan: bool = False, **fields: Any) -> None:
         """Send any message of the dialect: the escape hatch.
 
         Fields are named as in the message definition, in the units of the wire; those not given are 0. The vehicle is
-        put into ``target_system`` and ``target_component`` when these are not given. There is no answer and no check.
+        put into ``target_system`` and ``target_component`` when these are not given. There is no answer, and no check but
+        one: what arms, follows the mission or jumps in it is held back while that may be mixed (`PlanState.may_be_mixed`),
+        unless it is `despite_mixed_plan`.
 
         Raises
         ------
         InvalidRequest
             For a message or field that the dialect does not have.
+        NotPossibleNow
+            While the mission may be mixed.
         """
         system, component = self._native.address()
         known = field_names(name)
         addressed = {"target_system": system, "target_component": component}
         fields = {**{key: value for key, value in addressed.items() if key in known}, **fields}
-        self._native.send_payload(*encode_payload(name, fields))
+        self._native.send_payload(*encode_payload(name, fields), despite_mixed_plan)
 
     def _planned_position(self) -> GeoPoint | None:
         position, home = self.telemetry.position, self.telemetry.home
@@ -408,15 +420,22 @@ class VehicleState:
     def _uploaded(self, kind: PlanKind, pending: _native.Pending) -> PlanState:
         return replace(self.plan_state(kind), position_error_m=pending.position_error_m())
 
-    def _set_current_item(self, item: int) -> _native.Pending:
+    def _set_current_item(self, item: int, despite_mixed_plan: bool) -> _native.Pending:
         _item_number(item)
-        return self._native.set_current_item(item)
+        return self._native.set_current_item(item, despite_mixed_plan)
 
     def _set_home(self, home: Home | None) -> _native.Pending:
         return self._native.set_home(None if home is None else (home.lat_deg, home.lon_deg, home.alt_amsl_m))
 
     def _command_int(
-        self, command: int | str, params: Sequence[float], frame: int, x: int, y: int, z: float
+        self,
+        command: int | str,
+        params: Sequence[float],
+        frame: int,
+        x: int,
+        y: int,
+        z: float,
+        despite_mixed_plan: bool,
     ) -> _native.Pending:
         if len(params) > 4:
             raise InvalidRequest(f"a COMMAND_INT has four parameters and a position, not {len(params)}")
@@ -427,7 +446,8 @@ class VehicleState:
         ):
             if not low <= value <= high:
                 raise InvalidRequest(f"{name} is {value}: it goes from {low} to {high}")
-        return self._native.command_int(_command_number(command), frame, self._seven(params)[:4], x, y, z)
+        four = self._seven(params)[:4]
+        return self._native.command_int(_command_number(command), frame, four, x, y, z, despite_mixed_plan)
 
     @staticmethod
     def _seven(params: Sequence[float]) -> list[float]:
@@ -550,23 +570,29 @@ class Vehicle(VehicleState):
 
     # Arming and modes ----------------------------------------------------------------------------------------------
 
-    def arm(self, *, force: bool = False) -> None:
+    def arm(self, *, force: bool = False, despite_mixed_plan: bool = False) -> None:
         """Arm; returns when the vehicle shows it. `force` skips its own checks.
 
         Raises
         ------
         CommandRefused
             With the vehicle's pre-arm reasons.
+        NotPossibleNow
+            While the mission on board may be a mixture (`PlanState.may_be_mixed`), unless it is `despite_mixed_plan`, which
+            is written among the vehicle's texts.
         """
-        self._wait(self._native.arm(force))
+        self._wait(self._native.arm(force, despite_mixed_plan))
 
     def disarm(self, *, force: bool = False) -> None:
         """Disarm; returns when the vehicle shows it. `force` stops the motor even in the air."""
         self._wait(self._native.disarm(force))
 
-    def set_mode(self, mode: str | int) -> None:
-        """Change the flight mode by name (``"AUTO"``, ``"fbwa"``…) or number; returns when the vehicle shows it."""
-        self._wait(self._native.set_mode(mode))
+    def set_mode(self, mode: str | int, *, despite_mixed_plan: bool = False) -> None:
+        """Change the flight mode by name (``"AUTO"``, ``"fbwa"``…) or number; returns when the vehicle shows it.
+
+        A mode that follows the mission is refused while that may be mixed, see `arm`.
+        """
+        self._wait(self._native.set_mode(mode, despite_mixed_plan))
 
     # Flying --------------------------------------------------------------------------------------------------------
 
@@ -673,9 +699,12 @@ class Vehicle(VehicleState):
         """Return home or to a rally point (mode RTL)."""
         self._wait(self._native.return_to_launch())
 
-    def land(self) -> None:
-        """Land: an ArduPlane goes to the landing sequence of its mission, others to mode LAND."""
-        self._wait(self._native.land())
+    def land(self, *, despite_mixed_plan: bool = False) -> None:
+        """Land: an ArduPlane goes to the landing sequence of its mission, others to mode LAND.
+
+        The former is refused while the mission may be mixed, see `arm`.
+        """
+        self._wait(self._native.land(despite_mixed_plan))
 
     def abort_landing(self, *, alt_rel_home_m: float | None = None) -> None:
         """Abort a landing and climb."""
@@ -738,7 +767,7 @@ class Vehicle(VehicleState):
         """Remove the mission (or fence, or rally points); returns when the vehicle says that it is gone."""
         self._wait(self._native.clear(kind))
 
-    def prepare_flight(self) -> None:
+    def prepare_flight(self, *, despite_mixed_plan: bool = False) -> None:
         """Prepare a flight, on the ground and disarmed: a mode that arms, and the mission back at its beginning.
 
         After a landing an ArduPlane stands in AUTO at the landing of its mission, or in RTL when that was replaced; in
@@ -748,28 +777,28 @@ class Vehicle(VehicleState):
         Raises
         ------
         NotPossibleNow
-            When it is armed, or in the air.
+            When it is armed, or in the air; and while the mission may be mixed, see `arm`.
         """
-        self._wait(self._native.prepare_flight())
+        self._wait(self._native.prepare_flight(despite_mixed_plan))
 
-    def start_mission(self, *, from_item: int | None = None) -> None:
+    def start_mission(self, *, from_item: int | None = None, despite_mixed_plan: bool = False) -> None:
         """Begin the mission (mode AUTO), at an item counted from 1 when given. Does not arm.
 
-        Item 1 is the mission's beginning: jumps that were flown count anew.
+        Item 1 is the mission's beginning: jumps that were flown count anew. Refused while the mission may be mixed, see `arm`.
         """
-        self._wait(self._native.mission_start(_item_number(from_item)))
+        self._wait(self._native.mission_start(_item_number(from_item), despite_mixed_plan))
 
     def pause_mission(self) -> None:
         """Interrupt the mission (mode LOITER)."""
         self._wait(self._native.mission_pause())
 
-    def resume_mission(self) -> None:
-        """Go on with the mission where it stands (mode AUTO)."""
-        self._wait(self._native.mission_resume())
+    def resume_mission(self, *, despite_mixed_plan: bool = False) -> None:
+        """Go on with the mission where it stands (mode AUTO); refused while it may be mixed, see `arm`."""
+        self._wait(self._native.mission_resume(despite_mixed_plan))
 
-    def set_current_item(self, item: int) -> None:
-        """Make an item, counted from 1, the one in execution."""
-        self._wait(self._set_current_item(item))
+    def set_current_item(self, item: int, *, despite_mixed_plan: bool = False) -> None:
+        """Make an item, counted from 1, the one in execution; refused while the mission may be mixed, see `arm`."""
+        self._wait(self._set_current_item(item, despite_mixed_plan))
 
     def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
         """Upload a mission, verify it, prepare the flight, arm and start it at its first item: the one operation that does all.
@@ -812,20 +841,30 @@ class Vehicle(VehicleState):
 
     # Escape hatch --------------------------------------------------------------------------------------------------
 
-    def command(self, command: int | str, *params: float) -> int:
+    def command(self, command: int | str, *params: float, despite_mixed_plan: bool = False) -> int:
         """Send any command by COMMAND_LONG and give back its ``result_param2``. Missing parameters are 0.
 
         Raises
         ------
         CommandRefused, CommandTimeout
+        NotPossibleNow
+            For one that arms, follows the mission or jumps in it, while that may be mixed; see `arm`.
         """
-        return int(self._wait(self._native.command_long(_command_number(command), self._seven(params))) or 0)
+        number = _command_number(command)
+        return int(self._wait(self._native.command_long(number, self._seven(params), despite_mixed_plan)) or 0)
 
     def command_int(
-        self, command: int | str, *params: float, frame: int, x: int = 0, y: int = 0, z: float = 0.0
+        self,
+        command: int | str,
+        *params: float,
+        frame: int,
+        x: int = 0,
+        y: int = 0,
+        z: float = 0.0,
+        despite_mixed_plan: bool = False,
     ) -> int:
         """Send any command by COMMAND_INT, its position as scaled integers of the frame (degE7 in a global one)."""
-        return int(self._wait(self._command_int(command, params, frame, x, y, z)) or 0)
+        return int(self._wait(self._command_int(command, params, frame, x, y, z, despite_mixed_plan)) or 0)
 
     def request_message(self, name: str) -> MavlinkMessage:
         """Ask for one message once, and give it back."""

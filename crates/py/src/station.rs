@@ -81,7 +81,7 @@ impl PyStation {
 #[pymethods]
 impl PyStation {
     #[new]
-    #[pyo3(signature = (*, system_id, component_id, heartbeat, rate_hz, message_rates, record_dir, request_streams))]
+    #[pyo3(signature = (*, system_id, component_id, heartbeat, rate_hz, message_rates, record_dir, missions_dir, request_streams))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of one constructor")]
     fn new(
         system_id: u8,
@@ -90,6 +90,7 @@ impl PyStation {
         rate_hz: f64,
         message_rates: HashMap<String, f64>,
         record_dir: Option<String>,
+        missions_dir: Option<String>,
         request_streams: bool,
     ) -> PyResult<Self> {
         if system_id == 0 || component_id == 0 {
@@ -109,6 +110,7 @@ impl PyStation {
             message_rates,
             request_streams,
             record_dir: record_dir.map(Into::into),
+            missions_dir: missions_dir.map(Into::into),
         };
         let station =
             Station::start(config, runtime::handle().clone()).map_err(|error| errors::from_station(&error))?;

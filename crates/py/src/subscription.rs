@@ -189,6 +189,15 @@ fn event_tuple<'py>(
             detail.set_item("state", state.to_string())?;
             "plan"
         }
+        VehicleEvent::TargetElsewhere { seq, distance_m } => {
+            detail.set_item("item", item_of(*seq))?;
+            detail.set_item("distance_m", distance_m)?;
+            "target_elsewhere"
+        }
+        VehicleEvent::TargetAsPlanned { seq } => {
+            detail.set_item("item", item_of(*seq))?;
+            "target_as_planned"
+        }
         VehicleEvent::HomeChanged => "home",
         VehicleEvent::StreamsFellBack => "streams_fell_back",
         VehicleEvent::Contested => "contested",

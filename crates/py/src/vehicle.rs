@@ -80,6 +80,11 @@ impl PyVehicle {
         PyPending::of_request(pending, self.vehicle.clone())
     }
 
+    fn start_guarded(&self, py: Python<'_>, request: Request, despite_mixed_plan: bool) -> PyPending {
+        let request = if despite_mixed_plan { Request::DespiteMixedPlan(Box::new(request)) } else { request };
+        self.start(py, request)
+    }
+
     fn seq(&self, item: u16) -> PyResult<MissionSeq> {
         self.vehicle.seq_of_item(item).ok_or_else(|| invalid("mission items are counted from 1"))
     }
@@ -139,6 +144,7 @@ impl PyVehicle {
         dict.set_item("distance_m", progress.distance_to_go_m)?;
         dict.set_item("time_s", progress.time_to_go_s)?;
         dict.set_item("leg_distance_m", progress.distance_to_current_m)?;
+        dict.set_item("target_off_m", progress.target_off_m)?;
         Ok(dict)
     }
 
@@ -148,8 +154,10 @@ impl PyVehicle {
         let (name, count, hash) = match state {
             Some(PlanState::Empty) => ("empty", Some(0), None),
             Some(PlanState::Verified { count, hash }) => ("verified", Some(count), Some(format!("{hash:016x}"))),
+            Some(PlanState::Differs { count, hash }) => ("unknown", Some(count), Some(format!("{hash:016x}"))),
             _ => ("unknown", None, None),
         };
+        dict.set_item("may_be_mixed", state.is_some_and(PlanState::may_be_mixed))?;
         dict.set_item("state", name)?;
         dict.set_item("count", count)?;
         dict.set_item("hash", hash)?;
@@ -188,34 +196,41 @@ impl PyVehicle {
         Subscription::of_events(self.vehicle.subscribe_events(capacity), self.vehicle.downgrade())
     }
 
-    fn send_payload(&self, py: Python<'_>, message_id: u32, payload: &Bound<'_, PyBytes>) -> PyResult<()> {
+    fn send_payload(
+        &self,
+        py: Python<'_>,
+        message_id: u32,
+        payload: &Bound<'_, PyBytes>,
+        despite_mixed_plan: bool,
+    ) -> PyResult<()> {
         let message =
             Message::from_payload(vencejo_proto::MavVersion::V2, message_id, payload.as_bytes()).map_err(invalid)?;
-        if runtime::detached(py, || self.vehicle.send(&message)).is_sent() {
+        let sent = runtime::detached(py, || self.vehicle.send(&message, despite_mixed_plan));
+        if sent.map_err(|error| errors::from_station(&error))?.is_sent() {
             Ok(())
         } else {
             Err(errors::raise("LinkError", format!("{} was not sent: no link to the vehicle is open", message.name())))
         }
     }
 
-    fn arm(&self, py: Python<'_>, force: bool) -> PyPending {
-        self.start(py, Request::Arm { force })
+    fn arm(&self, py: Python<'_>, force: bool, despite_mixed_plan: bool) -> PyPending {
+        self.start_guarded(py, Request::Arm { force }, despite_mixed_plan)
     }
 
     fn disarm(&self, py: Python<'_>, force: bool) -> PyPending {
         self.start(py, Request::Disarm { force })
     }
 
-    fn set_mode(&self, py: Python<'_>, mode: Mode) -> PyPending {
+    fn set_mode(&self, py: Python<'_>, mode: Mode, despite_mixed_plan: bool) -> PyPending {
         let mode = match mode {
             Mode::Number(number) => ModeChoice::Custom(number),
             Mode::Name(name) => ModeChoice::Name(name),
         };
-        self.start(py, Request::SetMode(mode))
+        self.start_guarded(py, Request::SetMode(mode), despite_mixed_plan)
     }
 
-    fn prepare_flight(&self, py: Python<'_>) -> PyPending {
-        self.start(py, Request::PrepareFlight)
+    fn prepare_flight(&self, py: Python<'_>, despite_mixed_plan: bool) -> PyPending {
+        self.start_guarded(py, Request::PrepareFlight, despite_mixed_plan)
     }
 
     /// The mode it is in, the mode to change to, whether the mission is set back, whether any of it is needed, and all in words.
@@ -294,8 +309,8 @@ impl PyVehicle {
         self.start(py, Request::ReturnToLaunch)
     }
 
-    fn land(&self, py: Python<'_>) -> PyPending {
-        self.start(py, Request::Land)
+    fn land(&self, py: Python<'_>, despite_mixed_plan: bool) -> PyPending {
+        self.start_guarded(py, Request::Land, despite_mixed_plan)
     }
 
     #[pyo3(signature = (alt_rel_home_m))]
@@ -303,22 +318,22 @@ impl PyVehicle {
         self.start(py, Request::AbortLanding { alt_rel_home_m })
     }
 
-    #[pyo3(signature = (from_item))]
-    fn mission_start(&self, py: Python<'_>, from_item: Option<u16>) -> PyResult<PyPending> {
+    #[pyo3(signature = (from_item, despite_mixed_plan))]
+    fn mission_start(&self, py: Python<'_>, from_item: Option<u16>, despite_mixed_plan: bool) -> PyResult<PyPending> {
         let from = from_item.map(|item| self.seq(item)).transpose()?;
-        Ok(self.start(py, Request::MissionStart { from }))
+        Ok(self.start_guarded(py, Request::MissionStart { from }, despite_mixed_plan))
     }
 
     fn mission_pause(&self, py: Python<'_>) -> PyPending {
         self.start(py, Request::MissionPause)
     }
 
-    fn mission_resume(&self, py: Python<'_>) -> PyPending {
-        self.start(py, Request::MissionResume)
+    fn mission_resume(&self, py: Python<'_>, despite_mixed_plan: bool) -> PyPending {
+        self.start_guarded(py, Request::MissionResume, despite_mixed_plan)
     }
 
-    fn set_current_item(&self, py: Python<'_>, item: u16) -> PyResult<PyPending> {
-        Ok(self.start(py, Request::SetCurrentItem(self.seq(item)?)))
+    fn set_current_item(&self, py: Python<'_>, item: u16, despite_mixed_plan: bool) -> PyResult<PyPending> {
+        Ok(self.start_guarded(py, Request::SetCurrentItem(self.seq(item)?), despite_mixed_plan))
     }
 
     #[pyo3(signature = (home))]
@@ -326,9 +341,10 @@ impl PyVehicle {
         self.start(py, Request::SetHome(home.map(home_from_tuple)))
     }
 
-    fn command_long(&self, py: Python<'_>, command: u16, params: [f32; 7]) -> PyPending {
+    fn command_long(&self, py: Python<'_>, command: u16, params: [f32; 7], despite_mixed_plan: bool) -> PyPending {
         let target = Address::new(0, 0);
-        self.start(py, Request::RawCommandLong(CommandLong { target, command, confirmation: 0, params }))
+        let request = Request::RawCommandLong(CommandLong { target, command, confirmation: 0, params });
+        self.start_guarded(py, request, despite_mixed_plan)
     }
 
     #[allow(clippy::too_many_arguments, reason = "the arguments of one command")]
@@ -341,10 +357,11 @@ impl PyVehicle {
         x: i32,
         y: i32,
         z: f32,
+        despite_mixed_plan: bool,
     ) -> PyPending {
         let target = Address::new(0, 0);
         let command = CommandInt { target, frame, command, current: 0, autocontinue: 0, params, x, y, z };
-        self.start(py, Request::RawCommandInt(command))
+        self.start_guarded(py, Request::RawCommandInt(command), despite_mixed_plan)
     }
 
     fn request_message(&self, py: Python<'_>, name: &str) -> PyResult<PyPending> {

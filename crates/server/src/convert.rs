@@ -108,6 +108,7 @@ pub(crate) fn progress(vehicle: &VehicleHandle) -> dto::MissionProgress {
         distance_m: progress.distance_to_go_m,
         time_s: progress.time_to_go_s,
         leg_distance_m: progress.distance_to_current_m,
+        target_off_m: progress.target_off_m,
         preparation: preparation(vehicle),
     }
 }
@@ -148,21 +149,31 @@ pub(crate) fn plan_state(state: Option<vehicle::PlanState>) -> dto::PlanState {
         Some(vehicle::PlanState::Verified { count, hash }) => {
             (dto::PlanCertainty::Verified, Some(count), Some(format!("{hash:016x}")))
         }
+        Some(vehicle::PlanState::Differs { count, hash }) => {
+            (dto::PlanCertainty::Unknown, Some(count), Some(format!("{hash:016x}")))
+        }
         _ => (dto::PlanCertainty::Unknown, None, None),
     };
     let detail = state.map_or_else(|| "unknown".to_owned(), |state| state.to_string());
-    dto::PlanState { state: certainty, count, hash, reason: state.and_then(uncertainty), detail }
+    let may_be_mixed = state.is_some_and(vehicle::PlanState::may_be_mixed);
+    dto::PlanState { state: certainty, count, hash, reason: state.and_then(uncertainty), may_be_mixed, detail }
 }
 
 /// Why a plan is not known; `None` when it is.
 pub(crate) fn uncertainty(state: vehicle::PlanState) -> Option<dto::PlanUncertainty> {
-    let vehicle::PlanState::Unknown(why) = state else { return None };
+    let why = match state {
+        vehicle::PlanState::Unknown(why) => why,
+        vehicle::PlanState::Differs { .. } => return Some(dto::PlanUncertainty::Mixed),
+        _ => return None,
+    };
     Some(match why {
         vehicle::Unknown::NeverRead => dto::PlanUncertainty::NeverRead,
         vehicle::Unknown::Transferring => dto::PlanUncertainty::Transferring,
         vehicle::Unknown::TransferFailed => dto::PlanUncertainty::TransferFailed,
         vehicle::Unknown::Rebooted => dto::PlanUncertainty::Rebooted,
         vehicle::Unknown::ChangedElsewhere => dto::PlanUncertainty::ChangedElsewhere,
+        vehicle::Unknown::SentElsewhere => dto::PlanUncertainty::SentElsewhere,
+        vehicle::Unknown::RecordDamaged => dto::PlanUncertainty::RecordDamaged,
         _ => return None,
     })
 }

@@ -173,3 +173,21 @@ impl<T: DeserializeOwned + Default> FromRequest<App> for OptionalJson<T> {
         Err(Problem::invalid("send JSON with `Content-Type: application/json`, or nothing"))
     }
 }
+
+/// Whether the request is to be done although the mission on board may be a mixture: `despite_mixed_plan=true` in its query.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DespiteMixedPlan(pub bool);
+
+impl FromRequestParts<App> for DespiteMixedPlan {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _: &App) -> Result<Self, Problem> {
+        let query = parts.uri.query().unwrap_or_default();
+        let mut given = query.split('&').filter_map(|pair| pair.strip_prefix("despite_mixed_plan="));
+        match given.next() {
+            None | Some("false") => Ok(Self(false)),
+            Some("true") => Ok(Self(true)),
+            Some(other) => Err(Problem::invalid_value("despite_mixed_plan", other, "true or false")),
+        }
+    }
+}

@@ -396,6 +396,11 @@ impl App {
             VehicleEvent::CurrentItemChanged { seq } => ("item", item(*seq).into_iter().collect()),
             VehicleEvent::ItemReached { seq } => ("item_reached", item(*seq).into_iter().collect()),
             VehicleEvent::MissionComplete => ("mission_complete", BTreeMap::new()),
+            VehicleEvent::TargetElsewhere { seq, distance_m } => {
+                let distance = ("distance_m", EventDetail::Number(distance_m.round() as u32));
+                ("target_elsewhere", item(*seq).into_iter().chain([distance]).collect())
+            }
+            VehicleEvent::TargetAsPlanned { seq } => ("target_as_planned", item(*seq).into_iter().collect()),
             VehicleEvent::HomeChanged => ("home", BTreeMap::new()),
             VehicleEvent::StreamsFellBack => ("streams_fell_back", BTreeMap::new()),
             VehicleEvent::Contested => ("contested", BTreeMap::new()),

@@ -291,6 +291,60 @@ async fn every_answer_keeps_the_page_to_itself() {
 }
 
 #[tokio::test]
+async fn a_mission_that_may_be_mixed_is_flown_only_by_name() {
+    let station = station(true);
+    let _double = double(&station).await;
+    let server = Plain::new(station.clone(), None);
+    let cookie = server.session(json!({"name": "Ana"})).await;
+    let cookie = Some(cookie.as_str());
+    // An upload that begins and never ends.
+    let begins = json!({"name": "MISSION_COUNT", "fields": {"count": 9}});
+    assert_eq!(server.ask("POST", "/vehicles/1/messages", cookie, Some(begins)).await.status, 200);
+    let state = server.ask("GET", "/vehicles/1", cookie, None).await.json()["plan_states"]["mission"].clone();
+    assert_eq!((&state["may_be_mixed"], &state["reason"]), (&json!(true), &json!("sent_elsewhere")));
+    let raw = |name, fields| Some(json!({"name": name, "fields": fields}));
+    let arming = json!({"command": 400, "param1": 1});
+    for (path, body) in [
+        ("arm", None),
+        ("arm", Some(json!({"force": true}))),
+        ("mode", Some(json!({"mode": "AUTO"}))),
+        ("mission/start", None),
+        ("mission/resume", None),
+        ("mission/current", Some(json!({"item": 2}))),
+        ("land", None),
+        ("command/long", Some(json!({"command": "COMPONENT_ARM_DISARM", "params": [1]}))),
+        ("command/int", Some(json!({"command": "MISSION_START", "frame": 0, "params": [], "x": 0, "y": 0, "z": 0}))),
+        ("messages", raw("COMMAND_LONG", arming.clone())),
+        ("messages", raw("COMMAND_INT", arming)),
+        ("messages", raw("SET_MODE", json!({"base_mode": 1, "custom_mode": 10}))),
+        ("messages", raw("MISSION_SET_CURRENT", json!({"seq": 2}))),
+    ] {
+        let answer = server.ask("POST", &format!("/vehicles/1/{path}"), cookie, body.clone()).await;
+        let problem = answer.json();
+        assert_eq!(
+            (answer.status, problem["type"].as_str()),
+            (409, Some("urn:vencejo:plan-unknown")),
+            "{path} {body:?}: {problem}"
+        );
+    }
+    // By name it reaches the vehicle, which has its own reason; and that is written down.
+    let path = "/vehicles/1/arm?despite_mixed_plan=";
+    let answer = server.ask("POST", &format!("{path}true"), cookie, None).await;
+    assert_eq!(answer.json()["type"], "urn:vencejo:command-refused");
+    let jump = raw("MISSION_SET_CURRENT", json!({"seq": 2}));
+    let answer = server.ask("POST", "/vehicles/1/messages?despite_mixed_plan=true", cookie, jump).await;
+    assert_eq!(answer.status, 200);
+    let texts = server.ask("GET", "/vehicles/1/texts", cookie, None).await.json().to_string();
+    for act in ["arming", "jumping in the mission"] {
+        assert!(texts.contains(&format!("{act} by override, although the mission on board is unknown")), "{texts}");
+    }
+    for (value, status) in [("false", 409), ("yes", 422)] {
+        assert_eq!(server.ask("POST", &format!("{path}{value}"), cookie, None).await.status, status, "{value}");
+    }
+    station.close().await;
+}
+
+#[tokio::test]
 async fn what_cannot_be_read_says_why() {
     let station = station(true);
     let _double = double(&station).await;

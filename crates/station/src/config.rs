@@ -23,6 +23,8 @@ pub struct StationConfig {
     pub request_streams: bool,
     /// Where to record; `None` records nothing.
     pub record_dir: Option<PathBuf>,
+    /// Where what is known of the missions on board is kept from run to run, a small file for each vehicle; `None` forgets it.
+    pub missions_dir: Option<PathBuf>,
 }
 
 impl Default for StationConfig {
@@ -34,6 +36,7 @@ impl Default for StationConfig {
             message_rates: BTreeMap::new(),
             request_streams: true,
             record_dir: None,
+            missions_dir: None,
         }
     }
 }

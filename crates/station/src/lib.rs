@@ -26,6 +26,7 @@ mod namesake;
 mod pending;
 mod queue;
 mod recording;
+mod records;
 mod station;
 mod vehicle;
 

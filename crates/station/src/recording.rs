@@ -143,6 +143,9 @@ fn describe(event: &VehicleEvent, has_home: bool) -> Option<(&'static str, Strin
             let item = if has_home { seq.0 } else { seq.0.saturating_add(1) };
             ("item_reached", format!("reached item {item}"))
         }
+        VehicleEvent::TargetElsewhere { distance_m, .. } => {
+            ("target_elsewhere", format!("it flies to {distance_m:.0} m from the item of its plan"))
+        }
         VehicleEvent::MissionComplete => ("mission_complete", "the mission is flown to its end".to_owned()),
         _ => return None,
     })

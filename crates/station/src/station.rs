@@ -15,13 +15,13 @@ use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use vencejo_link::{
     Clock, Hub, LinkAddress, LinkHandle, LinkId, LinkInfo, LinkOptions, LinkState, LinkStats, Origin, PeerId, Recorder,
-    RecorderConfig, RecorderStatus, Route, SinkScope, SystemClock,
+    RecorderConfig, RecorderStatus, Route, SendReport, SinkScope, SystemClock,
 };
 use vencejo_proto::{Address, Frame, Heartbeat, MavVersion, Message, MonoTime, SystemId};
 use vencejo_vehicle::telemetry::{LOST_AFTER, Telemetry};
 use vencejo_vehicle::{
-    Output, RegistryEvent, RegistryOutput, Reply, Request, RequestId, SourceId, Sources, Taken, Vehicle, VehicleConfig,
-    VehicleError, VehicleEvent, Vehicles,
+    Output, RegistryEvent, RegistryOutput, Reply, Request, RequestId, SourceId, Sources, StoredRecord, Taken, Vehicle,
+    VehicleConfig, VehicleError, VehicleEvent, Vehicles,
 };
 
 use crate::changes::Changes;
@@ -29,6 +29,7 @@ use crate::config::StationConfig;
 use crate::error::StationError;
 use crate::namesake::Namesake;
 use crate::pending::{Finisher, Pending};
+use crate::records::{self, Records};
 use crate::vehicle::{Observed, Subscriptions, VehicleHandle};
 
 /// How often our heartbeat goes out, and the driver looks round at the latest (mavlink.io, "Heartbeat protocol").
@@ -62,6 +63,7 @@ pub(crate) struct Shared {
     wake_driver: tokio::sync::Notify,
     closing: watch::Sender<bool>,
     owned: Mutex<Owned>,
+    records: Mutex<Option<Records>>,
 }
 
 /// What has to be ended in order.
@@ -75,6 +77,8 @@ struct Owned {
 /// Everything that changes with each message; under one short lock, never held across an await.
 pub(crate) struct Core {
     pub(crate) vehicles: Vehicles,
+    /// What is remembered of vehicles from runs before.
+    remembered: Vec<StoredRecord>,
     requests: HashMap<(SystemId, RequestId), Finisher<RequestResult>>,
     waiting: Vec<Waiting>,
     next_waiting: u64,
@@ -124,16 +128,21 @@ impl Station {
             streams: config.streams()?,
             // Two runs of the program shall not share MAVFTP session numbers.
             seed: clock.unix_us() as u32,
+            // Who only listens sends nothing by itself.
+            reads_back: config.request_streams,
+            keeps_records: config.missions_dir.is_some(),
             ..VehicleConfig::default()
         };
         let start = |dir: &PathBuf| Recorder::start(dir, RecorderConfig::default(), clock.clone());
         let recorder = config.record_dir.as_ref().map(start).transpose();
         let recorder = recorder.map_err(|error| StationError::CannotRecord { reason: error.to_string() })?;
         hub.set_recorder(recorder.as_ref().map(Recorder::handle));
+        let remembered = config.missions_dir.as_deref().map(records::read_all).unwrap_or_default();
         let shared = Arc::new(Shared {
             runtime: runtime.clone(),
             core: Mutex::new(Core {
                 vehicles: Vehicles::new(config.address, vehicle_config),
+                remembered,
                 requests: HashMap::new(),
                 waiting: Vec::new(),
                 next_waiting: 0,
@@ -146,6 +155,7 @@ impl Station {
             wake_driver: tokio::sync::Notify::new(),
             closing: watch::channel(false).0,
             owned: Mutex::new(Owned { recorder, ..Owned::default() }),
+            records: Mutex::new(None),
             hub,
             clock,
             config,
@@ -160,6 +170,18 @@ impl Station {
             })
         };
         shared.hub.add_sink(SinkScope::All, sink);
+        if let Some(folder) = shared.config.missions_dir.clone() {
+            let weak = Arc::downgrade(&shared);
+            let started = Records::start(folder, move |system, ticket| {
+                if let Some(shared) = weak.upgrade() {
+                    shared.on_kept(system, ticket);
+                }
+            });
+            match started {
+                Ok(records) => *shared.records() = Some(records),
+                Err(error) => tracing::error!(%error, "what is known of missions cannot be written down"),
+            }
+        }
         let driver = runtime.spawn(drive(Arc::downgrade(&shared), shared.closing.subscribe()));
         shared.owned().driver = Some(driver);
         Ok(Self { shared })
@@ -295,6 +317,14 @@ impl Station {
             link.close().await;
         }
         self.shared.hub.set_recorder(None);
+        let records = self.shared.records().take();
+        if let Some(records) = records {
+            // It writes what waits, and waits for the disk.
+            let closed = self.shared.runtime.spawn_blocking(move || records.close()).await;
+            if let Err(error) = closed {
+                tracing::error!(%error, "what is known of missions was not written to the end");
+            }
+        }
         if let Some(recorder) = recorder {
             // It waits for the disk, which the runtime's threads must not.
             let closed = self.shared.runtime.spawn_blocking(move || recorder.close()).await;
@@ -329,12 +359,22 @@ impl Shared {
         self.owned.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(crate) fn hub(&self) -> &Hub {
-        &self.hub
+    fn records(&self) -> MutexGuard<'_, Option<Records>> {
+        self.records.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(crate) fn our_address(&self) -> Address {
-        self.config.address
+    /// A record is on the disk, or cannot be.
+    fn on_kept(self: &Arc<Self>, system: SystemId, ticket: u64) {
+        let now = self.clock.now();
+        let mut core = self.core();
+        if let Some(vehicle) = core.vehicles.get_mut(system) {
+            vehicle.on_kept(ticket, now);
+        }
+        self.settle(&mut core, now);
+    }
+
+    pub(crate) fn hub(&self) -> &Hub {
+        &self.hub
     }
 
     /// Closed from now on: everything that is waited for ends.
@@ -481,6 +521,7 @@ impl Shared {
             RegistryEvent::Appeared(address) => {
                 tracing::info!(vehicle = %address, "a vehicle is heard");
                 self.greet(core, address.system);
+                self.recall(core, address.system);
             }
             RegistryEvent::Dropped(address) => {
                 tracing::warn!(vehicle = %address, "a lost vehicle made room for another");
@@ -504,6 +545,30 @@ impl Shared {
         }
     }
 
+    /// Tells a vehicle that was heard for the first time what is remembered: at once by what was read when the station started,
+    /// and by what another program may have written since.
+    fn recall(self: &Arc<Self>, core: &mut Core, system: SystemId) {
+        let Some(folder) = self.records().as_ref().map(|records| records.folder().to_owned()) else { return };
+        let (remembered, now) = (core.remembered.clone(), self.clock.now());
+        if let Some(vehicle) = core.vehicles.get_mut(system) {
+            vehicle.on_records(remembered, now);
+        }
+        let weak = Arc::downgrade(self);
+        self.runtime.spawn_blocking(move || {
+            let read = records::read_all(&folder);
+            let Some(shared) = weak.upgrade() else { return };
+            let now = shared.clock.now();
+            let mut core = shared.core();
+            if core.remembered != read {
+                core.remembered.clone_from(&read);
+                if let Some(vehicle) = core.vehicles.get_mut(system) {
+                    vehicle.on_records(read, now);
+                }
+            }
+            shared.settle(&mut core, now);
+        });
+    }
+
     /// A vehicle was heard for the first time.
     fn greet(self: &Arc<Self>, core: &mut Core, system: SystemId) {
         core.watchers.entry(system).or_default();
@@ -516,6 +581,7 @@ impl Shared {
 
     /// Does what the vehicles' state machines want, and sees to it that the driver wakes in time.
     pub(crate) fn settle(self: &Arc<Self>, core: &mut Core, now: MonoTime) {
+        let mut unkept = Vec::new();
         while let Some(output) = core.vehicles.poll_output() {
             let (system, output) = match output {
                 RegistryOutput::Vehicle(system, output) => (system, output),
@@ -548,7 +614,17 @@ impl Shared {
                         watchers.changes.notify();
                     }
                 }
+                Output::Keep { ticket, stored } => match self.records().as_ref() {
+                    Some(records) => records.keep(system, ticket, stored),
+                    None => unkept.push((system, ticket)),
+                },
                 _ => {}
+            }
+            // Nobody writes them down (any more): who waits for it goes on.
+            for (system, ticket) in std::mem::take(&mut unkept) {
+                if let Some(vehicle) = core.vehicles.get_mut(system) {
+                    vehicle.on_kept(ticket, now);
+                }
             }
         }
         if core
@@ -585,6 +661,22 @@ impl Shared {
         core.requests.insert((system, id), finisher);
         self.settle(&mut core, now);
         pending
+    }
+
+    /// Sends any message over a vehicle's link, unless the guard of one to whom it is addressed holds it back.
+    pub(crate) fn send(
+        self: &Arc<Self>,
+        system: SystemId,
+        message: &Message,
+        despite_mixed_plan: bool,
+    ) -> Result<SendReport, StationError> {
+        let now = self.clock.now();
+        let mut core = self.core();
+        let guarded = core.vehicles.on_sending(message, despite_mixed_plan, now);
+        self.settle(&mut core, now);
+        guarded?;
+        let version = core.watchers.get(&system).map(|watchers| watchers.version).unwrap_or_default();
+        Ok(self.hub.send_message(message, self.config.address, version, Route::Target))
     }
 
     /// Looks at a vehicle's state machine; `None` when it is not known (any more).

@@ -5,12 +5,13 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
 use vencejo_flight::plan::PlanKind;
-use vencejo_link::{LinkId, LinkInfo, LinkStats, Route, SendReport, SourceStats};
+use vencejo_link::{LinkId, LinkInfo, LinkStats, SendReport, SourceStats};
 use vencejo_proto::{Address, Frame, Message, MissionSeq, MonoTime, SystemId};
 use vencejo_vehicle::telemetry::{Telemetry, Text};
 use vencejo_vehicle::{FlightPreparation, MissionProgress, PlanState, Request, VehicleEvent};
 
 use crate::changes::Changes;
+use crate::error::StationError;
 use crate::pending::Pending;
 use crate::queue::DropOldest;
 use crate::station::{RequestResult, Shared, Station};
@@ -152,11 +153,13 @@ impl VehicleHandle {
         self.station.shared.request(self.system, request)
     }
 
-    /// Sends any message, as it is. There is no answer and no check.
-    pub fn send(&self, message: &Message) -> SendReport {
-        let shared = &self.station.shared;
-        let version = shared.core().watchers.get(&self.system).map(|watchers| watchers.version).unwrap_or_default();
-        shared.hub().send_message(message, shared.our_address(), version, Route::Target)
+    /// Sends any message, as it is. There is no answer, and no check but one: what arms a vehicle, has it follow its mission or
+    /// jump in it is held back while that may be a mixture of two, unless it is `despite_mixed_plan`.
+    ///
+    /// # Errors
+    /// [`VehicleError::PlanUnknown`](vencejo_vehicle::VehicleError::PlanUnknown).
+    pub fn send(&self, message: &Message, despite_mixed_plan: bool) -> Result<SendReport, StationError> {
+        self.station.shared.send(self.system, message, despite_mixed_plan)
     }
 
     /// Where another vehicle is heard that uses the same system id, in words. That one is not followed, and nothing is sent to it.

@@ -94,7 +94,10 @@ pub enum VehicleError {
     #[error(transparent)]
     Plan(#[from] vencejo_flight::FlightError),
     /// The mission on board may be a mixture of two: nothing is armed for it, starts it or jumps in it.
-    #[error("the {kind} on board is {state}; upload it again or clear it before arming, starting it or jumping in it")]
+    #[error(
+        "the {kind} on board is {state}; upload it again or clear it before arming, starting it or jumping in it, or ask for \
+         that despite a mixed plan (despite_mixed_plan)"
+    )]
     PlanUnknown {
         /// Which plan.
         kind: PlanKind,

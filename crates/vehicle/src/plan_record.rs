@@ -44,6 +44,12 @@ impl VehicleKey {
         (is_named && rest.bytes().all(|byte| byte.is_ascii_hexdigit())).then(|| Self(name.to_owned()))
     }
 
+    /// The system id of one that is named by it.
+    #[must_use]
+    pub fn system(&self) -> Option<SystemId> {
+        self.0.strip_prefix("system-").and_then(|id| id.parse().ok()).map(SystemId)
+    }
+
     /// The name.
     #[must_use]
     pub fn as_str(&self) -> &str {
@@ -64,6 +70,8 @@ pub enum Writer {
     Us,
     /// Another station.
     Another,
+    /// It is not known whether anybody was: what was written down of it cannot be read.
+    NotKnown,
 }
 
 /// Why the mission on board may be a mixture: an upload began and was not seen to end. What is read then is a whole plan only
@@ -87,13 +95,21 @@ pub struct PlanRecord {
     pub doubt: Option<Doubt>,
 }
 
+impl PlanRecord {
+    /// What a record counts for that cannot be read: it may have told of a doubt.
+    #[must_use]
+    pub fn damaged() -> Self {
+        Self { verified: None, doubt: Some(Doubt { writer: Writer::NotKnown, sent: None, before: None }) }
+    }
+}
+
 /// A record and whose it is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoredRecord {
     /// Whose.
     pub key: VehicleKey,
-    /// Its system id at that time.
-    pub system: SystemId,
+    /// Its system id at that time; `None` where that cannot be read.
+    pub system: Option<SystemId>,
     /// What is known.
     pub record: PlanRecord,
 }
@@ -126,6 +142,8 @@ mod tests {
         for key in [by_uid, by_uid2, VehicleKey::of_system(SystemId(1))] {
             assert_eq!(VehicleKey::parse(key.as_str()), Some(key));
         }
+        let systems = ["system-7", "uid-0000000000000007", "system-700"].map(|name| VehicleKey::parse(name)?.system());
+        assert_eq!(systems, [Some(SystemId(7)), None, None]);
         for name in ["", "uid", "uid-../../etc/passwd", "system-", "system-1/..", "uid2-", "x-1"] {
             assert_eq!(VehicleKey::parse(name), None, "{name}");
         }

@@ -17,6 +17,8 @@ pub enum Unknown {
     TransferFailed,
     /// Another station is sending one, or was not seen to end it; the vehicle may hold a mixture.
     SentElsewhere,
+    /// What was written down of it cannot be read, and may have said that it is a mixture.
+    RecordDamaged,
     /// The vehicle restarted.
     Rebooted,
     /// Another station changed it.
@@ -38,8 +40,8 @@ pub enum PlanState {
         /// Fingerprint of the items as the vehicle holds them, home left out: equal plans have equal ones.
         hash: u64,
     },
-    /// Read from the vehicle, item by item, after an upload that was cut off: it is neither the plan that was being sent nor
-    /// the one before, and may be a mixture of the two.
+    /// Read from the vehicle, item by item, while it was in doubt: it is neither the plan that was being sent nor the one
+    /// before, as far as these are known, and may be a mixture.
     Differs {
         /// Items without home.
         count: u16,
@@ -54,8 +56,9 @@ impl PlanState {
     pub fn may_be_mixed(self) -> bool {
         matches!(
             self,
-            Self::Unknown(Unknown::Transferring | Unknown::TransferFailed | Unknown::SentElsewhere)
-                | Self::Differs { .. }
+            Self::Unknown(
+                Unknown::Transferring | Unknown::TransferFailed | Unknown::SentElsewhere | Unknown::RecordDamaged
+            ) | Self::Differs { .. }
         )
     }
 
@@ -87,13 +90,14 @@ impl fmt::Display for PlanState {
                 Unknown::Transferring => "unknown: a transfer runs",
                 Unknown::TransferFailed => "unknown: a transfer failed half-way, it may be a mixture",
                 Unknown::SentElsewhere => "unknown: another station's upload has not ended, it may be a mixture",
+                Unknown::RecordDamaged => "unknown: what was written down of it is damaged, it may be a mixture",
                 Unknown::Rebooted => "unknown: the vehicle restarted",
                 Unknown::ChangedElsewhere => "unknown: another station changed it",
             }),
             Self::Empty => f.write_str("empty"),
             Self::Verified { count, hash } => write!(f, "verified: {count} items, {hash:016x}"),
             Self::Differs { count, hash } => {
-                write!(f, "perhaps mixed: {count} items, {hash:016x}, neither those sent last nor those before")
+                write!(f, "perhaps mixed: {count} items, {hash:016x}, no mission that is known to be whole")
             }
         }
     }

@@ -30,6 +30,9 @@ pub struct MissionProgress {
     pub time_to_go_s: Option<f64>,
     /// Whether it was flown to its end: the vehicle says so, or has disarmed at its last item.
     pub is_complete: bool,
+    /// An alarm: the vehicle flies to somewhere that is this far from the current item of the plan that was read from it, metres.
+    /// `None` while it does not, and where it cannot be told.
+    pub target_off_m: Option<f64>,
 }
 
 /// What changed in a mission.
@@ -139,6 +142,7 @@ impl ProgressTracker {
             distance_to_go_m: left.distance_m.filter(|_| !self.is_complete),
             time_to_go_s: left.time_s.filter(|_| !self.is_complete),
             is_complete: self.is_complete,
+            target_off_m: None,
         }
     }
 }

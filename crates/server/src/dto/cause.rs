@@ -65,6 +65,12 @@ pub enum PlanUncertainty {
     Rebooted,
     /// Another station changed it.
     ChangedElsewhere,
+    /// Another station is sending one, or was not seen to end it; it may be a mixture.
+    SentElsewhere,
+    /// What was written down of it cannot be read, and may have said that it is a mixture.
+    RecordDamaged,
+    /// It was read, and is no mission that is known to be whole: neither what was sent last nor what was there before.
+    Mixed,
 }
 
 /// Why a vehicle takes its mission only.

@@ -44,6 +44,9 @@ pub struct PlanState {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     pub reason: Option<PlanUncertainty>,
+    /// Whether it may be a mixture of two: then the vehicle is not armed, and its mission neither started nor jumped in, unless
+    /// that is asked for despite it (`despite_mixed_plan`).
+    pub may_be_mixed: bool,
     /// All that in English words.
     pub detail: String,
 }

@@ -105,9 +105,10 @@ pub enum ServerMessage {
         /// The vehicle.
         vehicle: u8,
         /// `lost`, `regained`, `rebooted`, `mode`, `armed`, `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`,
-        /// `home`, `streams_fell_back`, `contested`, `uncontested`.
+        /// `target_elsewhere` (it flies to somewhere else than its plan says, an alarm), `target_as_planned`, `home`,
+        /// `streams_fell_back`, `contested`, `uncontested`.
         kind: String,
-        /// What belongs to it: `mode` and `from`, `landed`, or `item`.
+        /// What belongs to it: `mode` and `from`, `landed`, or `item`; `distance_m` of `target_elsewhere`.
         #[schema(value_type = BTreeMap<String, EventDetail>)]
         detail: BTreeMap<&'static str, EventDetail>,
         /// When, seconds on the station's clock.

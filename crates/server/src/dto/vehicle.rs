@@ -73,6 +73,9 @@ pub struct MissionProgress {
     /// Distance to the item in execution.
     #[schema(required = true)]
     pub leg_distance_m: Option<f64>,
+    /// An alarm: it flies to somewhere that is this far from the current item of the plan that was read from it; null while not.
+    #[schema(required = true)]
+    pub target_off_m: Option<f64>,
     /// What a flight needs first; null when nothing, and while it is armed or in the air.
     #[schema(required = true)]
     pub preparation: Option<FlightPreparation>,

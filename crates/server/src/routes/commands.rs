@@ -14,13 +14,18 @@ use crate::dto::{
     AbortLanding, AltFrame, ClimbTo, Done, FlyCourse, Force, Goto, MissionStart, Mode, NewNote, SetAltitude, SetHome,
     SetItem, SetMode, SetSpeed, SetVelocity, SpeedKind, Takeoff,
 };
-use crate::extract::{Json as Body, OptionalJson, Pilot, Vehicle};
+use crate::extract::{DespiteMixedPlan, Json as Body, OptionalJson, Pilot, Vehicle};
 use crate::problem::Problem;
 use crate::state::App;
 
 /// Asks a vehicle for something and waits for the end, which comes within a bounded time. Whoever hangs up does not take
 /// the command back.
-async fn ask(vehicle: &VehicleHandle, request: Request) -> Result<Json<Done>, Problem> {
+async fn ask(
+    vehicle: &VehicleHandle,
+    DespiteMixedPlan(despite): DespiteMixedPlan,
+    request: Request,
+) -> Result<Json<Done>, Problem> {
+    let request = if despite { Request::DespiteMixedPlan(Box::new(request)) } else { request };
     vehicle.request(request).wait().await.ok_or_else(Problem::closed)??;
     Ok(Json(Done {}))
 }
@@ -29,34 +34,43 @@ async fn ask(vehicle: &VehicleHandle, request: Request) -> Result<Json<Done>, Pr
 macro_rules! command {
     ($(#[$doc:meta])* $name:ident, $path:tt, |$vehicle:ident| $request:expr) => {
         $(#[$doc])*
-        #[utoipa::path(post, path = $path, tag = "commands", params(("id" = u8, Path, description = "System id")),
+        #[utoipa::path(post, path = $path, tag = "commands", params(("id" = u8, Path, description = "System id"),
+            ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
             responses((status = 200, body = Done), Problem))]
-        async fn $name(_: Pilot, Vehicle($vehicle): Vehicle) -> Result<Json<Done>, Problem> {
-            ask(&$vehicle, $request).await
+        async fn $name(
+            _: Pilot,
+            Vehicle($vehicle): Vehicle,
+            despite: DespiteMixedPlan,
+        ) -> Result<Json<Done>, Problem> {
+            ask(&$vehicle, despite, $request).await
         }
     };
     ($(#[$doc:meta])* $name:ident, $path:tt, optional $body:tt, |$vehicle:ident, $value:ident| $request:expr) => {
         $(#[$doc])*
-        #[utoipa::path(post, path = $path, tag = "commands", params(("id" = u8, Path, description = "System id")),
+        #[utoipa::path(post, path = $path, tag = "commands", params(("id" = u8, Path, description = "System id"),
+            ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
             request_body = Option<$body>, responses((status = 200, body = Done), Problem))]
         async fn $name(
             _: Pilot,
             Vehicle($vehicle): Vehicle,
+            despite: DespiteMixedPlan,
             OptionalJson($value): OptionalJson<$body>,
         ) -> Result<Json<Done>, Problem> {
-            ask(&$vehicle, $request).await
+            ask(&$vehicle, despite, $request).await
         }
     };
     ($(#[$doc:meta])* $name:ident, $path:tt, $body:tt, |$vehicle:ident, $value:ident| $request:expr) => {
         $(#[$doc])*
-        #[utoipa::path(post, path = $path, tag = "commands", params(("id" = u8, Path, description = "System id")),
+        #[utoipa::path(post, path = $path, tag = "commands", params(("id" = u8, Path, description = "System id"),
+            ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
             request_body = $body, responses((status = 200, body = Done), Problem))]
         async fn $name(
             _: Pilot,
             Vehicle($vehicle): Vehicle,
+            despite: DespiteMixedPlan,
             Body($value): Body<$body>,
         ) -> Result<Json<Done>, Problem> {
-            ask(&$vehicle, $request).await
+            ask(&$vehicle, despite, $request).await
         }
     };
 }

@@ -20,7 +20,7 @@ use crate::dto::cause::{Cause, Thing};
 use crate::dto::message::{
     Acknowledged, CommandChoice, MessageRate, NewMessage, RawCommandInt, RawCommandLong, RawMessage,
 };
-use crate::extract::{Json as Body, Name, Operator, Pilot, Vehicle};
+use crate::extract::{DespiteMixedPlan, Json as Body, Name, Operator, Pilot, Vehicle};
 use crate::problem::Problem;
 use crate::state::App;
 
@@ -61,7 +61,12 @@ fn params_of<const N: usize>(given: &[Option<f64>]) -> Result<[f32; N], Problem>
     Ok(params)
 }
 
-async fn acknowledged(vehicle: &VehicleHandle, request: Request) -> Result<Json<Acknowledged>, Problem> {
+async fn acknowledged(
+    vehicle: &VehicleHandle,
+    DespiteMixedPlan(despite): DespiteMixedPlan,
+    request: Request,
+) -> Result<Json<Acknowledged>, Problem> {
+    let request = if despite { Request::DespiteMixedPlan(Box::new(request)) } else { request };
     match vehicle.request(request).wait().await.ok_or_else(Problem::closed)?? {
         Reply::Acknowledged { result_param2 } => Ok(Json(Acknowledged { result_param2 })),
         _ => Ok(Json(Acknowledged { result_param2: 0 })),
@@ -76,24 +81,30 @@ fn message_id(name: &str) -> Result<u32, Problem> {
 
 /// Any command by COMMAND_LONG. It is not repeated unless it is known to be safe to do twice.
 #[utoipa::path(post, path = "/vehicles/{id}/command/long", tag = "raw", request_body = RawCommandLong,
-    params(("id" = u8, Path, description = "System id")), responses((status = 200, body = Acknowledged), Problem))]
+    params(("id" = u8, Path, description = "System id"),
+        ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
+    responses((status = 200, body = Acknowledged), Problem))]
 async fn command_long(
     _: Pilot,
     Vehicle(vehicle): Vehicle,
+    despite: DespiteMixedPlan,
     Body(raw): Body<RawCommandLong>,
 ) -> Result<Json<Acknowledged>, Problem> {
     let command = number_of(&raw.command)?;
     let params = params_of(&raw.params)?;
     let command = CommandLong { target: THE_VEHICLE, command, confirmation: 0, params };
-    acknowledged(&vehicle, Request::RawCommandLong(command)).await
+    acknowledged(&vehicle, despite, Request::RawCommandLong(command)).await
 }
 
 /// Any command by COMMAND_INT, likewise.
 #[utoipa::path(post, path = "/vehicles/{id}/command/int", tag = "raw", request_body = RawCommandInt,
-    params(("id" = u8, Path, description = "System id")), responses((status = 200, body = Acknowledged), Problem))]
+    params(("id" = u8, Path, description = "System id"),
+        ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
+    responses((status = 200, body = Acknowledged), Problem))]
 async fn command_int(
     _: Pilot,
     Vehicle(vehicle): Vehicle,
+    despite: DespiteMixedPlan,
     Body(raw): Body<RawCommandInt>,
 ) -> Result<Json<Acknowledged>, Problem> {
     let command = number_of(&raw.command)?;
@@ -102,7 +113,7 @@ async fn command_int(
     let (x, y) = (raw.x, raw.y);
     let command =
         CommandInt { target: THE_VEHICLE, frame: raw.frame, command, current: 0, autocontinue: 0, params, x, y, z };
-    acknowledged(&vehicle, Request::RawCommandInt(command)).await
+    acknowledged(&vehicle, despite, Request::RawCommandInt(command)).await
 }
 
 fn not_a_message(error: &FieldError) -> Problem {
@@ -112,10 +123,18 @@ fn not_a_message(error: &FieldError) -> Problem {
     }
 }
 
-/// Sends any message, as it is: the escape hatch. There is no answer and no check.
+/// Sends any message, as it is: the escape hatch. There is no answer, and no check but one: what arms, follows the mission or
+/// jumps in it is refused while that may be mixed.
 #[utoipa::path(post, path = "/vehicles/{id}/messages", tag = "raw", request_body = NewMessage,
-    params(("id" = u8, Path, description = "System id")), responses((status = 200, body = Done), Problem))]
-async fn send_message(_: Pilot, Vehicle(vehicle): Vehicle, Body(new): Body<NewMessage>) -> Result<Json<Done>, Problem> {
+    params(("id" = u8, Path, description = "System id"),
+        ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
+    responses((status = 200, body = Done), Problem))]
+async fn send_message(
+    _: Pilot,
+    Vehicle(vehicle): Vehicle,
+    DespiteMixedPlan(despite): DespiteMixedPlan,
+    Body(new): Body<NewMessage>,
+) -> Result<Json<Done>, Problem> {
     let address = vehicle.address().unwrap_or(Address { system: vehicle.system(), ..Address::new(0, 1) });
     let known: Vec<_> = message_id_of(&new.name).and_then(field_names).into_iter().flatten().collect();
     let targets = [("target_system", address.system.0), ("target_component", address.component.0)];
@@ -129,7 +148,7 @@ async fn send_message(_: Pilot, Vehicle(vehicle): Vehicle, Body(new): Body<NewMe
     let (id, payload) = encode_fields(&new.name, &fields).map_err(|error| not_a_message(&error))?;
     let message =
         Message::from_payload(MavVersion::V2, id, &payload).map_err(|error| Problem::invalid(error.to_string()))?;
-    if vehicle.send(&message).is_sent() {
+    if vehicle.send(&message, despite)?.is_sent() {
         return Ok(Json(Done {}));
     }
     let detail = format!("{} was not sent: no link to the vehicle is open", new.name);

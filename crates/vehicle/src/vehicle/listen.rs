@@ -170,6 +170,9 @@ impl Vehicle {
                 self.event(VehicleEvent::MissionComplete);
             }
         }
+        if !(heartbeat.is_armed && heartbeat.mode.follows_mission()) {
+            self.forget_target();
+        }
         if !self.has_asked {
             self.has_asked = true;
             self.streams.ask(&mut self.commands, now);

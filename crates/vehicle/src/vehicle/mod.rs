@@ -211,7 +211,8 @@ impl Vehicle {
     #[must_use]
     pub fn progress(&self) -> MissionProgress {
         let options = ProgressOptions { flies_arcs: self.flies_arcs(), ..self.progress_options };
-        self.tracker.progress(&self.telemetry, self.mission.as_deref(), self.first_seq(), &options)
+        let progress = self.tracker.progress(&self.telemetry, self.mission.as_deref(), self.first_seq(), &options);
+        MissionProgress { target_off_m: self.target_off_m(), ..progress }
     }
 
     /// When anything of its autopilot was heard last.

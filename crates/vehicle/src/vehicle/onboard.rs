@@ -140,8 +140,10 @@ impl OnBoard {
         self.doubt.as_ref()
     }
 
+    /// What this run has seen of the mission: from now on it is this vehicle's own, whoever it will tell to be.
     pub(super) fn set_doubt(&mut self, doubt: Option<Doubt>) {
         self.doubt = doubt;
+        self.stand_in = None;
     }
 
     pub(super) fn is_own(&self, id: RequestId) -> bool {
@@ -154,6 +156,7 @@ fn unknown_of(doubt: &Doubt) -> Unknown {
     match doubt.writer {
         Writer::Us => Unknown::TransferFailed,
         Writer::Another => Unknown::SentElsewhere,
+        Writer::NotKnown => Unknown::RecordDamaged,
     }
 }
 
@@ -161,7 +164,7 @@ fn unknown_of(doubt: &Doubt) -> Unknown {
 
 impl Vehicle {
     /// Records from runs before, of all vehicles. Which is this one's shows when it tells the id of its hardware; until then a
-    /// doubt about one of its system id counts for it.
+    /// doubt about one of its system id, or of none that is known, counts for it.
     pub fn on_records(&mut self, stored: Vec<StoredRecord>, now: MonoTime) {
         let board = &mut self.on_board;
         board.stored = stored;
@@ -170,7 +173,7 @@ impl Vehicle {
             Some(key) if board.has_put => board.key = Some(key),
             Some(key) => self.identify(key, now),
             None if board.doubt.is_none() => {
-                let is_ours = |stored: &&StoredRecord| stored.system == self.address.system;
+                let is_ours = |stored: &&StoredRecord| stored.system.is_none_or(|system| system == self.address.system);
                 let found = board.stored.iter().filter(is_ours).find(|stored| stored.record.doubt.is_some());
                 let Some(found) = found else { return };
                 board.stand_in = Some(found.key.clone());
@@ -223,7 +226,7 @@ impl Vehicle {
             board.doubt = None;
             if matches!(
                 self.plans.get(PlanKind::Mission),
-                PlanState::Unknown(Unknown::TransferFailed | Unknown::SentElsewhere)
+                PlanState::Unknown(Unknown::TransferFailed | Unknown::SentElsewhere | Unknown::RecordDamaged)
             ) {
                 self.set_plan(PlanKind::Mission, PlanState::Unknown(Unknown::NeverRead));
             }
@@ -247,7 +250,7 @@ impl Vehicle {
     fn put(&mut self, key: VehicleKey, record: PlanRecord) -> u64 {
         self.on_board.ticket += 1;
         self.on_board.has_put = true;
-        let (ticket, system) = (self.on_board.ticket, self.address.system);
+        let (ticket, system) = (self.on_board.ticket, Some(self.address.system));
         self.outputs.push_back(Output::Keep { ticket, stored: StoredRecord { key, system, record } });
         ticket
     }
@@ -286,7 +289,7 @@ impl Vehicle {
     /// Begins to doubt the mission, before `sent` goes out. Returns what it must wait for, if for anything.
     pub(super) fn doubt_before_sending(&mut self, sent: Vec<MissionItemInt>, now: MonoTime) -> Option<(u64, MonoTime)> {
         let before = self.before();
-        self.on_board.doubt = Some(Doubt { writer: Writer::Us, sent: Some(Arc::new(sent)), before });
+        self.on_board.set_doubt(Some(Doubt { writer: Writer::Us, sent: Some(Arc::new(sent)), before }));
         Some((self.remember()?, now + RECORDED_WITHIN))
     }
 
@@ -301,7 +304,7 @@ impl Vehicle {
     /// What a mission is that was read: verified, or one that is neither what was sent nor what was before.
     pub(super) fn judge(&mut self, wire: &[MissionItemInt], state: PlanState) -> PlanState {
         let PlanState::Verified { count, hash } = state else {
-            self.on_board.doubt = None;
+            self.on_board.set_doubt(None);
             return state;
         };
         let config = self.transfer_config();
@@ -311,7 +314,7 @@ impl Vehicle {
         if !is_whole {
             return PlanState::Differs { count, hash };
         }
-        self.on_board.doubt = None;
+        self.on_board.set_doubt(None);
         let before = self.on_board.verified.filter(|_| self.plans.get(PlanKind::Mission).hash().is_none());
         if before.is_some_and(|(_, before)| before != hash) {
             tracing::info!(vehicle = %self.address, "the mission on board is not the one that was read back last");
@@ -402,7 +405,7 @@ impl Vehicle {
         let doubt = Doubt { writer: Writer::Another, sent: None, before: self.before() };
         let items = vec![None; count.min(vencejo_flight::plan::MAX_ITEMS)];
         self.on_board.incoming = Some(Incoming { from, items, has_begun: false, heard_at: now, before });
-        self.on_board.doubt = Some(doubt);
+        self.on_board.set_doubt(Some(doubt));
         self.set_plan(kind, PlanState::Unknown(Unknown::SentElsewhere));
         self.remember();
     }
@@ -434,12 +437,12 @@ impl Vehicle {
         }
         let Some(incoming) = self.on_board.incoming.take_if(is_theirs) else { return false };
         if ack.result == 0 {
-            self.on_board.doubt = None;
+            self.on_board.set_doubt(None);
             self.set_plan(PlanKind::Mission, PlanState::Unknown(Unknown::ChangedElsewhere));
         } else if !incoming.has_begun {
             // Refused before anything was written.
             let (state, doubt) = incoming.before;
-            self.on_board.doubt = doubt;
+            self.on_board.set_doubt(doubt);
             // A mission that is known has been let go of, and is read again.
             let is_known = state.hash().is_some_and(|_| state != PlanState::Empty);
             self.set_plan(

@@ -42,8 +42,8 @@ pub(super) struct TargetWatch {
     seq: Option<u16>,
     /// Since when, and in how many reports, the target is elsewhere.
     elsewhere: Option<(MonoTime, u32)>,
-    /// The item whose alarm was given.
-    alarmed: Option<u16>,
+    /// The item whose alarm was given, and how far from it the target is.
+    alarmed: Option<(u16, f64)>,
 }
 
 /// Items that a plane flies to as they are.
@@ -109,7 +109,7 @@ impl Vehicle {
         let (since, reports) = self.target.elsewhere.unwrap_or((now, 0));
         self.target.elsewhere = Some((since, reports + 1));
         let is_sure = now.since(since) >= FOR_AT_LEAST && reports + 1 >= REPORTS;
-        if is_sure && self.target.alarmed.replace(seq) != Some(seq) {
+        if is_sure && self.target.alarmed.replace((seq, distance_m)).is_none_or(|(alarmed, _)| alarmed != seq) {
             self.event(VehicleEvent::TargetElsewhere { seq: MissionSeq(seq), distance_m });
             let item = seq + 1 - self.first_seq();
             let (lat_deg, lon_deg) = (target.lat_deg(), target.lon_deg());
@@ -121,6 +121,16 @@ impl Vehicle {
             // Another station may have changed the mission where we did not hear it.
             self.doubt_copy();
         }
+    }
+
+    /// How far the plane's target is from the current item of its plan, while that is an alarm, metres.
+    pub(super) fn target_off_m(&self) -> Option<f64> {
+        self.target.alarmed.map(|(_, distance_m)| distance_m)
+    }
+
+    /// The mission is not flown (any more): where it leads to concerns nobody.
+    pub(super) fn forget_target(&mut self) {
+        self.target = TargetWatch { told_at: self.target.told_at, ..TargetWatch::default() };
     }
 
     /// The current item and where the plane must be flying to; `None` where nothing can be said.

@@ -1100,7 +1100,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Sends any message, as it is: the escape hatch. There is no answer and no check. */
+        /**
+         * Sends any message, as it is: the escape hatch. There is no answer, and no check but one: what arms, follows the mission or
+         *     jumps in it is refused while that may be mixed.
+         */
         post: operations["send_message"];
         delete?: never;
         options?: never;
@@ -4065,6 +4068,11 @@ export interface components {
             reached: number[];
             /**
              * Format: double
+             * @description An alarm: it flies to somewhere that is this far from the current item of the plan that was read from it; null while not.
+             */
+            target_off_m: number | null;
+            /**
+             * Format: double
              * @description Time for that at the present speed.
              */
             time_s: number | null;
@@ -4311,6 +4319,11 @@ export interface components {
             detail: string;
             /** @description Fingerprint of the items as the vehicle holds them. */
             hash: string | null;
+            /**
+             * @description Whether it may be a mixture of two: then the vehicle is not armed, and its mission neither started nor jumped in, unless
+             *     that is asked for despite it (`despite_mixed_plan`).
+             */
+            may_be_mixed: boolean;
             /** @description Why it is not known; absent when it is. */
             reason?: components["schemas"]["PlanUncertainty"];
             /** @description How sure we are. */
@@ -4329,7 +4342,7 @@ export interface components {
          * @description Why a plan on board is not known.
          * @enum {string}
          */
-        PlanUncertainty: "never_read" | "transferring" | "transfer_failed" | "rebooted" | "changed_elsewhere";
+        PlanUncertainty: "never_read" | "transferring" | "transfer_failed" | "rebooted" | "changed_elsewhere" | "sent_elsewhere" | "record_damaged" | "mixed";
         /** @description GLOBAL_POSITION_INT: where the autopilot believes to be. */
         Position: {
             /**
@@ -4866,13 +4879,14 @@ export interface components {
              */
             vehicle: number;
         } | {
-            /** @description What belongs to it: `mode` and `from`, `landed`, or `item`. */
+            /** @description What belongs to it: `mode` and `from`, `landed`, or `item`; `distance_m` of `target_elsewhere`. */
             detail: {
                 [key: string]: components["schemas"]["EventDetail"];
             };
             /**
              * @description `lost`, `regained`, `rebooted`, `mode`, `armed`, `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`,
-             *     `home`, `streams_fell_back`, `contested`, `uncontested`.
+             *     `target_elsewhere` (it flies to somewhere else than its plan says, an alarm), `target_as_planned`, `home`,
+             *     `streams_fell_back`, `contested`, `uncontested`.
              */
             kind: string;
             /**
@@ -7227,7 +7241,10 @@ export interface operations {
     };
     abort_landing: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7262,7 +7279,10 @@ export interface operations {
     };
     set_altitude: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7297,7 +7317,10 @@ export interface operations {
     };
     arm: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7332,7 +7355,10 @@ export interface operations {
     };
     climb_to: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7367,7 +7393,10 @@ export interface operations {
     };
     command_int: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7402,7 +7431,10 @@ export interface operations {
     };
     command_long: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7437,7 +7469,10 @@ export interface operations {
     };
     fly_course: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7472,7 +7507,10 @@ export interface operations {
     };
     disarm: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7507,7 +7545,10 @@ export interface operations {
     };
     goto: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7542,7 +7583,10 @@ export interface operations {
     };
     set_home: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7577,7 +7621,10 @@ export interface operations {
     };
     land: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7608,7 +7655,10 @@ export interface operations {
     };
     loiter: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7639,7 +7689,10 @@ export interface operations {
     };
     send_message: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7744,7 +7797,10 @@ export interface operations {
     };
     set_current_item: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7779,7 +7835,10 @@ export interface operations {
     };
     pause_mission: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7810,7 +7869,10 @@ export interface operations {
     };
     resume_mission: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7841,7 +7903,10 @@ export interface operations {
     };
     start_mission: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -7876,7 +7941,10 @@ export interface operations {
     };
     set_mode: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -8312,7 +8380,10 @@ export interface operations {
     };
     prepare_flight: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -8343,7 +8414,10 @@ export interface operations {
     };
     reboot: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -8374,7 +8448,10 @@ export interface operations {
     };
     return_to_launch: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -8434,7 +8511,10 @@ export interface operations {
     };
     set_speed: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -8469,7 +8549,10 @@ export interface operations {
     };
     takeoff: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -8535,7 +8618,10 @@ export interface operations {
     };
     add_note: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */
@@ -8570,7 +8656,10 @@ export interface operations {
     };
     set_velocity: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
             header?: never;
             path: {
                 /** @description System id */

@@ -52,7 +52,7 @@ export const serverEn = {
   'problem.unknown-mode': 'The vehicle has no mode {mode}.',
   'problem.no-mode-for': 'The vehicle has no mode for that.',
   'problem.plan-unknown': 'What the vehicle has as {plan} is not known: it may be a mixture of two.',
-  'problem.plan-unknown.remedy': 'Send it anew, or read it.',
+  'problem.plan-unknown.remedy': 'Send it anew, or clear it.',
   'problem.too-old': 'The vehicle’s firmware is too old for that.',
   'problem.too-old.remedy': 'Update the autopilot.',
   'problem.armed': 'That is only possible while the vehicle is disarmed.',
@@ -129,6 +129,9 @@ export const serverEn = {
   'uncertainty.transfer_failed': 'A transfer failed or was given up half-way.',
   'uncertainty.rebooted': 'The vehicle restarted.',
   'uncertainty.changed_elsewhere': 'Another station changed it.',
+  'uncertainty.sent_elsewhere': 'Another station is sending one, or did not end it.',
+  'uncertainty.record_damaged': 'What was written down of it is damaged, and may have said so.',
+  'uncertainty.mixed': 'It was read, and is no mission that is known to be whole.',
 
   'mavResult.TEMPORARILY_REJECTED': 'not now',
   'mavResult.DENIED': 'denied',

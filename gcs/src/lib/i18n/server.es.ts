@@ -56,7 +56,7 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.unknown-mode': 'El vehículo no tiene el modo {mode}.',
   'problem.no-mode-for': 'El vehículo no tiene ningún modo para eso.',
   'problem.plan-unknown': 'No se sabe qué {plan} tiene el vehículo: puede ser una mezcla de dos.',
-  'problem.plan-unknown.remedy': 'Envíala de nuevo o léela.',
+  'problem.plan-unknown.remedy': 'Envíala de nuevo o bórrala.',
   'problem.too-old': 'El firmware del vehículo es demasiado antiguo para eso.',
   'problem.too-old.remedy': 'Actualiza el autopiloto.',
   'problem.armed': 'Eso solo se puede hacer con el vehículo desarmado.',
@@ -133,6 +133,9 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'uncertainty.transfer_failed': 'Una transferencia falló o se quedó a medias.',
   'uncertainty.rebooted': 'El vehículo se ha reiniciado.',
   'uncertainty.changed_elsewhere': 'Otra estación lo ha cambiado.',
+  'uncertainty.sent_elsewhere': 'Otra estación lo está enviando, o no terminó de enviarlo.',
+  'uncertainty.record_damaged': 'Lo que se anotó de ella está dañado, y puede que lo dijera.',
+  'uncertainty.mixed': 'Se ha leído, y no es ninguna misión que se sepa completa.',
 
   'mavResult.TEMPORARILY_REJECTED': 'ahora no',
   'mavResult.DENIED': 'denegado',

@@ -556,7 +556,7 @@ class PlanStore implements PlanDraft {
     const vehicle = vehicles.selected;
     const told = vehicle?.planStates?.[part];
     if (!vehicle || !told || told.state === 'empty' || this.transfer !== null || onBoard.planOf(part) !== null) return;
-    if (told.reason === 'transferring') return;
+    if (told.reason === 'transferring' || told.reason === 'sent_elsewhere') return;
     const about = `${vehicle.systemId}/${part}/${told.state}/${told.hash}/${told.detail}`;
     if (this.#readFor.has(about)) return;
     if (told.reason === 'changed_elsewhere') {

@@ -7,7 +7,13 @@ import { vehicles } from './vehicles.svelte';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
 const AT = { lat_deg: 40.336, lon_deg: -3.7978 };
-const NEVER_READ: PlanState = { state: 'unknown', count: null, hash: null, detail: 'unknown: never read' };
+const NEVER_READ: PlanState = {
+  state: 'unknown',
+  count: null,
+  hash: null,
+  may_be_mixed: false,
+  detail: 'unknown: never read',
+};
 
 /** A server whose vehicle keeps what it is sent. */
 function serve() {
@@ -20,8 +26,14 @@ function serve() {
   const state = (): PlanState =>
     uncertain ??
     (onBoard.items.length === 0
-      ? { state: 'empty', count: 0, hash: null, detail: 'empty' }
-      : { state: 'verified', count: onBoard.items.length, hash: String(hash), detail: 'verified' });
+      ? { state: 'empty', count: 0, hash: null, may_be_mixed: false, detail: 'empty' }
+      : {
+          state: 'verified',
+          count: onBoard.items.length,
+          hash: String(hash),
+          may_be_mixed: false,
+          detail: 'verified',
+        });
   const spies = {
     send: vi.fn((_id: number, _kind: string, sent: Plan) => {
       onBoard = structuredClone(sent);
@@ -83,9 +95,13 @@ describe('the plan store', () => {
   it('takes nothing for known that another station may have changed', async () => {
     plan.add('waypoint', AT);
     await plan.send();
-    vehicles
-      .ensure(1)
-      .applyPlanState('mission', { state: 'verified', count: 3, hash: 'another', detail: 'verified: another' });
+    vehicles.ensure(1).applyPlanState('mission', {
+      state: 'verified',
+      count: 3,
+      hash: 'another',
+      may_be_mixed: false,
+      detail: 'verified: another',
+    });
     expect(plan.state).toBe('unknown');
     expect(plan.vehiclePlan).toBeNull();
   });

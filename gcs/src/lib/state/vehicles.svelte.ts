@@ -191,7 +191,7 @@ export class Vehicle {
   }
 
   applyPlanState(kind: PlanKind, state: PlanState): void {
-    const unknown: PlanState = { state: 'unknown', count: null, hash: null, detail: '' };
+    const unknown: PlanState = { state: 'unknown', count: null, hash: null, may_be_mixed: false, detail: '' };
     this.planStates = { ...(this.planStates ?? { mission: unknown, fence: unknown, rally: unknown }), [kind]: state };
   }
 

@@ -111,7 +111,7 @@ fn assert_blocked(vehicle: &mut Vehicle, now: MonoTime, when: &str) {
     }
     for message in messages {
         let error = vehicle.on_sending(&message, false, now).expect_err("held back");
-        assert!(error.to_string().contains("upload it again or clear it"), "{when}: {error}");
+        assert!(error.to_string().contains("despite_mixed_plan"), "{when}: {error}");
     }
     // What makes it safe stays possible.
     for request in [mode("rtl"), Request::Disarm { force: false }] {
@@ -264,7 +264,7 @@ fn nothing_of_an_upload_goes_out_before_it_is_written_down() {
 fn a_record_goes_with_the_hardware_and_not_with_the_system_id() {
     let doubted = |key: VehicleKey| {
         let doubt = Doubt { writer: Writer::Us, sent: None, before: None };
-        StoredRecord { key, system: SystemId(1), record: PlanRecord { verified: None, doubt: Some(doubt) } }
+        StoredRecord { key, system: Some(SystemId(1)), record: PlanRecord { verified: None, doubt: Some(doubt) } }
     };
     let version = |vehicle: &mut Vehicle, uid, now| {
         let data = AUTOPILOT_VERSION_DATA { uid, ..Default::default() };
@@ -281,8 +281,46 @@ fn a_record_goes_with_the_hardware_and_not_with_the_system_id() {
     }
     // Another vehicle of the folder is nobody's business.
     let mut vehicle = Vehicle::new(PLANE, STATION, reading(), MonoTime::ZERO);
-    vehicle.on_records(vec![StoredRecord { system: SystemId(9), ..doubted(key) }], MonoTime::ZERO);
+    vehicle.on_records(vec![StoredRecord { system: Some(SystemId(9)), ..doubted(key.clone()) }], MonoTime::ZERO);
     assert!(!vehicle.plan_state(MISSION).may_be_mixed());
+    // What this run sees before it is known who it is stays, whoever that is.
+    let mut vehicle = Vehicle::new(PLANE, STATION, reading(), MonoTime::ZERO);
+    vehicle.on_records(vec![doubted(key.clone())], MonoTime::ZERO);
+    vehicle.on_sending(&rival_count(9), false, now).expect("sent");
+    version(&mut vehicle, 0x2b, now);
+    assert!(vehicle.plan_state(MISSION).may_be_mixed(), "an upload that began in this run");
+    // A damaged one may be anybody's until they tell who they are.
+    for (uid, stays) in [(0x2a, true), (0x2b, false)] {
+        let mut vehicle = Vehicle::new(PLANE, STATION, reading(), MonoTime::ZERO);
+        let stored = StoredRecord { key: key.clone(), system: None, record: PlanRecord::damaged() };
+        vehicle.on_records(vec![stored], MonoTime::ZERO);
+        assert_eq!(vehicle.plan_state(MISSION), PlanState::Unknown(Unknown::RecordDamaged));
+        assert_blocked(&mut vehicle, MonoTime::ZERO, "damaged record");
+        version(&mut vehicle, uid, now);
+        assert_eq!(vehicle.plan_state(MISSION).may_be_mixed(), stays, "{uid}");
+    }
+}
+
+#[test]
+fn a_damaged_record_is_a_doubt_that_an_upload_ends_and_a_reading_does_not() {
+    let mut world = world(VehicleConfig { keeps_records: true, ..reading() });
+    ask(&mut world, send(route(8, 0.0))).expect("a mission");
+    let key = world.station.kept.values().next_back().expect("kept").key.clone();
+    let config = VehicleConfig { keeps_records: true, ..reading() };
+    let plane = std::mem::replace(&mut world.plane, Plane::new());
+    let mut world = World::new(Station::with(config), plane, Faults::default(), 1);
+    let damaged = StoredRecord { system: key.system(), key, record: PlanRecord::damaged() };
+    world.station.vehicle.on_records(vec![damaged], MonoTime::ZERO);
+    assert_eq!(state(&world), PlanState::Unknown(Unknown::RecordDamaged));
+    wait(&mut world, 20_000);
+    assert!(matches!(state(&world), PlanState::Differs { count: 8, .. }), "{}", state(&world));
+    ask(&mut world, Request::DownloadPlan { kind: MISSION }).expect("read");
+    let now = world.now;
+    assert_blocked(&mut world.station.vehicle, now, "read");
+    ask(&mut world, send(route(8, 0.0))).expect("sent anew");
+    assert!(ask(&mut world, ARM).is_ok());
+    let record = world.station.kept.last_key_value().expect("kept").1.record.clone();
+    assert!(record.doubt.is_none() && record.verified.is_some_and(|(count, _)| count == 8), "{record:?}");
 }
 
 fn from_rival(world: &mut Pair, message: &Message) {
@@ -493,13 +531,20 @@ fn flown(
         for event in station.events.drain(..) {
             match event {
                 VehicleEvent::CurrentItemChanged { .. } => begun = at,
-                VehicleEvent::TargetElsewhere { seq, .. } => alarms.push((seq.0, at.since(begun))),
-                VehicleEvent::TargetAsPlanned { .. } => told += 1,
+                VehicleEvent::TargetElsewhere { seq, distance_m } => {
+                    assert_eq!(station.vehicle.progress().target_off_m, Some(distance_m), "{name}: it stands");
+                    alarms.push((seq.0, at.since(begun)));
+                }
+                VehicleEvent::TargetAsPlanned { .. } => {
+                    assert_eq!(station.vehicle.progress().target_off_m, None, "{name}: it ended");
+                    told += 1;
+                }
                 _ => {}
             }
         }
     }
     assert!(station.vehicle.mission().is_some(), "{name} was compared");
+    assert_eq!(station.vehicle.progress().target_off_m, None, "{name}: flown");
     (alarms, told)
 }
 

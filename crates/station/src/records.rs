@@ -1,0 +1,334 @@
+//! What is remembered of the missions on board, one file for each vehicle: read when the station starts and when a vehicle is
+//! heard, written by a thread of its own, newest record first.
+//!
+//! A file that cannot be read may have told of a doubt, and counts for one. It stays as it is until something else is known.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+
+use serde::{Deserialize, Serialize};
+use vencejo_proto::SystemId;
+use vencejo_proto::plan_file::{decode_plan_file, encode_plan_file};
+use vencejo_store::Access;
+use vencejo_vehicle::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
+
+/// Vehicles that are remembered; of more, the newest.
+const MAX_RECORDS: usize = 256;
+/// Longest file: a mission of 65,535 items, in hexadecimal, would be longer, and no vehicle holds it.
+const MAX_FILE: u64 = 1 << 20;
+/// The end of the files' names.
+const ENDING: &str = ".json";
+
+/// A record as it is written.
+#[derive(Serialize, Deserialize)]
+struct OnDisk {
+    format: u32,
+    system: Option<u8>,
+    verified: Option<Fingerprint>,
+    doubt: Option<DoubtOnDisk>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Fingerprint {
+    count: u16,
+    hash: String,
+}
+
+#[derive(Serialize, Deserialize)]
+struct DoubtOnDisk {
+    writer: WriterOnDisk,
+    /// The list that was being sent, as ArduPilot's plan file, in hexadecimal.
+    sent: Option<String>,
+    before: Option<String>,
+}
+
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum WriterOnDisk {
+    Us,
+    Another,
+    NotKnown,
+}
+
+impl From<Writer> for WriterOnDisk {
+    fn from(writer: Writer) -> Self {
+        match writer {
+            Writer::Us => Self::Us,
+            Writer::Another => Self::Another,
+            Writer::NotKnown => Self::NotKnown,
+        }
+    }
+}
+
+impl From<WriterOnDisk> for Writer {
+    fn from(writer: WriterOnDisk) -> Self {
+        match writer {
+            WriterOnDisk::Us => Self::Us,
+            WriterOnDisk::Another => Self::Another,
+            WriterOnDisk::NotKnown => Self::NotKnown,
+        }
+    }
+}
+
+const FORMAT: u32 = 1;
+
+fn hash_text(hash: u64) -> String {
+    format!("{hash:016x}")
+}
+
+fn hash_of(text: &str) -> Option<u64> {
+    u64::from_str_radix(text, 16).ok()
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn unhex(text: &str) -> Option<Vec<u8>> {
+    let digits = text.as_bytes().chunks_exact(2);
+    let is_whole = digits.remainder().is_empty();
+    let bytes: Option<Vec<_>> =
+        digits.map(|pair| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok()).collect();
+    bytes.filter(|_| is_whole)
+}
+
+fn to_text(stored: &StoredRecord) -> String {
+    let doubt = stored.record.doubt.as_ref().map(|doubt| DoubtOnDisk {
+        writer: doubt.writer.into(),
+        sent: doubt.sent.as_ref().map(|items| hex(&encode_plan_file(0, items))),
+        before: doubt.before.map(hash_text),
+    });
+    let verified = stored.record.verified.map(|(count, hash)| Fingerprint { count, hash: hash_text(hash) });
+    let on_disk = OnDisk { format: FORMAT, system: stored.system.map(|system| system.0), verified, doubt };
+    serde_json::to_string_pretty(&on_disk).unwrap_or_default()
+}
+
+fn of_text(key: VehicleKey, text: &[u8]) -> Option<StoredRecord> {
+    let on_disk: OnDisk = serde_json::from_slice(text).ok().filter(|on_disk: &OnDisk| on_disk.format == FORMAT)?;
+    let doubt = on_disk.doubt.map(|doubt| Doubt {
+        writer: doubt.writer.into(),
+        sent: doubt.sent.and_then(|sent| Some(Arc::new(decode_plan_file(&unhex(&sent)?).ok()?.1))),
+        before: doubt.before.as_deref().and_then(hash_of),
+    });
+    let verified = on_disk.verified.and_then(|verified| Some((verified.count, hash_of(&verified.hash)?)));
+    Some(StoredRecord { key, system: on_disk.system.map(SystemId), record: PlanRecord { verified, doubt } })
+}
+
+/// The records in a folder, newest first. It blocks.
+pub(crate) fn read_all(folder: &Path) -> Vec<StoredRecord> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let mut files: Vec<_> = entries
+        .flatten()
+        .filter_map(|entry| {
+            let key = VehicleKey::parse(entry.file_name().to_str()?.strip_suffix(ENDING)?)?;
+            let about = entry.metadata().ok()?;
+            Some((about.modified().ok()?, key, entry.path(), about.len()))
+        })
+        .collect();
+    files.sort_by(|one, other| other.cmp(one));
+    files.truncate(MAX_RECORDS);
+    let read = |(_, key, path, len): (_, VehicleKey, PathBuf, u64)| {
+        let text = (len <= MAX_FILE).then(|| std::fs::read(&path).ok()).flatten();
+        text.and_then(|text| of_text(key.clone(), &text)).unwrap_or_else(|| {
+            tracing::warn!(file = %path.display(), "what is remembered of a mission cannot be read: that mission is doubted");
+            StoredRecord { system: key.system(), key, record: PlanRecord::damaged() }
+        })
+    };
+    files.into_iter().map(read).collect()
+}
+
+fn write(folder: &Path, stored: &StoredRecord) -> std::io::Result<()> {
+    let path = folder.join(format!("{}{ENDING}", stored.key));
+    if stored.record == PlanRecord::default() {
+        return match std::fs::remove_file(&path) {
+            Ok(()) => vencejo_store::sync_folder(folder),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+            Err(error) => Err(error),
+        };
+    }
+    vencejo_store::write(&path, to_text(stored).as_bytes(), Access::Owner)
+}
+
+/// What waits to be written: the newest of each vehicle, so that a slow disk has at most one for each to write.
+#[derive(Default)]
+struct Waiting {
+    records: BTreeMap<(SystemId, VehicleKey), (u64, StoredRecord)>,
+    is_closing: bool,
+}
+
+#[derive(Default)]
+struct Desk {
+    waiting: Mutex<Waiting>,
+    news: Condvar,
+}
+
+impl Desk {
+    fn lock(&self) -> MutexGuard<'_, Waiting> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Writes records.
+pub(crate) struct Records {
+    folder: PathBuf,
+    desk: Arc<Desk>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Records {
+    /// Starts the thread that writes into `folder`. It calls `on_kept` with the vehicle and its newest ticket when that is on the
+    /// disk, or cannot be.
+    pub(crate) fn start(folder: PathBuf, on_kept: impl Fn(SystemId, u64) + Send + 'static) -> std::io::Result<Self> {
+        let desk = Arc::new(Desk::default());
+        let (theirs, into) = (desk.clone(), folder.clone());
+        let thread = std::thread::Builder::new().name("vencejo records".to_owned()).spawn(move || {
+            let mut has_failed = false;
+            loop {
+                let next = {
+                    let mut waiting = theirs.lock();
+                    loop {
+                        match waiting.records.pop_first() {
+                            Some(next) => break Some(next),
+                            None if waiting.is_closing => break None,
+                            None => waiting = theirs.news.wait(waiting).unwrap_or_else(PoisonError::into_inner),
+                        }
+                    }
+                };
+                let Some(((system, _), (ticket, stored))) = next else { return };
+                match write(&into, &stored) {
+                    Ok(()) => has_failed = false,
+                    Err(error) => {
+                        if !has_failed {
+                            tracing::error!(folder = %into.display(), %error, "what is known of a mission cannot be written down");
+                        }
+                        has_failed = true;
+                    }
+                }
+                on_kept(system, ticket);
+            }
+        })?;
+        Ok(Self { folder, desk, thread: Some(thread) })
+    }
+
+    /// Where.
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Has a record written soon. Never blocks for the disk.
+    pub(crate) fn keep(&self, system: SystemId, ticket: u64, stored: StoredRecord) {
+        self.desk.lock().records.insert((system, stored.key.clone()), (ticket, stored));
+        self.desk.news.notify_one();
+    }
+
+    /// Writes what waits and ends the thread. It blocks.
+    pub(crate) fn close(mut self) {
+        self.end();
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            tracing::error!("the thread that writes down what is known of missions panicked");
+        }
+    }
+
+    fn end(&self) {
+        self.desk.lock().is_closing = true;
+        self.desk.news.notify_one();
+    }
+}
+
+impl Drop for Records {
+    /// A station that is let go of without being closed: its thread writes what waits and ends.
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use super::*;
+    use vencejo_flight::plan::{Mission, MissionItem};
+    use vencejo_proto::Address;
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("vencejo-records-{name}-{}", std::process::id()));
+        let _unless_first = std::fs::remove_dir_all(&folder);
+        folder
+    }
+
+    fn stored(system: u8) -> StoredRecord {
+        let items = vec![MissionItem::waypoint(40.1, -3.2, 50.0), MissionItem::waypoint(40.2, -3.1, 60.0)];
+        let wire = Mission { home: None, items }.to_wire(Address::new(0, 0), false).expect("sendable");
+        let doubt = Doubt { writer: Writer::Another, sent: Some(Arc::new(wire)), before: Some(7) };
+        StoredRecord {
+            key: VehicleKey::of_system(SystemId(system)),
+            system: Some(SystemId(system)),
+            record: PlanRecord { verified: Some((12, 0xabcd)), doubt: Some(doubt) },
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read_again_and_what_is_empty_is_gone() {
+        let folder = folder("there-and-back");
+        let (sender, kept) = mpsc::channel();
+        let records = Records::start(folder.clone(), move |system, ticket| {
+            sender.send((system, ticket)).expect("the test listens");
+        })
+        .expect("a thread");
+        for system in [1, 2] {
+            records.keep(SystemId(system), u64::from(system), stored(system));
+        }
+        let mut told = [kept.recv().expect("kept"), kept.recv().expect("kept")];
+        told.sort();
+        assert_eq!(told, [(SystemId(1), 1), (SystemId(2), 2)]);
+        let mut read = read_all(&folder);
+        read.sort_by(|one, other| one.key.cmp(&other.key));
+        assert_eq!(read, [stored(1), stored(2)]);
+        records.keep(SystemId(1), 3, StoredRecord { record: PlanRecord::default(), ..stored(1) });
+        records.close();
+        assert_eq!(read_all(&folder), [stored(2)]);
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[test]
+    fn what_cannot_be_read_or_written_ends_nothing() {
+        let folder = folder("damaged");
+        std::fs::create_dir_all(&folder).expect("made");
+        for (name, text) in [
+            ("system-1.json", &b"{"[..]),
+            ("system-2.json", b"{\"format\": 9, \"system\": 2}"),
+            ("../evil.json", b""),
+            ("notes.txt", b"hello"),
+        ] {
+            let _unless_above = std::fs::write(folder.join(name.replace("../", "..-")), text);
+        }
+        std::fs::write(folder.join("system-3.json"), to_text(&stored(3))).expect("written");
+        std::fs::write(folder.join("uid-000000000000002a.json"), &to_text(&stored(4))[..40]).expect("written");
+        // Each of a vehicle counts for a doubt, never for none; what is no vehicle's counts for nothing.
+        let mut read: Vec<_> = read_all(&folder).into_iter().map(|stored| (stored.key.to_string(), stored)).collect();
+        read.sort_by(|one, other| one.0.cmp(&other.0));
+        let names: Vec<_> = read.iter().map(|(name, stored)| (name.as_str(), stored.system)).collect();
+        let system = |id| Some(SystemId(id));
+        assert_eq!(
+            names,
+            [("system-1", system(1)), ("system-2", system(2)), ("system-3", system(3)), ("uid-000000000000002a", None)]
+        );
+        for (name, read) in &read {
+            let expected = if name == "system-3" { stored(3).record } else { PlanRecord::damaged() };
+            assert_eq!(read.record, expected, "{name}");
+        }
+        // A file where the folder should be.
+        let (sender, kept) = mpsc::channel();
+        let no_folder = folder.join("system-3.json");
+        let records = Records::start(no_folder, move |_, ticket| sender.send(ticket).expect("the test listens"));
+        let records = records.expect("a thread");
+        records.keep(SystemId(3), 5, stored(3));
+        assert_eq!(kept.recv(), Ok(5), "who waits goes on");
+        records.close();
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+}
