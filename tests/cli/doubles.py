@@ -154,14 +154,14 @@ class FakeVehicle:
     def set_current_item(self, item: int) -> None:
         self._called("set_current_item", f" {item}")
 
-    def prepare_flight(self) -> None:
-        self._called("prepare_flight")
+    def prepare_flight(self, *, despite_mixed_plan: bool) -> None:
+        self._called("prepare_flight", " despite" if despite_mixed_plan else "")
 
-    def arm(self) -> None:
-        self._called("arm")
+    def arm(self, *, despite_mixed_plan: bool) -> None:
+        self._called("arm", " despite" if despite_mixed_plan else "")
 
     def disarm(self) -> None:
         self._called("disarm")
 
-    def start_mission(self, *, from_item: int | None = None) -> None:
-        self._called("start_mission", f" {from_item}")
+    def start_mission(self, *, from_item: int | None = None, despite_mixed_plan: bool) -> None:
+        self._called("start_mission", f" {from_item}" + (" despite" if despite_mixed_plan else ""))

@@ -26,6 +26,7 @@ def fly(
     plan: Plan | None = None,
     ask: Callable[[str], bool] = lambda _: True,
     ready_timeout_s: float = 60.0,
+    despite_mixed_plan: bool = False,
 ) -> Flight:
     with Reporter(json=True) as reporter:
         return fly_plan(
@@ -35,6 +36,7 @@ def fly(
             ask=ask,
             ready_timeout_s=ready_timeout_s,
             patience_s=60.0,
+            despite_mixed_plan=despite_mixed_plan,
         )
 
 
@@ -75,6 +77,17 @@ def test_everything_in_order(capsys: pytest.CaptureFixture[str]) -> None:
     assert flight.landing_error_m == pytest.approx(1.1, abs=0.05)
     events = [json.loads(line)["event"] for line in capsys.readouterr().out.splitlines()]
     assert [event for event in events if event != "progress"] == ["uploaded", "ready", "armed", "started"]
+
+
+def test_a_mission_that_may_be_mixed_is_flown_only_by_name() -> None:
+    vehicle = ready_vehicle()
+    fly(vehicle, despite_mixed_plan=True)
+    assert vehicle.calls[1:] == ["prepare_flight despite", "command 401", "arm despite", "start_mission 1 despite"]
+    vehicle = ready_vehicle()
+    vehicle.fails["arm"] = NotPossibleNow("the mission on board is perhaps mixed (despite_mixed_plan)")
+    with pytest.raises(NotPossibleNow):
+        fly(vehicle)
+    assert vehicle.calls[-1] == "arm", "nothing is started"
 
 
 def test_a_no_leaves_it_disarmed() -> None:

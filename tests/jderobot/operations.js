@@ -118,6 +118,7 @@ async function main(communicator) {
   await refused(vencejo.PlanRefused, "Missions.upload", 0, MissionPlan, wrong);
   await call("Missions.setCurrentItem", 0, 2);
   assert.equal((await call("Missions.getProgress", 0)).isComplete, false);
+  await call("Missions.prepareFlight", 0);
   await call("Missions.start", 0, 1);
   await call("Missions.pause", 0);
   await call("Missions.resume", 0);

@@ -168,6 +168,7 @@ def test_every_operation_from_python(client: Client) -> None:
     assert call("Missions", "setCurrentItem", 0, 2) is None
     wait_for(lambda: call("Missions", "getProgress", 0).item == 2, "the item in execution")
     assert call("Missions", "getProgress", 0).total == 2
+    assert call("Missions", "prepareFlight", 0) is None
     # Disarmed it goes through the modes and stays where it is.
     assert call("Missions", "start", 0, 1) is None
     assert call("Missions", "pause", 0) is None

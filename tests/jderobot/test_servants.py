@@ -27,7 +27,7 @@ from vencejo.jderobot.marks import Marks, Taken
 from vencejo.jderobot.mission import Mission, MissionOfPoses
 from vencejo.jderobot.navdata import Navdata, State, state_of
 from vencejo.jderobot.pose import Pose3D
-from vencejo.jderobot.precise import States
+from vencejo.jderobot.precise import Control, Missions, States
 from vencejo.jderobot.runtime import load
 from vencejo.jderobot.settings import MissionPolicy
 from vencejo.jderobot.stamp import age_text, stamped
@@ -390,15 +390,18 @@ class Flier:
         self._do("upload")
         return SimpleNamespace(hash="h")
 
-    def prepare_flight(self) -> None:
-        self._do("prepare")
+    def prepare_flight(self, *, despite_mixed_plan: bool) -> None:
+        self._act("prepare", despite_mixed_plan)
 
-    def arm(self) -> None:
-        self._do("arm")
+    def arm(self, *, despite_mixed_plan: bool) -> None:
+        self._act("arm", despite_mixed_plan)
 
-    def start_mission(self, *, from_item: int) -> None:
+    def start_mission(self, *, from_item: int, despite_mixed_plan: bool) -> None:
         assert from_item == 1
-        self._do("start")
+        self._act("start", despite_mixed_plan)
+
+    def _act(self, what: str, despite_mixed_plan: bool) -> None:
+        self._do(f"{what} despite" if despite_mixed_plan else what)
 
 
 def poses(*heights: float) -> Any:
@@ -455,6 +458,56 @@ def test_each_step_of_a_mission_and_what_its_failure_answers(
         "RTL_AUTOLAND is 0: it arms without DO_LAND_START"
     )
     assert any("RTL_AUTOLAND is 0" in text for text in subject.said)
+    workers.close()
+
+
+DESPITE: Any = SimpleNamespace(ctx={"despite_mixed_plan": "true"})
+"""A request whose context says that a mission that may be mixed is to be flown."""
+NOT_DESPITE: Any = SimpleNamespace(ctx={"despite_mixed_plan": "yes", "token": "true"})
+
+
+def test_a_mission_that_may_be_mixed_is_flown_only_when_the_context_says_so() -> None:
+    marks = Marks(5.0)
+    for current, leave in ((DESPITE, " despite"), (NOT_DESPITE, ""), (None, "")):
+        vehicle = Flier()
+        servant, _, workers = mission_servant(vehicle, marks)
+        for setter, data in (
+            (servant.setMissionData, poses(50.0, 60.0)),
+            (MissionOfPoses(servant).setMissionData, poses(50.0, 60.0).mission),
+        ):
+            vehicle.told.clear()
+            marks.mark(0.0, takeoff=True)
+            assert setter(data, current).result(30.0) == 0
+            assert vehicle.told == ["upload", *(f"{act}{leave}" for act in ("prepare", "arm", "start"))]
+        workers.close()
+
+
+def test_each_precise_act_takes_the_leave_from_its_context() -> None:
+    slices, workers, vehicle = load(), Workers(), Hoverer()
+    subject = cast("Subject", TheOne(vehicle))
+    faults = Faults(slices, workers)
+    missions, control = Missions(slices, subject, faults), Control(subject, faults)
+    acts: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
+        (missions.prepareFlight, ()),
+        (missions.start, (3,)),
+        (missions.resume, ()),
+        (missions.setCurrentItem, (3,)),
+        (control.arm, ()),
+        (control.setMode, ("AUTO",)),
+        (control.land, ()),
+        (control.command, (400, [1.0])),
+    ]
+    for current, leave in ((DESPITE, True), (NOT_DESPITE, False)):
+        for act, arguments in acts:
+            seen: list[bool] = []
+
+            def tell(*_: Any, despite_mixed_plan: bool, seen: list[bool] = seen, **__: Any) -> None:
+                seen.append(despite_mixed_plan)
+
+            names = ("prepare_flight", "start_mission", "resume_mission", "set_current_item", "arm", "set_mode", "land")
+            vehicle.__dict__.update(dict.fromkeys((*names, "command"), tell))
+            act(0, *arguments, current).result(30.0)
+            assert seen == [leave], act.__name__
     workers.close()
 
 
@@ -567,8 +620,9 @@ class Hoverer:
         )
 
     def __getattr__(self, name: str) -> Any:
-        def tell(*arguments: Any, **named: Any) -> None:
-            self.told.append((name, arguments or named))
+        def tell(*arguments: Any, despite_mixed_plan: bool = False, **named: Any) -> None:
+            leave = {"despite_mixed_plan": True} if despite_mixed_plan else {}
+            self.told.append((name, arguments or {**named, **leave}))
 
         return tell
 
@@ -580,7 +634,7 @@ class TheOne:
         self.vehicle = vehicle
         self.said: list[str] = []
 
-    def find(self) -> Any:
+    def find(self, system_id: int = 0) -> Any:
         return self.vehicle
 
     need = hear = find
@@ -717,7 +771,7 @@ def test_a_landing_alone_flies_the_one_that_the_mission_has(extra: tuple[Extra, 
     down = vencejo.MissionItem.loiter_to_altitude(40.01, -3.0, alt_rel_home_m=40.0)
     land = vencejo.MissionItem.land(40.02, -3.0)
 
-    def refuse() -> None:
+    def refuse(*, despite_mixed_plan: bool) -> None:
         raise errors.CommandRefused("no DO_LAND_START", "DO_LAND_START", "FAILED", ())
 
     vehicle.__dict__["land"] = refuse
@@ -745,7 +799,7 @@ def test_a_take_off_that_is_refused_leaves_the_mode_as_it_was(extra: tuple[Extra
     servant, vehicle, subject, _ = extra
     vehicle.is_on_ground, vehicle.mode = True, "MANUAL"
 
-    def refuse() -> None:
+    def refuse(*, despite_mixed_plan: bool) -> None:
         raise errors.CommandRefused("no GPS", "ARM", "DENIED", ())
 
     vehicle.__dict__["arm"] = refuse
@@ -767,6 +821,18 @@ def test_marks_act_alone_after_the_wait_and_not_before(extra: tuple[Extra, Hover
     with servant._changed:
         servant._changed.notify_all()
     wait_for(lambda: [name for name, _ in vehicle.told] == ["land"], "landing alone")
+
+
+def test_a_mark_that_acts_alone_keeps_the_leave_of_its_request(extra: tuple[Extra, Hoverer, TheOne, Clock]) -> None:
+    servant, vehicle, _, clock = extra
+    for current, named in ((DESPITE, {"despite_mixed_plan": True}), (NOT_DESPITE, {})):
+        vehicle.told.clear()
+        servant.land(current)
+        clock.now_s += 5.0
+        with servant._changed:
+            servant._changed.notify_all()
+        wait_for(lambda: bool(vehicle.told), "landing alone")
+        assert vehicle.told == [("land", named)]
 
 
 def test_flat_trim_only_when_disarmed(extra: tuple[Extra, Hoverer, TheOne, Clock]) -> None:

@@ -1,5 +1,6 @@
 // Stands in for the server in the browser, for `npm run dev:mock` and for screenshots: answers requests, speaks on a
-// WebSocket. `?scene=` chooses what is to be seen: lost, away, refused, watching, two, none, token.
+// WebSocket. `?scene=` chooses what is to be seen: lost, away, refused, mixed, elsewhere, watching, two, none,
+// token.
 import type {
   ClientMessage,
   LinkInfo,
@@ -18,7 +19,7 @@ const start_ms = performance.now();
 const HEAD_START_S = 212;
 const time_s = () => (performance.now() - start_ms) / 1000 + HEAD_START_S;
 
-let isArmed = scene !== 'refused';
+let isArmed = scene !== 'refused' && scene !== 'mixed';
 const session: Session = {
   session: 'mock',
   name: 'Mock',
@@ -84,9 +85,17 @@ const verified = {
   state: 'verified' as const,
   count: mission.length,
   hash: 'c0ffee',
+  may_be_mixed: false,
   detail: 'read back and compared',
 };
-const empty = { state: 'empty' as const, count: 0, hash: null, detail: 'none' };
+const empty = { state: 'empty' as const, count: 0, hash: null, may_be_mixed: false, detail: 'none' };
+const mixed = { ...verified, state: 'unknown' as const, reason: 'mixed' as const, may_be_mixed: true };
+
+/** In the scene "elsewhere" the plane flies to somewhere else than its plan says. */
+function toldAt(...[t, options]: Parameters<typeof telemetryAt>): ReturnType<typeof telemetryAt> {
+  const { groups, progress } = telemetryAt(t, options);
+  return { groups, progress: { ...progress, target_off_m: scene === 'elsewhere' ? 412 : null } };
+}
 
 const KINDS: Record<string, Operation['kind']> = { PUT: 'upload_mission', GET: 'download_mission' };
 
@@ -139,7 +148,19 @@ const refusal = () =>
     409,
   );
 
-async function answer(method: string, path: string, body: string): Promise<Response> {
+const heldBack = () =>
+  json(
+    {
+      type: 'urn:vencejo:plan-unknown',
+      title: 'The plan on board is not known',
+      status: 409,
+      detail: 'The mission on board is perhaps mixed.',
+      cause: { code: 'plan-unknown', plan: 'mission', reason: 'mixed' },
+    },
+    409,
+  );
+
+async function answer(method: string, path: string, query: string, body: string): Promise<Response> {
   const ofMaps = await mapsAnswer(method, path, body, json);
   if (ofMaps !== null) return ofMaps;
   await new Promise((resolve) => setTimeout(resolve, 120));
@@ -153,19 +174,20 @@ async function answer(method: string, path: string, body: string): Promise<Respo
   if (path === '/plan/check' || path === '/commands') return json([]);
   if (/^\/vehicles\/\d+\/texts$/.test(path)) return json(texts);
   if (/^\/vehicles\/\d+$/.test(path)) {
-    const { groups, progress } = telemetryAt(time_s(), { isArmed });
+    const { groups, progress } = toldAt(time_s(), { isArmed });
     return json({
       system_id: Number(path.split('/')[2]),
       time_s: time_s(),
       telemetry: groups,
       progress,
-      plan_states: { mission: verified, fence: empty, rally: empty },
+      plan_states: { mission: scene === 'mixed' ? mixed : verified, fence: empty, rally: empty },
       mode_names: ['MANUAL', 'FBWA', 'FBWB', 'CRUISE', 'AUTO', 'RTL', 'LOITER', 'GUIDED', 'TAKEOFF', 'CIRCLE'],
       link: link(),
     });
   }
   if (path.endsWith('/arm')) {
     if (scene === 'refused') return refusal();
+    if (scene === 'mixed' && query !== '?despite_mixed_plan=true') return heldBack();
     isArmed = true;
   }
   if (path.endsWith('/disarm')) isArmed = false;
@@ -223,7 +245,7 @@ class MockSocket {
         type: 'telemetry',
         vehicle,
         time_s: time_s(),
-        ...telemetryAt(time_s() + 40 * (vehicle - 1), { isArmed, offset_m: 300 * (vehicle - 1) }),
+        ...toldAt(time_s() + 40 * (vehicle - 1), { isArmed, offset_m: 300 * (vehicle - 1) }),
       });
     };
     this.#rates.set(vehicle, setInterval(tell, 1000 / rate_hz));
@@ -240,10 +262,10 @@ class MockSocket {
 export function install(): void {
   const real = window.fetch.bind(window);
   window.fetch = (input, init) => {
-    const { pathname } = new URL(input instanceof Request ? input.url : input, window.location.href);
+    const { pathname, search } = new URL(input instanceof Request ? input.url : input, window.location.href);
     if (!pathname.startsWith('/api/v1')) return real(input, init);
     const body = typeof init?.body === 'string' ? init.body : '';
-    return answer(init?.method ?? 'GET', pathname.slice('/api/v1'.length), body);
+    return answer(init?.method ?? 'GET', pathname.slice('/api/v1'.length), search, body);
   };
   window.WebSocket = MockSocket as unknown as typeof WebSocket;
 }

@@ -68,6 +68,13 @@ def fly(
             "--patience", metavar="SECONDS", min=0.0, help="How long to follow a plane that has left AUTO mode."
         ),
     ] = 120.0,
+    despite_mixed_plan: Annotated[
+        bool,
+        typer.Option(
+            "--despite-mixed-plan",
+            help="Arm and start although what another station left on board meanwhile may be a mixture. It is written down.",
+        ),
+    ] = False,
     system: SystemOption = None,
     timeout: TimeoutOption = 30.0,
     record: RecordOption = True,
@@ -105,6 +112,7 @@ def fly(
                 ask=lambda question: confirm(question, yes=yes),
                 ready_timeout_s=ready_timeout,
                 patience_s=patience,
+                despite_mixed_plan=despite_mixed_plan,
             )
             tell(flight, vehicle, reporter)
         if not flight.outcome.ok:
@@ -147,6 +155,7 @@ def fly_plan(
     ready_timeout_s: float,
     patience_s: float,
     alive: Callable[[], None] = lambda: None,
+    despite_mixed_plan: bool = False,
 ) -> Flight:
     """Upload, arm, start and follow. Each step ends the command when it fails, and says how the plane is left.
 
@@ -159,14 +168,14 @@ def fly_plan(
         raise Failed("not sent: the plane goes on with its mission")
     upload(vehicle, plan, reporter)
     if not vehicle.telemetry.is_armed:
-        _prepare(vehicle, reporter)
+        _prepare(vehicle, reporter, despite_mixed_plan)
         _wait_until_ready(vehicle, reporter, ready_timeout_s)
         if not ask("Arm and start the mission now? The propeller will turn."):
             raise Failed("not armed: the mission is on board and verified")
-        _arm(vehicle, reporter)
+        _arm(vehicle, reporter, despite_mixed_plan)
     elif not ask("The plane is armed. Start the mission now?"):
         raise Failed("not started: the mission is on board and verified, the plane is armed")
-    _start(vehicle, reporter, armed_by_us=not telemetry.is_armed)
+    _start(vehicle, reporter, armed_by_us=not telemetry.is_armed, despite=despite_mixed_plan)
     return follow(vehicle, plan, reporter, patience_s=patience_s, alive=alive)
 
 
@@ -325,7 +334,7 @@ def _wait_until_ready(vehicle: Vehicle, reporter: Reporter, timeout_s: float) ->
         reporter.step("ready", "the vehicle does not tell whether it is ready: arming will", ready=None)
 
 
-def _prepare(vehicle: Vehicle, reporter: Reporter) -> None:
+def _prepare(vehicle: Vehicle, reporter: Reporter, despite: bool) -> None:
     """Bring it into a mode that arms, and the mission to its beginning; say so before."""
     preparation = vehicle.flight_preparation
     if preparation is not None and preparation.is_needed:
@@ -336,19 +345,19 @@ def _prepare(vehicle: Vehicle, reporter: Reporter) -> None:
             mode=preparation.mode,
             rewinds_mission=preparation.rewinds_mission,
         )
-    vehicle.prepare_flight()
+    vehicle.prepare_flight(despite_mixed_plan=despite)
 
 
-def _arm(vehicle: Vehicle, reporter: Reporter) -> None:
-    vehicle.arm()
+def _arm(vehicle: Vehicle, reporter: Reporter, despite: bool) -> None:
+    vehicle.arm(despite_mixed_plan=despite)
     reporter.step("armed", "armed")
 
 
-def _start(vehicle: Vehicle, reporter: Reporter, *, armed_by_us: bool) -> None:
+def _start(vehicle: Vehicle, reporter: Reporter, *, armed_by_us: bool, despite: bool) -> None:
     """Start the mission at its first item. When that fails, what we armed is disarmed if it still stands."""
     try:
         runs = armed_by_us and vehicle.telemetry.mode == "AUTO"
-        vehicle.start_mission(from_item=None if runs else 1)
+        vehicle.start_mission(from_item=None if runs else 1, despite_mixed_plan=despite)
     except (Exception, KeyboardInterrupt):
         if armed_by_us and vehicle.telemetry.mode != "AUTO":
             _disarm_again(vehicle)

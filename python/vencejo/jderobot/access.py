@@ -13,10 +13,20 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 from urllib.parse import urlsplit
 
+from vencejo.jderobot.runtime import tolerant
 from vencejo.jderobot.settings import Network, is_loopback
 from vencejo.jderobot.subject import LOG
 
-__all__ = ["ConnectionLimit", "Gate", "Peer", "peer_of", "raise_file_limit", "remote_address", "web_origin"]
+__all__ = [
+    "ConnectionLimit",
+    "Gate",
+    "Peer",
+    "despite_mixed_plan",
+    "peer_of",
+    "raise_file_limit",
+    "remote_address",
+    "web_origin",
+]
 
 _DESCRIPTORS: Final = Path("/proc/self/fd")
 _LOOK_S: Final = 0.5
@@ -135,6 +145,14 @@ def web_origin(connection: Any) -> str | None:
             return next((value for name, value in headers.items() if name.lower() == "origin"), None)
         info = info.underlying
     return None
+
+
+def despite_mixed_plan(current: Any) -> bool:
+    """Whether a request is to be done although the mission on board may be mixed: its context says so, by that name."""
+    if current is None:
+        return False
+    with tolerant():
+        return bool(current.ctx.get("despite_mixed_plan") == "true")
 
 
 def raise_file_limit(connections: int) -> None:

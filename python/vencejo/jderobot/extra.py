@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any, Final, Protocol
 
 from vencejo.errors import Busy, CommandRefused, VencejoError
+from vencejo.jderobot.access import despite_mixed_plan
 from vencejo.jderobot.marks import Marks, Taken
 from vencejo.jderobot.settings import IceSettings
 from vencejo.jderobot.subject import Subject
@@ -53,16 +54,18 @@ class Extra:
         self._clock = clock
         self._changed = threading.Condition()
         self._closed = False
+        self._despite = False
+        """Whether the last mark came with leave to fly a mission that may be mixed."""
         self._thread = threading.Thread(target=self._watch, name="vencejo-ice-marks", daemon=True)
         self._thread.start()
 
     def takeoff(self, current: Any = None) -> None:
         """Make the first pose of the next mission the take-off; alone, take off."""
-        self._mark(takeoff=True)
+        self._mark(despite_mixed_plan(current), takeoff=True)
 
     def land(self, current: Any = None) -> None:
         """Make the last pose of the next mission the landing; alone, land."""
-        self._mark(land=True)
+        self._mark(despite_mixed_plan(current), land=True)
 
     def toggleCam(self, current: Any = None) -> None:
         """Give the pictures of the next camera."""
@@ -109,8 +112,9 @@ class Extra:
         except Busy as error:
             self._subject.tell(f"{what}: {error}")
 
-    def _mark(self, *, takeoff: bool = False, land: bool = False) -> None:
+    def _mark(self, despite: bool, *, takeoff: bool = False, land: bool = False) -> None:
         with self._changed:
+            self._despite = despite
             self._marks.mark(self._clock(), takeoff=takeoff, land=land)
             self._changed.notify_all()
 
@@ -125,9 +129,10 @@ class Extra:
                     due = self._marks.due_s
                     self._changed.wait(None if due is None else max(0.0, due - now))
                     continue
-            self.act_alone(taken)
+                despite = self._despite
+            self.act_alone(taken, despite)
 
-    def act_alone(self, taken: Taken) -> None:
+    def act_alone(self, taken: Taken, despite: bool = False) -> None:
         """Do what was marked, without a mission."""
         if taken.takeoff and taken.land:
             self._subject.tell("take-off and landing were both marked and no mission followed; nothing was done")
@@ -135,13 +140,13 @@ class Extra:
         try:
             vehicle = self._subject.hear()
             if taken.takeoff:
-                self._take_off(vehicle)
+                self._take_off(vehicle, despite)
             elif taken.land:
-                self._land(vehicle)
+                self._land(vehicle, despite)
         except VencejoError as error:
             self._subject.tell(f"{'take-off' if taken.takeoff else 'landing'}: {error}")
 
-    def _take_off(self, vehicle: Vehicle) -> None:
+    def _take_off(self, vehicle: Vehicle, despite: bool) -> None:
         if self._settings.missions == "upload":
             self._subject.tell("take-off: nothing is armed over these interfaces (Missions is upload)")
             return
@@ -151,39 +156,40 @@ class Extra:
             return
         self._subject.tell("taking off", is_problem=False)
         if not telemetry.is_armed:
-            vehicle.prepare_flight()  # in the landing sequence of its last mission it would not arm
+            # In the landing sequence of its last mission it would not arm.
+            vehicle.prepare_flight(despite_mixed_plan=despite)
         mode = vehicle.telemetry.mode
         if telemetry.heartbeat is not None and telemetry.heartbeat.mav_type == _FIXED_WING:
             # It begins to roll when it is armed.
             vehicle.takeoff(alt_rel_home_m=self._settings.takeoff_alt_m)
-            self._arm(vehicle, mode)
+            self._arm(vehicle, mode, despite)
         else:
             vehicle.set_mode("GUIDED")
-            self._arm(vehicle, mode)
+            self._arm(vehicle, mode, despite)
             vehicle.takeoff(alt_rel_home_m=self._settings.takeoff_alt_m)
 
     @staticmethod
-    def _arm(vehicle: Vehicle, mode_before: str | None) -> None:
+    def _arm(vehicle: Vehicle, mode_before: str | None, despite: bool) -> None:
         """Arm; where that is refused go back to the mode before: whoever arms later by radio expects that one."""
         try:
-            vehicle.arm()
+            vehicle.arm(despite_mixed_plan=despite)
         except CommandRefused:
             if mode_before is not None:
                 vehicle.set_mode(mode_before)
             raise
 
-    def _land(self, vehicle: Vehicle) -> None:
+    def _land(self, vehicle: Vehicle, despite: bool) -> None:
         if vehicle.telemetry.is_on_ground:
             self._subject.tell("landing: the vehicle is on the ground already", is_problem=False)
             return
         try:
-            vehicle.land()
+            vehicle.land(despite_mixed_plan=despite)
             self._subject.tell("landing", is_problem=False)
         except CommandRefused as error:
             # An ArduPlane finds a landing by DO_LAND_START alone; a mission may have one without it.
             item = self._landing_of(vehicle)
             if item is not None:
-                vehicle.start_mission(from_item=item)
+                vehicle.start_mission(from_item=item, despite_mixed_plan=despite)
                 self._subject.tell(f"landing: flying the mission's own, from item {item}", is_problem=False)
                 return
             vehicle.return_to_launch()

@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from vencejo.errors import Busy, Cancelled, InvalidRequest, ParameterError, VehicleLost, VencejoError
 from vencejo.geodesy import distance_m
+from vencejo.jderobot.access import despite_mixed_plan
 from vencejo.jderobot.answers import Answer, answer_of
 from vencejo.jderobot.marks import Marks, Taken
 from vencejo.jderobot.runtime import Slices
@@ -192,7 +193,7 @@ class Mission:
 
     def setMissionData(self, data: Any, current: Any = None) -> Any:
         """Send, verify, arm and start a mission, or only send and verify it, as the setting says."""
-        return self.taken(getattr(data, "mission", None))
+        return self.taken(getattr(data, "mission", None), despite_mixed_plan(current))
 
     def given(self, wrap: Callable[[list[Any]], Any]) -> Any:
         """The mission on board, its poses wrapped as a dialect passes them."""
@@ -201,17 +202,17 @@ class Mission:
         except Busy:
             return wrap(self._poses(self._last_known()))
 
-    def taken(self, poses: Sequence[Any] | None) -> Any:
+    def taken(self, poses: Sequence[Any] | None, despite: bool = False) -> Any:
         """What becomes of the poses of a mission: an answer, or the future of one."""
         # Marks are for the mission that follows them, sound or not: they never act after it.
         marks = self._marks.take()
         try:
-            return self._workers.later(lambda: int(self._fly(poses or (), marks)))
+            return self._workers.later(lambda: int(self._fly(poses or (), marks, despite)))
         except Busy as error:
             self._subject.tell(f"a mission was refused: {error}")
             return int(Answer.BUSY)
 
-    def _fly(self, poses: Sequence[Any], marks: Taken) -> Answer:
+    def _fly(self, poses: Sequence[Any], marks: Taken, despite: bool) -> Answer:
         if not self._busy.acquire(blocking=False):
             self._subject.tell("a mission was refused: another one is on its way")
             return Answer.BUSY
@@ -243,10 +244,11 @@ class Mission:
                 return Answer.DONE
             step = "not armed for"
             if not vehicle.telemetry.is_armed:
-                vehicle.prepare_flight()  # a text in the station says before what it changes
-                vehicle.arm()
+                # A text in the station says before what it changes.
+                vehicle.prepare_flight(despite_mixed_plan=despite)
+                vehicle.arm(despite_mixed_plan=despite)
             step = "not started, and the vehicle is armed"
-            vehicle.start_mission(from_item=1)
+            vehicle.start_mission(from_item=1, despite_mixed_plan=despite)
         except VencejoError as error:
             self._subject.tell(f"a mission was {step}: {error}")
             answer = answer_of(error)
@@ -326,4 +328,4 @@ class MissionOfPoses:
 
     def setMissionData(self, data: Any, current: Any = None) -> Any:
         """Send, verify, arm and start a mission, as in the other dialect."""
-        return self._mission.taken(data)
+        return self._mission.taken(data, despite_mixed_plan(current))

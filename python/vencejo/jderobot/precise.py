@@ -9,6 +9,7 @@ from concurrent.futures import Future
 from typing import Any, Final
 
 from vencejo.errors import InvalidRequest
+from vencejo.jderobot.access import despite_mixed_plan
 from vencejo.jderobot.faults import Faults
 from vencejo.jderobot.feed import Feed
 from vencejo.jderobot.runtime import Slices
@@ -321,6 +322,7 @@ class Missions:
             "distanceM": progress.distance_m,
             "timeS": progress.time_s,
             "legDistanceM": progress.leg_distance_m,
+            "targetOffM": progress.target_off_m,
         }
         return self._precise.Progress(
             reached=list(progress.reached),
@@ -330,11 +332,15 @@ class Missions:
 
     def prepareFlight(self, systemId: int, current: Any = None) -> Future[Any]:
         """Bring it into a mode that arms, and the mission to its beginning."""
-        return self._later(systemId, lambda vehicle: vehicle.prepare_flight())
+        despite = despite_mixed_plan(current)
+        return self._later(systemId, lambda vehicle: vehicle.prepare_flight(despite_mixed_plan=despite))
 
     def start(self, systemId: int, fromItem: int, current: Any = None) -> Future[Any]:
         """Begin; does not arm."""
-        return self._later(systemId, lambda vehicle: vehicle.start_mission(from_item=fromItem or None))
+        despite = despite_mixed_plan(current)
+        return self._later(
+            systemId, lambda vehicle: vehicle.start_mission(from_item=fromItem or None, despite_mixed_plan=despite)
+        )
 
     def pause(self, systemId: int, current: Any = None) -> Future[Any]:
         """Interrupt."""
@@ -342,11 +348,13 @@ class Missions:
 
     def resume(self, systemId: int, current: Any = None) -> Future[Any]:
         """Go on."""
-        return self._later(systemId, lambda vehicle: vehicle.resume_mission())
+        despite = despite_mixed_plan(current)
+        return self._later(systemId, lambda vehicle: vehicle.resume_mission(despite_mixed_plan=despite))
 
     def setCurrentItem(self, systemId: int, item: int, current: Any = None) -> Future[Any]:
         """Go to an item."""
-        return self._later(systemId, lambda vehicle: vehicle.set_current_item(item))
+        despite = despite_mixed_plan(current)
+        return self._later(systemId, lambda vehicle: vehicle.set_current_item(item, despite_mixed_plan=despite))
 
     def _state(self, state: PlanState) -> Any:
         return self._precise.PlanState(
@@ -354,6 +362,7 @@ class Missions:
             self._unset if state.count is None else state.count,
             self._unset if state.hash is None else state.hash,
             state.detail,
+            state.may_be_mixed,
         )
 
 
@@ -369,7 +378,8 @@ class Control:
 
     def arm(self, systemId: int, current: Any = None) -> Future[Any]:
         """Arm."""
-        return self._later(systemId, lambda vehicle: vehicle.arm())
+        despite = despite_mixed_plan(current)
+        return self._later(systemId, lambda vehicle: vehicle.arm(despite_mixed_plan=despite))
 
     def disarm(self, systemId: int, current: Any = None) -> Future[Any]:
         """Disarm."""
@@ -381,7 +391,8 @@ class Control:
 
     def setMode(self, systemId: int, mode: str, current: Any = None) -> Future[Any]:
         """Change the mode."""
-        return self._later(systemId, lambda vehicle: vehicle.set_mode(mode))
+        despite = despite_mixed_plan(current)
+        return self._later(systemId, lambda vehicle: vehicle.set_mode(mode, despite_mixed_plan=despite))
 
     def takeoff(self, systemId: int, altRelHomeM: float, current: Any = None) -> Future[Any]:
         """Take off; does not arm."""
@@ -412,7 +423,8 @@ class Control:
 
     def land(self, systemId: int, current: Any = None) -> Future[Any]:
         """Land."""
-        return self._later(systemId, lambda vehicle: vehicle.land())
+        despite = despite_mixed_plan(current)
+        return self._later(systemId, lambda vehicle: vehicle.land(despite_mixed_plan=despite))
 
     def abortLanding(self, systemId: int, current: Any = None) -> Future[Any]:
         """Climb away."""
@@ -459,4 +471,5 @@ class Control:
 
     def command(self, systemId: int, command: int, params: list[float], current: Any = None) -> Future[Any]:
         """Any command."""
-        return self._later(systemId, lambda vehicle: vehicle.command(command, *params))
+        despite = despite_mixed_plan(current)
+        return self._later(systemId, lambda vehicle: vehicle.command(command, *params, despite_mixed_plan=despite))

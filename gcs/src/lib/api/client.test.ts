@@ -24,6 +24,17 @@ describe('Api', () => {
     expect(calls[0]?.init).toMatchObject({ method: 'POST', body: '{"item":5}' });
   });
 
+  it('says by name that a mission that may be mixed is to be flown', async () => {
+    const { api, calls } = make(() => Promise.resolve(new Response('{}')));
+    await api.command(3, 'arm', { force: false }, { despiteMixedPlan: true });
+    await api.command(3, 'arm', {}, { despiteMixedPlan: false });
+    const asked = calls.map(({ url, init }) => [url, init.body]);
+    expect(asked).toEqual([
+      ['/api/v1/vehicles/3/arm?despite_mixed_plan=true', '{"force":false}'],
+      ['/api/v1/vehicles/3/arm', '{}'],
+    ]);
+  });
+
   it("hands on the vehicle's reasons", async () => {
     const body = { type: 'urn:x', title: 'Refused', status: 409, detail: 'no', reasons: ['PreArm: a', 3], remedy: 'b' };
     const { api } = make(() => problem(body, 409));

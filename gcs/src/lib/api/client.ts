@@ -37,8 +37,12 @@ export class Api extends Http {
   texts = (id: number) => this.json<StatusText[]>('GET', `/vehicles/${id}/texts`);
 
   /** Tells a vehicle to do something; resolves when the vehicle did it, or shows it. */
-  command = <Name extends CommandName>(id: number, name: Name, body: VehicleCommands[Name]) =>
-    this.json<unknown>('POST', `/vehicles/${id}/${name}`, body);
+  command = <Name extends CommandName>(
+    id: number,
+    name: Name,
+    body: VehicleCommands[Name],
+    { despiteMixedPlan = false } = {},
+  ) => this.json<unknown>('POST', `/vehicles/${id}/${name}${despiteMixedPlan ? '?despite_mixed_plan=true' : ''}`, body);
 
   sendPlan = (id: number, kind: PlanKind, plan: Plan) =>
     this.json<Operation>('PUT', `/vehicles/${id}/plan/${kind}`, plan);

@@ -38,6 +38,9 @@ export const shellEn = {
   'bar.namesakeDetail':
     'It is heard at {place}. The vehicle cannot tell it from us: give one of the two another system id.',
   'bar.serverAwayDetail': 'No connection to the server for {age}. Trying again.',
+  'bar.targetElsewhere': 'It flies to somewhere else',
+  'bar.targetElsewhereDetail':
+    '{distance} from the current item of its plan. Be ready to take over, or change the mode.',
   'bar.stale': 'Link weak',
   'bar.ago': '{age} ago',
   'bar.age': 'age {age}',
@@ -100,6 +103,8 @@ export const shellEn = {
   'fly.prepareMode': 'Before a flight: mode {from} to {mode}, in which it arms.',
   'fly.prepareMission': 'Before a flight: the mission back to its beginning.',
   'fly.start': 'Start mission',
+  'fly.mayBeMixed':
+    'The mission on board may be a mixture of two: nothing arms or follows it until it is sent anew or cleared.',
   'fly.armFirst': 'Arm first.',
   'fly.armInMission':
     'It is in {mode}: armed, it starts its mission at once. Choose another mode first, unless you mean that.',
@@ -155,6 +160,9 @@ export const shellEn = {
   'answer.noServer': '{command}: no answer from the server',
   'answer.whatNow': 'What to do: {remedy}',
   'answer.said': 'The vehicle says: {text}',
+  'answer.despiteMixed': '{command} in spite of it',
+  'answer.despiteMixedDetail':
+    'Only if you know what is on board: the plane may fly to where nobody planned. It is written among the messages.',
   'answer.dismiss': 'Dismiss the answer',
   'answer.cure': 'Prepare the flight, or change to mode {mode}, then arm.',
 

@@ -40,6 +40,9 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'bar.namesakeDetail':
     'Se oye en {place}. El vehículo no la distingue de nosotros: da a una de las dos otro identificador de sistema.',
   'bar.serverAwayDetail': 'Sin conexión con el servidor desde hace {age}. Reintentando.',
+  'bar.targetElsewhere': 'Vuela a otro lugar',
+  'bar.targetElsewhereDetail':
+    'A {distance} del punto actual de su plan. Prepárate para tomar el mando o cambia de modo.',
   'bar.stale': 'Enlace débil',
   'bar.ago': 'hace {age}',
   'bar.age': 'edad {age}',
@@ -103,6 +106,8 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'fly.prepareMode': 'Antes de volar: del modo {from} a {mode}, en el que se puede armar.',
   'fly.prepareMission': 'Antes de volar: la misión de vuelta a su principio.',
   'fly.start': 'Iniciar misión',
+  'fly.mayBeMixed':
+    'La misión a bordo puede ser una mezcla de dos: no se arma ni se sigue hasta que se envíe de nuevo o se borre.',
   'fly.armFirst': 'Arma primero.',
   'fly.armInMission': 'Está en {mode}: al armarlo empieza su misión. Elige antes otro modo, si no es lo que quieres.',
   'fly.pauseOnly': 'Solo mientras vuela su misión.',
@@ -157,6 +162,9 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'answer.noServer': '{command}: el servidor no responde',
   'answer.whatNow': 'Qué hacer: {remedy}',
   'answer.said': 'El vehículo dice: {text}',
+  'answer.despiteMixed': '{command} de todos modos',
+  'answer.despiteMixedDetail':
+    'Solo si sabes qué lleva a bordo: el avión puede volar a donde nadie ha planeado. Queda anotado en los mensajes.',
   'answer.dismiss': 'Quitar la respuesta',
   'answer.cure': 'Prepara el vuelo, o cambia al modo {mode}, y arma después.',
 

@@ -25,6 +25,8 @@ export interface Answer {
   state: 'waiting' | 'accepted' | 'refused';
   problem: Problem | null;
   at_ms: number;
+  /** Asks for the same once more, although the mission on board may be a mixture. */
+  despiteMixedPlan: () => void;
 }
 
 class Station {
@@ -90,16 +92,19 @@ class Station {
     vehicle: Vehicle,
     command: Name,
     body: VehicleCommands[Name],
+    options: { despiteMixedPlan?: boolean } = {},
   ): Promise<boolean> {
     const key = `${vehicle.systemId}/${command}`;
     const at_ms = performance.now();
-    this.#answers.set(key, { command, state: 'waiting', problem: null, at_ms });
+    const despiteMixedPlan = () => void this.command(vehicle, command, body, { despiteMixedPlan: true });
+    const asked = { command, problem: null, despiteMixedPlan };
+    this.#answers.set(key, { ...asked, state: 'waiting', at_ms });
     let answer: Answer;
     try {
-      await api.command(vehicle.systemId, command, body);
-      answer = { command, state: 'accepted', problem: null, at_ms: performance.now() };
+      await api.command(vehicle.systemId, command, body, options);
+      answer = { ...asked, state: 'accepted', at_ms: performance.now() };
     } catch (error) {
-      answer = { command, state: 'refused', problem: problemFrom(error), at_ms: performance.now() };
+      answer = { ...asked, state: 'refused', problem: problemFrom(error), at_ms: performance.now() };
     }
     // A later press of the same button has the say.
     if (this.#answers.get(key)?.at_ms === at_ms) this.#answers.set(key, answer);
