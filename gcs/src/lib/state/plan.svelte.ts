@@ -88,6 +88,8 @@ class PlanStore implements PlanDraft {
   #checkRun = 0;
   #saveTimer: ReturnType<typeof setTimeout> | undefined;
   /** Plan states that were already answered by a reading of our own: one try each. */
+  /** The parts of the draft as they were found on board. */
+  readonly #asRead: Partial<Record<PlanKind, unknown>> = {};
   readonly #readFor = new Set<string>();
   /** How often a plan that changed under its reading was read again. */
   #readAgain = 0;
@@ -574,11 +576,13 @@ class PlanStore implements PlanDraft {
       if (vehicle.planStates?.[part].reason === 'changed_elsewhere') {
         if (this.#readAgain++ < MAX_READ_AGAIN) this.#readFor.delete(about);
       }
-      // nothing is lost by it, so there is nothing to undo
-      else if (this.isEmpty(part) && !this.canUndo) {
+      // Nothing is lost by it, so there is nothing to undo. What nobody has touched since it was read goes with the vehicle:
+      // a station that was still sending may have been read half way.
+      else if (!this.canUndo && (this.isEmpty(part) || partOf(this.draft, part) === this.#asRead[part])) {
         const { fence, rally } = this.draft;
         if (part === 'mission') this.#set(historyOf({ ...draftOf(plan), fence, rally }));
         else this.#set(historyOf({ ...this.draft, [part]: plan[part] }));
+        this.#asRead[part] = partOf(this.draft, part);
       }
     } catch {
       // it stays unknown, and says so
@@ -605,6 +609,10 @@ class PlanStore implements PlanDraft {
     if (this.transfer !== null) this.transfer = { ...this.transfer, operation };
     return operations.finish<Result>(operation);
   }
+}
+
+function partOf(draft: Draft, part: PlanKind): unknown {
+  return part === 'mission' ? draft.items : draft[part];
 }
 
 function readChosen(value: unknown): Chosen | null {

@@ -144,6 +144,30 @@ describe('the plan store', () => {
     expect(plan.vehiclePlan?.items).toHaveLength(2);
   });
 
+  it('follows what it read half way, until somebody touches it', async () => {
+    const whole = [
+      makeItem('takeoff', { at: AT, alt_m: 50 }),
+      makeItem('waypoint', { at: AT }),
+      makeItem('return_to_launch'),
+    ];
+    while (plan.canUndo) plan.undo();
+    server.byOthers(whole.slice(0, 1));
+    vehicles.ensure(1).applyPlanState('mission', { ...NEVER_READ, detail: 'unknown: one came' });
+    await plan.discover();
+    expect(plan.items).toHaveLength(1);
+    server.byOthers(whole.slice(0, 2));
+    vehicles.ensure(1).applyPlanState('mission', { ...NEVER_READ, detail: 'unknown: more came' });
+    await plan.discover();
+    expect(plan.items).toHaveLength(2);
+    plan.add('waypoint', AT);
+    server.byOthers(whole);
+    vehicles.ensure(1).applyPlanState('mission', { ...NEVER_READ, detail: 'unknown: the rest came' });
+    await plan.discover();
+    expect(plan.vehiclePlan?.items).toHaveLength(3);
+    plan.undo();
+    expect(plan.items).toHaveLength(2);
+  });
+
   it('asks an ArduPlane once for its circles and its speed', async () => {
     const asked: string[] = [];
     Object.assign(api, {
