@@ -25,5 +25,7 @@ export default defineConfig(({ mode }) => ({
   test: {
     include: ['src/**/*.test.ts', 'tests/**/*.test.ts'],
     environment: 'node',
+    // Only ends a test that hangs: how long one takes depends on what else the machine does.
+    testTimeout: 60_000,
   },
 }));
