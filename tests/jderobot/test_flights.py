@@ -151,7 +151,7 @@ def test_e2_a_mission_is_sent_to_a_plane_in_the_air(flight: tuple[str, Client]) 
     # With a landing, which this plane has without DO_LAND_START (RTL_AUTOLAND is 0), it flies that one.
     client.extra.land()
     assert client.mission.setMissionData(client.mission_data(*CIRCUIT[:2], pose(0, 0, 80))) == 0
-    assert client.missions.getProgress(0).item in (1, 2)
+    wait_for(lambda: client.missions.getProgress(0).item in (1, 2), "the vehicle's word that it began at the beginning")
     client.extra.land()
     wait_for(lambda: client.missions.getProgress(0).item == 3, "the circle down, before the landing")
     assert client.telemetry.getNavigation(0).mode == "AUTO"
