@@ -87,23 +87,35 @@ def flight(tmp_path: Path) -> Iterator[tuple[str, Client]]:
         yield link, client
 
 
-def assert_true_at_rest(client: Client, rival: Any) -> None:
-    """Position and attitude are what another program hears of the plane itself, while it stands."""
+def wait_true_at_rest(client: Client, rival: Any) -> None:
+    """Position and attitude come to be what another program hears of the plane itself, while it stands.
+
+    Its estimate of the heading wanders by two degrees while it stands, so both have to be of the same moment.
+    """
     rival.mav.request_data_stream_send(1, 1, 0, 10, 1)
-    truth = rival.recv_match(type="GLOBAL_POSITION_INT", blocking=True, timeout=30)
-    lies = rival.recv_match(type="ATTITUDE", blocking=True, timeout=30)
-    assert truth is not None
-    assert lies is not None
-    seen, navdata = client.pose.getPose3DData(), client.navdata.getNavdata()
-    assert distance_m((truth.lat / 1e7, truth.lon / 1e7), (seen.x, seen.y)) < 2.0
-    assert seen.z == pytest.approx(truth.alt / 1e3, abs=2.0)
-    assert (navdata.rotX, navdata.rotY, navdata.rotZ) == pytest.approx(
-        tuple(map(math.degrees, (lies.roll, lies.pitch, lies.yaw))), abs=2.0
-    )
-    # The quaternion's own angles, with the pitch's sign turned (Diebel 2006, eq. 290).
-    w, x, y, z = seen.q0, seen.q1, seen.q2, seen.q3
-    assert math.asin(2 * (w * y - z * x)) == pytest.approx(-lies.pitch, abs=0.03)
-    assert math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)) == pytest.approx(lies.roll, abs=0.03)
+
+    def newest(name: str) -> Any:
+        message = rival.recv_match(type=name, blocking=True, timeout=30)
+        assert message is not None, name
+        while (newer := rival.recv_match(type=name)) is not None:
+            message = newer
+        return message
+
+    def is_true() -> bool:
+        truth, lies = newest("GLOBAL_POSITION_INT"), newest("ATTITUDE")
+        seen, navdata = client.pose.getPose3DData(), client.navdata.getNavdata()
+        # The quaternion's own angles, with the pitch's sign turned (Diebel 2006, eq. 290).
+        w, x, y, z = seen.q0, seen.q1, seen.q2, seen.q3
+        return bool(
+            distance_m((truth.lat / 1e7, truth.lon / 1e7), (seen.x, seen.y)) < 2.0
+            and seen.z == pytest.approx(truth.alt / 1e3, abs=2.0)
+            and (navdata.rotX, navdata.rotY, navdata.rotZ)
+            == pytest.approx(tuple(map(math.degrees, (lies.roll, lies.pitch, lies.yaw))), abs=2.0)
+            and math.asin(2 * (w * y - z * x)) == pytest.approx(-lies.pitch, abs=0.03)
+            and math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)) == pytest.approx(lies.roll, abs=0.03)
+        )
+
+    wait_for(is_true, "the driver's position and attitude as another program hears them")
 
 
 def test_e1_a_mission_that_another_program_loaded_is_followed(flight: tuple[str, Client]) -> None:
@@ -114,7 +126,7 @@ def test_e1_a_mission_that_another_program_loaded_is_followed(flight: tuple[str,
     try:
         assert rival.wait_heartbeat(timeout=30) is not None
         load_with_pymavlink(rival, plan)
-        assert_true_at_rest(client, rival)
+        wait_true_at_rest(client, rival)
         rival.mav.command_long_send(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)
         wait_for(lambda: client.telemetry.getNavigation(0).isArmed is True, "arming by the other program")
         rival.set_mode_auto()
