@@ -661,6 +661,7 @@ mod tests {
         assert_eq!(commands.deadline(), None);
     }
 
+    // fault 21: foreign, late and doubled answers: one result
     #[test]
     fn foreign_and_late_acknowledgements_change_nothing() {
         let mut commands = commands();
@@ -680,6 +681,7 @@ mod tests {
         assert_eq!(drain(&mut commands), [], "one result, whatever comes late or twice");
     }
 
+    // fault 21: IN_PROGRESS for 5 minutes, then an end
     #[test]
     fn in_progress_lengthens_the_wait_up_to_a_limit() {
         let mut commands = commands();

@@ -301,6 +301,7 @@ mod tests {
         assert_eq!(ended(drain(&mut vehicles)), 1);
     }
 
+    // fault 25: 40 floods of 759 ids: ≤ 64 vehicles, told once, the heard one stays
     #[test]
     fn a_flood_of_ids_displaces_nobody_who_is_heard() {
         let mut vehicles = vehicles();
@@ -332,6 +333,44 @@ mod tests {
         assert!(outputs.iter().any(|output| matches!(output, RegistryOutput::Event(RegistryEvent::Dropped(_)))));
         assert!(outputs.iter().any(|output| matches!(output, RegistryOutput::Vehicle(_, Output::Finished { .. }))));
         assert!(vehicles.get(lost).is_none() || vehicles.len() == MAX_VEHICLES);
+    }
+
+    // fault 23 (1 seed): 100,000 messages from other ids, id 0 and our own echo: 0 changes of state, 0 vehicles more, 0 answers
+    #[test]
+    fn messages_of_other_ids_and_our_own_echo_change_nothing() {
+        let mut vehicles = vehicles();
+        vehicles.on_message(Address::new(1, 1), &heartbeat(1, 3), at(0));
+        drain(&mut vehicles);
+        let before = *vehicles.get(SystemId(1)).expect("vehicle").telemetry();
+        let mut rng = SmallRng::seed_from_u64(23);
+        let strangers = [OUR, Address::new(0, 0), Address::new(0, 1), Address::new(2, 1), Address::new(254, 190)];
+        let strangers = [&strangers[..], &[Address::new(1, 0), Address::new(1, 154), Address::new(1, 191)]].concat();
+        for n in 0..100_000_u32 {
+            let from = strangers[rng.random_range(0..strangers.len())];
+            let ack = CommandAck { command: 400, result: 0, progress: 0, result_param2: 0, target: OUR };
+            let message = match n % 6 {
+                // Our own heartbeat as it comes back, and those of what is no autopilot.
+                0 if from == OUR => crate::heartbeat::ground_station(),
+                0 => heartbeat(if from.component.0 == 154 { 26 } else { 6 }, 8),
+                1 => Message::Dialect(MavMessage::ATTITUDE(ATTITUDE_DATA { roll: 1.0, ..ATTITUDE_DATA::default() })),
+                2 => Message::CommandAck(ack),
+                3 => Message::CommandLong(CommandLong { target: OUR, command: 400, confirmation: 0, params: [1.0; 7] }),
+                4 => Message::MissionAck(vencejo_proto::MissionAck {
+                    target: OUR,
+                    result: 0,
+                    mission_type: 0,
+                    opaque_id: 0,
+                }),
+                _ => Message::Dialect(MavMessage::SYSTEM_TIME(vencejo_proto::dialect::SYSTEM_TIME_DATA {
+                    time_unix_usec: u64::from(n),
+                    time_boot_ms: n,
+                })),
+            };
+            vehicles.on_message(from, &message, at(1));
+            assert!(drain(&mut vehicles).is_empty(), "{from}: {message:?}");
+        }
+        assert_eq!(vehicles.len(), 1);
+        assert_eq!(*vehicles.get(SystemId(1)).expect("vehicle").telemetry(), before);
     }
 
     #[test]

@@ -138,6 +138,7 @@ mod tests {
         assert_eq!(noticed(&samples), None);
     }
 
+    // fault 15: at its third message
     #[test]
     fn a_restart_is_noticed_at_the_third_message() {
         let mut samples: Vec<_> = (0..100).map(|n| (60_000 + n * 100, u64::from(n) * 100)).collect();

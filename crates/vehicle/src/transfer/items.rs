@@ -30,8 +30,29 @@ const OVERTAKEN: u32 = 3;
 const INSISTENCE: u32 = 20;
 
 /// ArduPilot answers an item that comes when it expects none with [`MissionResult::ERROR`] (`GCS_MAVLINK::handle_mission_item`),
-/// so late copies of the last item bring some of them after an upload. More than this are an answer.
+/// so late copies of the last item bring some of them after an upload. This many of our questions may be answered so.
 const LATE_ERRORS: u32 = 3;
+
+/// [`MissionResult::ERROR`]s that may be about an upload before. Late copies come in any number, but together: of those between two
+/// questions of ours one counts. A vehicle that means it says it to each.
+#[derive(Debug, Default)]
+struct LateErrors {
+    questions: u32,
+    is_counted: bool,
+}
+
+impl LateErrors {
+    /// A question goes out.
+    fn on_question(&mut self) {
+        self.is_counted = false;
+    }
+
+    /// Whether the error that came may be late.
+    fn may_be_late(&mut self) -> bool {
+        self.questions += u32::from(!std::mem::replace(&mut self.is_counted, true));
+        self.questions <= LATE_ERRORS
+    }
+}
 
 /// What a machine puts out. Bounded by its owner, who drains it after every call: a call adds at most a window of items.
 pub(crate) type Outbox = VecDeque<TransferOutput>;
@@ -80,7 +101,7 @@ pub(crate) struct ItemUpload {
     /// How often it asked for the first item by MISSION_REQUEST, which may mean that it did not understand the answer.
     asked_first: u32,
     /// [`MissionResult::ERROR`]s that may have been about items before.
-    errors: u32,
+    errors: LateErrors,
     restarts: u32,
     round_trip: RoundTrip,
     out: Outbox,
@@ -131,7 +152,7 @@ impl ItemUpload {
             furthest: 0,
             insisted: 0,
             asked_first: 0,
-            errors: 0,
+            errors: LateErrors::default(),
             restarts: 0,
             round_trip: RoundTrip::new(config.round_trip, MESSAGE_TIMEOUT),
             out: Outbox::new(),
@@ -152,6 +173,7 @@ impl ItemUpload {
     }
 
     fn send_count(&mut self, tries: u32, now: MonoTime) {
+        self.errors.on_question();
         self.out.push_back(TransferOutput::Send(Message::Dialect(MavMessage::MISSION_COUNT(MISSION_COUNT_DATA {
             count: self.count(),
             target_system: self.config.vehicle.system.0,
@@ -295,9 +317,7 @@ impl ItemUpload {
             MissionResult::ERROR if self.config.is_ardupilot && all_sent => {
                 self.end(Ok(ItemsSent { acknowledged: false }));
             }
-            MissionResult::ERROR if self.config.is_ardupilot && counting && self.errors < LATE_ERRORS => {
-                self.errors += 1
-            }
+            MissionResult::ERROR if self.config.is_ardupilot && counting && self.errors.may_be_late() => {}
             // The vehicle gave up waiting; while counting, it is the end of the upload before.
             MissionResult::OPERATION_CANCELLED => {
                 if !counting {
@@ -408,7 +428,7 @@ pub(crate) struct ItemDownload {
     /// When it last got further.
     progressed: MonoTime,
     /// [`MissionResult::ERROR`]s that may have been about an upload before.
-    errors: u32,
+    errors: LateErrors,
     restarts: u32,
     round_trip: RoundTrip,
     out: Outbox,
@@ -454,7 +474,7 @@ impl ItemDownload {
             heard: now,
             began: now,
             progressed: now,
-            errors: 0,
+            errors: LateErrors::default(),
             restarts: 0,
             round_trip: RoundTrip::new(config.round_trip, MESSAGE_TIMEOUT),
             out: Outbox::new(),
@@ -467,6 +487,7 @@ impl ItemDownload {
     }
 
     fn send_list(&mut self, tries: u32, now: MonoTime) {
+        self.errors.on_question();
         self.out.push_back(TransferOutput::Send(Message::Dialect(MavMessage::MISSION_REQUEST_LIST(
             MISSION_REQUEST_LIST_DATA {
                 target_system: self.config.vehicle.system.0,
@@ -541,6 +562,7 @@ impl ItemDownload {
             let asked = Asked { seq: reading.next as u16, at: now, again: false, overtaken: 0 };
             reading.next += 1;
             if reading.items[usize::from(asked.seq)].is_none() {
+                self.errors.on_question();
                 reading.asked.push_back(asked);
                 self.out.push_back(TransferOutput::Send(request(&self.config, self.kind, self.form, asked.seq)));
             }
@@ -563,6 +585,7 @@ impl ItemDownload {
             !is_lost
         });
         for seq in again {
+            self.errors.on_question();
             reading.asked.push_back(Asked { seq, at: now, again: true, overtaken: 0 });
             self.out.push_back(TransferOutput::Send(request(&self.config, self.kind, self.form, seq)));
         }
@@ -585,11 +608,12 @@ impl ItemDownload {
         reading.have += 1;
         if let Some(place) = reading.asked.iter().position(|asked| asked.seq == item.seq) {
             let answered = reading.asked.remove(place).expect("invariant: the place was just found");
+            // What was asked for twice may answer either question: it tells neither a round trip nor that others were overtaken.
             if !answered.again {
                 self.round_trip.sample(now.since(answered.at));
-            }
-            for earlier in reading.asked.iter_mut().take(place) {
-                earlier.overtaken += 1;
+                for earlier in reading.asked.iter_mut().take(place) {
+                    earlier.overtaken += 1;
+                }
             }
         }
         if self.config.is_ardupilot && self.form != ItemForm::Float {
@@ -606,7 +630,7 @@ impl ItemDownload {
         let refused = TransferError::Refused { kind, result, seq: None };
         match (&mut self.state, result) {
             (Download::Over(_), _) | (_, MissionResult::ACCEPTED) => {}
-            (_, MissionResult::ERROR) if self.config.is_ardupilot && self.errors < LATE_ERRORS => self.errors += 1,
+            (_, MissionResult::ERROR) if self.config.is_ardupilot && self.errors.may_be_late() => {}
             // Another station is uploading.
             (Download::Listing { retry_at, .. }, MissionResult::DENIED | MissionResult::OPERATION_CANCELLED) => {
                 self.heard = now;

@@ -49,14 +49,18 @@ pub(crate) trait Endpoint {
 pub(crate) struct Faults {
     /// Share of frames lost.
     pub loss: f64,
-    /// Share of frames that come twice.
+    /// Share of frames that come more than once.
     pub duplicates: f64,
+    /// How often those come.
+    pub copies: u32,
     /// Share of frames that later ones overtake.
     pub reorder: f64,
     /// Time from one end to the other.
     pub delay: Duration,
     /// Most that is added to the delay, at random.
     pub jitter: Duration,
+    /// Nothing of the station arrives.
+    pub is_deaf: bool,
     /// Nothing passes in these times.
     pub blackouts: Vec<(MonoTime, MonoTime)>,
     /// Nothing passes any more after so many frames of the station.
@@ -70,9 +74,11 @@ impl Default for Faults {
         Self {
             loss: 0.0,
             duplicates: 0.0,
+            copies: 2,
             reorder: 0.0,
             delay: Duration::from_micros(200),
             jitter: Duration::ZERO,
+            is_deaf: false,
             blackouts: Vec::new(),
             cut_after: None,
             bytes_per_s: None,
@@ -158,10 +164,10 @@ impl<S: Endpoint, P: Endpoint> World<S, P> {
         }
         let cut = self.faults.cut_after.is_some_and(|frames| self.station_frames > frames);
         let dark = self.faults.blackouts.iter().any(|(from, until)| now >= *from && now < *until);
-        if cut || dark || self.rng.random_bool(self.faults.loss) {
+        if cut || dark || self.faults.is_deaf && to == Side::Plane || self.rng.random_bool(self.faults.loss) {
             return;
         }
-        let copies = if self.rng.random_bool(self.faults.duplicates) { 2 } else { 1 };
+        let copies = if self.rng.random_bool(self.faults.duplicates) { self.faults.copies } else { 1 };
         for _ in 0..copies {
             let jitter = self.faults.jitter.mul_f64(self.rng.random());
             let mut at = leaves + self.faults.delay + jitter;
@@ -358,6 +364,11 @@ impl<T: Transfer> Endpoint for Running<T> {
     }
 }
 
+/// How many seeds a test tries: so many in the suite, another number in a soak.
+pub(crate) fn seeds(usual: u64) -> u64 {
+    std::env::var("VENCEJO_TEST_SEEDS").ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
+}
+
 /// Runs a transfer against a plane until it is over; its result, and the time that it took.
 pub(crate) fn run<T: Transfer, P: Endpoint>(
     world: &mut World<Running<T>, P>,
@@ -400,10 +411,16 @@ pub(crate) struct MockPlane {
     stream: Option<usize>,
     /// Times that a plan changed.
     pub changes: usize,
+    /// Items that came when another was due.
+    pub out_of_order: usize,
+    /// MAVFTP requests that it had no room for.
+    pub overflows: usize,
     /// PARAM_SETs taken.
     pub sets: usize,
     /// Parameters that keep their value.
     pub read_only: Vec<ParamName>,
+    /// Files beside those of plans and parameters, by path.
+    pub files: Vec<(&'static [u8], Vec<u8>)>,
 }
 
 struct ItemsIn {
@@ -464,8 +481,11 @@ impl MockPlane {
             ftp: Ftp::with_sessions(1),
             stream: None,
             changes: 0,
+            out_of_order: 0,
+            overflows: 0,
             sets: 0,
             read_only: Vec::new(),
+            files: Vec::new(),
         }
     }
 
@@ -665,6 +685,7 @@ impl MockPlane {
             return;
         }
         if item.seq != upload.next {
+            self.out_of_order += 1;
             if self.strict_order {
                 self.upload = None;
             }
@@ -819,6 +840,13 @@ impl MockPlane {
                     // One upload at a time (`AP_Filesystem_Mission::open`).
                     answer.opcode = FtpOpcode::NAK;
                     (answer.data, answer.size) = (vec![FtpError::FAIL_ERRNO, 0], 2);
+                } else if let Some((_, content)) =
+                    self.files.iter().find(|(path, _)| *path == request.data && !is_write)
+                {
+                    let file = OpenFile { kind: Some(3), content: content.clone(), is_write, read_size: None };
+                    (answer.data, answer.size) = ((content.len() as u32).to_le_bytes().to_vec(), 4);
+                    self.ftp.sessions[at].id = Some(request.session);
+                    self.ftp.sessions[at].file = Some(file);
                 } else if let Some(kind) = Self::file_of(&request.data) {
                     let content = match kind {
                         _ if is_write => Vec::new(),
@@ -922,6 +950,8 @@ impl Endpoint for MockPlane {
                 Some((target, request)) if target.includes(PLANE) => {
                     if self.has_ftp && ftp_requests.len() < FTP_QUEUE {
                         ftp_requests.push_back((from, request));
+                    } else {
+                        self.overflows += 1;
                     }
                 }
                 _ => self.handle(from, &message, now),

@@ -95,6 +95,8 @@ type NewPlane = fn() -> MockPlane;
 const PLANES: [(&str, NewPlane); 2] =
     [("one session", MockPlane::new), ("several sessions", MockPlane::with_several_sessions)];
 
+// fault 19 (50 seeds): 1,399 parameters at 20 % lost: ≤ 5 s
+// fault 1 (200 seeds): 100 items at 20 % lost each way and 25 ms: median ≤ 1 s, worst ≤ 5 s, up and down
 /// Every try of 200 ends soon when one packet in five is lost each way: none falls back to going item by item.
 #[test]
 fn no_transfer_takes_long_where_a_fifth_is_lost() {

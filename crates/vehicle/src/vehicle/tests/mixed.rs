@@ -133,6 +133,7 @@ fn again(world: &Pair, stored: &[StoredRecord], config: VehicleConfig) -> Vehicl
     vehicle
 }
 
+// fault 17: cut after each of 0 to 50 items: arming, AUTO and jumps refused in all their forms, also after restarts of the vehicle and of ours
 #[test]
 fn an_upload_cut_at_any_item_blocks_until_a_whole_mission_is_there() {
     let (old, new) = (route(30, 0.0), route(50, 0.02));
@@ -342,6 +343,7 @@ fn rival_count(count: usize) -> Message {
     Message::Dialect(MavMessage::MISSION_COUNT(data))
 }
 
+// fault 17: so is one of another station
 #[test]
 fn a_half_upload_of_another_station_blocks_and_its_end_unblocks() {
     let mut world = world(reading());
@@ -452,6 +454,7 @@ fn a_vehicle_without_missions_is_left_alone() {
     assert!(ask(&mut world, ARM).is_ok(), "nothing says that it is mixed");
 }
 
+// fault 32 (500 uploads): 500 uploads beside a rival: what is said to be verified is what is on board
 #[test]
 fn five_hundred_uploads_beside_a_rival_are_never_contaminated() {
     use rand::Rng as _;
@@ -554,6 +557,7 @@ fn is_target(message: &Message) -> bool {
     matches!(message, Message::Dialect(MavMessage::POSITION_TARGET_GLOBAL_INT(_)))
 }
 
+// fault 18: 0 alarms on flights as planned
 #[test]
 fn a_flight_as_planned_gives_no_alarm() {
     for name in FLIGHTS {
@@ -562,6 +566,7 @@ fn a_flight_as_planned_gives_no_alarm() {
     }
 }
 
+// fault 18: 60 m off is told within 3 s on two recorded flights, 40 m is not
 #[test]
 fn a_target_that_is_elsewhere_is_told_within_three_seconds() {
     for name in FLIGHTS {

@@ -1,0 +1,171 @@
+//! Figures of faults that concern a whole vehicle: when a loss, a way back and a restart are noticed, what a dead uplink costs, and
+//! what becomes of two people who want the same at once.
+
+use super::*;
+use crate::telemetry::Freshness;
+use crate::transfer::testing::seeds;
+
+fn is_told(world: &Pair, event: &VehicleEvent) -> bool {
+    world.station.events.contains(event)
+}
+
+// fault 12: stale 3.5 s, lost 5 s after the last word, back within 1.5 s, at 5 phases of the heartbeat
+#[test]
+fn stale_lost_and_back_are_told_in_time() {
+    for phase_ms in [0, 130, 410, 770, 990] {
+        let mut world = connected();
+        wait(&mut world, phase_ms);
+        let now = world.now;
+        let back = now + Duration::from_secs(12);
+        world.faults.blackouts = vec![(now, back)];
+        wait(&mut world, 1);
+        let heard = world.station.vehicle.heard_at();
+        let freshness = |world: &Pair| {
+            let attitude = world.station.vehicle.telemetry().attitude.expect("it streams");
+            attitude.freshness(world.now)
+        };
+        world.run(heard + Duration::from_millis(3_400), |_, _| false);
+        assert_eq!(freshness(&world), Freshness::Fresh);
+        world.run(heard + Duration::from_millis(3_501), |_, _| false);
+        assert_eq!(freshness(&world), Freshness::Stale, "3.5 s after its last word");
+        assert!(!is_told(&world, &VehicleEvent::Lost));
+        assert!(world.run(back, |station, _| station.events.contains(&VehicleEvent::Lost)));
+        let after = world.now.since(heard);
+        assert!((Duration::from_secs(5)..=Duration::from_millis(5_010)).contains(&after), "lost after {after:?}");
+        assert_eq!(freshness(&world), Freshness::Lost);
+        assert!(
+            world.run(back + Duration::from_secs(5), |station, _| station.events.contains(&VehicleEvent::Regained))
+        );
+        let after = world.now.since(back);
+        assert!(after <= Duration::from_millis(1_500), "back after {after:?}");
+    }
+}
+
+// fault 11: arm, mode, RTL and a jump fail after 5.0 s, an upload within 15 s; nothing is called refused
+#[test]
+fn an_uplink_that_is_dead_is_told_within_five_seconds() {
+    // What is heard is heard on; nothing that is sent arrives.
+    let acts = [ARM, mode("AUTO"), Request::ReturnToLaunch, Request::SetCurrentItem(MissionSeq(1))];
+    let mut slowest = Duration::ZERO;
+    for request in acts {
+        let mut world = connected();
+        world.faults.is_deaf = true;
+        let now = world.now;
+        let error = ask(&mut world, request.clone()).expect_err("it cannot succeed");
+        let took = world.now.since(now);
+        println!("{request:?}: {error} after {took:?}");
+        assert!(!matches!(error, VehicleError::CommandRefused { .. }), "{request:?}: {error}");
+        assert!(world.station.vehicle.is_heard(world.now));
+        slowest = slowest.max(took);
+    }
+    println!("dead uplink: an act fails after {slowest:?} at most");
+    // Five tries of a second each, and the time on the way.
+    assert!(slowest <= Duration::from_millis(5_050), "{slowest:?}");
+    for has_ftp in [true, false] {
+        let mut world = connected();
+        world.plane.services.has_ftp = has_ftp;
+        wait(&mut world, 5_000);
+        world.faults.is_deaf = true;
+        let now = world.now;
+        let error = ask(&mut world, upload()).expect_err("it cannot succeed");
+        let took = world.now.since(now);
+        println!("upload: {error} after {took:?}");
+        assert!(took <= Duration::from_secs(15), "{error}: {took:?}");
+        assert!(world.station.vehicle.plan_state(PlanKind::Mission).hash().is_none());
+    }
+}
+
+// fault 15: 5 transfers by 2 routes, a restart at 15 steps each: seen ≤ 2 s after the first word, plan unknown, each transfer ends
+#[test]
+fn a_restart_at_any_step_of_any_transfer_is_seen_and_voids_the_plan() {
+    let transfers = [
+        upload(),
+        Request::DownloadPlan { kind: PlanKind::Mission },
+        Request::ClearPlan { kind: PlanKind::Mission },
+        Request::ParamList,
+        Request::ParamSet { name: "TKOFF_ALT".into(), value: 60.0 },
+    ];
+    let (mut latest, mut interrupted) = (Duration::ZERO, 0);
+    for request in transfers {
+        for has_ftp in [true, false] {
+            for step in 0..15 {
+                let mut world = World::new(Station::new(), Plane::new(), Faults::default(), step);
+                world.plane.services.has_ftp = has_ftp;
+                wait(&mut world, 2_000);
+                ask(&mut world, upload()).expect("uploaded");
+                assert!(world.station.vehicle.plan_state(PlanKind::Mission).hash().is_some());
+                // Of one that was up for a second alone nobody could tell.
+                wait(&mut world, 30_000);
+                let id = start(&mut world, request.clone());
+                wait(&mut world, step * if has_ftp { 5 } else { 15 });
+                interrupted += usize::from(!world.station.results.contains_key(&id));
+                let now = world.now;
+                world.plane.reboot(now);
+                // The first that is heard of it afterwards.
+                let speaks = world.plane.next_heartbeat;
+                let is_seen = |station: &mut Station, _: &mut Plane| station.events.contains(&VehicleEvent::Rebooted);
+                assert!(world.run(speaks + Duration::from_secs(10), is_seen), "{request:?}, step {step}");
+                latest = latest.max(world.now.since(speaks));
+                let state = world.station.vehicle.plan_state(PlanKind::Mission);
+                assert!(state.hash().is_none(), "{request:?}, step {step}: {state}");
+                wait(&mut world, 60_000);
+                assert!(world.station.results.contains_key(&id), "{request:?}, step {step}: it ends");
+            }
+        }
+    }
+    println!("restarts: seen {latest:?} after the first word at the latest; {interrupted} transfers were under way");
+    assert!(latest <= Duration::from_secs(2), "{latest:?}");
+    assert!(interrupted >= 40, "{interrupted}");
+}
+
+// fault 31 (500 races): 500 races: one whole plan, the other told; each parameter told as written
+#[test]
+fn of_two_who_send_at_once_one_has_a_whole_plan_on_board_and_the_other_is_told() {
+    let route = |north_deg: f64, count: usize| -> Vec<MissionItem> {
+        (0..count).map(|index| MissionItem::waypoint(40.33 + north_deg, -3.8 + index as f64 * 1e-3, 80.0)).collect()
+    };
+    let send =
+        |items: &[MissionItem]| Request::UploadPlan { kind: PlanKind::Mission, items: items.to_vec(), home: None };
+    let set = |value| Request::ParamSet { name: "TKOFF_ALT".into(), value };
+    let mut rng = SmallRng::seed_from_u64(31);
+    let (mut refused, mut both) = (0, 0);
+    let mut world = connected();
+    world.plane.services.has_ftp = false;
+    for race in 0..seeds(500) {
+        world.faults.loss = if race % 5 == 0 { 0.1 } else { 0.0 };
+        if race % 10 == 9 {
+            // Two values of one parameter: both are written, and each is told the value that it wrote.
+            let ids = [start(&mut world, set(40.0 + race as f64)), start(&mut world, set(900.0 + race as f64))];
+            let told = ids.map(|id| end(&mut world, id, 120));
+            for (told, wanted) in told.iter().zip([40.0, 900.0]) {
+                let Ok(Reply::Parameter(param)) = told else { continue };
+                assert_eq!(param.value.as_f64(), wanted + race as f64, "race {race}");
+            }
+            continue;
+        }
+        let plans = [route(0.001, 4 + (race % 9) as usize), route(0.05, 4 + (race % 7) as usize)];
+        let first = start(&mut world, send(&plans[0]));
+        wait(&mut world, rng.random_range(0..400));
+        let second = start(&mut world, send(&plans[1]));
+        let results = [end(&mut world, first, 240), end(&mut world, second, 240)];
+        let on_board: Vec<_> = world.plane.services.plans[0][1..].iter().map(|item| (item.x, item.y)).collect();
+        let is_whole = |items: &[MissionItem]| {
+            let wire = items.iter().map(|item| [4, 5].map(|at| (item.params[at].unwrap_or(0.0) * 1e7).round() as i32));
+            wire.eq(on_board.iter().map(|(x, y)| [*x, *y]))
+        };
+        match &results {
+            [Ok(_), Err(VehicleError::TransferBusy { running })] => {
+                assert_eq!(*running, "plan upload");
+                assert!(is_whole(&plans[0]), "race {race}");
+                refused += 1;
+            }
+            [Ok(_), Ok(_)] => {
+                assert!(is_whole(&plans[1]), "race {race}");
+                both += 1;
+            }
+            others => panic!("race {race}: {others:?}"),
+        }
+    }
+    println!("races: {refused} were told that another sends, {both} came one after the other");
+    assert!(refused >= 100 && refused + both >= 400, "{refused} {both}");
+}
