@@ -208,12 +208,15 @@ impl<'a> Check<'a> {
         }
         let about = Some((index, item));
         let must_lie_somewhere = !item.command.may_stay_in_place();
-        if must_lie_somewhere && (item.lat_deg().is_none() || item.lon_deg().is_none()) {
+        let (has_lat, has_lon) = (item.lat_deg().is_some(), item.lon_deg().is_some());
+        // Where the place may be left out, half of one is none either: the other half would be sent as 0°.
+        if must_lie_somewhere && !(has_lat && has_lon) || has_lat != has_lon {
             self.error(about, FindingKind::MissingPosition { missing: Missing::Place });
         } else if must_lie_somewhere && (item.lat_deg(), item.lon_deg()) == (Some(0.0), Some(0.0)) {
             self.error(about, FindingKind::ZeroCoordinates {});
         }
-        if item.command.is_destination() && item.alt_m().is_none() {
+        // Left out it would be sent as 0 m: a take-off to the height of home.
+        if (item.command.is_destination() || item.command.is_takeoff()) && item.alt_m().is_none() {
             self.error(about, FindingKind::MissingPosition { missing: Missing::Height });
         }
         let Some(alt_m) = item.alt_m() else { return };

@@ -128,6 +128,8 @@ fn places() {
         Some(2),
     );
     check(|items| items[0].params[6] = Some(0.0), TakeoffTooLow, Error, Some(0));
+    check(|items| items[0].params[6] = None, MissingPosition, Error, Some(0));
+    check(|items| items[0].params[5] = None, MissingPosition, Error, Some(0));
 }
 
 #[test]
@@ -243,6 +245,59 @@ fn fences() {
     let mut high = plan(sound());
     high.fence.return_point = Some((home, 90_000.0));
     assert_eq!(found(&high), [(BadFence, Severity::Error, None)]);
+}
+
+// fault 29: 200 and more unsafe plans, each refused, with its item and what to do
+#[test]
+fn two_hundred_unsafe_plans_are_refused_with_the_reason() {
+    type Spoil = (&'static str, fn(&mut MissionItem));
+    let at_items: [Spoil; 17] = [
+        ("no number", |item| item.params[4] = Some(f64::NAN)),
+        ("endless", |item| item.params[5] = Some(f64::INFINITY)),
+        ("no height", |item| item.params[6] = Some(f64::NEG_INFINITY)),
+        ("91° north", |item| item.params[4] = Some(91.0)),
+        ("181° east", |item| item.params[5] = Some(181.0)),
+        ("ninety kilometres up", |item| item.params[6] = Some(90_000.0)),
+        ("ninety kilometres down", |item| item.params[6] = Some(-90_000.0)),
+        ("nowhere", |item| item.params[4..7].fill(None)),
+        ("0/0", |item| item.params[4..6].fill(Some(0.0))),
+        ("without a longitude", |item| item.params[5] = None),
+        ("local metres", |item| item.frame = MavFrame::Other(1)),
+        ("an unknown frame", |item| item.frame = MavFrame::Other(200)),
+        ("an unknown command", |item| item.command = Command(9_999)),
+        ("a fence's corner", |item| item.command = Command(5_001)),
+        ("a spline", |item| item.command = Command(82)),
+        ("a jump to nowhere", |item| *item = MissionItem::jump(MissionSeq(99), 1)),
+        ("a jump to home", |item| *item = MissionItem::jump(MissionSeq(0), 1)),
+    ];
+    // Missions of several lengths, spoiled at every place that has one.
+    let mut refused = 0;
+    for more in [0, 3, 9] {
+        let mut whole = sound();
+        whole.splice(2..2, (0..more).map(|n| waypoint(180.0 + f64::from(n) * 10.0, 900.0, 90.0)));
+        assert!(!has_errors(&check_plan(&plan(whole.clone()), &context())), "{more}: as it is it can be sent");
+        for (name, spoil) in at_items {
+            for at in
+                (0..whole.len()).filter(|at| whole[*at].has_position() && whole[*at].command != Command::DO_LAND_START)
+            {
+                // At 0/0 a take-off goes straight on.
+                if name == "0/0" && whole[at].command.is_takeoff() {
+                    continue;
+                }
+                let mut items = whole.clone();
+                spoil(&mut items[at]);
+                let findings = check_plan(&plan(items), &context());
+                assert!(has_errors(&findings), "{name} at item {at}: {findings:?}");
+                let errors: Vec<_> = findings.iter().filter(|one| one.severity == Severity::Error).collect();
+                let told = errors.iter().map(|one| one.to_string()).collect::<Vec<_>>();
+                assert!(errors.iter().any(|one| one.item == Some(at)), "{name} at item {at}: {told:?}");
+                assert!(told.iter().all(|text| text.len() > 20), "{told:?}");
+                refused += 1;
+            }
+        }
+    }
+    println!("{refused} unsafe plans");
+    assert!(refused >= 200, "{refused}");
 }
 
 #[test]

@@ -63,6 +63,7 @@ fn filled(start: &str, piece: &str, end: &str) -> Vec<u8> {
     [start, &piece.repeat(room / piece.len()), end].concat().into_bytes()
 }
 
+// fault 49: 27 files: refused within 1 s of computing and 64 MiB
 // One test: what is counted is counted for the whole process.
 #[test]
 fn hostile_files_cost_little_and_the_largest_plan_fits() {

@@ -38,6 +38,7 @@ fn items(wire: &[MissionItemInt], kind: PlanKind) -> Vec<MissionItem> {
     items_from_wire(wire, kind).expect("a real vehicle sent it")
 }
 
+// fault 50: recorded missions read back as sent
 #[test]
 fn the_missions_read_back_are_the_missions_sent() {
     let (sent, _) = recorded("mission-upload-items.tlog", PlanKind::Mission);

@@ -225,6 +225,7 @@ fn fences() -> impl Strategy<Value = Fence> {
 }
 
 proptest! {
+    // fault 50 (256 cases): random plans written and read as .plan: equal
     #[test]
     fn a_plan_survives_the_file(
         mission in missions(),

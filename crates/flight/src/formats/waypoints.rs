@@ -259,6 +259,7 @@ pub(crate) mod tests {
     }
 
     proptest! {
+        // fault 50 (256 cases): random missions written and read as .waypoints: equal
         #[test]
         fn a_mission_survives_the_file(mission in missions()) {
             prop_assert_eq!(read_waypoints(write_waypoints(&mission).as_bytes()).unwrap(), mission);
@@ -269,6 +270,7 @@ pub(crate) mod tests {
             let _ = read_waypoints(text.as_bytes());
         }
 
+        // fault 53 (256 cases): any bytes as a plan
         #[test]
         fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
             let _ = crate::formats::read_plan(&bytes, None);
