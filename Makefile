@@ -18,9 +18,14 @@ PYTEST_WORKERS ?= $(shell echo $$(( 2 * $$(nproc) )))
 SIDE_BY_SIDE := --no-print-directory --jobs=3 --output-sync IS_SIDE_BY_SIDE=yes
 BENCH_ARGS ?=
 AUDIT_ARGS ?=
+# How long and how often `make soak` does what: seconds of mixed faults, seeds and uploads, frames, kills, hours of recording.
+SOAK_S ?= 3600
+SOAK_TIMES ?= 1000
+SOAK_FRAMES ?= 1000000
+SOAK_HOURS ?= 72
 SCREENSHOT_ARGS ?=
 
-.PHONY: help demo test lint audit fmt bench screenshots wheel lock clean demo-env rust-env dev-env app native
+.PHONY: help demo test lint soak faults audit fmt bench screenshots wheel lock clean demo-env rust-env dev-env app native
 
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -60,6 +65,16 @@ gcs-check: app
 	@$(CHECK) gcs-check npm --prefix gcs run --silent check
 gcs-test: app
 	@$(CHECK) gcs-test npm --prefix gcs test --silent
+
+faults: dev-env ## Write tests/faults/REPORT.md: which fault is proven by which tests
+	@$(PY) scripts/fault_report.py
+
+soak: dev-env native ## The long forms of the fault tests, hours of them (SOAK_S=259200 is three days)
+	VENCEJO_TEST_SEEDS=$(SOAK_TIMES) VENCEJO_TEST_KILLS=$(SOAK_TIMES) VENCEJO_TEST_FRAMES=$(SOAK_FRAMES) \
+	VENCEJO_TEST_HOURS=$(SOAK_HOURS) PROPTEST_CASES=$$(( 100 * $(SOAK_TIMES) )) \
+		cargo test $(CARGO_TEST) --lib --test frames -- --nocapture \
+		lossy:: faults:: mixed:: recorder::tests intact_frames every_whole no_bytes_panic no_payload_panics
+	VENCEJO_SOAK_S=$(SOAK_S) VENCEJO_SOAK_TIMES=$(SOAK_TIMES) $(PY) -m pytest -q -s -m soak tests
 
 audit: dev-env ## Licences, sources, duplicates and known faults of everything that is not ours
 	@$(PY) scripts/audit.py $(AUDIT_ARGS)

@@ -16,6 +16,7 @@ def data_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "data"
 
 
+@pytest.mark.fault(40, figure="the default link listens on loopback where nobody can be asked")
 def test_without_anybody_to_ask_it_is_this_machine_alone(capsys: pytest.CaptureFixture[str]) -> None:
     assert default_link(ask=True) == "udpin:127.0.0.1:14550"
     told = capsys.readouterr().err

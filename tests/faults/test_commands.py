@@ -81,6 +81,7 @@ ACKS: dict[str, tuple[Script, str | None]] = {
 }
 
 
+@pytest.mark.fault(21, figure="21 cases: one result each, and the next command is its own")
 @pytest.mark.parametrize("case", sorted(ACKS))
 def test_each_answer_gives_one_result(mock: MockPlane, plane: vencejo.Vehicle, case: str) -> None:
     script, expected = ACKS[case]
@@ -111,6 +112,7 @@ def test_each_answer_gives_one_result(mock: MockPlane, plane: vencejo.Vehicle, c
     assert plane.command(SPEED, 0, 21, -1) == 0
 
 
+@pytest.mark.fault(22, figure="1 in flight, 9 refused, for arm and reboot")
 @pytest.mark.parametrize("act", ["arm", "reboot"])
 def test_of_ten_clicks_one_is_in_flight(mock: MockPlane, plane: vencejo.Vehicle, act: str) -> None:
     number = mavlink.MAV_CMD_COMPONENT_ARM_DISARM if act == "arm" else mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
@@ -152,6 +154,7 @@ def test_of_ten_clicks_one_is_in_flight(mock: MockPlane, plane: vencejo.Vehicle,
     assert plane.telemetry.is_armed is (act == "arm")
 
 
+@pytest.mark.fault(27, figure="10,000 calls: 0 frames that arm, change mode or start", seeds=1)
 def test_ten_thousand_random_calls_move_nothing(mock: MockPlane, plane: vencejo.Vehicle) -> None:
     """Whatever is asked for and however it is given up: no arming, mode or start goes out unless it was asked for."""
     choose = random.Random(27)

@@ -42,6 +42,7 @@ def resident_bytes() -> int:
     return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
 
 
+@pytest.mark.fault(13, figure="1,000 stations: no descriptor or thread more, < 8 MiB")
 def test_a_thousand_stations_leave_nothing_behind(tmp_path: Path) -> None:
     with MockPlane() as mock:
 
@@ -74,6 +75,7 @@ def test_a_thousand_stations_leave_nothing_behind(tmp_path: Path) -> None:
         assert resident_bytes() - memory < 8 << 20, "memory does not grow with the stations"
 
 
+@pytest.mark.fault(13, figure="back within 2 s (3 s on a busy machine), 8 breaks")
 def test_a_link_that_breaks_is_back_within_two_seconds() -> None:
     with MockPlane() as mock, vencejo.connect(mock.link, record=False) as plane:
         before = descriptors()
@@ -90,6 +92,7 @@ def test_a_link_that_breaks_is_back_within_two_seconds() -> None:
         assert plane.telemetry.invalid_values == 0
 
 
+@pytest.mark.fault(13, figure="followed to 4 ports")
 def test_a_vehicle_that_changes_its_port_is_followed() -> None:
     """A vehicle behind UDP goes on from another port.
 
@@ -135,6 +138,7 @@ def test_a_vehicle_that_changes_its_port_is_followed() -> None:
         assert descriptors() <= before
 
 
+@pytest.mark.fault(26, figure="at most 1 heartbeat in 2 s from a process that is stopped")
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="no SIGSTOP on this system")
 def test_a_program_that_is_stopped_sends_no_heartbeat() -> None:
     """The vehicle's ground-station failsafe must see that nobody is at work any more."""

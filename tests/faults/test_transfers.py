@@ -62,6 +62,7 @@ OPERATIONS: dict[str, Callable[[vencejo.Vehicle], Any]] = {
 }
 
 
+@pytest.mark.fault(15, figure="6 operations, a restart at each of their messages: noticed, plan unknown")
 @pytest.mark.parametrize("operation", sorted(OPERATIONS))
 def test_a_restart_at_each_step(operation: str) -> None:
     outcomes: list[str] = []
@@ -107,6 +108,7 @@ def restart_at(mock: MockPlane, plane: vencejo.Vehicle, operation: str, step: in
     return type(error).__name__
 
 
+@pytest.mark.fault(32, figure="50 rounds between messages of another station: each plan exact", seeds=1)
 def test_another_station_contaminates_nothing(mock: MockPlane) -> None:
     """50 rounds: between any two messages of ours the plane talks with another station about other items."""
     choose = random.Random(32)
@@ -152,6 +154,7 @@ def test_another_station_contaminates_nothing(mock: MockPlane) -> None:
         assert all(message.seq < 10 for message in items)
 
 
+@pytest.mark.fault(32, figure="refused as a whole, nothing of it on board")
 def test_a_station_that_is_uploading_keeps_ours_out_whole(mock: MockPlane) -> None:
     """The plane takes one upload at a time and says so; ours fails as a whole, and nothing of it is on board."""
     with vencejo.connect(mock.link, record=False) as plane:

@@ -280,6 +280,7 @@ def object_of(client: Client, interface: str) -> Any:
     return client.communicator.stringToProxy(text)
 
 
+@pytest.mark.fault(52, figure="bodies that Ice does not survive are refused, more than 60 a run; it lives")
 @pytest.mark.parametrize(
     ("interface", "operation"), [(interface, operation) for interface in SHAPES for operation in SHAPES[interface]]
 )
@@ -403,6 +404,7 @@ def garbage(chance: random.Random) -> bytes:
     )()
 
 
+@pytest.mark.fault(52, figure="garbage to every operation: an answer each")
 def test_garbage_to_every_operation(client: Client) -> None:
     chance = random.Random(5)
     names = {"ArDroneExtra": "Extra", "ImageProvider": "Camera"}
@@ -433,6 +435,7 @@ def test_garbage_to_every_operation(client: Client) -> None:
     assert client.pose.getPose3DData().q0 == 1.0, "it lives"
 
 
+@pytest.mark.fault(44, figure="every operation of every Ice interface, before its parameters are read")
 def test_the_token_is_asked_for_before_anything_is_read(tmp_path: Path) -> None:
     ports = {f"{name}.Endpoints": "tcp -h 0.0.0.0 -p 0" for name in INTERFACES}
     with driver("udpin:127.0.0.1:0", data=tmp_path, ports=ports) as served:
@@ -455,6 +458,7 @@ def test_the_token_is_asked_for_before_anything_is_read(tmp_path: Path) -> None:
 # Both dialects -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.fault(51, figure="clients of both dialects at once, in both encodings")
 @pytest.mark.parametrize("encoding", ENCODINGS)
 @pytest.mark.parametrize("sliced", ["0", "1"])
 def test_both_dialects_of_missions_at_once(served: Served, encoding: str, sliced: str) -> None:

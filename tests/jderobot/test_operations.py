@@ -305,6 +305,7 @@ def hangs_up(connection: socket.socket) -> bool:
     return True
 
 
+@pytest.mark.fault(52, figure="bad magic and too large: that connection alone ends")
 @pytest.mark.parametrize(
     "bytes_",
     [
@@ -373,6 +374,7 @@ def many_files(count: int) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
+@pytest.mark.fault(52, figure="1,000 connections: others and newcomers are served")
 def test_a_thousand_idle_connections_leave_it_serving(client: Client) -> None:
     addresses = [address_of(client.proxies[name]) for name in ("Pose3D", "Navdata", "Mission", "Precise")]
     with many_files(2048), contextlib.ExitStack() as idle:

@@ -440,6 +440,7 @@ def test_others_need_a_token_of_their_role_or_a_network_that_is_let_in() -> None
         assert gate.refusal(remote, token, operation), (remote, token, operation)
 
 
+@pytest.mark.fault(44, figure="what a viewer may call over Ice commands nothing")
 def test_what_a_viewer_may_call_exists_and_commands_nothing() -> None:
     names = {name.partition(".")[2] for name in operations()}
     assert len(names) > 40
@@ -450,6 +451,7 @@ def test_what_a_viewer_may_call_exists_and_commands_nothing() -> None:
     assert not {name for name in READS if re.match(r"set|clear|upload|start$|arm|land|take|go|fly|climb|command", name)}
 
 
+@pytest.mark.fault(51, figure="100 damaged installations: a clear error each", seeds=100)
 def test_a_damaged_slice_file_is_told_and_ends_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A hundred installations with a file cut off, changed or missing. Over some of them Ice's compiler ends the process."""
     assert runtime.digest(SLICE) == runtime.SLICE_DIGEST, "a Slice file has changed: put this into runtime.py"

@@ -22,6 +22,7 @@ HALF = (
 )
 
 
+@pytest.mark.fault(47, figure="245 half-sent bodies at 256 descriptors: the link comes back, people are answered")
 def test_half_sent_bodies_leave_the_planes_link_its_descriptors(tmp_path: Path) -> None:
     """256 descriptors, 245 half-sent bodies: the link to the plane comes back, and people are answered."""
     with contextlib.ExitStack() as stack:

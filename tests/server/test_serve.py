@@ -123,6 +123,7 @@ def test_parameters_are_read_and_written(pilot: Client) -> None:
     assert pilot.ask("GET", "vehicles/1/params/NO_SUCH").status == 404
 
 
+@pytest.mark.fault(63, figure="20 browsers and one that does not read: all are served, a command goes through")
 def test_twenty_browsers_and_one_that_does_not_read(served: Served, pilot: Client) -> None:
     counts = [0] * 20
     stop = threading.Event()
@@ -155,6 +156,8 @@ def test_twenty_browsers_and_one_that_does_not_read(served: Served, pilot: Clien
         idle.close()
 
 
+@pytest.mark.fault(42, figure="another Host 403")
+@pytest.mark.fault(41, figure="WebSocket from another site 403, without a session 401")
 def test_only_its_own_pages_may_use_it(served: Served, pilot: Client) -> None:
     for path in ("info", "vehicles", "/", "/api/v1/openapi.json"):
         assert pilot.ask("GET", path).status in {200, 503}
@@ -174,6 +177,7 @@ def test_the_description_is_served_as_committed(pilot: Client) -> None:
     assert pilot.done("GET", "openapi.json") == committed
 
 
+@pytest.mark.fault(44, figure="viewer, operator, second operator and nobody at a served station; token file 0600")
 def test_beyond_loopback_a_token_decides(plane: str, tmp_path: Path) -> None:
     with serving("--link", "udpin:127.0.0.1:0", "--host", "0.0.0.0", data=tmp_path) as served:
         kept = tmp_path / "server-tokens.json"
@@ -248,6 +252,7 @@ def test_what_cannot_be_served_says_why(options: list[str], word: str, tmp_path:
     assert "Traceback" not in ended.stderr
 
 
+@pytest.mark.fault(45, figure="a page that came without TLS is another page; Secure and HSTS are set")
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="makes a certificate with openssl")
 def test_it_speaks_tls_with_a_given_certificate(tmp_path: Path) -> None:
     certificate, key = tmp_path / "cert.pem", tmp_path / "key.pem"

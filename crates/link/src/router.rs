@@ -547,6 +547,7 @@ mod tests {
         assert!(router.links_of(SystemId(255), T0).is_empty(), "an echo teaches no route");
     }
 
+    // fault 14: 2.5 s after the last frame
     #[test]
     fn own_frames_take_one_link_and_change_when_it_falls_silent() {
         let mut router = router();

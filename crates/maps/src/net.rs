@@ -604,6 +604,7 @@ mod tests {
         }
     }
 
+    // fault 48: link-local and metadata addresses: never; private ones only where a person says so
     #[test]
     fn some_addresses_are_never_asked() {
         for (ip, own) in [

@@ -275,6 +275,7 @@ mod tests {
         assert!(Raster::read(&webp, 1 << 30).unwrap_err().contains("two different sizes"));
     }
 
+    // fault 49: pictures are refused by their header
     #[test]
     fn a_bomb_is_refused_by_its_header() {
         let mut png = Raster::filled(1, 1, [0; 4]).to_png();

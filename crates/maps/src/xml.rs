@@ -203,6 +203,7 @@ mod tests {
         assert!(root.find("D").is_some() && root.find("E").is_none());
     }
 
+    // fault 49: entities of capabilities do not unfold
     #[test]
     fn bombs_do_not_go_off() {
         let bomb = b"<!DOCTYPE lolz [<!ENTITY lol 'lol'><!ENTITY l2 '&lol;&lol;&lol;&lol;&lol;&lol;&lol;&lol;'>\

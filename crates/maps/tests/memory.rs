@@ -155,6 +155,7 @@ fn look(path: &Path) -> Result<(), String> {
     Ok(())
 }
 
+// fault 49: 11 GeoTIFFs that claim up to 18 exabytes: refused within 1 s and 4 MiB
 #[test]
 fn a_tiff_that_claims_much_is_refused_before_room_is_made() {
     let _alone = alone();
@@ -347,6 +348,7 @@ fn resident() -> usize {
     line.trim().trim_end_matches("kB").trim().parse::<usize>().unwrap_or(0) * 1024
 }
 
+// fault 53: map files changed at random
 #[test]
 fn what_is_changed_at_random_ends_nothing() {
     let _alone = alone();

@@ -287,6 +287,7 @@ mod tests {
     }
 
     proptest! {
+        // fault 53 (256 cases): any bytes as a MAVFTP message
         #[test]
         fn any_bytes_decode_or_are_refused(bytes in proptest::collection::vec(any::<u8>(), 251)) {
             let payload: [u8; 251] = bytes.try_into().expect("251 bytes");

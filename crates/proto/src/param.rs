@@ -506,6 +506,7 @@ mod tests {
             prop_assert_eq!(decode_packed_params(&encode_packed_params(&params, size)), Ok(params));
         }
 
+        // fault 53 (256 cases): any bytes as packed parameters
         #[test]
         fn any_bytes_decode_or_are_refused(mut bytes in proptest::collection::vec(any::<u8>(), 0..400), honest: bool) {
             if honest && bytes.len() > 2 {

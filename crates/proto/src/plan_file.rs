@@ -144,6 +144,7 @@ mod tests {
     }
 
     proptest! {
+        // fault 53 (256 cases): any bytes as a MAVFTP plan file
         #[test]
         fn any_bytes_decode_or_are_refused(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
             let _ = decode_plan_file(&bytes);

@@ -197,6 +197,7 @@ mod tests {
         access(bound).check(&Uri::from_static("/"), &headers).err().map(|problem| problem.0.r#type)
     }
 
+    // fault 42: other names, names that begin with ours, addresses that are not this machine's: refused
     #[test]
     fn hosts_are_addresses_or_listed_names() {
         const LOOPBACK: &str = "127.0.0.1:8765";

@@ -178,6 +178,7 @@ fn the_committed_description_is_the_one_that_is_served() {
     );
 }
 
+// fault 44: nobody, viewer, operator with and without control at 15 routes
 #[tokio::test]
 async fn who_may_do_what() {
     let station = station(true);
@@ -258,6 +259,8 @@ async fn control_is_handed_from_one_to_the_other() {
     assert_eq!(ask(&ana, "/control/take").await.json()["has_control"], true);
 }
 
+// fault 41: Origin of another site and null: 403
+// fault 42: another Host: 403 at pages, API and WebSocket
 #[tokio::test]
 async fn requests_from_elsewhere_are_refused_whatever_they_want() {
     let server = Plain::new(station(true), None);
@@ -275,6 +278,7 @@ async fn requests_from_elsewhere_are_refused_whatever_they_want() {
     }
 }
 
+// fault 46: Content-Security-Policy: own scripts alone, no eval, no frames
 #[tokio::test]
 async fn every_answer_keeps_the_page_to_itself() {
     let server = Plain::new(station(true), None);
@@ -514,6 +518,7 @@ pub fn cookie(server: &Server, name: &str) -> String {
     format!("{}={name}", app.access().cookie_name())
 }
 
+// fault 41: without a session 401, from another page 403
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_websocket_tells_what_a_client_subscribed_to() {
     let station = station(true);
@@ -542,6 +547,7 @@ async fn the_websocket_tells_what_a_client_subscribed_to() {
     station.close().await;
 }
 
+// fault 47: 10,240 events: the others hear each, the slow one is let go
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_slow_reader_is_let_go_and_the_others_hear_everything() {
     let station = station(true);
@@ -608,6 +614,7 @@ async fn on_board_heartbeats_need_an_operator() {
     station.close().await;
 }
 
+// fault 40: 0.0.0.0 without tokens: refused
 #[tokio::test]
 async fn others_are_let_in_with_tokens_only() {
     let station = station(true);
@@ -683,6 +690,7 @@ fn ways_out(file: &str) -> Vec<String> {
     ways
 }
 
+// fault 48: more than 5,000 requests, 0 files from outside
 #[tokio::test]
 async fn a_thousand_ways_out_of_the_folders_lead_nowhere() {
     const SECRET: &[u8] = b"nobody was to read this";

@@ -40,6 +40,7 @@ mod tests {
 
     use super::*;
 
+    // fault 33: at its second frame within 5 s
     #[test]
     fn a_station_is_told_at_its_second_frame_and_an_echo_is_none() {
         let origin = Origin { link: LinkId(1), peer: PeerId(0) };

@@ -251,6 +251,7 @@ mod tests {
 
     const STEPS: [Step; 5] = [Step::Create, Step::Write, Step::Sync, Step::Rename, Step::SyncFolder];
 
+    // fault 57: write, sync, rename, sync of the folder: in this order
     #[test]
     fn each_step_is_taken_in_the_order_that_a_power_cut_demands() {
         let folder = Scratch::new("order");
@@ -263,6 +264,7 @@ mod tests {
         assert_eq!(taken, STEPS);
     }
 
+    // fault 57: a failure at each step leaves the old file or the new one
     #[test]
     fn a_failure_at_any_step_leaves_the_old_file_or_the_new_and_nothing_else() {
         for failing in STEPS {

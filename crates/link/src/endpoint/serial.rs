@@ -212,6 +212,7 @@ mod tests {
         second.close().await;
     }
 
+    // fault 13: a serial line that is unplugged and plugged in again three times goes on
     #[tokio::test]
     async fn unplugged_and_plugged_in_again() {
         let mut listening = Listening::new();

@@ -3,6 +3,7 @@
 use super::*;
 use crate::testing::{Listening, in_time};
 
+// fault 13: tries again after at most 1.5 s, for ever
 #[test]
 fn the_wait_doubles_and_is_bounded() {
     let longest: Vec<_> = (1..=8).map(|attempt| backoff(attempt, 1.0).as_millis()).collect();

@@ -481,6 +481,7 @@ mod tests {
         link.close().await;
     }
 
+    // fault 7: frames cut at every offset over two datagrams of two peers are put together
     #[tokio::test]
     async fn frames_cut_anywhere_are_put_together_per_peer() {
         let mut listening = Listening::new();
@@ -502,6 +503,7 @@ mod tests {
         link.close().await;
     }
 
+    // fault 7: 1,332 datagrams cut at every offset cost themselves alone
     /// Whatever is cut off, every whole frame is found.
     #[tokio::test]
     async fn truncated_datagrams_cost_only_themselves() {

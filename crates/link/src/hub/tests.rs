@@ -148,6 +148,7 @@ fn a_second_link_to_the_same_vehicle_is_counted_but_heard_once() {
     }
 }
 
+// fault 14: the other link within 3 s after the first fell silent, each command over one link alone
 #[test]
 fn a_command_goes_over_one_link_and_changes_over_within_the_failover_time() {
     let bench = Bench::new(&[false, false]);

@@ -165,6 +165,7 @@ fn entries_carry_time_and_link() {
     assert_eq!(bench.state(), RecorderState::Closed);
 }
 
+// fault 57: a sync each second: at most 2 s are lost
 #[test]
 fn it_is_forced_to_the_disk_every_second() {
     let mut bench = Bench::new(RecorderConfig::default());
@@ -191,6 +192,7 @@ fn nothing_is_ever_overwritten_and_an_empty_recording_is_not_left() {
     assert_eq!(disk.names().len(), 3);
 }
 
+// fault 60: 400 frames over 20 files: the oldest goes, never the current, never what is not ours
 #[test]
 fn a_full_file_is_followed_by_the_next_and_the_quota_takes_the_oldest() {
     let config = RecorderConfig { max_file_bytes: 20 * ENTRY, quota_bytes: 70 * ENTRY, ..RecorderConfig::default() };
@@ -217,6 +219,7 @@ fn a_full_file_is_followed_by_the_next_and_the_quota_takes_the_oldest() {
     assert_eq!(bench.status.borrow().frames, 400);
 }
 
+// fault 58: stops below 500 MB free, noticed within 1 s, goes on by itself
 #[test]
 fn below_the_floor_nothing_is_written_and_it_goes_on_when_there_is_space() {
     let mut bench = Bench::new(RecorderConfig::default());
@@ -239,6 +242,7 @@ fn below_the_floor_nothing_is_written_and_it_goes_on_when_there_is_space() {
     assert_eq!(status.frames + status.dropped, 5 * 41);
 }
 
+// fault 58: read-only, no permission and input/output errors are named
 #[test]
 fn a_failing_disk_is_reported_and_tried_again() {
     for (kind, words) in [
@@ -260,6 +264,7 @@ fn a_failing_disk_is_reported_and_tried_again() {
     }
 }
 
+// fault 58: a disk that fills up in the middle of a frame leaves a readable file
 #[test]
 fn a_disk_that_fills_up_leaves_a_readable_file() {
     let mut bench = Bench::new(RecorderConfig::default());
@@ -367,6 +372,7 @@ fn ages() {
     }
 }
 
+// fault 60: 100 flights at a quota of 1 byte: what is written, kept or written by another process is never deleted
 #[test]
 fn what_is_kept_and_what_another_process_writes_is_never_deleted() {
     let folder = TempDir::new();
@@ -447,6 +453,7 @@ fn a_disk_that_opens_files_and_writes_none_is_not_called_recording() {
     }
 }
 
+// fault 56: what came is with the system within 200 ms
 #[test]
 fn nothing_that_was_handed_over_is_only_in_memory() {
     // What a kill at any moment can lose is what came since the writer looked last: 200 ms.
@@ -519,6 +526,8 @@ impl Storage for StuckDisk {
     }
 }
 
+// fault 59: 5 s of 1,000 frames a second beside a hanging sync: 99 % of the calls within 100 ms
+// fault 58: 0 of 5,000 frames lost or held up beside a disk that hangs for 5 s; told as stalled
 #[test]
 fn a_disk_that_does_not_answer_holds_nobody_up_and_is_told() {
     let (disk, gate) = (SharedDisk::new(), Arc::new(Gate::default()));
@@ -544,14 +553,18 @@ fn a_disk_that_does_not_answer_holds_nobody_up_and_is_told() {
     clock.advance_ms(1000);
     // It hangs in the first sync. 5 s of 1,000 frames a second pass by it, and none waits or is lost.
     until(&|| gate.has_somebody.load(Ordering::SeqCst));
-    let mut slowest = Duration::ZERO;
+    let mut times = Vec::new();
     for _ in 0..50 {
         clock.advance_ms(100);
-        let before = std::time::Instant::now();
-        record(100);
-        slowest = slowest.max(before.elapsed());
+        for _ in 0..100 {
+            let before = std::time::Instant::now();
+            record(1);
+            times.push(before.elapsed());
+        }
     }
-    eprintln!("slowest 100 frames beside a stuck disk: {slowest:?}");
+    times.sort();
+    eprintln!("a frame beside a stuck disk: 99 % within {:?}, the slowest {:?}", times[4950], times[4999]);
+    assert!(times[4950] <= Duration::from_millis(100), "{:?}", times[4950]);
     let status = recorder.status();
     assert_eq!((status.state, status.dropped), (RecorderState::Stalled, 0));
     gate.open();
@@ -559,6 +572,30 @@ fn a_disk_that_does_not_answer_holds_nobody_up_and_is_told() {
     let status = recorder.close();
     assert_eq!((status.frames, status.dropped), (WAKE_FRAMES as u64 + 5000, 0));
     assert_eq!(disk.frames("2026-11-21T08-00-00Z.tlog").0.len(), WAKE_FRAMES + 5000);
+}
+
+/// How many hours are recorded, by a clock that the test moves; 1 when it is not set, 72 in a soak.
+const HOURS: &str = "VENCEJO_TEST_HOURS";
+
+// fault 60 (1 h): an hour at 200 frames a second: each is written, the folder stays within its quota and one file
+#[test]
+fn hours_of_recording_stay_within_the_quota_and_lose_nothing() {
+    let hours: u64 = std::env::var(HOURS).ok().and_then(|text| text.parse().ok()).unwrap_or(1);
+    let config = RecorderConfig { max_file_bytes: 1 << 20, quota_bytes: 8 << 20, ..RecorderConfig::default() };
+    let mut bench = Bench::new(config);
+    let rounds = hours * 3600 * 5;
+    for round in 0..rounds {
+        bench.write(40);
+        if round % 1000 == 0 {
+            let disk = bench.disk.0.lock().unwrap();
+            let held: usize = disk.files.values().map(Vec::len).sum();
+            assert!(held as u64 <= (8 << 20) + (1 << 20), "{held} bytes after {round} rounds");
+            assert!(disk.files.len() <= 10, "{} files", disk.files.len());
+        }
+    }
+    let status = bench.status.borrow();
+    assert_eq!((status.frames, status.dropped), (rounds * 40, 0));
+    assert!(matches!(status.state, RecorderState::Recording { .. }), "{:?}", status.state);
 }
 
 /// Where a process of its own records until it is killed.
@@ -581,6 +618,7 @@ fn records_until_it_is_killed() {
     }
 }
 
+// fault 56 (8 kills): at most 200 of 200 frames a second lost, whole up to a torn end, next recording within 2 s
 #[test]
 fn a_kill_at_any_moment_loses_less_than_a_second_and_the_next_session_begins_at_once() {
     use io::BufRead;
@@ -632,6 +670,7 @@ fn a_kill_at_any_moment_loses_less_than_a_second_and_the_next_session_begins_at_
     assert!(worst.1 <= Duration::from_secs(2), "{:?}", worst.1);
 }
 
+// fault 61: ± 1 h, 1970, an hour asleep: recording without a stop, times in order
 #[test]
 fn a_clock_that_jumps_neither_stops_the_recorder_nor_turns_its_times_back() {
     struct Jumping(ManualClock, AtomicU64);

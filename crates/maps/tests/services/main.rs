@@ -776,6 +776,7 @@ async fn heights_lie_between_pixels_even_over_the_edges_of_tiles() {
     assert!(world.maps.heights(&[Corner { lat_deg: 91.0, lon_deg: 0.0 }]).await.is_err());
 }
 
+// fault 48: 0 requests to a private address that was not allowed
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_private_address_needs_the_users_word() {
     let service = Service::start(|_| Some(answer("200 OK", "", &png()))).await;
@@ -798,6 +799,7 @@ async fn a_private_address_needs_the_users_word() {
     }
 }
 
+// fault 48: 0 requests with the key at another host
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_key_never_follows_its_source_to_another_host() {
     let other = Service::start(|_| Some(answer("200 OK", "", &png()))).await;

@@ -53,6 +53,7 @@ async fn is_answered(server: &Server) -> bool {
 const HALF_A_BODY: &str =
     "POST /api/v1/session HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 50\r\n\r\n{";
 
+// fault 47: 40 halves of requests at 8 places: others are answered
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn half_a_request_from_each_of_many_shuts_nobody_out() {
     let (station, server) = serve(limits(8)).await;
@@ -113,6 +114,7 @@ async fn rest_of_one(stream: &mut TcpStream) {
     while stream.read(&mut [0; 4096]).await.is_ok_and(|count| count > 0) {}
 }
 
+// fault 47: who takes no answers is let go
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn whoever_reads_nothing_of_its_answers_is_let_go() {
     let (station, server) = serve(DoorLimits { stall: Duration::from_millis(200), ..limits(8) }).await;
@@ -151,6 +153,7 @@ async fn half_an_upgrade_is_no_upgrade() {
     station.close().await;
 }
 
+// fault 47: who only asks for pongs is let go
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn pings_count_as_messages_do() {
     let (station, server) = serve(limits(8)).await;
@@ -204,6 +207,7 @@ async fn a_body_that_does_not_come_is_not_waited_for() {
     assert!(begun.elapsed() < Duration::from_secs(11), "{:?}", begun.elapsed());
 }
 
+// fault 44: slowed after 10 wrong tokens
 #[tokio::test]
 async fn whoever_guesses_tokens_is_slowed_after_ten() {
     let tokens = Tokens::random().expect("random");
@@ -219,6 +223,7 @@ async fn whoever_guesses_tokens_is_slowed_after_ten() {
     assert_eq!(server.ask("GET", "/session", Some(&pilot), None).await.status, 200, "who is in stays in");
 }
 
+// fault 44: sessions and WebSockets end within 5 s
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_token_that_is_replaced_ends_its_sessions_and_their_websockets() {
     let station = station(true);

@@ -182,6 +182,7 @@ fn hears_heartbeat(plane: &UdpSocket, limit: Duration) -> bool {
     decoder.next_frame().is_some_and(|frame| frame.message_id() == 0)
 }
 
+// fault 26: at most 1 heartbeat in 2.5 s from a core that is stuck
 /// The vehicle's ground-station failsafe counts our heartbeats: they come from the loop that does the work, so that they
 /// stop when it is stuck.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -312,6 +313,7 @@ async fn of_two_autopilots_with_one_id_the_first_is_followed_and_commanded() {
     station.close().await;
 }
 
+// fault 33: told within 5 s; our own echo is not
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn another_station_with_our_address_is_told_and_our_own_echo_is_not() {
     let station = start();
