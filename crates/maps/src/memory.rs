@@ -56,6 +56,15 @@ pub(crate) struct Lease {
     bytes: u64,
 }
 
+impl Lease {
+    /// Gives back what is beyond so many bytes.
+    pub(crate) fn shrink(&mut self, bytes: u64) {
+        let less = self.bytes.min(bytes);
+        drop(Self { budget: self.budget, bytes: self.bytes - less });
+        self.bytes = less;
+    }
+}
+
 impl Drop for Lease {
     fn drop(&mut self) {
         let mut used = self.budget.used.lock().unwrap_or_else(PoisonError::into_inner);
@@ -86,6 +95,15 @@ struct Kept {
     bytes: usize,
 }
 
+impl Kept {
+    fn forget(&mut self, key: Key) {
+        if let Some((used, _, bytes)) = self.pieces.remove(&key) {
+            self.ages.remove(&used);
+            self.bytes -= bytes;
+        }
+    }
+}
+
 /// What was unpacked lately, of all files.
 struct Shelf {
     most: usize,
@@ -112,40 +130,42 @@ impl Shelf {
         Some(piece)
     }
 
-    fn put(&self, key: Key, piece: Arc<dyn Any + Send + Sync>, bytes: usize) {
-        if bytes > self.most {
-            return;
-        }
+    /// Keeps a piece; whether there was room. What somebody uses is not forgotten: its memory would not come back.
+    fn put(&self, key: Key, piece: Arc<dyn Any + Send + Sync>, bytes: usize) -> bool {
         let mut kept = self.lock();
-        kept.uses += 1;
-        let now = kept.uses;
-        if let Some((used, _, before)) = kept.pieces.insert(key, (now, piece, bytes)) {
-            kept.ages.remove(&used);
-            kept.bytes -= before;
-        }
-        kept.ages.insert(now, key);
-        kept.bytes += bytes;
-        while kept.bytes > self.most
-            && let Some((_, oldest)) = kept.ages.pop_first()
-        {
-            if let Some((_, _, bytes)) = kept.pieces.remove(&oldest) {
-                kept.bytes -= bytes;
+        kept.forget(key);
+        let mut over = kept.bytes.saturating_add(bytes).saturating_sub(self.most);
+        let mut gone = Vec::new();
+        for oldest in kept.ages.values() {
+            if over == 0 {
+                break;
+            }
+            if let Some((_, piece, bytes)) = kept.pieces.get(oldest)
+                && Arc::strong_count(piece) == 1
+            {
+                over = over.saturating_sub(*bytes);
+                gone.push(*oldest);
             }
         }
+        if over > 0 {
+            return false;
+        }
+        for key in gone {
+            kept.forget(key);
+        }
+        kept.uses += 1;
+        let now = kept.uses;
+        kept.pieces.insert(key, (now, piece, bytes));
+        kept.ages.insert(now, key);
+        kept.bytes += bytes;
+        true
     }
 
     fn forget(&self, owner: u64) {
         let mut kept = self.lock();
-        let gone: Vec<(Key, u64, usize)> = kept
-            .pieces
-            .iter()
-            .filter(|((of, ..), _)| *of == owner)
-            .map(|(key, (used, _, bytes))| (*key, *used, *bytes))
-            .collect();
-        for (key, used, bytes) in gone {
-            kept.pieces.remove(&key);
-            kept.ages.remove(&used);
-            kept.bytes -= bytes;
+        let gone: Vec<Key> = kept.pieces.keys().filter(|(of, ..)| *of == owner).copied().collect();
+        for key in gone {
+            kept.forget(key);
         }
     }
 }
@@ -167,10 +187,11 @@ impl Unpacked {
         SHELF.get((self.0, a, b))?.downcast().ok()
     }
 
-    /// Keeps a piece of so many bytes, and forgets those of all files that were used least recently.
-    pub(crate) fn put<T: Send + Sync + 'static>(&self, a: u64, b: u64, piece: &Arc<T>, bytes: usize) {
+    /// Keeps a piece of so many bytes, and forgets those of all files that were used least recently and that nobody uses now;
+    /// whether there was room for it.
+    pub(crate) fn put<T: Send + Sync + 'static>(&self, a: u64, b: u64, piece: &Arc<T>, bytes: usize) -> bool {
         // What holds it beside the piece.
-        SHELF.put((self.0, a, b), piece.clone(), bytes.saturating_add(128));
+        SHELF.put((self.0, a, b), piece.clone(), bytes.saturating_add(128))
     }
 }
 
@@ -206,7 +227,9 @@ mod tests {
         let first = SMALL.lease(60, WAIT).expect("free");
         assert!(SMALL.lease(101, WAIT).err().expect("too much").contains("at most"));
         assert!(SMALL.lease(41, Duration::ZERO).err().expect("taken").contains("try it again"));
-        let second = SMALL.lease(40, Duration::ZERO).expect("free");
+        let mut second = SMALL.lease(40, Duration::ZERO).expect("free");
+        second.shrink(30);
+        assert!(SMALL.lease(11, Duration::ZERO).is_err() && SMALL.lease(10, Duration::ZERO).is_ok());
         let waiting = std::thread::spawn(|| SMALL.lease(100, WAIT).is_ok());
         drop((first, second));
         assert!(waiting.join().expect("ended"), "who waits gets what is given back");
@@ -225,6 +248,10 @@ mod tests {
         shelf.put((2, 0, 0), Arc::new(0), 101);
         shelf.put((2, 1, 0), Arc::new(0), 10);
         assert!(shelf.get((2, 0, 0)).is_none(), "larger than the shelf");
+        let used = shelf.get((1, 3, 0)).expect("there");
+        assert!(!shelf.put((2, 2, 0), Arc::new(0), 80), "what is in use stays");
+        assert!(is_there(3));
+        drop(used);
         shelf.forget(1);
         let kept = shelf.lock();
         assert_eq!((kept.bytes, kept.pieces.len(), kept.ages.len()), (10, 1, 1));

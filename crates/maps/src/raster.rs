@@ -7,7 +7,7 @@ use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
-use crate::memory::lease;
+use crate::memory::{Lease, lease};
 use crate::sniff::{self, Picture};
 
 /// Pixels with red, green, blue and alpha, rows from the top.
@@ -65,6 +65,14 @@ impl Raster {
     /// # Errors
     /// What is wrong with it, in words.
     pub fn read(bytes: &[u8], max_px: u64) -> Result<Self, String> {
+        Self::read_leased(bytes, max_px).map(|(read, _)| read)
+    }
+
+    /// The same, with the memory that it was read under: it is the reader's to hold for as long as nobody else counts the pixels.
+    ///
+    /// # Errors
+    /// What is wrong with it, in words.
+    pub(crate) fn read_leased(bytes: &[u8], max_px: u64) -> Result<(Self, Lease), String> {
         let kind = Picture::of(bytes).ok_or_else(|| format!("no picture but {}", sniff::describe(bytes)))?;
         let (width, height) = sniff::size_px(kind, bytes).ok_or("the picture's header is cut short")?;
         if u64::from(width) * u64::from(height) > max_px || width == 0 || height == 0 {
@@ -79,7 +87,7 @@ impl Raster {
             Picture::Gif => return Err("GIF pictures cannot be read; make it PNG".to_owned()),
         };
         let pixels = u64::from(width) * u64::from(height);
-        let _lease = lease(pixels.checked_mul(4).and_then(|rgba| rgba.checked_add(cost)))?;
+        let mut lease = lease(pixels.checked_mul(4).and_then(|rgba| rgba.checked_add(cost)))?;
         let read = match kind {
             Picture::Png => read_png(bytes, size)?,
             Picture::Jpeg => read_jpeg(bytes, size)?,
@@ -87,7 +95,8 @@ impl Raster {
         };
         let is_whole = read.rgba.len() == read.width as usize * read.height as usize * 4;
         if is_whole && (read.width, read.height) == (width, height) {
-            Ok(read)
+            lease.shrink(read.rgba.len() as u64);
+            Ok((read, lease))
         } else {
             Err("the picture does not hold the pixels that its header announces".to_owned())
         }

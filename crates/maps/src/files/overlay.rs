@@ -10,7 +10,7 @@ use super::{About, TileFile};
 use crate::crs::{Crs, MERCATOR_HALF_M};
 use crate::error::{MapError, Result};
 use crate::grid::{TileGrid, TileId};
-use crate::memory::Unpacked;
+use crate::memory::{Lease, Unpacked};
 use crate::raster::Raster;
 use crate::settings::{Bounds, Corner};
 use crate::sniff::{self, Picture};
@@ -103,15 +103,17 @@ impl Overlay {
         })
     }
 
-    fn picture(&self) -> Result<Arc<Raster>> {
+    /// The picture, and the memory that it holds while the shelf has no room for it.
+    fn picture(&self) -> Result<(Option<Lease>, Arc<Raster>)> {
         let _turn = self.unpacking.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(picture) = self.unpacked.get(0, 0) {
-            return Ok(picture);
+            return Ok((None, picture));
         }
         let broken = |reason| MapError::file(self.path.display().to_string(), reason);
-        let picture = Arc::new(Raster::read(&read_file(&self.path).map_err(broken)?, MAX_PX).map_err(broken)?);
-        self.unpacked.put(0, 0, &picture, picture.rgba.len());
-        Ok(picture)
+        let read = Raster::read_leased(&read_file(&self.path).map_err(broken)?, MAX_PX).map_err(broken)?;
+        let (picture, lease) = (Arc::new(read.0), read.1);
+        let is_kept = self.unpacked.put(0, 0, &picture, picture.rgba.len());
+        Ok(((!is_kept).then_some(lease), picture))
     }
 }
 
@@ -126,7 +128,8 @@ impl TileFile for Overlay {
 
     fn tile(&self, tile: TileId) -> Result<Option<Bytes>> {
         let Some([left, _, _, top]) = self.grid.tile_extent(tile) else { return Ok(None) };
-        let picture = self.picture()?;
+        // The lease goes last.
+        let (_lease, picture) = self.picture()?;
         let resolution = self.grid.levels[usize::from(tile.level)].resolution;
         let world = 2.0 * MERCATOR_HALF_M;
         // The picture may lie beyond the date line, on either side of the tile's own turn of the world.
