@@ -100,6 +100,22 @@ LAZY_MODULES: dict[tuple[str, str], frozenset[str]] = {
 NATIVE_GUIDANCE = frozenset({"vencejo._native.PlanePilot"})
 
 
+#: How a file that is kept comes to be: in crate `store` alone, which writes beside, forces to the disk and renames. The files
+#: named here make what grows (recordings), what is not kept (uploads on their way, notes of what is being read), or a lock.
+WRITES = re.compile(
+    r"\bfs::(?:rename|write|copy|hard_link)\b|\bFile::create\w*|\bOpenOptions\b|\bNamedTempFile\b"
+    r"|\.write_(?:text|bytes)\(|\bos\.(?:replace|rename|link|O_CREAT)\b|\bshutil\.(?:move|copy\w*)\("
+    r"|\b(?:open|fdopen)\([^)\n]*[\"'][wax]b?\+?[\"']|\b(?:partial|temporary|beside|path)\.(?:replace|rename)\("
+)
+WRITERS: dict[str, str] = {
+    "crates/link/src/recorder.rs": "a .tlog grows",
+    "crates/maps/src/aside.rs": "notes of what is being read, and the lock of a run",
+    "crates/maps/src/uploads.rs": "a file on its way in",
+    "python/vencejo/camera/recorder.py": "a video grows",
+    "python/vencejo/cli/map_service.py": "a file on its way in",
+}
+
+
 @dataclass(frozen=True)
 class Import:
     """One import statement: the absolute module (with the name taken from it), where, and whether at module level."""
@@ -306,6 +322,31 @@ def check_pure(root: Path, report: Report) -> None:
             report.check(found is None, f"{where}: crate {crate} is pure and must not use `{found and found.group()}`")
 
 
+def check_writes(root: Path, report: Report) -> None:
+    """Check that files which are kept are written by crate `store` alone, and that the exceptions are ones."""
+    rust = [path for path in (root / "crates").glob("*/src/**/*.rs") if "crates/store/" not in path.as_posix()]
+    python = [path for path in (root / "python/vencejo").rglob("*.py") if "sim" not in path.parts]
+    writers = set()
+    for path in sorted([*rust, *python]):
+        shown = path.relative_to(root)
+        if {"tests", "testing"} & {part.partition(".")[0] for part in shown.parts}:
+            continue
+        text = path.read_text(encoding="utf-8").partition("#[cfg(test)]")[0]
+        comment = "//" if path.suffix == ".rs" else "#"
+        code = "\n".join(line.partition(comment)[0] for line in text.splitlines())
+        found = WRITES.search(code)
+        if found is not None and shown.as_posix() in WRITERS:
+            writers.add(shown.as_posix())
+            continue
+        where = f"{shown}:{code[: found.start()].count(chr(10)) + 1}" if found else ""
+        what = found and found.group()
+        report.check(
+            found is None, f"{where}: `{what}`: a file that is kept is written by crate store (or vencejo.storage)"
+        )
+    for unused in sorted(set(WRITERS) - writers):
+        report.check(False, f"{unused}: in the table of WRITERS, but it writes no file")
+
+
 def check_python(root: Path, report: Report) -> None:
     """Check the imports of every module of python/vencejo."""
     top = root / "python"
@@ -332,6 +373,7 @@ def main() -> int:
     ).stdout
     check_crates(crate_dependencies(metadata), report)
     check_pure(ROOT, report)
+    check_writes(ROOT, report)
     check_python(ROOT, report)
     check_docs(ROOT, report)
     for fault in report.faults:

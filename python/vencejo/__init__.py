@@ -53,6 +53,7 @@ from vencejo.plan import (
     RallyPoint,
 )
 from vencejo.station import RecorderInfo, Station, connect, default_record_dir
+from vencejo.storage import Floors, StorageProblem
 from vencejo.telemetry import Telemetry
 from vencejo.vehicle import (
     Event,
@@ -79,6 +80,7 @@ __all__ = [
     "FileFormatError",
     "Finding",
     "FlightPreparation",
+    "Floors",
     "Frame",
     "GeoPoint",
     "Home",
@@ -103,6 +105,7 @@ __all__ = [
     "RecorderInfo",
     "Station",
     "StatusText",
+    "StorageProblem",
     "Subscription",
     "Telemetry",
     "TransferError",

@@ -9,6 +9,7 @@ from pathlib import Path
 from vencejo import _native
 from vencejo._files import read_bounded
 from vencejo.errors import FileFormatError
+from vencejo.storage import write_file
 
 __all__ = ["load_params", "save_params"]
 
@@ -32,4 +33,4 @@ def load_params(path: str | os.PathLike[str]) -> dict[str, float]:
 
 def save_params(path: str | os.PathLike[str], params: Mapping[str, float]) -> None:
     """Write a ``.param`` file: one ``NAME,value`` a line, sorted by name."""
-    Path(path).write_text(_native.format_params(sorted(params.items())), encoding="utf-8", newline="")
+    write_file(path, _native.format_params(sorted(params.items())).encode())

@@ -31,6 +31,7 @@ from typing import Literal, TypeAlias
 from vencejo import _native
 from vencejo._files import read_bounded
 from vencejo.errors import FileFormatError, PlanRefused
+from vencejo.storage import write_file
 
 __all__ = [
     "Circle",
@@ -457,7 +458,7 @@ class Plan:
             text = _native.format_waypoints(self._to_native())
         else:
             raise FileFormatError(f"{path}: a plan is saved as .plan or .waypoints, not '{suffix}'; rename it")
-        path.write_text(text, encoding="utf-8", newline="")
+        write_file(path, text.encode())
 
     def check(self, *, position: GeoPoint | Home | None = None, on_ground: bool | None = None) -> tuple[Finding, ...]:
         """Look for what would make the plan fail or be refused.

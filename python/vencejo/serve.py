@@ -22,9 +22,19 @@ from types import TracebackType
 from vencejo import _native
 from vencejo.errors import InvalidRequest
 from vencejo.station import Station, default_record_dir
+from vencejo.storage import Floors, StorageProblem
 from vencejo.video import VideoFeed, default_video_dir
 
-__all__ = ["Operator", "Server", "Tokens", "default_maps_folder", "default_token_file", "has_app", "renew_tokens"]
+__all__ = [
+    "Operator",
+    "Server",
+    "Tokens",
+    "default_draft_file",
+    "default_maps_folder",
+    "default_token_file",
+    "has_app",
+    "renew_tokens",
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,6 +81,11 @@ def renew_tokens(path: str | os.PathLike[str] | None = None, *, viewer: bool = T
     return Tokens(viewer=viewers, operator=operators)
 
 
+def default_draft_file() -> Path:
+    """Where the draft of the plan is kept: `plan-draft.json` in the data folder."""
+    return default_record_dir().parent / "plan-draft.json"
+
+
 def has_app() -> bool:
     """Whether the web app is in this build; without it the server serves its API alone."""
     return _native.has_app()
@@ -109,13 +124,18 @@ class Server:
     video_folder : path, optional
         Where the recordings and pictures of cameras are, to be listed and downloaded. Default
         `vencejo.video.default_video_dir`.
+    draft_file : path, optional
+        Where the draft of the plan is kept for all browsers. Default `default_draft_file`.
+    floors : Floors, optional
+        Free space of the disk below which no maps are kept; default 2 GB.
 
     Raises
     ------
     InvalidRequest
         For an address that is none, or a certificate without key.
     VencejoError
-        When the address is taken, or the tokens, certificate or maps folder cannot be used.
+        When the address is taken, or the certificate or the tokens' file cannot be used. A disk that cannot be written is
+        no error: `storage_problems` tells.
     """
 
     def __init__(
@@ -133,6 +153,8 @@ class Server:
         on_board: bool = False,
         maps_folder: str | os.PathLike[str] | None = None,
         video_folder: str | os.PathLike[str] | None = None,
+        draft_file: str | os.PathLike[str] | None = None,
+        floors: Floors | None = None,
     ) -> None:
         address = _address(host)
         if not 0 <= port <= 65535:
@@ -155,6 +177,8 @@ class Server:
             on_board=on_board,
             maps_folder=os.fspath(maps_folder if maps_folder is not None else default_maps_folder()),
             video_folder=os.fspath(video_folder if video_folder is not None else default_video_dir()),
+            draft_file=os.fspath(draft_file if draft_file is not None else default_draft_file()),
+            floors_mb=None if floors is None else floors._mb,
         )
         self._station = station
 
@@ -181,6 +205,14 @@ class Server:
         """Its tokens; ``None`` when everybody on this machine is an operator."""
         tokens = self._native.tokens()
         return None if tokens is None else Tokens(viewer=tokens[0], operator=tokens[1])
+
+    @property
+    def storage_problems(self) -> list[StorageProblem]:
+        """What of the disk does not work, the flight recorder first; empty when all is well. As pages show it."""
+        return [
+            StorageProblem(what=what, name=name, fault=fault, text=text)
+            for what, name, fault, text in self._native.storage_problems()
+        ]
 
     @property
     def clients(self) -> int:

@@ -6,7 +6,7 @@ import atexit
 import contextlib
 import os
 import weakref
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -15,6 +15,7 @@ from typing import Any, NoReturn, cast
 from vencejo import _native
 from vencejo.errors import ClosedError, InvalidRequest, VencejoError
 from vencejo.link import LinkInfo
+from vencejo.storage import Floors
 from vencejo.vehicle import Vehicle, VehicleState
 
 __all__ = ["RecorderInfo", "Station", "connect", "default_record_dir"]
@@ -82,6 +83,8 @@ class Station:
         Record every frame to a ``.tlog``: ``True`` in the user's data folder, a path for another folder.
     forward_to : iterable of str, optional
         More links, for other ground stations: what the vehicles and they say is passed on untouched.
+    floors : Floors, optional
+        Free space of the disk below which nothing is recorded; default 500 MB for telemetry.
 
     Notes
     -----
@@ -112,6 +115,7 @@ class Station:
         heartbeat: bool = True,
         record: bool | str | os.PathLike[str] = True,
         forward_to: Iterable[str] = (),
+        floors: Floors | None = None,
     ) -> None:
         for name, id in (("system_id", system_id), ("component_id", component_id)):
             if not 1 <= id <= 255:
@@ -131,6 +135,7 @@ class Station:
             record_dir=record_dir,
             missions_dir=str(_missions_dir()),
             request_streams=request_streams,
+            floors_mb=None if floors is None else floors._mb,
         )
         # Weak, so that a station that is no longer used is not kept by its own vehicles.
         self._vehicles: weakref.WeakValueDictionary[int, Vehicle] = weakref.WeakValueDictionary()
@@ -166,6 +171,30 @@ class Station:
         """The recording, ``None`` when it is off."""
         info = self._native.recorder()
         return None if info is None else RecorderInfo(**info)
+
+    def recorder_changes(self, timeout_s: float | None = None) -> Iterator[RecorderInfo]:
+        """Follow the recording: as it is now, and again each time that it stops, goes on, or stops for another reason.
+
+        It ends when the station is closed; at once when nothing is recorded.
+
+        Parameters
+        ----------
+        timeout_s : float or None, optional
+            How long to wait for each change; the iteration ends when none comes. ``None`` waits for ever.
+
+        Examples
+        --------
+        >>> import vencejo
+        >>> with vencejo.Station(record=False) as station:
+        ...     [info.problem for info in station.recorder_changes(0.1)]
+        []
+        """
+        changes = self._native.recorder_changes()
+        while changes is not None and (state := changes.next(timeout_s)) is not None:
+            info = RecorderInfo(**state)
+            if info.problem == "closed":
+                return
+            yield info
 
     @property
     def vehicles(self) -> list[Vehicle]:

@@ -107,11 +107,12 @@ def test_h264_goes_to_those_who_show_it_and_jpeg_to_the_others(tmp_path: Path) -
 
 
 def test_what_the_browser_asks_for(tmp_path: Path) -> None:
+    folder = tmp_path / "video"
     with (
         MjpegServer() as source,
         Station(record=False) as station,
         Server(station, port=0) as server,
-        Camera(source.url, name="nose", recording_dir=tmp_path) as camera,
+        Camera(source.url, name="nose", recording_dir=folder) as camera,
         ServedCamera(server, camera),
     ):
         client = Client(server.url)
@@ -134,18 +135,19 @@ def test_what_the_browser_asks_for(tmp_path: Path) -> None:
             source.send(picture(number))
         wait_for(lambda: camera.status.frames == 21, "all pictures")
         assert client.done("DELETE", "cameras/nose/recording")["recording"] is None
-        assert len(coded_times(tmp_path / begun["file"])) == 20
+        assert len(coded_times(folder / begun["file"])) == 20
         with pytest.raises(InvalidRequest, match="nose"):
             server.add_camera("nose", "again")
-    assert not [path for path in tmp_path.iterdir() if path.suffix != ".mkv"]
+    assert not [path for path in folder.iterdir() if path.suffix != ".mkv"]
 
 
 def test_what_was_recorded_is_listed_downloaded_and_deleted(tmp_path: Path) -> None:
+    folder = tmp_path / "video"
     with (
         MjpegServer() as source,
         Station(record=False) as station,
-        Server(station, port=0, video_folder=tmp_path) as server,
-        Camera(source.url, name="nose", recording_dir=tmp_path) as camera,
+        Server(station, port=0, video_folder=folder) as server,
+        Camera(source.url, name="nose", recording_dir=folder) as camera,
         ServedCamera(server, camera),
     ):
         client = Client(server.url)
@@ -164,14 +166,14 @@ def test_what_was_recorded_is_listed_downloaded_and_deleted(tmp_path: Path) -> N
         assert client.ask("DELETE", f"footage/{begun}").status == 409
         client.done("DELETE", "cameras/nose/recording")
         video, kept = client.ask("GET", f"footage/{begun}").body, listed["picture"]["name"]
-        assert video == (tmp_path / begun).read_bytes()
+        assert video == (folder / begun).read_bytes()
         (ended,) = (one for one in client.done("GET", "footage") if one["kind"] == "video")
         assert (ended["camera"], ended["is_current"], ended["bytes"]) == ("nose", False, len(video))
-        assert ended["duration_s"] == pytest.approx(coded_times(tmp_path / begun)[-1], abs=0.002)
+        assert ended["duration_s"] == pytest.approx(coded_times(folder / begun)[-1], abs=0.002)
         assert abs(ended["begin_unix_s"] - time.time()) < 60
-        assert (tmp_path / kept).read_bytes() == still.body
+        assert (folder / kept).read_bytes() == still.body
         client.done("DELETE", f"footage/{begun}")
-        assert [path.name for path in tmp_path.iterdir()] == [kept]
+        assert [path.name for path in folder.iterdir()] == [kept]
 
 
 def test_a_viewer_looks_and_does_not_record(tmp_path: Path) -> None:

@@ -136,6 +136,27 @@ def test_a_clock_in_a_pure_crate_is_found(tmp_path: Path, code: str, where: str 
     assert [fault.partition(": ")[0] for fault in report.faults] == ([] if where is None else [where])
 
 
+@pytest.mark.parametrize(
+    ("file", "code", "fault"),
+    [
+        ("crates/maps/src/a.rs", "std::fs::rename(a, b)?;\n", True),
+        ("crates/maps/src/a.rs", "// fs::rename is for store\n", False),
+        ("crates/maps/src/a.rs", "#[cfg(test)]\nmod tests { fn a() { std::fs::write(path, b); } }\n", False),
+        ("crates/store/src/a.rs", "fs::rename(a, b)?;\n", False),
+        ("python/vencejo/a.py", "path.write_text(text)\n", True),
+        ("python/vencejo/a.py", "with open(path, 'w') as file:\n    pass\n", True),
+        ("python/vencejo/a.py", "with path.open() as file:\n    text.replace('a', 'b')\n", False),
+    ],
+)
+def test_a_file_that_is_written_elsewhere_is_found(tmp_path: Path, file: str, code: str, fault: bool) -> None:
+    path = tmp_path / file
+    path.parent.mkdir(parents=True)
+    path.write_text(code)
+    report = arrows.Report()
+    arrows.check_writes(tmp_path, report)
+    assert any(found.startswith(f"{file}:1: ") for found in report.faults) is fault, report.faults
+
+
 def test_architecture_shows_the_same_tables() -> None:
     page = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
 

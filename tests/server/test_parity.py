@@ -70,6 +70,7 @@ ROUTES: dict[str, tuple[str, ...]] = {
     "Station.links": ("GET /api/v1/links", "WS links"),
     "Station.open_link": ("POST /api/v1/links",),
     "Station.recorder": ("GET /api/v1/recorder",),
+    "Station.recorder_changes": ("GET /api/v1/storage", "WS storage"),
     "Station.set_heartbeat": ("PUT /api/v1/heartbeat",),
     "Station.vehicles": ("GET /api/v1/vehicles", "WS vehicles"),
     "Station.wait_vehicle": ("GET /api/v1/vehicles", "WS vehicles"),

@@ -27,12 +27,13 @@ impl Maps {
     /// # Errors
     /// [`MapError::NoArea`], [`MapError::Storage`].
     pub async fn export_area(&self, id: &str) -> Result<(PathBuf, String)> {
+        self.room()?;
         let (area, source, cache) = self.find(id).await?;
         let grid = self.known_grid(&source).await?;
         let folder = self.folder().join("tmp");
         let settings = source.settings.clone();
         blocking(move || {
-            std::fs::create_dir_all(&folder)?;
+            vencejo_store::make_folder(&folder)?;
             let path = folder.join(format!("{}-{}.mbtiles", area.id, new_id(&cache)?));
             let result = export(&cache, &area, &grid, &settings, &path);
             if result.is_err() {
@@ -48,6 +49,7 @@ impl Maps {
     /// # Errors
     /// [`MapError::MapFile`] when the file is none, or of another grid; [`MapError::OfflineRefused`].
     pub async fn import_area(&self, source: &str, name: &str, path: PathBuf) -> Result<Area> {
+        self.room()?;
         let (source, cache) = self.keeper(source)?;
         let grid = self.known_grid(&source).await?;
         let (name, now_s) = (sniff::one_line(name, 100), self.now_s());

@@ -403,6 +403,7 @@ impl Maps {
         if name.is_empty() || name.chars().count() > 100 {
             return Err(MapError::Request("name: takes 1 to 100 characters".to_owned()));
         }
+        self.room()?;
         let (source, cache) = self.keeper(&wanted.source)?;
         let grid = self.known_grid(&source).await?;
         let now_s = self.now_s();
@@ -495,6 +496,7 @@ impl Maps {
             blocking(move || set_state(&cache, &name, AreaState::Done, None)).await?;
             self.tell_news();
         } else if area.state != AreaState::Running && !is_whole {
+            self.room()?;
             let (again, name) = (cache.clone(), id.to_owned());
             blocking(move || {
                 again
@@ -616,6 +618,11 @@ impl Maps {
                 });
                 let (end, name) = (cache.clone(), id.to_owned());
                 return blocking(move || set_running(&end, &name, AreaState::Done, detail.as_deref()).map(drop)).await;
+            }
+            if let Err(low) = self.room() {
+                let (end, name) = (cache.clone(), id.to_owned());
+                let text = low.to_string();
+                return blocking(move || set_running(&end, &name, AreaState::Failed, Some(&text)).map(drop)).await;
             }
             let began = Instant::now();
             let mut marks = Vec::with_capacity(batch.len());

@@ -127,7 +127,7 @@ fn folder(maps: &Path) -> PathBuf {
 fn collect(maps: &Path) -> std::io::Result<(Run, HashMap<String, String>)> {
     let base = folder(maps);
     let kept = base.join("aside");
-    std::fs::create_dir_all(&kept)?;
+    vencejo_store::make_folder(&kept)?;
     for entry in std::fs::read_dir(&base)?.flatten() {
         let lock = entry.path();
         if lock.extension().is_none_or(|end| end != "run") {
@@ -141,7 +141,7 @@ fn collect(maps: &Path) -> std::io::Result<(Run, HashMap<String, String>)> {
         for note in std::fs::read_dir(&run.folder).into_iter().flatten().flatten() {
             let id = note.file_name().to_string_lossy().into_owned();
             tracing::error!(source = id, "the program ended while this map source was read; it is set aside");
-            let _ = std::fs::rename(note.path(), kept.join(id));
+            let _ = vencejo_store::install(&note.path(), &kept.join(id));
         }
     }
     let mut aside = HashMap::new();

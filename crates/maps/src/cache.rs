@@ -91,6 +91,10 @@ pub struct Fill {
 #[derive(Debug)]
 pub struct Cache {
     path: PathBuf,
+    /// Whether it is on a disk that nobody can write: then nothing of it changes.
+    is_frozen: bool,
+    /// What a damaged one was renamed to when this was opened.
+    set_aside_as: Option<PathBuf>,
     writer: Mutex<Connection>,
     readers: Mutex<Vec<Connection>>,
     /// Which tiles were used, and when; not yet in the file.
@@ -106,25 +110,38 @@ impl Cache {
     /// [`MapError::Storage`] when the file is no cache or cannot be used.
     pub fn open(path: &Path, max_bytes: u64) -> Result<Self> {
         if let Some(folder) = path.parent() {
-            std::fs::create_dir_all(folder)?;
+            // One in which nothing can be written shows itself below.
+            let _ = vencejo_store::make_folder(folder);
         }
+        let mut set_aside_as = None;
         let writer = match prepare(path) {
             Err(Unready::Broken(reason)) => {
-                set_aside(path)?;
+                let aside = set_aside(path)?;
+                set_aside_as = Some(aside.clone());
                 tracing::error!(
-                    path = %path.display(), reason,
-                    "the cache of a map source was broken: it was put aside as .broken, and a new one begun"
+                    path = %path.display(), reason, aside = %aside.display(),
+                    "the cache of a map source was broken: it was put aside, and a new one begun"
                 );
                 prepare(path)
             }
             other => other,
         };
+        // In a folder that cannot be written what was kept before is still shown.
+        let (writer, is_frozen) = match writer {
+            Err(Unready::Unwritable(error)) => (open_frozen(path).map_err(|_| Unready::Other(error)), true),
+            other => (other, false),
+        };
+        if is_frozen && writer.is_ok() {
+            tracing::warn!(path = %path.display(), "the cache of a map source cannot be written: what it has is shown, nothing more is kept");
+        }
         let writer = writer.map_err(|unready| match unready {
             Unready::Broken(reason) => MapError::storage(format!("{}: {reason}", path.display())),
-            Unready::Other(error) => error,
+            Unready::Unwritable(error) | Unready::Other(error) => error,
         })?;
         Ok(Self {
             path: path.to_owned(),
+            is_frozen,
+            set_aside_as,
             writer: Mutex::new(writer),
             readers: Mutex::default(),
             touched: Mutex::default(),
@@ -137,6 +154,18 @@ impl Cache {
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Whether nothing more is kept, because the disk cannot be written.
+    #[must_use]
+    pub const fn is_frozen(&self) -> bool {
+        self.is_frozen
+    }
+
+    /// What a damaged cache in its place was renamed to when this was opened.
+    #[must_use]
+    pub fn set_aside_as(&self) -> Option<&Path> {
+        self.set_aside_as.as_deref()
     }
 
     /// Bytes at most, but for what offline areas keep.
@@ -159,6 +188,7 @@ impl Cache {
         let free = self.readers.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let reader = match free {
             Some(reader) => reader,
+            None if self.is_frozen => open_frozen(&self.path)?,
             None => {
                 let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
                 let reader = Connection::open_with_flags(&self.path, flags)?;
@@ -197,7 +227,7 @@ impl Cache {
                 })
                 .optional()
         })?;
-        if found.is_some() {
+        if found.is_some() && !self.is_frozen {
             let mut touched = self.touched.lock().unwrap_or_else(PoisonError::into_inner);
             touched.insert(tile, now_s);
             let is_much = touched.len() >= TOUCHES;
@@ -391,6 +421,8 @@ impl Cache {
 enum Unready {
     /// It is no database, or one that was damaged: by power that failed, or a card that is worn.
     Broken(String),
+    /// Its disk, or it, cannot be written.
+    Unwritable(MapError),
     Other(MapError),
 }
 
@@ -398,6 +430,7 @@ impl From<rusqlite::Error> for Unready {
     fn from(error: rusqlite::Error) -> Self {
         match error.sqlite_error_code() {
             Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => Self::Broken(error.to_string()),
+            Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen) => Self::Unwritable(error.into()),
             _ => Self::Other(error.into()),
         }
     }
@@ -423,18 +456,27 @@ fn prepare(path: &Path) -> std::result::Result<Connection, Unready> {
     Ok(writer)
 }
 
-/// Puts a broken file aside, with what belongs to it: somebody may want to save what is in it.
-fn set_aside(path: &Path) -> Result<()> {
-    let with = |end: &str| {
+/// Opens a cache of a disk that cannot be written. SQLite is told that nobody else does either: it would make files beside.
+fn open_frozen(path: &Path) -> rusqlite::Result<Connection> {
+    let wrong = || rusqlite::Error::InvalidPath(path.to_owned());
+    let mut address =
+        url::Url::from_file_path(std::path::absolute(path).map_err(|_| wrong())?).map_err(|()| wrong())?;
+    address.set_query(Some("immutable=1"));
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX | OpenFlags::SQLITE_OPEN_URI;
+    let reader = Connection::open_with_flags(address.as_str(), flags)?;
+    reader.query_row("SELECT COUNT(*) FROM areas", [], |_| Ok(()))?;
+    Ok(reader)
+}
+
+/// Puts a broken file aside, without what belongs to it: somebody may want to save what is in it.
+fn set_aside(path: &Path) -> Result<PathBuf> {
+    let aside = vencejo_store::set_aside(path)?;
+    for end in ["-wal", "-shm"] {
         let mut name = path.as_os_str().to_owned();
         name.push(end);
-        PathBuf::from(name)
-    };
-    std::fs::rename(path, with(".broken"))?;
-    for end in ["-wal", "-shm"] {
-        let _ = std::fs::remove_file(with(end));
+        let _ = std::fs::remove_file(name);
     }
-    Ok(())
+    Ok(aside)
 }
 
 /// Writes a tile with a connection, in whose transaction it may be.
@@ -525,6 +567,28 @@ mod tests {
     }
 
     #[test]
+    fn what_was_kept_is_shown_where_nothing_can_be_written() {
+        let folder = Folder::new();
+        let path = folder.path().join("a b?.mbtiles");
+        let cache = Cache::open(&path, 1 << 30).expect("a cache");
+        cache.put(tile(1), &kept(5, 100)).expect("kept");
+        cache.writer().query_row("PRAGMA wal_checkpoint(TRUNCATE)", [], |_| Ok(())).expect("all in one file");
+        drop(cache);
+        // What SQLite writes beside cannot be made, whoever runs this.
+        for end in ["-shm", "-wal"] {
+            let _ = std::fs::remove_file(folder.path().join(format!("a b?.mbtiles{end}")));
+        }
+        std::fs::create_dir_all(folder.path().join("a b?.mbtiles-shm/x")).expect("made");
+        std::fs::create_dir_all(folder.path().join("a b?.mbtiles-wal/x")).expect("made");
+        let cache = Cache::open(&path, 1 << 30).expect("readable");
+        assert!(cache.is_frozen());
+        assert_eq!(cache.get(tile(1), 0).expect("read"), Some(kept(5, 100)));
+        assert_eq!(cache.fill().expect("read").tiles, 1);
+        assert!(matches!(cache.put(tile(2), &kept(5, 100)), Err(MapError::Storage(_))));
+        cache.flush().expect("nothing is noted");
+    }
+
+    #[test]
     fn a_broken_cache_is_put_aside_and_a_new_one_begun() {
         let folder = Folder::new();
         let path = folder.path().join("a.mbtiles");
@@ -532,7 +596,9 @@ mod tests {
         std::fs::write(&path, text).expect("written");
         let cache = Cache::open(&path, 1 << 30).expect("a new one");
         cache.put(tile(1), &kept(5, 0)).expect("kept");
-        assert_eq!(std::fs::read_to_string(folder.path().join("a.mbtiles.broken")).expect("read"), text);
+        let aside = cache.set_aside_as().expect("told");
+        assert_eq!(aside, folder.path().join("a.mbtiles.broken"));
+        assert_eq!(std::fs::read_to_string(aside).expect("read"), text);
         // A folder in its place is nothing that could be put aside.
         std::fs::create_dir_all(folder.path().join("b.mbtiles/x")).expect("made");
         assert!(matches!(Cache::open(&folder.path().join("b.mbtiles"), 1), Err(MapError::Storage(_))));

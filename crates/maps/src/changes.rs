@@ -1,6 +1,7 @@
 //! Changes to the sources: each goes to their file, which is then read as if a person had edited it.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::PoisonError;
 
 use crate::error::{MapError, Result};
@@ -13,47 +14,20 @@ impl Maps {
     ///
     /// # Errors
     /// [`MapError::Settings`] with all faults, [`MapError::SourcesFile`] when the file is wrong as it is.
-    pub async fn put(&self, mut settings: SourceSettings) -> Result<MapSource> {
+    pub async fn put(&self, settings: SourceSettings) -> Result<MapSource> {
         let edit = self.shared.edits.lock().await;
-        let before = self.source(&settings.id).ok();
-        let is_kept_key = settings.key.is_none();
-        if is_kept_key {
-            settings.key = before.as_ref().and_then(|source| source.settings.key.clone());
-        }
-        settings.key = settings.key.filter(|key| !key.is_empty());
-        settings.has_key = None;
-        let mut faults = settings.faults();
-        if let Some(before) = &before
-            && settings.key.is_some()
-            && settings.key == before.settings.key
-            && is_kept_key
-        {
-            let (old, new) = (before.settings.key_hosts(), settings.key_hosts());
-            let strange: Vec<&str> = new.difference(&old).map(String::as_str).collect();
-            if !strange.is_empty() {
-                faults.push(format!(
-                    "key: it was given for {}; enter it once more to have it sent to {}, or leave it out with an empty key",
-                    old.iter().map(String::as_str).collect::<Vec<_>>().join(", "),
-                    strange.join(", ")
-                ));
-            }
-        }
-        let is_same_path = before.as_ref().is_some_and(|source| source.settings.path == settings.path);
-        if let Some(path) = &settings.path
-            && !is_same_path
-            && !is_inside(path)
-        {
-            faults.push(format!(
-                "path: by this way only files of the maps folder are taken, such as files/NAME; put the file into {}, send it \
-                 with POST /api/v1/maps/files, or write its path into sources.toml by hand",
-                self.folder().join("files").display()
-            ));
-        }
-        if !faults.is_empty() {
-            return Err(MapError::Settings { source_id: settings.id, faults });
-        }
         let (file, id) = (self.shared.file.clone(), settings.id.clone());
-        blocking(move || file.put(&settings)).await?;
+        let (files, known) = (self.folder().join("files"), self.source(&id).ok());
+        blocking(move || {
+            // What was there before is read from the file while nobody else can change it: another instance may have.
+            let result = file.change(&settings.id, |before| checked(settings.clone(), before, &files));
+            if matches!(result, Err(MapError::SourcesFile { .. })) {
+                // Its own faults are told first, also when the file is wrong.
+                checked(settings, known.as_ref().map(|known| &known.settings), &files)?;
+            }
+            result
+        })
+        .await?;
         self.reload_held().await?;
         drop(edit);
         let source = self.source(&id)?;
@@ -67,7 +41,7 @@ impl Maps {
     /// # Errors
     /// [`MapError::NoSource`], [`MapError::SourcesFile`].
     pub async fn set_order(&self, ids: &[String]) -> Result<()> {
-        let _edit = self.shared.edits.lock().await;
+        let _edit = self.begin_edit().await?;
         let mut orders = BTreeMap::new();
         for (index, id) in (1_i32..).zip(ids) {
             self.source(id)?;
@@ -83,7 +57,7 @@ impl Maps {
     /// # Errors
     /// [`MapError::NoSource`], [`MapError::SourcesFile`].
     pub async fn remove(&self, id: &str, forget_cache: bool) -> Result<()> {
-        let _edit = self.shared.edits.lock().await;
+        let _edit = self.begin_edit().await?;
         let source = self.source(id)?;
         self.stop_areas_of(id).await;
         let (file, name) = (self.shared.file.clone(), id.to_owned());
@@ -117,4 +91,42 @@ impl Maps {
             None => Ok(()),
         }
     }
+}
+
+/// Settings that may take the place of others, with the key that they keep.
+fn checked(mut settings: SourceSettings, before: Option<&SourceSettings>, files: &Path) -> Result<SourceSettings> {
+    let is_kept_key = settings.key.is_none();
+    if is_kept_key {
+        settings.key = before.and_then(|before| before.key.clone());
+    }
+    settings.key = settings.key.filter(|key| !key.is_empty());
+    settings.has_key = None;
+    let mut faults = settings.faults();
+    if let Some(before) = before
+        && settings.key.is_some()
+        && settings.key == before.key
+        && is_kept_key
+    {
+        let (old, new) = (before.key_hosts(), settings.key_hosts());
+        let strange: Vec<&str> = new.difference(&old).map(String::as_str).collect();
+        if !strange.is_empty() {
+            faults.push(format!(
+                "key: it was given for {}; enter it once more to have it sent to {}, or leave it out with an empty key",
+                old.iter().map(String::as_str).collect::<Vec<_>>().join(", "),
+                strange.join(", ")
+            ));
+        }
+    }
+    let is_same_path = before.is_some_and(|before| before.path == settings.path);
+    if let Some(path) = &settings.path
+        && !is_same_path
+        && !is_inside(path)
+    {
+        faults.push(format!(
+            "path: by this way only files of the maps folder are taken, such as files/NAME; put the file into {}, send it \
+             with POST /api/v1/maps/files, or write its path into sources.toml by hand",
+            files.display()
+        ));
+    }
+    if faults.is_empty() { Ok(settings) } else { Err(MapError::Settings { source_id: settings.id, faults }) }
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use thiserror::Error;
+use vencejo_store::{Class, LowSpace};
 
 /// Why there is no tile, source, area or height. Texts never hold a key.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -100,6 +101,9 @@ pub enum MapError {
     /// A request that makes no sense.
     #[error("{0}")]
     Request(String),
+    /// The disk is too full for maps.
+    #[error(transparent)]
+    LowSpace(#[from] LowSpace),
     /// This machine's disk or database failed.
     #[error("the map folder: {0}")]
     Storage(String),
@@ -142,6 +146,7 @@ impl MapError {
             Self::NoArea(text()),
             Self::MapFile { name: text(), reason: text() },
             Self::Request(text()),
+            Self::LowSpace(LowSpace { class: Class::Maps, path: PathBuf::from("maps"), free_bytes: 1, floor_bytes: 2 }),
             Self::Storage(text()),
             Self::Closed,
         ]

@@ -2,11 +2,12 @@
 //! comments and order survive.
 
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value};
+use vencejo_store::{Access, Lock};
 
 use crate::error::{MapError, Result};
 use crate::settings::{Role, SourceSettings};
@@ -70,7 +71,8 @@ impl SourcesFile {
             Ok(_) => std::fs::read_to_string(&self.path)
                 .map(Some)
                 .map_err(|error| self.wrong(format!("cannot be read: {error}"))),
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            // Nor is there one below what is no folder.
+            Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(None),
             Err(error) => Err(self.wrong(format!("cannot be read: {error}"))),
         }
     }
@@ -113,7 +115,7 @@ impl SourcesFile {
         })
     }
 
-    /// Writes a new file with these sources, where there is none.
+    /// Writes a new file with these sources, unless there is one: another instance may have been quicker.
     ///
     /// # Errors
     /// [`MapError::Storage`] when it cannot be written.
@@ -122,7 +124,15 @@ impl SourcesFile {
         for source in sources {
             put(&mut document, source)?;
         }
-        self.write(&format!("{HEADER}cache_max_mb = {DEFAULT_CACHE_MAX_MB}\n{document}"))
+        let text = format!("{HEADER}cache_max_mb = {DEFAULT_CACHE_MAX_MB}\n{document}");
+        vencejo_store::create(&self.path, text.as_bytes(), Access::Owner)?;
+        Ok(())
+    }
+
+    /// The right to change the file. Every change reads it, changes what it read and writes it while it holds this: several
+    /// instances may use one folder.
+    fn lock(&self) -> Result<Lock> {
+        Ok(Lock::of(&self.path, vencejo_store::lock::PATIENCE)?)
     }
 
     fn document(&self) -> Result<DocumentMut> {
@@ -137,8 +147,23 @@ impl SourcesFile {
     /// # Errors
     /// [`MapError::SourcesFile`] when the file is wrong as it is, [`MapError::Storage`] when it cannot be written.
     pub fn put(&self, source: &SourceSettings) -> Result<()> {
+        self.change(&source.id, |_| Ok(source.clone()))
+    }
+
+    /// Puts what `change` makes of the source of an id, as the file has it at this moment, in its place or at the end.
+    ///
+    /// # Errors
+    /// As [`Self::put`], and those of `change`: then nothing is written.
+    pub fn change(
+        &self,
+        id: &str,
+        change: impl FnOnce(Option<&SourceSettings>) -> Result<SourceSettings>,
+    ) -> Result<()> {
+        let _lock = self.lock()?;
         let mut document = self.document()?;
-        put(&mut document, source)?;
+        let before = self.parse(&document.to_string())?.sources;
+        let source = change(before.iter().find(|source| source.id == id))?;
+        put(&mut document, &source)?;
         let text = document.to_string();
         // Nothing is written that would not be read.
         self.parse(&text)?;
@@ -150,6 +175,7 @@ impl SourcesFile {
     /// # Errors
     /// As [`Self::put`].
     pub fn set_orders(&self, orders: &BTreeMap<String, i32>) -> Result<()> {
+        let _lock = self.lock()?;
         let mut document = self.document()?;
         for table in tables(&mut document)?.iter_mut() {
             if let Some(order) = table.get("id").and_then(Item::as_str).and_then(|id| orders.get(id)) {
@@ -164,6 +190,7 @@ impl SourcesFile {
     /// # Errors
     /// As [`Self::put`].
     pub fn remove(&self, id: &str) -> Result<bool> {
+        let _lock = self.lock()?;
         let mut document = self.document()?;
         let tables = tables(&mut document)?;
         let before = tables.len();
@@ -175,20 +202,9 @@ impl SourcesFile {
         Ok(was_there)
     }
 
-    /// Writes beside and renames, so that no half file is ever there. Only its owner reads it: it may hold keys.
+    /// Only its owner reads it: it may hold keys.
     fn write(&self, text: &str) -> Result<()> {
-        let folder = self.path.parent().unwrap_or_else(|| Path::new("."));
-        std::fs::create_dir_all(folder)?;
-        let beside = self.path.with_extension("toml.new");
-        let mut options = std::fs::OpenOptions::new();
-        options.write(true).create(true).truncate(true);
-        #[cfg(unix)]
-        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-        let mut file = options.open(&beside)?;
-        file.write_all(text.as_bytes())?;
-        file.sync_all()?;
-        std::fs::rename(&beside, &self.path)?;
-        Ok(())
+        Ok(vencejo_store::write(&self.path, text.as_bytes(), Access::Owner)?)
     }
 }
 
@@ -347,6 +363,27 @@ mod tests {
             assert!(file.put(&source).is_err(), "a wrong file is left alone");
             assert_eq!(std::fs::read_to_string(file.path()).expect("read"), text);
         }
+    }
+
+    #[test]
+    fn several_writers_lose_no_source() {
+        let folder = Folder::new();
+        let path = folder.path().join("sources.toml");
+        std::thread::scope(|scope| {
+            for writer in 0..4 {
+                let path = &path;
+                scope.spawn(move || {
+                    let file = SourcesFile::new(path.clone());
+                    file.create(&[]).expect("made, or there");
+                    for number in 0..15 {
+                        let id = format!("s{writer}-{number}");
+                        let source = SourceSettings::new(&*id, &*id, SourceKind::Mbtiles);
+                        file.put(&SourceSettings { path: Some("a.mbtiles".into()), ..source }).expect("put");
+                    }
+                });
+            }
+        });
+        assert_eq!(SourcesFile::new(path).read().expect("right").expect("there").sources.len(), 60);
     }
 
     #[test]

@@ -59,6 +59,6 @@ pub mod xyz;
 pub use areas::{Area, AreaState, Estimate, NewArea};
 pub use error::{MapError, Result};
 pub use listing::{MapConfiguration, MapSource, MapSources};
-pub use service::{Maps, MapsConfig};
+pub use service::{FolderProblem, Maps, MapsConfig};
 pub use source::{CacheState, SourceState, Status};
 pub use tiles::{Origin, Tile};

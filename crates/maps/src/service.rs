@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError, RwLock};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use tokio::sync::{Semaphore, watch};
+use vencejo_store::{Class, LowSpace, Space};
 
 use crate::aside::Asides;
 use crate::cache::Cache;
@@ -37,6 +38,8 @@ pub struct MapsConfig {
     pub patience: Patience,
     /// Seconds since 1970.
     pub clock: Arc<dyn Fn() -> i64 + Send + Sync>,
+    /// How much of the disk stays free.
+    pub space: Space,
 }
 
 impl MapsConfig {
@@ -47,7 +50,7 @@ impl MapsConfig {
             let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
             i64::try_from(since.as_secs()).unwrap_or(i64::MAX)
         };
-        Self { folder, patience: Patience::default(), clock: Arc::new(clock) }
+        Self { folder, patience: Patience::default(), clock: Arc::new(clock), space: Space::default() }
     }
 }
 
@@ -57,12 +60,27 @@ impl std::fmt::Debug for MapsConfig {
     }
 }
 
+/// What is wrong with the folder of the maps. Maps are shown all the same.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum FolderProblem {
+    /// Nothing can be written: what the system says. What was kept before is shown, and nothing more is kept.
+    Unwritable(String),
+    /// The disk is too full for maps: nothing more is kept.
+    LowSpace(LowSpace),
+    /// The cache of a source was damaged, and a new one begun.
+    SetAside {
+        /// Of which source.
+        source: String,
+        /// What the damaged one is called now.
+        aside: String,
+    },
+}
+
 #[derive(Default)]
 struct State {
     sources: Vec<Arc<Source>>,
     file_error: Option<String>,
-    /// When the file was changed, and its size, as it was read.
-    stamp: Option<(SystemTime, u64)>,
+    stamp: Option<Stamp>,
     cache_max_mb: u32,
 }
 
@@ -72,6 +90,8 @@ pub(crate) struct Shared {
     pub(crate) config: MapsConfig,
     pub(crate) fetcher: Fetcher,
     pub(crate) file: SourcesFile,
+    /// Why nothing can be written in the folder, as it was found at the start.
+    unwritable: Option<String>,
     state: RwLock<State>,
     /// Held while the file is read or changed.
     pub(crate) edits: tokio::sync::Mutex<()>,
@@ -115,26 +135,35 @@ pub(crate) async fn blocking<T: Send + 'static>(work: impl FnOnce() -> Result<T>
 impl Maps {
     /// Starts the maps of a folder, and goes on with its offline areas. To be awaited on the runtime they are to use.
     ///
+    /// A folder in which nothing can be written is no error, nor is a wrong file of sources: [`Self::problems`] and the list of
+    /// sources tell. What was kept before is shown, and nothing more is kept.
+    ///
     /// # Errors
-    /// [`MapError::Storage`] when the folder cannot be used. A wrong file of sources is no error: it is told.
+    /// [`MapError::Service`] when the network cannot be used at all, [`MapError::Closed`].
     pub async fn start(config: MapsConfig) -> Result<Self> {
         let fetcher = Fetcher::new(config.patience)?;
         let file = SourcesFile::new(config.folder.join("sources.toml"));
         let folder = config.folder.clone();
         let made = file.clone();
-        let asides = blocking(move || {
-            std::fs::create_dir_all(folder.join("files"))?;
-            remove_leftovers(&folder.join("tmp"));
-            if !made.path().exists() {
-                made.create(&crate::presets::defaults())?;
-            }
-            Ok(Asides::open(&folder))
+        let (made_ready, asides) = blocking(move || {
+            let make_ready = || {
+                vencejo_store::make_folder(&folder.join("files"))?;
+                vencejo_store::try_folder(&folder)?;
+                remove_leftovers(&folder.join("tmp"));
+                if made.path().exists() { Ok(()) } else { made.create(&crate::presets::defaults()) }
+            };
+            Ok((make_ready(), Asides::open(&folder)))
         })
         .await?;
+        let unwritable = made_ready.err().map(|error| error.to_string());
+        if let Some(reason) = &unwritable {
+            tracing::error!(reason, folder = %config.folder.display(), "nothing can be written in the folder of the maps");
+        }
         let shared = Shared {
             config,
             fetcher,
             file,
+            unwritable,
             state: RwLock::default(),
             edits: tokio::sync::Mutex::default(),
             heights: Mutex::default(),
@@ -145,7 +174,10 @@ impl Maps {
             news: watch::channel(0).0,
         };
         let maps = Self { shared: Arc::new(shared) };
-        maps.reload().await?;
+        {
+            let _edit = maps.shared.edits.lock().await;
+            maps.reload_held().await?;
+        }
         maps.resume_areas().await;
         Ok(maps)
     }
@@ -161,6 +193,24 @@ impl Maps {
                 tracing::warn!(%error, source = source.settings.id, "which tiles were used last could not be noted");
             }
         }
+    }
+
+    /// What is wrong with the folder: it could not be written when the maps were started, the disk is full, or a damaged cache
+    /// was set aside.
+    #[must_use]
+    pub fn problems(&self) -> Vec<FolderProblem> {
+        let unwritable = self.shared.unwritable.clone().map(FolderProblem::Unwritable);
+        let low = || self.room().err().map(FolderProblem::LowSpace);
+        let aside = |source: &Arc<Source>| {
+            let aside = source.cache.as_ref()?.set_aside_as()?.display().to_string();
+            Some(FolderProblem::SetAside { source: source.settings.id.clone(), aside })
+        };
+        unwritable.or_else(low).into_iter().chain(self.sources().iter().filter_map(aside)).collect()
+    }
+
+    /// Whether maps may be written to the disk.
+    pub(crate) fn room(&self) -> std::result::Result<(), LowSpace> {
+        self.shared.config.space.check(Class::Maps, &self.shared.config.folder)
     }
 
     /// Tells that something of the sources or areas is another than before, or how far an area is. The number means nothing.
@@ -198,15 +248,31 @@ impl Maps {
     /// # Errors
     /// [`MapError::Storage`], [`MapError::Closed`].
     pub async fn refresh(&self) -> Result<()> {
-        let file = self.shared.file.clone();
-        let stamp = blocking(move || Ok(stamp(file.path()))).await?;
-        let is_same = self.shared.state.read().unwrap_or_else(PoisonError::into_inner).stamp == stamp;
-        if is_same { Ok(()) } else { self.reload().await }
+        if !self.is_current().await? {
+            let _edit = self.shared.edits.lock().await;
+            self.reload_held().await?;
+        }
+        Ok(())
     }
 
     pub(crate) async fn reload(&self) -> Result<()> {
         let _edit = self.shared.edits.lock().await;
         self.reload_held().await
+    }
+
+    /// The right to change the sources, as they are in the file now: a person or another instance may have changed it.
+    pub(crate) async fn begin_edit(&self) -> Result<tokio::sync::MutexGuard<'_, ()>> {
+        let edit = self.shared.edits.lock().await;
+        if !self.is_current().await? {
+            self.reload_held().await?;
+        }
+        Ok(edit)
+    }
+
+    async fn is_current(&self) -> Result<bool> {
+        let file = self.shared.file.clone();
+        let stamp = blocking(move || Ok(stamp(file.path()))).await?;
+        Ok(self.shared.state.read().unwrap_or_else(PoisonError::into_inner).stamp == stamp)
     }
 
     /// To be called while `edits` is held.
@@ -215,8 +281,13 @@ impl Maps {
         let (stamp, read) = blocking(move || Ok((stamp(file.path()), file.read()))).await?;
         match read {
             Ok(read) => {
-                let nothing = || Sources { cache_max_mb: DEFAULT_CACHE_MAX_MB, sources: Vec::new() };
-                self.apply(read.unwrap_or_else(nothing), stamp).await
+                // Somebody removed the file, or it could not be made: then there are the first sources all the same.
+                let is_unmade = self.shared.unwritable.is_some();
+                let none = || Sources {
+                    cache_max_mb: DEFAULT_CACHE_MAX_MB,
+                    sources: if is_unmade { crate::presets::defaults() } else { Vec::new() },
+                };
+                self.apply(read.unwrap_or_else(none), stamp).await
             }
             Err(error) => {
                 let mut state = self.shared.state.write().unwrap_or_else(PoisonError::into_inner);
@@ -227,7 +298,7 @@ impl Maps {
         }
     }
 
-    async fn apply(&self, read: Sources, stamp: Option<(SystemTime, u64)>) -> Result<()> {
+    async fn apply(&self, read: Sources, stamp: Option<Stamp>) -> Result<()> {
         let before = self.sources();
         let (folder, news) = (self.shared.config.folder.clone(), self.shared.news.clone());
         let asides = self.shared.asides.clone();
@@ -457,9 +528,17 @@ impl Maps {
     }
 }
 
-fn stamp(path: &Path) -> Option<(SystemTime, u64)> {
+/// What tells a file from what it was when it was read: when it was changed, its size, and its number on the disk, which is
+/// another after each time that it is replaced.
+type Stamp = (SystemTime, u64, u64);
+
+fn stamp(path: &Path) -> Option<Stamp> {
     let about = std::fs::metadata(path).ok()?;
-    Some((about.modified().ok()?, about.len()))
+    #[cfg(unix)]
+    let number = std::os::unix::fs::MetadataExt::ino(&about);
+    #[cfg(not(unix))]
+    let number = 0;
+    Some((about.modified().ok()?, about.len(), number))
 }
 
 /// Removes what a process that ended in the middle left behind. Another one may be writing: only what is old goes.

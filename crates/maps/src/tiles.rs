@@ -357,7 +357,9 @@ impl Maps {
     async fn keep(&self, source: &Arc<Source>, tile: TileId, kept: Kept) {
         let Some(cache) = source.cache.clone().filter(|_| source.is_kept()) else { return };
         let by_headers = source.settings.cache == Caching::Headers;
+        let maps = self.clone();
         let noted = blocking(move || {
+            maps.room()?;
             if by_headers {
                 // Nothing stays beyond its time, seen or not.
                 cache.drop_expired(kept.fetched_s)?;

@@ -19,6 +19,9 @@ use crate::settings::{Bounds, Corner, Role, SourceKind, SourceSettings};
 /// Bytes of a file at most.
 pub const MAX_FILE_BYTES: u64 = 8 * 1024 * 1024 * 1024;
 
+/// Every how many bytes of a file it is looked whether the disk still has room.
+const LOOK_EVERY: u64 = 8 * 1024 * 1024;
+
 /// A file on its way in. What is not ended is removed.
 #[derive(Debug)]
 pub struct Upload {
@@ -26,6 +29,7 @@ pub struct Upload {
     path: PathBuf,
     file: File,
     bytes: u64,
+    maps: Maps,
 }
 
 impl Upload {
@@ -44,8 +48,12 @@ impl Upload {
     /// Writes the next piece.
     ///
     /// # Errors
-    /// [`MapError::Storage`] when the disk takes no more.
+    /// [`MapError::LowSpace`] when too little of the disk would stay free, [`MapError::Storage`] when it takes no more.
     pub async fn write(&mut self, data: &[u8]) -> Result<()> {
+        let before = self.bytes / LOOK_EVERY;
+        if self.bytes == 0 || (self.bytes + data.len() as u64) / LOOK_EVERY != before {
+            self.maps.room()?;
+        }
         self.file.write_all(data).await?;
         // So that what follows finds it whole.
         self.file.flush().await?;
@@ -91,13 +99,14 @@ impl Maps {
             return Err(MapError::file(name, reason));
         }
         let folder = self.folder().join("tmp");
+        self.room()?;
         tokio::fs::create_dir_all(&folder).await?;
         // The name's end stays: kinds are told by it.
         static COUNT: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
         let count = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         let path = folder.join(format!("{}-{count}-{name}", std::process::id()));
         let file = File::create_new(&path).await?;
-        Ok(Upload { name: name.to_owned(), path, file, bytes: 0 })
+        Ok(Upload { name: name.to_owned(), path, file, bytes: 0, maps: self.clone() })
     }
 
     /// Looks at a file that came whole and puts it into the folder. Gives its path, its size and settings that fit it.
@@ -105,16 +114,15 @@ impl Maps {
     /// # Errors
     /// [`MapError::MapFile`] when it is not what its name says; [`MapError::Storage`].
     pub async fn end_upload(&self, upload: Upload) -> Result<(String, u64, SourceSettings)> {
-        upload.file.sync_all().await?;
         let folder = self.folder().to_owned();
         blocking(move || {
             let kind = kind_of(&upload.name).ok_or_else(|| MapError::file(&*upload.name, "is of no known kind"))?;
             let (kind, about) = look(&upload.path, kind).map_err(|reason| MapError::file(&*upload.name, reason))?;
             // Heights lie together: their names say where they belong.
             let place = if kind == SourceKind::Dem { "files/heights" } else { "files" };
-            std::fs::create_dir_all(folder.join(place))?;
+            vencejo_store::make_folder(&folder.join(place))?;
             let name = free_name(&folder.join(place), &upload.name, kind == SourceKind::Dem);
-            std::fs::rename(&upload.path, folder.join(place).join(&name))?;
+            vencejo_store::install(&upload.path, &folder.join(place).join(&name))?;
             let path = if kind == SourceKind::Dem { place.to_owned() } else { format!("{place}/{name}") };
             Ok((path.clone(), upload.bytes, propose(&name, kind, path, about)))
         })

@@ -15,6 +15,7 @@ mod recording;
 mod runtime;
 mod server;
 mod station;
+mod storage;
 mod subscription;
 mod telemetry;
 mod vehicle;
@@ -32,6 +33,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     recording::register(module)?;
     server::register(module)?;
     station::register(module)?;
+    storage::register(module)?;
     vehicle::register(module)?;
     video::register(module)?;
     module.add_function(wrap_pyfunction!(runtime::end_waits, module)?)?;

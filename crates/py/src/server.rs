@@ -8,7 +8,7 @@ use vencejo_server::{Operator, Server, ServerConfig, Tokens};
 
 use crate::station::PyStation;
 use crate::video::{self, PyVideoFeed};
-use crate::{errors, runtime};
+use crate::{errors, runtime, storage};
 
 /// Adds this module's class and functions.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -41,7 +41,7 @@ pub struct PyServer {
 #[pymethods]
 impl PyServer {
     #[new]
-    #[pyo3(signature = (station, *, address, port, token_file, hosts, origins, tls, on_board, maps_folder, video_folder=None))]
+    #[pyo3(signature = (station, *, address, port, token_file, hosts, origins, tls, on_board, maps_folder, video_folder=None, draft_file=None, floors_mb=None))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of one constructor")]
     fn new(
         py: Python<'_>,
@@ -55,6 +55,8 @@ impl PyServer {
         on_board: bool,
         maps_folder: Option<String>,
         video_folder: Option<String>,
+        draft_file: Option<String>,
+        floors_mb: Option<(u64, u64, u64)>,
     ) -> PyResult<Self> {
         let ip = address.parse().map_err(|_| {
             errors::raise("InvalidRequest", format!("'{address}' is no address; one is like 127.0.0.1, 0.0.0.0 or ::"))
@@ -68,6 +70,8 @@ impl PyServer {
             on_board,
             maps_folder: maps_folder.map(Into::into),
             video_folder: video_folder.map(Into::into),
+            draft_file: draft_file.map(Into::into),
+            space: storage::space(floors_mb)?,
         };
         let started = runtime::wait(py, None, Server::start(station.station(), config, runtime::handle()))?;
         let server = started.ok_or_else(|| errors::raise("ClosedError", "the server was not started"))?;
@@ -94,6 +98,11 @@ impl PyServer {
     #[getter]
     fn clients(&self) -> usize {
         self.server.clients()
+    }
+
+    /// What of the disk does not work: what, of which camera or map source, kind of fault, in words.
+    fn storage_problems(&self) -> Vec<storage::Problem> {
+        self.server.storage_problems().iter().map(storage::problem).collect()
     }
 
     /// An operator's session of this program, by name.

@@ -1,19 +1,22 @@
 //! The station for Python.
 
 use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use vencejo_link::{LinkAddress, LinkId, LinkInfo, LinkOptions, LinkState, LinkStats, RecorderState};
+use tokio::sync::watch;
+use vencejo_link::{LinkAddress, LinkId, LinkInfo, LinkOptions, LinkState, LinkStats, RecorderState, RecorderStatus};
 use vencejo_proto::{Address, SystemId};
 use vencejo_station::{Station, StationConfig};
 
 use crate::pending::PyPending;
-use crate::{errors, runtime};
+use crate::{errors, runtime, storage};
 
 /// Adds this module's class and functions.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyStation>()?;
+    module.add_class::<PyRecorderChanges>()?;
     module.add_function(wrap_pyfunction!(describe_link, module)?)
 }
 
@@ -65,6 +68,47 @@ pub fn link_dict<'py>(
     Ok(dict)
 }
 
+/// A recording as `vencejo.station.RecorderInfo` wants it.
+fn recorder_dict<'py>(py: Python<'py>, folder: &Path, status: &RecorderStatus) -> PyResult<Bound<'py, PyDict>> {
+    let path = match &status.state {
+        RecorderState::Recording { file } => Some(folder.join(file)),
+        _ => None,
+    };
+    let dict = PyDict::new(py);
+    dict.set_item("is_recording", path.is_some())?;
+    dict.set_item("path", path)?;
+    dict.set_item("frames", status.frames)?;
+    dict.set_item("bytes", status.bytes)?;
+    dict.set_item("dropped", status.dropped)?;
+    dict.set_item("problem", status.state.problem())?;
+    Ok(dict)
+}
+
+/// Waits for the recording to stop or to go on.
+#[pyclass(frozen, name = "RecorderChanges", module = "vencejo._native")]
+pub struct PyRecorderChanges {
+    folder: PathBuf,
+    /// And whether the first is still to be told.
+    changes: tokio::sync::Mutex<(watch::Receiver<Option<RecorderStatus>>, bool)>,
+}
+
+#[pymethods]
+impl PyRecorderChanges {
+    /// The next state; `None` when none came in time, or the station is closed.
+    fn next<'py>(&self, py: Python<'py>, timeout_s: Option<f64>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let wait = async {
+            let mut held = self.changes.lock().await;
+            let (changes, is_first) = &mut *held;
+            if !std::mem::take(is_first) {
+                changes.changed().await.ok()?;
+            }
+            changes.borrow_and_update().clone()
+        };
+        let status = runtime::wait(py, timeout_s.map(runtime::seconds), wait)?.flatten();
+        status.map(|status| recorder_dict(py, &self.folder, &status)).transpose()
+    }
+}
+
 /// A ground station without a face.
 #[pyclass(frozen, name = "Station", module = "vencejo._native")]
 pub struct PyStation {
@@ -81,7 +125,7 @@ impl PyStation {
 #[pymethods]
 impl PyStation {
     #[new]
-    #[pyo3(signature = (*, system_id, component_id, heartbeat, rate_hz, message_rates, record_dir, missions_dir, request_streams))]
+    #[pyo3(signature = (*, system_id, component_id, heartbeat, rate_hz, message_rates, record_dir, missions_dir, request_streams, floors_mb=None))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of one constructor")]
     fn new(
         system_id: u8,
@@ -92,6 +136,7 @@ impl PyStation {
         record_dir: Option<String>,
         missions_dir: Option<String>,
         request_streams: bool,
+        floors_mb: Option<(u64, u64, u64)>,
     ) -> PyResult<Self> {
         if system_id == 0 || component_id == 0 {
             return Err(errors::raise(
@@ -111,6 +156,7 @@ impl PyStation {
             request_streams,
             record_dir: record_dir.map(Into::into),
             missions_dir: missions_dir.map(Into::into),
+            space: storage::space(floors_mb)?,
         };
         let station =
             Station::start(config, runtime::handle().clone()).map_err(|error| errors::from_station(&error))?;
@@ -134,23 +180,14 @@ impl PyStation {
 
     fn recorder<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some((folder, status)) = self.station.recorder() else { return Ok(None) };
-        let (file, problem) = match &status.state {
-            RecorderState::Starting => (None, None),
-            RecorderState::Recording { file } => (Some(folder.join(file)), None),
-            RecorderState::LowSpace { free_bytes, floor_bytes } => {
-                (None, Some(format!("only {free_bytes} bytes are free on the disk, {floor_bytes} are kept free")))
-            }
-            RecorderState::Failing { error } => (None, Some(error.clone())),
-            other => (None, other.problem()),
-        };
-        let dict = PyDict::new(py);
-        dict.set_item("is_recording", file.is_some())?;
-        dict.set_item("path", file)?;
-        dict.set_item("frames", status.frames)?;
-        dict.set_item("bytes", status.bytes)?;
-        dict.set_item("dropped", status.dropped)?;
-        dict.set_item("problem", problem)?;
-        Ok(Some(dict))
+        recorder_dict(py, &folder, &status).map(Some)
+    }
+
+    /// The recording's state, and again each time that it stops or goes on.
+    fn recorder_changes(&self) -> Option<PyRecorderChanges> {
+        let (folder, _) = self.station.recorder()?;
+        let changes = tokio::sync::Mutex::new((self.station.recorder_changes(), true));
+        Some(PyRecorderChanges { folder, changes })
     }
 
     fn vehicle_ids(&self) -> Vec<u8> {

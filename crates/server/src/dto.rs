@@ -15,6 +15,7 @@ pub mod plan;
 pub mod recording;
 pub mod session;
 pub mod socket;
+pub mod storage;
 pub mod telemetry;
 pub mod vehicle;
 

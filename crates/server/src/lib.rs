@@ -15,6 +15,8 @@
 //! | `operations` | what takes a while |
 //! | `operator` | a session of this very program |
 //! | `ws`, `outbox` | the WebSocket: a task and a bounded box for each client |
+//! | `drafts` | the draft of the plan, with revisions, on the disk |
+//! | `storage` | what of the disk does not work |
 //! | `state` | what handlers share, and the task that tells the clients what goes on |
 //! | [`video`] | cameras: the hub that is fed, and a WebSocket for each viewer |
 //! | `files` | the web app |
@@ -33,6 +35,7 @@ mod access;
 mod body;
 mod convert;
 mod door;
+mod drafts;
 pub mod dto;
 mod extract;
 mod files;
@@ -44,6 +47,7 @@ mod routes;
 mod server;
 mod sessions;
 mod state;
+mod storage;
 mod strict;
 #[cfg(test)]
 mod tests;

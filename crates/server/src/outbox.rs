@@ -27,6 +27,10 @@ pub enum Topic {
     Links,
     /// Map sources and offline areas.
     Maps,
+    /// What of the disk does not work.
+    Storage,
+    /// The draft of the plan.
+    Draft,
 }
 
 impl Topic {

@@ -13,6 +13,7 @@ use vencejo_link::{LinkError, MAX_LINKS};
 use vencejo_maps::MapError;
 use vencejo_proto::message_name;
 use vencejo_station::StationError;
+use vencejo_store::LowSpace;
 use vencejo_vehicle::VehicleError;
 use vencejo_vehicle::command::CommandName;
 use vencejo_vehicle::transfer::{NoPlanKinds, TransferError};
@@ -216,6 +217,8 @@ fn kind_of(cause: &Cause) -> (StatusCode, &'static str) {
         Cause::AreaTooLarge { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "The area is too large"),
         Cause::MapFile { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a usable file"),
         Cause::MapStorage { .. } => (StatusCode::INTERNAL_SERVER_ERROR, "The disk or a database failed"),
+        Cause::LowSpace { .. } => (StatusCode::INSUFFICIENT_STORAGE, "The disk is too full"),
+        Cause::DraftConflict { .. } => (StatusCode::CONFLICT, "The draft was changed meanwhile"),
     }
 }
 
@@ -429,6 +432,9 @@ pub fn from_maps(error: &MapError) -> Problem {
         MapError::NoArea(name) => Cause::NotFound { what: Thing::Area, name },
         MapError::MapFile { name, reason: problem } => Cause::MapFile { name, problem },
         MapError::Request(problem) => Cause::InvalidRequest { problem },
+        MapError::LowSpace(LowSpace { free_bytes, floor_bytes, .. }) => {
+            Cause::LowSpace { free_mb: free_bytes / 1_000_000, floor_mb: floor_bytes / 1_000_000 }
+        }
         MapError::Storage(problem) => Cause::MapStorage { problem },
         MapError::Closed => Cause::Closed,
         _ => Cause::Internal,

@@ -20,9 +20,12 @@ use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use vencejo_maps::{MapError, Maps, MapsConfig};
 use vencejo_station::Station;
+use vencejo_store::Space;
 
 use crate::access::Access;
 use crate::door::{Caller, Descriptors, Door, DoorLimits};
+use crate::drafts::Drafts;
+use crate::dto::storage::StorageProblem;
 use crate::operator::Operator;
 use crate::routes;
 use crate::state::App;
@@ -60,6 +63,10 @@ pub struct ServerConfig {
     pub maps_folder: Option<PathBuf>,
     /// Where the recordings and pictures of cameras are kept. `None`: none are listed.
     pub video_folder: Option<PathBuf>,
+    /// Where the draft of the plan is kept. `None`: in memory alone.
+    pub draft_file: Option<PathBuf>,
+    /// How much of the disk stays free.
+    pub space: Space,
 }
 
 impl Default for ServerConfig {
@@ -73,6 +80,8 @@ impl Default for ServerConfig {
             on_board: false,
             maps_folder: None,
             video_folder: None,
+            draft_file: None,
+            space: Space::default(),
         }
     }
 }
@@ -155,10 +164,12 @@ impl Server {
         if config.token_file.is_none() && !config.bind.ip().is_loopback() {
             return Err(ServerError::NoTokens(config.bind));
         }
-        let tokens = match &config.token_file {
-            None => None,
+        let (tokens, token_fault) = match &config.token_file {
+            None => (None, None),
             Some(path) => {
-                Some(TokenStore::open(path).map_err(|reason| ServerError::Tokens { path: path.clone(), reason })?)
+                let opened = TokenStore::open(path);
+                let (tokens, fault) = opened.map_err(|reason| ServerError::Tokens { path: path.clone(), reason })?;
+                (Some(tokens), fault)
             }
         };
         let tls = match &config.tls {
@@ -190,7 +201,8 @@ impl Server {
         let maps = match &config.maps_folder {
             None => None,
             Some(folder) => {
-                let started = Maps::start(MapsConfig::new(folder.clone())).await;
+                let maps = MapsConfig { space: config.space.clone(), ..MapsConfig::new(folder.clone()) };
+                let started = Maps::start(maps).await;
                 Some(started.map_err(|reason| ServerError::Maps { path: folder.clone(), reason })?)
             }
         };
@@ -205,6 +217,10 @@ impl Server {
         }
         if let Some(folder) = config.video_folder {
             app.set_video_folder(folder);
+        }
+        app.set_drafts(Drafts::new(config.draft_file));
+        if let Some(fault) = token_fault {
+            app.set_token_fault(fault);
         }
         let service = routes::router(app.clone()).into_make_service_with_connect_info::<Caller>();
         let handle = Handle::new();
@@ -223,6 +239,7 @@ impl Server {
         if let Some(tokens) = app.access().tokens.clone() {
             runtime.spawn(app.clone().watch_tokens(tokens, alive.clone()));
         }
+        runtime.spawn(app.clone().tell_storage(alive.clone()));
         runtime.spawn(app.clone().tell(alive));
         Ok(Self { app, address, handle, tasks: Mutex::new(Some((serving, ended))) })
     }
@@ -256,6 +273,11 @@ impl Server {
     /// The cameras that it shows; whoever has one adds it.
     pub fn video(&self) -> &VideoHub {
         self.app.video()
+    }
+
+    /// What of the disk does not work, the flight recorder first.
+    pub fn storage_problems(&self) -> Vec<StorageProblem> {
+        self.app.storage_problems()
     }
 
     /// WebSocket clients now.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
-use tokio::sync::{mpsc, watch};
+use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::task::AbortHandle;
 use tokio::time::{MissedTickBehavior, interval};
 use vencejo_flight::plan::PlanKind;
@@ -15,8 +15,9 @@ use vencejo_station::{Observed, Pending, RequestResult, Station, VehicleHandle};
 use vencejo_vehicle::VehicleEvent;
 
 use crate::access::Access;
-use crate::convert;
+use crate::drafts::Drafts;
 use crate::dto::cause::{Cause, Crowd};
+use crate::dto::storage::{StorageFault, StorageProblem};
 use crate::dto::{EventDetail, Operation, OperationKind, ServerMessage};
 use crate::operations::{MAX_RUNNING, Operations};
 use crate::outbox::{Outboxes, Topic};
@@ -24,6 +25,7 @@ use crate::problem::{self, Problem};
 use crate::sessions::Sessions;
 use crate::tokens::{self, Throttle, TokenStore};
 use crate::video::VideoHub;
+use crate::{convert, storage};
 
 /// How often leases and the list of vehicles are looked at.
 const TICK: Duration = Duration::from_millis(200);
@@ -31,6 +33,8 @@ const TICK: Duration = Duration::from_millis(200);
 const TELL_EVERY: u32 = 5;
 /// How often clients are told at most that something of the maps is another.
 const TELL_MAPS: Duration = Duration::from_secs(1);
+/// How often folders are looked at: whether there is room, and whether they can be written.
+const LOOK_AT_DISK: Duration = Duration::from_secs(2);
 /// Events of one vehicle that wait to be told at most; the oldest are dropped.
 const EVENT_QUEUE: usize = 1024;
 
@@ -54,6 +58,12 @@ struct Shared {
     video_folder: OnceLock<PathBuf>,
     /// Where the server was given a folder for them.
     maps: OnceLock<Maps>,
+    drafts: OnceLock<Drafts>,
+    /// One request for the draft at a time: a disk that does not answer holds no more threads than one.
+    draft_turn: Arc<Semaphore>,
+    token_fault: OnceLock<StorageFault>,
+    /// What of the disk does not work.
+    storage: watch::Sender<Vec<StorageProblem>>,
     closing: watch::Sender<bool>,
     /// Until the server is closed: new tasks hold a copy.
     alive: Mutex<Option<Alive>>,
@@ -88,6 +98,10 @@ impl App {
             video: VideoHub::default(),
             video_folder: OnceLock::new(),
             maps: OnceLock::new(),
+            drafts: OnceLock::new(),
+            draft_turn: Arc::new(Semaphore::new(1)),
+            token_fault: OnceLock::new(),
+            storage: watch::channel(Vec::new()).0,
             closing: watch::channel(false).0,
             alive: Mutex::new(Some(alive)),
         };
@@ -168,6 +182,55 @@ impl App {
             Problem::new(Cause::NoMaps, "this server was started without a folder for maps")
                 .remedy("start it with --maps FOLDER")
         })
+    }
+
+    /// Keeps the draft of the plan there; the first that are given stay.
+    pub fn set_drafts(&self, drafts: Drafts) {
+        // A second is refused, which is what is meant.
+        let _ = self.shared.drafts.set(drafts);
+    }
+
+    /// The draft of the plan; in memory alone where the server was given no file for it.
+    pub fn drafts(&self) -> &Drafts {
+        self.shared.drafts.get_or_init(Drafts::default)
+    }
+
+    /// Does something with the draft off the runtime's threads, as soon as nobody else does.
+    ///
+    /// # Errors
+    /// [`Cause::Closed`].
+    pub async fn with_drafts<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&Drafts) -> T + Send + 'static,
+    ) -> Result<T, Problem> {
+        let turn = self.shared.draft_turn.clone().acquire_owned().await.map_err(|_| Problem::closed())?;
+        let app = self.clone();
+        let work = move || {
+            let _turn = turn;
+            work(app.drafts())
+        };
+        tokio::task::spawn_blocking(work).await.map_err(|_| Problem::closed())
+    }
+
+    /// What was wrong with the file of the tokens when the server was started; the first that is told stays.
+    pub fn set_token_fault(&self, fault: StorageFault) {
+        // A second is refused, which is what is meant.
+        let _ = self.shared.token_fault.set(fault);
+    }
+
+    /// The same.
+    pub fn token_fault(&self) -> Option<StorageFault> {
+        self.shared.token_fault.get().cloned()
+    }
+
+    /// What of the disk does not work, the flight recorder first.
+    pub fn storage_problems(&self) -> Vec<StorageProblem> {
+        self.shared.storage.borrow().clone()
+    }
+
+    /// The same, as it changes.
+    pub fn storage_changes(&self) -> watch::Receiver<Vec<StorageProblem>> {
+        self.shared.storage.subscribe()
     }
 
     /// Shows the recordings of this folder; the first that is given stays.
@@ -334,6 +397,62 @@ impl App {
         tokio::select! {
             () = tell => {}
             () = closed(&mut closing) => {}
+        }
+    }
+
+    /// Tells the clients what of the disk does not work, until the server is closed. The flight recorder is told of as soon as
+    /// its state changes; folders are looked at off the runtime's threads, since a disk may not answer.
+    pub async fn tell_storage(self, _alive: Alive) {
+        let (mut recorder, mut closing) = (self.shared.station.recorder_changes(), self.closing());
+        let mut ticks = interval(LOOK_AT_DISK);
+        ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let mut folders = Vec::new();
+        let mut looking: Option<(tokio::task::JoinHandle<Vec<StorageProblem>>, MonoTime)> = None;
+        loop {
+            let told = self.recorder_problem(&recorder).into_iter().chain(folders.iter().cloned()).collect();
+            self.tell_storage_problems(told);
+            let since = looking.as_ref().map(|(_, since)| *since);
+            let looked = async {
+                match &mut looking {
+                    Some((looking, _)) => looking.await.unwrap_or_default(),
+                    None => std::future::pending().await,
+                }
+            };
+            tokio::select! {
+                () = closed(&mut closing) => return,
+                // An error means that the station is gone, which is an end as well.
+                changed = recorder.changed() => if changed.is_err() { return },
+                found = looked => (folders, looking) = (found, None),
+                _ = ticks.tick() => match since {
+                    // It was looked at a tick ago, and the disk has not answered since.
+                    Some(since) => folders = vec![storage::stalled(convert::seconds(since))],
+                    None => {
+                        let (app, known) = (self.clone(), folders.clone());
+                        let look = tokio::task::spawn_blocking(move || storage::folder_problems(&app, &known));
+                        looking = Some((look, self.now()));
+                    }
+                },
+            }
+        }
+    }
+
+    fn recorder_problem(
+        &self,
+        changes: &watch::Receiver<Option<vencejo_link::RecorderStatus>>,
+    ) -> Option<StorageProblem> {
+        storage::recorder_problem(changes.borrow().as_ref()?)
+    }
+
+    fn tell_storage_problems(&self, problems: Vec<StorageProblem>) {
+        let is_other = self.shared.storage.send_if_modified(|known| {
+            let is_other = *known != problems;
+            if is_other {
+                known.clone_from(&problems);
+            }
+            is_other
+        });
+        if is_other {
+            self.shared.outboxes.put_latest(Topic::Storage, &ServerMessage::Storage { problems });
         }
     }
 

@@ -1,6 +1,7 @@
 //! The API as a whole: by plain calls, and over real sockets, with a vehicle that answers over UDP.
 
 mod bodies;
+mod storage;
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -754,6 +755,16 @@ async fn recordings_are_listed_and_read_and_nothing_else_is() {
         assert_eq!((refused.status, refused.json()["cause"]["code"].clone()), (404, json!("not-found")), "{name}");
     }
     assert!(server.ask("GET", "/recorder", None, None).await.json()["dropped"].is_u64());
+    let old = "2026-01-01T00-00-00Z.tlog";
+    std::fs::copy(capture, folder.join(old)).expect("copied");
+    let cookie = server.session(json!({})).await;
+    for is_kept in [true, false] {
+        let path = format!("/recordings/{old}/keep");
+        assert_eq!(server.ask("PUT", &path, Some(&cookie), Some(json!({"is_kept": is_kept}))).await.status, 200);
+        let listed = server.ask("GET", "/recordings", None, None).await.json();
+        let found = listed.as_array().expect("a list").iter().find(|one| one["name"] == old).expect("listed").clone();
+        assert_eq!(found["is_kept"], is_kept);
+    }
     station.close().await;
     std::fs::remove_dir_all(&folder).expect("removed");
     std::fs::remove_file(folder.with_file_name("vencejo-secret.tlog")).expect("removed");

@@ -14,6 +14,7 @@ use vencejo_store::Access;
 
 use crate::access::{random_secret, same};
 use crate::dto::Role;
+use crate::dto::storage::StorageFault;
 
 /// How often the file is looked at.
 pub const LOOK_INTERVAL: Duration = Duration::from_secs(1);
@@ -60,6 +61,31 @@ impl Tokens {
         }
     }
 
+    /// Those of a file, as [`Self::load_or_create`]. A damaged file is set aside and new ones are made; where nothing can be
+    /// read or written, they are made for this run. What was wrong comes with them.
+    ///
+    /// # Errors
+    /// When the file holds tokens that are none, or the system has no random numbers.
+    pub fn load_or_make(path: &Path) -> io::Result<(Self, Option<StorageFault>)> {
+        let unwritable = |error: &io::Error| StorageFault::Unwritable { reason: error.to_string() };
+        let error = match Self::load_or_create(path) {
+            Ok(tokens) => return Ok((tokens, None)),
+            Err(error) => error,
+        };
+        match error.kind() {
+            io::ErrorKind::InvalidData => match vencejo_store::set_aside(path) {
+                Ok(aside) => {
+                    let name = aside.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+                    Ok((Self::load_or_create(path)?, Some(StorageFault::SetAside { name })))
+                }
+                Err(error) => Ok((Self::random()?, Some(unwritable(&error)))),
+            },
+            // These are about what the file says, not about the disk.
+            io::ErrorKind::Other => Err(error),
+            _ => Ok((Self::random()?, Some(unwritable(&error)))),
+        }
+    }
+
     /// Makes new ones for some roles. A server that uses the file takes them within seconds, and ends the sessions that the
     /// old ones opened.
     ///
@@ -80,7 +106,8 @@ impl Tokens {
     fn load(path: &Path) -> io::Result<Self> {
         let bytes = std::fs::read(path)?;
         restrict(path)?;
-        let tokens: Self = serde_json::from_slice(&bytes).map_err(io::Error::other)?;
+        let broken = |error| io::Error::new(io::ErrorKind::InvalidData, error);
+        let tokens: Self = serde_json::from_slice(&bytes).map_err(broken)?;
         let is_long = |token: &String| token.len() >= LEAST_DIGITS;
         if is_long(&tokens.viewer) && is_long(&tokens.operator) && tokens.viewer != tokens.operator {
             return Ok(tokens);
@@ -103,7 +130,13 @@ impl Tokens {
 /// Takes a file away from everybody but its owner.
 fn restrict(path: &Path) -> io::Result<()> {
     #[cfg(unix)]
-    std::fs::set_permissions(path, std::os::unix::fs::PermissionsExt::from_mode(0o600))?;
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // On a disk that cannot be written it may be so already.
+        if std::fs::metadata(path)?.permissions().mode() & 0o077 != 0 {
+            std::fs::set_permissions(path, PermissionsExt::from_mode(0o600))?;
+        }
+    }
     #[cfg(not(unix))]
     let _ = path;
     Ok(())
@@ -123,13 +156,15 @@ impl From<Tokens> for TokenStore {
 }
 
 impl TokenStore {
-    /// Those of a file, as [`Tokens::load_or_create`].
+    /// Those of a file, as [`Tokens::load_or_make`]: what was wrong with it comes with them. Tokens that could not be kept are
+    /// for this run, and no file is looked at.
     ///
     /// # Errors
     /// The same.
-    pub fn open(path: &Path) -> io::Result<Self> {
-        let tokens = Tokens::load_or_create(path)?;
-        Ok(Self { now: Arc::new(RwLock::new(tokens)), file: Some(path.to_owned()) })
+    pub fn open(path: &Path) -> io::Result<(Self, Option<StorageFault>)> {
+        let (tokens, fault) = Tokens::load_or_make(path)?;
+        let is_kept = !matches!(fault, Some(StorageFault::Unwritable { .. }));
+        Ok((Self { now: Arc::new(RwLock::new(tokens)), file: is_kept.then(|| path.to_owned()) }, fault))
     }
 
     /// The tokens that hold now.
@@ -237,7 +272,8 @@ mod tests {
     fn what_a_file_holds_no_more_is_revoked() {
         let folder = folder();
         let path = folder.join("access.json");
-        let store = TokenStore::open(&path).expect("made");
+        let (store, fault) = TokenStore::open(&path).expect("made");
+        assert_eq!(fault, None);
         let before = store.now();
         assert_eq!(store.look().expect("there"), [], "nothing changed");
         let renewed = Tokens::renew(&path, false, true).expect("renewed");

@@ -233,7 +233,8 @@ impl Client {
             ServerMessage::Hello { version: crate::VERSION.to_owned(), time_s: convert::seconds(app.now()), session };
         let vehicles = ServerMessage::Vehicles { vehicles: convert::vehicle_summaries(app.station()) };
         let links = ServerMessage::Links { links: convert::links(app.station()) };
-        for message in [hello, vehicles, links] {
+        let storage = ServerMessage::Storage { problems: app.storage_problems() };
+        for message in [hello, vehicles, links, storage] {
             self.send(socket, Message::Text(json(&message))).await?;
         }
         for operation in app.operations().list() {

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use vencejo_proto::{Address, ComponentId, SystemId};
+use vencejo_store::Space;
 use vencejo_vehicle::streams::StreamConfig;
 
 use crate::error::StationError;
@@ -25,6 +26,8 @@ pub struct StationConfig {
     pub record_dir: Option<PathBuf>,
     /// Where what is known of the missions on board is kept from run to run, a small file for each vehicle; `None` forgets it.
     pub missions_dir: Option<PathBuf>,
+    /// How much of the disk stays free.
+    pub space: Space,
 }
 
 impl Default for StationConfig {
@@ -37,6 +40,7 @@ impl Default for StationConfig {
             request_streams: true,
             record_dir: None,
             missions_dir: None,
+            space: Space::default(),
         }
     }
 }

@@ -14,10 +14,11 @@ use tokio::runtime::Handle;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use vencejo_link::{
-    Clock, Hub, LinkAddress, LinkHandle, LinkId, LinkInfo, LinkOptions, LinkState, LinkStats, Origin, PeerId, Recorder,
-    RecorderConfig, RecorderStatus, Route, SendReport, SinkScope, SystemClock,
+    Clock, Folder, Hub, LinkAddress, LinkHandle, LinkId, LinkInfo, LinkOptions, LinkState, LinkStats, Origin, PeerId,
+    Recorder, RecorderConfig, RecorderStatus, Route, SendReport, SinkScope, SystemClock,
 };
 use vencejo_proto::{Address, Frame, Heartbeat, MavVersion, Message, MonoTime, SystemId};
+use vencejo_store::Class;
 use vencejo_vehicle::telemetry::{LOST_AFTER, Telemetry};
 use vencejo_vehicle::{
     Output, RegistryEvent, RegistryOutput, Reply, Request, RequestId, SourceId, Sources, StoredRecord, Taken, Vehicle,
@@ -62,6 +63,8 @@ pub(crate) struct Shared {
     driver_alarm_us: AtomicU64,
     wake_driver: tokio::sync::Notify,
     closing: watch::Sender<bool>,
+    /// How the recording was going when the driver looked last.
+    health: watch::Sender<Option<RecorderStatus>>,
     owned: Mutex<Owned>,
     records: Mutex<Option<Records>>,
 }
@@ -133,12 +136,19 @@ impl Station {
             keeps_records: config.missions_dir.is_some(),
             ..VehicleConfig::default()
         };
-        let start = |dir: &PathBuf| Recorder::start(dir, RecorderConfig::default(), clock.clone());
+        let start = |dir: &PathBuf| {
+            let free_floor_bytes = config.space.floors().bytes(Class::Telemetry);
+            let folder = Folder::new(dir).with_space(config.space.clone());
+            let limits = RecorderConfig { free_floor_bytes, ..RecorderConfig::default() };
+            Recorder::start_with(Box::new(folder), limits, clock.clone())
+        };
         let recorder = config.record_dir.as_ref().map(start).transpose();
         let recorder = recorder.map_err(|error| StationError::CannotRecord { reason: error.to_string() })?;
         hub.set_recorder(recorder.as_ref().map(Recorder::handle));
         let remembered = config.missions_dir.as_deref().map(records::read_all).unwrap_or_default();
+        let health = watch::channel(recorder.as_ref().map(Recorder::status)).0;
         let shared = Arc::new(Shared {
+            health,
             runtime: runtime.clone(),
             core: Mutex::new(Core {
                 vehicles: Vehicles::new(config.address, vehicle_config),
@@ -238,6 +248,12 @@ impl Station {
         Some((dir, self.shared.owned().recorder.as_ref().map(Recorder::status)?))
     }
 
+    /// Turns to another status each time that the recording stops, goes on, or stops for another reason; seen within a second,
+    /// whatever the disk does. `None` when nothing is recorded.
+    pub fn recorder_changes(&self) -> watch::Receiver<Option<RecorderStatus>> {
+        self.shared.health.subscribe()
+    }
+
     /// Frames so far that were no message of the dialect, or held a value that it does not allow.
     pub fn undecodable_frames(&self) -> u64 {
         self.shared.undecodable.load(Ordering::Relaxed)
@@ -328,8 +344,9 @@ impl Station {
         if let Some(recorder) = recorder {
             // It waits for the disk, which the runtime's threads must not.
             let closed = self.shared.runtime.spawn_blocking(move || recorder.close()).await;
-            if let Err(error) = closed {
-                tracing::error!(%error, "the recorder did not end in order");
+            match closed {
+                Ok(status) => drop(self.shared.health.send_replace(Some(status))),
+                Err(error) => tracing::error!(%error, "the recorder did not end in order"),
             }
         }
     }
@@ -375,6 +392,23 @@ impl Shared {
 
     pub(crate) fn hub(&self) -> &Hub {
         &self.hub
+    }
+
+    /// Tells when the recording stops or goes on. Only its thread waits for the disk, so this is looked at from here.
+    fn look_at_recorder(&self) {
+        let Some(status) = self.owned().recorder.as_ref().map(Recorder::status) else { return };
+        self.health.send_if_modified(|known| {
+            let of = |status: &RecorderStatus| (std::mem::discriminant(&status.state), status.since);
+            let is_other = known.as_ref().map(of) != Some(of(&status));
+            if is_other {
+                match status.state.problem() {
+                    Some(problem) => tracing::error!(problem, "telemetry is not being recorded"),
+                    None => tracing::info!("telemetry is being recorded"),
+                }
+                *known = Some(status);
+            }
+            is_other
+        });
     }
 
     /// Closed from now on: everything that is waited for ends.
@@ -742,6 +776,7 @@ async fn drive(shared: Weak<Shared>, mut closing: watch::Receiver<bool>) {
     loop {
         let Some(strong) = shared.upgrade() else { return };
         let now = strong.clock.now();
+        strong.look_at_recorder();
         let rest = {
             let mut core = strong.core();
             core.vehicles.on_time(now);

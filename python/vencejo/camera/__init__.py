@@ -17,7 +17,7 @@ from vencejo.camera.camera import Camera, CameraState, CameraStatus
 from vencejo.camera.errors import CameraError
 from vencejo.camera.frames import EncodedFrame, Frame
 from vencejo.camera.jpeg import encode_rgb
-from vencejo.camera.recorder import Recording, default_video_dir
+from vencejo.camera.recorder import RecorderLimits, Recording, default_video_dir
 from vencejo.camera.rendition import FrameSource
 from vencejo.camera.serving import ServedCamera, still_picture
 
@@ -29,6 +29,7 @@ __all__ = [
     "EncodedFrame",
     "Frame",
     "FrameSource",
+    "RecorderLimits",
     "Recording",
     "ServedCamera",
     "default_video_dir",

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
+from vencejo.storage import make_folder, write_file
+
 __all__ = ["Aside"]
 
 DEATHS: Final = 3
@@ -60,8 +62,8 @@ class Aside:
         self.wait_s = REST_S
         why = f"set aside, and tried again after {REST_S / 60:g} minutes: {why}"
         with contextlib.suppress(OSError):
-            self._note.parent.mkdir(parents=True, exist_ok=True)
-            self._note.write_text(why, encoding="utf-8")
+            make_folder(self._note.parent)
+            write_file(self._note, why.encode())
         return why
 
     def came(self, now_s: float) -> None:

@@ -5,10 +5,11 @@ Pictures that come encoded are handed on as they are. Pixels are made of them, a
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -22,7 +23,7 @@ from vencejo.camera.child import ChildDied, StillDecoder, prepare
 from vencejo.camera.decoder import Decoder
 from vencejo.camera.errors import CameraError
 from vencejo.camera.frames import Codec, EncodedFrame, Frame
-from vencejo.camera.recorder import Recording, VideoRecorder, default_video_dir
+from vencejo.camera.recorder import RecorderLimits, Recording, VideoRecorder, default_video_dir
 from vencejo.camera.sources import Source, open_source
 
 __all__ = ["Camera", "CameraState", "CameraStatus"]
@@ -106,6 +107,8 @@ class Camera:
         1 to 32 letters, digits, ``-`` or ``_``; default ``"camera"``.
     recording_dir : Path, optional
         Where recordings go; default `vencejo.camera.default_video_dir`.
+    recording_limits : RecorderLimits, optional
+        Of each recording: size, and the free space that is left.
     jpeg_quality : int, optional
         1 to 100, default 80, for pictures that have to be encoded here.
     open : callable, optional
@@ -132,6 +135,7 @@ class Camera:
         *,
         name: str = "camera",
         recording_dir: Path | None = None,
+        recording_limits: RecorderLimits | None = None,
         jpeg_quality: int = 80,
         open: Callable[[SourceAddress], Source] = open_source,
         monotonic_s: Callable[[], float] = time.monotonic,
@@ -143,6 +147,7 @@ class Camera:
         self.name = name
         self._address = parse_source(source)
         self._recording_dir = recording_dir or default_video_dir()
+        self._recording_limits = recording_limits
         self._aside = Aside(self._recording_dir, self._address.location)
         self._quality = jpeg_quality
         self._open = open
@@ -170,6 +175,8 @@ class Camera:
         self._stills = StillDecoder()
         self._asked_s: float | None = None
         """When somebody asked for pixels."""
+        self._waiting = 0
+        """How many wait for them."""
         self._wanted_s: float | None = None
         """When somebody asked for pictures of any kind."""
         self._is_watched = False
@@ -191,6 +198,11 @@ class Camera:
     def recording_dir(self) -> Path:
         """Where its recordings go."""
         return self._recording_dir
+
+    @property
+    def recording_limits(self) -> RecorderLimits | None:
+        """Their limits, where they are not the usual ones."""
+        return self._recording_limits
 
     @property
     def status(self) -> CameraStatus:
@@ -262,7 +274,8 @@ class Camera:
         if raw is not None:
             return raw
         if still is None:
-            return _decoded(decoder, newest, timeout_s)
+            with self._waited_for():
+                return _decoded(decoder, newest, timeout_s)
         if pixels is not None and pixels.captured_unix_s == still.captured_unix_s:
             return pixels
         bgr = self._stills.decode(still.data)
@@ -271,6 +284,18 @@ class Camera:
         pixels = Frame(bgr=bgr, captured_unix_s=still.captured_unix_s)
         self._pixels = pixels
         return pixels
+
+    @contextlib.contextmanager
+    def _waited_for(self) -> Iterator[None]:
+        """Who waits asks all the while: a decoder may take longer to start than one that nobody asks is kept."""
+        with self._lock:
+            self._waiting += 1
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._waiting -= 1
+                self._asked_s = self._monotonic_s()
 
     def latest_jpeg(self, timeout_s: float = 1.0) -> EncodedFrame | None:
         """The newest picture as JPEG: the source's own where it sends JPEG, else encoded here.
@@ -333,7 +358,9 @@ class Camera:
             self._wait_for_pictures(WAKE_S if self._state is CameraState.STANDBY else 0.0)
             if not self._has_pictures() or self._state is not CameraState.LIVE:
                 raise CameraError(f"no pictures come from {self.source}, so there is nothing to record")
-            self._recorder = VideoRecorder(self._recording_dir, self.name, group=self._group)
+            self._recorder = VideoRecorder(
+                self._recording_dir, self.name, group=self._group, limits=self._recording_limits
+            )
             self._ended_recording = None
             return self._recorder.status()
 
@@ -481,7 +508,8 @@ class Camera:
             self._group, self._group_bytes = [], 0
 
     def _feed_decoder(self, frame: EncodedFrame, now: float) -> None:
-        is_asked = self._wants_jpeg or (self._asked_s is not None and now - self._asked_s <= ASKED_S)
+        is_new = self._asked_s is not None and now - self._asked_s <= ASKED_S
+        is_asked = self._wants_jpeg or self._waiting > 0 or is_new
         if not is_asked:
             self._drop_decoder()
         elif self._decoder is None:

@@ -15,7 +15,7 @@ import queue
 import shutil
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
@@ -24,6 +24,7 @@ from typing import BinaryIO, Final
 from vencejo.camera.errors import CameraError
 from vencejo.camera.frames import EncodedFrame
 from vencejo.camera.matroska import MatroskaWriter
+from vencejo.storage import Floors, create_file, make_folder, sync_folder
 from vencejo.video import default_video_dir
 
 __all__ = ["RecorderLimits", "Recording", "VideoRecorder", "default_video_dir", "keep_still"]
@@ -45,12 +46,12 @@ class RecorderLimits:
     quota_bytes : int
         What all recordings and pictures in the folder may take together; default 32 GiB. Nothing is deleted: recording ends.
     free_floor_bytes : int
-        Free space of the disk below which nothing is written; default 500 MB.
+        Free space of the disk below which nothing is written; default 1 GB, as `vencejo.Floors` has it.
     """
 
     max_file_bytes: int = 2 << 30
     quota_bytes: int = 32 << 30
-    free_floor_bytes: int = 500_000_000
+    free_floor_bytes: int = Floors().video_mb * 1_000_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -270,22 +271,20 @@ def keep_still(
         When nothing can be written there.
     """
     _prepare(folder, limits or RecorderLimits(), free_bytes)
-    path, file = _new_file(folder, name, "jpg", time.time() if unix_s is None else unix_s)
+    path = folder
     try:
-        with file:
-            if file.write(data) != len(data):
-                raise OSError(errno.ENOSPC, "the disk is full")
-            os.fsync(file.fileno())
+        for path in _names(folder, name, "jpg", time.time() if unix_s is None else unix_s):
+            if create_file(path, data):
+                return path
     except OSError as error:
-        path.unlink(missing_ok=True)
         raise CameraError(f"{path}: {error.strerror or error}") from error
-    return path
+    raise CameraError(f"nothing can be recorded in {folder}: all names of this second are taken")
 
 
 def _prepare(folder: Path, limits: RecorderLimits, free_bytes: Callable[[Path], int]) -> int:
     """Make the folder; bytes of what is in it."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         used = sum(path.stat().st_size for path in folder.iterdir() if path.suffix in (".mkv", ".jpg"))
     except OSError as error:
         raise CameraError(f"nothing can be recorded in {folder}: {error.strerror}") from error
@@ -303,14 +302,21 @@ def _no_room(folder: Path, limits: RecorderLimits, free_bytes: Callable[[Path], 
     return None
 
 
-def _new_file(folder: Path, name: str, kind: str, unix_s: float) -> tuple[Path, BinaryIO]:
+def _names(folder: Path, name: str, kind: str, unix_s: float) -> Iterator[Path]:
+    """What a file of this moment may be called."""
     at = datetime.fromtimestamp(0, timezone.utc) + timedelta(seconds=unix_s)
     for attempt in range(100):
         # No camera's name has a dot.
         more = "" if attempt == 0 else f".{attempt + 1}"
-        path = folder / f"{at:%Y-%m-%d_%H-%M-%S}_{name}{more}.{kind}"
+        yield folder / f"{at:%Y-%m-%d_%H-%M-%S}_{name}{more}.{kind}"
+
+
+def _new_file(folder: Path, name: str, kind: str, unix_s: float) -> tuple[Path, BinaryIO]:
+    for path in _names(folder, name, kind, unix_s):
         try:
-            return path, path.open("xb", buffering=0)
+            file = path.open("xb", buffering=0)
+            sync_folder(folder)
+            return path, file
         except FileExistsError:
             continue
         except OSError as error:

@@ -115,7 +115,9 @@ class ServedCamera:
             if request.kind in {"snapshot", "keep_snapshot"}:
                 picture = still_picture(self._camera, self._server)
                 if request.kind == "keep_snapshot":
-                    keep_still(self._camera.recording_dir, self._camera.name, picture)
+                    keep_still(
+                        self._camera.recording_dir, self._camera.name, picture, limits=self._camera.recording_limits
+                    )
             elif request.kind == "start_recording":
                 self._camera.start_recording()
             else:

@@ -16,6 +16,7 @@ from vencejo.cli.common import Failed, JsonOption, put_json, say
 if TYPE_CHECKING:
     from vencejo.camera import Camera, CameraStatus
     from vencejo.serve import Server
+    from vencejo.storage import Floors
 
 OPENING_S: Final = 20.0
 """A source that is neither there nor missing after so long is not waited for any more."""
@@ -76,12 +77,13 @@ def camera(
 def take_snapshot(camera: Camera, path: Path, timeout_s: float, *, json: bool) -> None:
     """Write the first picture that comes to a file."""
     from vencejo.camera import still_picture
+    from vencejo.storage import write_file
 
     if camera.latest_jpeg(timeout_s) is None:
         raise Failed(
             f"no picture came from {camera.source} in {timeout_s:g} s: {camera.status.reason or 'no reason known'}"
         )
-    path.write_bytes(still_picture(camera))
+    write_file(path, still_picture(camera))
     if json:
         put_json({"file": str(path), "bytes": path.stat().st_size})
     else:
@@ -150,18 +152,20 @@ def as_dict(status: CameraStatus) -> dict[str, object]:
 
 
 @contextlib.contextmanager
-def served_cameras(server: Server, sources: list[str] | None) -> Iterator[list[Camera]]:
+def served_cameras(server: Server, sources: list[str] | None, floors: Floors | None = None) -> Iterator[list[Camera]]:
     """The cameras of ``--camera`` in a server's pages, until the end."""
     if not sources:
         yield []
         return
-    from vencejo.camera import Camera, ServedCamera, named_source
+    from vencejo.camera import Camera, RecorderLimits, ServedCamera, named_source
+
+    limits = None if floors is None else RecorderLimits(free_floor_bytes=floors.video_mb * 1_000_000)
 
     with contextlib.ExitStack() as stack:
         cameras: list[Camera] = []
         for text in sources:
             name, source = named_source(text, frozenset(camera.name for camera in cameras))
-            camera = stack.enter_context(Camera(source, name=name))
+            camera = stack.enter_context(Camera(source, name=name, recording_limits=limits))
             stack.enter_context(ServedCamera(server, camera))
             cameras.append(camera)
         yield cameras

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from vencejo.plan import Finding
+    from vencejo.station import Station
     from vencejo.vehicle import Vehicle
 
 DEFAULT_LINK: Final = "default"
@@ -254,6 +255,38 @@ def real_link(link: str) -> str:
     return default_link()
 
 
+RECORDED_AGAIN: Final = "Telemetry is recorded again"
+"""What is said when a recording that stopped goes on."""
+
+
+@contextlib.contextmanager
+def recording_told(station: Station) -> Iterator[None]:
+    """Say on standard error when the recording of a station stops, and when it goes on."""
+    if station.recorder is None:
+        yield
+        return
+    ended = threading.Event()
+
+    def look() -> None:
+        was_told = False
+        while not ended.wait(0.5):
+            info = station.recorder
+            problem = None if info is None else info.problem
+            if problem is not None and not was_told:
+                say(f"Warning: telemetry is not being recorded: {problem}")
+            elif problem is None and was_told:
+                say(RECORDED_AGAIN)
+            was_told = problem is not None
+
+    thread = threading.Thread(target=look, name="recording", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+
+
 @contextlib.contextmanager
 def vehicle_on(
     link: str,
@@ -277,7 +310,7 @@ def vehicle_on(
             record=record,
             forward_to=forward or (),
         )
-    with vehicle:
+    with vehicle, recording_told(vehicle.station):
         yield vehicle
 
 

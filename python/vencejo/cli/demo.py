@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from vencejo.cli.camera import served_cameras
-from vencejo.cli.common import Failed, JsonOption, RecordOption, distance, say, status
+from vencejo.cli.common import Failed, JsonOption, RecordOption, distance, recording_told, say, status
 from vencejo.cli.fly import check, fly_plan
 from vencejo.cli.fly import tell as tell_flight
 from vencejo.cli.serve import open_page
@@ -111,6 +111,7 @@ def demo(
         with (
             simulated_plane([*options, f"--gust={gust:g}", *nose_options]) as (link, nose, alive),
             Station(link, record=record) as station,
+            recording_told(station),
             _server(station, port) as server,
             server.operator(OPERATOR) as operator,
             contextlib.ExitStack() as shown,

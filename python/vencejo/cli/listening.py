@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import enum
 import json
-import os
 import sys
 from pathlib import Path
 from typing import Annotated, Final
@@ -65,12 +64,12 @@ def kept() -> Listening | None:
 
 def keep(choice: Listening) -> None:
     """Keep a choice; a data folder that cannot be written to keeps none, and says so."""
+    from vencejo.storage import make_folder, write_file
+
     path = kept_file()
-    beside = path.with_suffix(f".{os.getpid()}.new")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        beside.write_text(json.dumps({"listen": choice.value}) + "\n", encoding="utf-8")
-        beside.replace(path)
+        make_folder(path.parent)
+        write_file(path, (json.dumps({"listen": choice.value}) + "\n").encode())
     except OSError as error:
         say(f"The choice is not kept: {error.filename or path}: {error.strerror or error}")
 

@@ -97,12 +97,14 @@ class MapService:
         with contextlib.closing(connection):
             if response.status >= 300:
                 raise _failure(response.status, response.read())
+            from vencejo.storage import install_file
+
             partial = target.with_name(f".{target.name}.part")
             try:
                 with partial.open("wb") as file:
                     while piece := response.read(PIECE):
                         file.write(piece)
-                partial.replace(target)
+                install_file(partial, target)
             finally:
                 partial.unlink(missing_ok=True)
         return target.stat().st_size

@@ -22,6 +22,7 @@ from vencejo.cli.common import (
     progress_bar,
     put_json,
     real_link,
+    recording_told,
     stdout,
     table,
 )
@@ -69,7 +70,8 @@ def record(
     ) as station:
         info = station.recorder
         try:
-            _watch_recording(station, began, json=json)
+            with recording_told(station):
+                _watch_recording(station, began, json=json)
         except (KeyboardInterrupt, SystemExit):
             pass  # how a recording ends
         finally:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import contextlib
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
 
 import typer
 
 from vencejo.cli.camera import CameraOption, for_ice, served_cameras
-from vencejo.cli.common import ForwardOption, JsonOption, RecordOption, put_json, say
+from vencejo.cli.common import RECORDED_AGAIN, ForwardOption, JsonOption, RecordOption, put_json, say
 from vencejo.cli.ice import (
     IceAllowOption,
     IceConfigOption,
@@ -29,9 +29,25 @@ from vencejo.cli.listening import ListenOption, default_link
 
 if TYPE_CHECKING:
     from vencejo.serve import Server
+    from vencejo.storage import StorageProblem
 
 ON_BOARD_COMPONENT: Final = 191
 """`MAV_COMP_ID_ONBOARD_COMPUTER`: who we are on board a vehicle."""
+
+
+def floor_option(name: str, what: str, default_mb: int) -> Any:
+    """The option of one floor of free space."""
+    text = f"Free megabytes of the disk below which no {what} is written; {default_mb} when not given."
+    return typer.Option(name, metavar="MB", min=0, max=10_000_000, help=text)
+
+
+AGAIN: Final = {
+    "telemetry": RECORDED_AGAIN,
+    "maps": "Maps are kept again",
+    "video": "Camera '{name}' is recorded again",
+    "draft": "The plan's draft is kept again",
+}
+"""What is said when the disk works again."""
 
 
 def serve(
@@ -87,6 +103,9 @@ def serve(
     ] = None,
     open_browser: Annotated[bool, typer.Option("--open", help="Open a browser here.")] = False,
     record: RecordOption = True,
+    maps_floor: Annotated[int | None, floor_option("--maps-floor", "maps", 2000)] = None,
+    video_floor: Annotated[int | None, floor_option("--video-floor", "video", 1000)] = None,
+    telemetry_floor: Annotated[int | None, floor_option("--telemetry-floor", "telemetry", 500)] = None,
     forward: ForwardOption = None,
     camera: CameraOption = None,
     ice: IceOption = False,
@@ -115,8 +134,11 @@ def serve(
 
     Example: vencejo serve --camera nose=/dev/video0 --camera belly=rtsp://192.168.1.10/live
     """
-    from vencejo import Station
+    from vencejo import Floors, Station
     from vencejo.serve import Server
+
+    given = {"maps_mb": maps_floor, "video_mb": video_floor, "telemetry_mb": telemetry_floor}
+    floors = Floors(**{name: mb for name, mb in given.items() if mb is not None})
 
     options = IceOptions(ice, ice_host, ice_missions, ice_dialect, ice_allow or (), ice_config, ice_set or ())
     settings = options.settings()
@@ -130,6 +152,7 @@ def serve(
             heartbeat=on_board is None,
             record=record,
             forward_to=forward or (),
+            floors=floors,
         ) as station,
         Server(
             station,
@@ -143,14 +166,15 @@ def serve(
             key=key,
             on_board=on_board is not None,
             maps_folder=maps,
+            floors=floors,
         ) as server,
-        served_cameras(server, camera) as cameras,
+        served_cameras(server, camera, floors) as cameras,
         ice_server(station, settings, server.tokens, **for_ice(cameras)) as interfaces,
     ):
         tell(server, json=json, ice=None if interfaces is None else interfaces.proxies)
         if open_browser:
             open_page(server)
-        wait()
+        wait(server)
 
 
 def tell(server: Server, *, json: bool = False, ice: Mapping[str, str] | None = None) -> None:
@@ -218,9 +242,30 @@ def open_page(server: Server) -> None:
         webbrowser.open(with_token(server.url, tokens.operator if tokens else None))
 
 
-def wait() -> None:
-    """Until Ctrl-C or SIGTERM, with everything closed on the way out."""
+def wait(server: Server) -> None:
+    """Until Ctrl-C or SIGTERM, with everything closed on the way out. What of the disk does not work is told at once."""
     forever = threading.Event()
+    told: Told = {}
     with contextlib.suppress(KeyboardInterrupt):
-        while not forever.wait(0.5):
-            pass
+        while True:
+            told = tell_storage(server.storage_problems, told)
+            if forever.wait(0.5):
+                return
+
+
+Told: TypeAlias = dict[tuple[str, str | None], frozenset[str]]
+"""What was told: the faults of each thing, and of which camera or map source."""
+
+
+def tell_storage(problems: Iterable[StorageProblem], told: Told) -> Told:
+    """Say on standard error what is no longer kept, and what is kept again; gives what holds now."""
+    now: Told = {}
+    for problem in problems:
+        key = (problem.what, problem.name)
+        now[key] = now.get(key, frozenset()) | {problem.fault}
+        if problem.fault not in told.get(key, ()):
+            say(f"Warning: {problem.text}")
+    for what, name in sorted(told.keys() - now.keys(), key=str):
+        if what in AGAIN:
+            say(AGAIN[what].format(name=name))
+    return now

@@ -1,6 +1,7 @@
 //! The maps against services that behave and that do not, over real sockets on this machine, under a clock that the test moves.
 
 mod cog;
+mod disk;
 mod misbehaving;
 
 use std::collections::BTreeMap;
@@ -375,7 +376,8 @@ async fn many_who_want_the_same_tile_make_one_request_and_a_host_gets_few_at_onc
     gate.notify_one();
     for tile in wanted {
         // Who comes late finds it in the cache.
-        assert!(matches!(tile.await.expect("ended"), Ok(Origin::Fetched | Origin::Hit)));
+        let origin = tile.await.expect("ended");
+        assert!(matches!(origin, Ok(Origin::Fetched | Origin::Hit)), "{origin:?}");
     }
     assert_eq!(service.count(), 1);
     *service.gate.lock().expect("lock") = None;

@@ -517,6 +517,20 @@ pub enum Cause {
         /// What it said, in English.
         problem: String,
     },
+    /// The server's disk is too full for that.
+    LowSpace {
+        /// Free megabytes.
+        free_mb: u64,
+        /// Megabytes that stay free.
+        floor_mb: u64,
+    },
+    /// The draft of the plan was changed by somebody else meanwhile. Both are kept.
+    DraftConflict {
+        /// The revision that it has now.
+        revision: u64,
+        /// Name of the session that changed it.
+        by: String,
+    },
 }
 
 impl Cause {

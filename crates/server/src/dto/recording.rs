@@ -36,6 +36,16 @@ pub struct Recording {
     pub modified_unix_s: Option<f64>,
     /// Whether it is being written now.
     pub is_current: bool,
+    /// Whether somebody keeps it: it is not deleted to make room for new ones.
+    pub is_kept: bool,
+}
+
+/// Whether a recording is to be kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct KeepRecording {
+    /// Keep it.
+    pub is_kept: bool,
 }
 
 /// Who spoke in a recording.

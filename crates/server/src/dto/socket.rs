@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::storage::StorageProblem;
 use super::{
     Cause, LinkInfo, MissionProgress, Operation, PlanKind, PlanState, RawMessage, SessionInfo, TelemetryGroups,
     VehicleSummary,
@@ -133,6 +134,18 @@ pub enum ServerMessage {
     /// Something of the map sources or offline areas is another than before, or an area went on: at most once a second. Who
     /// shows them asks for them again.
     Maps,
+    /// What of the server's disk does not work: at the start, and when it changes. Nothing is in the list when all is well.
+    Storage {
+        /// The flight recorder's first.
+        problems: Vec<StorageProblem>,
+    },
+    /// The draft of the plan has another revision.
+    Draft {
+        /// Which.
+        revision: u64,
+        /// Which browser or program it comes from.
+        author: String,
+    },
     /// Who holds control.
     Control {
         /// Whether this session holds it.

@@ -13,6 +13,7 @@ mod params;
 mod plans;
 mod recordings;
 mod sessions;
+mod storage;
 mod streams;
 mod tiles;
 mod vehicles;
@@ -73,12 +74,13 @@ fn api() -> OpenApiRouter<App> {
         .merge(footage::router())
         .merge(messages::router())
         .merge(recordings::router())
+        .merge(storage::router())
         .merge(maps::router())
         .merge(tiles::router())
         .layer(DefaultBodyLimit::max(MAX_BODY));
     let large = plans::router().merge(maps_areas::router()).merge(elevation::router()).merge(elevation::plan_router());
     let large = large.layer(DefaultBodyLimit::max(MAX_PLAN));
-    let files = maps::file_router().merge(maps_areas::file_router());
+    let files = maps::file_router().merge(maps_areas::file_router()).merge(storage::draft_router());
     OpenApiRouter::with_openapi(Base::openapi()).nest(PREFIX, small.merge(large).merge(files))
 }
 

@@ -22,8 +22,10 @@ use vencejo_station::summarize_recording;
 
 use crate::dto::Done;
 use crate::dto::cause::{Cause, Thing};
-use crate::dto::recording::{RecordedEvent, Recorder, Recording, RecordingSummary, Sender, SetHeartbeat};
-use crate::extract::{Json as Asked, Name, Pilot, Viewer};
+use crate::dto::recording::{
+    KeepRecording, RecordedEvent, Recorder, Recording, RecordingSummary, Sender, SetHeartbeat,
+};
+use crate::extract::{Json as Asked, Name, Operator, Pilot, Viewer};
 use crate::problem::Problem;
 use crate::state::App;
 
@@ -40,6 +42,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(list_recordings))
         .routes(routes!(get_recording))
         .routes(routes!(summarize))
+        .routes(routes!(keep))
         .routes(routes!(set_heartbeat))
 }
 
@@ -47,14 +50,10 @@ pub(super) fn router() -> OpenApiRouter<App> {
 #[utoipa::path(get, path = "/recorder", tag = "recordings", responses((status = 200, body = Option<Recorder>), Problem))]
 async fn recorder(State(app): State<App>, _: Viewer) -> Json<Option<Recorder>> {
     Json(app.station().recorder().map(|(_, status)| {
-        let (file, problem) = match status.state {
-            RecorderState::Starting => (None, None),
-            RecorderState::Recording { file } => (Some(file), None),
-            RecorderState::LowSpace { free_bytes, floor_bytes } => {
-                (None, Some(format!("only {free_bytes} bytes are free on the disk, {floor_bytes} are kept free")))
-            }
-            RecorderState::Failing { error } => (None, Some(error)),
-            other => (None, other.problem()),
+        let problem = status.state.problem();
+        let file = match status.state {
+            RecorderState::Recording { file } => Some(file),
+            _ => None,
         };
         let is_recording = file.is_some();
         Recorder { is_recording, file, frames: status.frames, bytes: status.bytes, dropped: status.dropped, problem }
@@ -84,7 +83,8 @@ async fn listed(app: &App) -> Result<(PathBuf, Vec<Recording>), Problem> {
             let age = metadata.modified().ok().and_then(|at| at.duration_since(UNIX_EPOCH).ok());
             let is_current = current.as_ref() == Some(&name);
             let modified_unix_s = age.as_ref().map(Duration::as_secs_f64);
-            found.push(Recording { name, bytes: metadata.len(), modified_unix_s, is_current });
+            let is_kept = vencejo_link::is_kept_recording(&folder, &name);
+            found.push(Recording { name, bytes: metadata.len(), modified_unix_s, is_current, is_kept });
         }
         found.sort_by(|a, b| b.modified_unix_s.partial_cmp(&a.modified_unix_s).unwrap_or(std::cmp::Ordering::Equal));
         found.truncate(MAX_LISTED);
@@ -159,6 +159,27 @@ async fn get_recording(State(app): State<App>, _: Viewer, Name(name): Name) -> R
         ),
     ];
     Ok((headers, Body::from_stream(Chunks(receiver))).into_response())
+}
+
+/// Keeps a recording, so that it is not deleted to make room for new ones; or lets it go again.
+#[utoipa::path(put, path = "/recordings/{name}/keep", tag = "recordings", request_body = KeepRecording,
+    params(("name" = String, Path, description = "Its file")), responses((status = 200, body = Done), Problem))]
+async fn keep(
+    State(app): State<App>,
+    _: Operator,
+    Name(name): Name,
+    Asked(KeepRecording { is_kept }): Asked<KeepRecording>,
+) -> Result<Json<Done>, Problem> {
+    let (path, _) = find(&app, &name).await?;
+    let keep = move || {
+        let folder = path.parent().unwrap_or_else(|| std::path::Path::new("."));
+        vencejo_link::keep_recording(folder, &name, is_kept).map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => Problem::not_found(Thing::Recording, &name, "it is no recording of ours"),
+            _ => failed(&error),
+        })
+    };
+    tokio::task::spawn_blocking(keep).await.map_err(|_| Problem::closed())??;
+    Ok(Json(Done {}))
 }
 
 /// What is in a recording: who spoke, which messages, and what happened to the vehicles.

@@ -6,10 +6,13 @@ import type {
   Info,
   LinkInfo,
   NewLink,
+  NewPlanDraft,
   NewSession,
   Operation,
   Parameter,
   Plan,
+  PlanDraft,
+  PlanDrafts,
   PlanFinding,
   PlanKind,
   Session,
@@ -59,6 +62,8 @@ export class Api extends Http {
   async formatPlan(plan: Plan, as: 'plan' | 'waypoints'): Promise<Blob> {
     return (await this.request('POST', `/plan/format?as=${as}`, plan)).blob();
   }
+  draft = () => this.json<PlanDrafts>('GET', '/draft');
+  saveDraft = (draft: NewPlanDraft) => this.json<PlanDraft>('PUT', '/draft', draft);
   commands = () => this.json<CommandInfo[]>('GET', '/commands');
 
   readParams = (id: number) => this.json<Operation>('GET', `/vehicles/${id}/params`);

@@ -165,6 +165,25 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/draft": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The draft of the plan that operators edit, with those that lost against it. */
+        get: operations["get_draft"];
+        /** Saves the draft as a change of the revision `base`. When somebody else changed it meanwhile it is refused, and kept beside. */
+        put: operations["put_draft"];
+        post?: never;
+        /** Removes the draft and those beside it. */
+        delete: operations["delete_draft"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/elevation": {
         parameters: {
             query?: never;
@@ -797,6 +816,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/recordings/{name}/keep": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /** Keeps a recording, so that it is not deleted to make room for new ones; or lets it go again. */
+        put: operations["keep"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/recordings/{name}/summary": {
         parameters: {
             query?: never;
@@ -828,6 +864,23 @@ export interface paths {
         post: operations["open_session"];
         /** Ends the session, and gives control up if it holds it. */
         delete: operations["close_session"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/storage": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** What of the server's disk does not work, the flight recorder first; nothing when all is well. */
+        get: operations["storage_problems"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -2284,6 +2337,29 @@ export interface components {
             code: "map-storage";
             /** @description What it said, in English. */
             problem: string;
+        } | {
+            /** @enum {string} */
+            code: "low-space";
+            /**
+             * Format: int64
+             * @description Megabytes that stay free.
+             */
+            floor_mb: number;
+            /**
+             * Format: int64
+             * @description Free megabytes.
+             */
+            free_mb: number;
+        } | {
+            /** @description Name of the session that changed it. */
+            by: string;
+            /** @enum {string} */
+            code: "draft-conflict";
+            /**
+             * Format: int64
+             * @description The revision that it has now.
+             */
+            revision: number;
         };
         /** @description What a client says on the WebSocket. */
         ClientMessage: {
@@ -3256,6 +3332,11 @@ export interface components {
             /** @description Its version. */
             version: string;
         };
+        /** @description Whether a recording is to be kept. */
+        KeepRecording: {
+            /** @description Keep it. */
+            is_kept: boolean;
+        };
         /** @description A position on the ground. */
         LatLon: {
             /**
@@ -4178,6 +4259,18 @@ export interface components {
              */
             value: number;
         };
+        /** @description A change of the draft. */
+        NewPlanDraft: {
+            /** @description Which browser or program it comes from: up to 64 letters, digits, `-` and `_` of its own choice. */
+            author: string;
+            /**
+             * Format: int64
+             * @description The revision that it is a change of; 0 when there was none.
+             */
+            base: number;
+            /** @description The draft. */
+            plan: Record<string, never>;
+        };
         /** @description Who wants a session. */
         NewSession: {
             /** @description Name to show to others, up to 40 characters. */
@@ -4275,6 +4368,31 @@ export interface components {
              * @description The vehicle that is to fly it: its kind, its place and whether it is on the ground are taken into account.
              */
             vehicle?: number | null;
+        };
+        /** @description The draft of a plan, as the server keeps it for all operators. */
+        PlanDraft: {
+            /** @description Which browser or program it comes from. */
+            author: string;
+            /** @description Name of the session that it comes from. */
+            by: string;
+            /** @description The draft, as its author wrote it: whoever reads it checks it. */
+            plan: Record<string, never>;
+            /**
+             * Format: int64
+             * @description Counts the changes.
+             */
+            revision: number;
+            /**
+             * Format: double
+             * @description When it was saved, seconds since 1970 on the server's clock.
+             */
+            saved_unix_s: number;
+        };
+        /** @description The draft, and those that it did not take the place of with their author's knowledge. */
+        PlanDrafts: {
+            current: components["schemas"]["PlanDraft"] | null;
+            /** @description Drafts that lost a race or were overwritten by somebody else, the newest first, one for each author. */
+            others: components["schemas"]["PlanDraft"][];
         };
         /** @description One item of a mission. */
         PlanItem: {
@@ -4711,6 +4829,8 @@ export interface components {
             bytes: number;
             /** @description Whether it is being written now. */
             is_current: boolean;
+            /** @description Whether somebody keeps it: it is not deleted to make room for new ones. */
+            is_kept: boolean;
             /**
              * Format: double
              * @description When it was written last, seconds since 1970; null when the system does not say.
@@ -4925,6 +5045,21 @@ export interface components {
             /** @enum {string} */
             type: "maps";
         } | {
+            /** @description The flight recorder's first. */
+            problems: components["schemas"]["StorageProblem"][];
+            /** @enum {string} */
+            type: "storage";
+        } | {
+            /** @description Which browser or program it comes from. */
+            author: string;
+            /**
+             * Format: int64
+             * @description Which.
+             */
+            revision: number;
+            /** @enum {string} */
+            type: "draft";
+        } | {
             /** @description Whether this session holds it. */
             has_control: boolean;
             /** @description Name of the session that holds it; null when nobody does. */
@@ -5056,6 +5191,60 @@ export interface components {
          * @enum {string}
          */
         SpeedKind: "airspeed" | "groundspeed";
+        /**
+         * @description What is kept on the server's disk.
+         * @enum {string}
+         */
+        StorageClass: "telemetry" | "maps" | "video" | "draft" | "tokens";
+        /** @description Why something is not being kept. */
+        StorageFault: {
+            /**
+             * Format: int64
+             * @description Megabytes that stay free.
+             */
+            floor_mb: number;
+            /**
+             * Format: int64
+             * @description Free megabytes.
+             */
+            free_mb: number;
+            /** @enum {string} */
+            kind: "low_space";
+        } | {
+            /** @enum {string} */
+            kind: "unwritable";
+            /** @description What it says. */
+            reason: string;
+        } | {
+            /** @enum {string} */
+            kind: "stalled";
+        } | {
+            /** @enum {string} */
+            kind: "set_aside";
+            /** @description What it is called now. */
+            name: string;
+        } | {
+            /** @enum {string} */
+            kind: "ended";
+            /** @description Why. */
+            reason: string;
+        };
+        /** @description Something that is not being kept. */
+        StorageProblem: {
+            /** @description Why. */
+            fault: components["schemas"]["StorageFault"];
+            /** @description Which camera or map source; null where there is one of its kind. */
+            name: string | null;
+            /**
+             * Format: double
+             * @description Since when it has been known, seconds on the station's clock.
+             */
+            since_s: number;
+            /** @description The same in English. */
+            text: string;
+            /** @description What. */
+            what: components["schemas"]["StorageClass"];
+        };
         /** @description SYS_STATUS: sensors and power at a glance. */
         SysStatus: {
             /**
@@ -5622,6 +5811,95 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["SessionInfo"];
                 };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_draft: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanDrafts"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    put_draft: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewPlanDraft"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanDraft"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    delete_draft: {
+        parameters: {
+            query: {
+                /** @description Its revision. */
+                base: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description What was wrong and what to do */
             default: {
@@ -7019,6 +7297,41 @@ export interface operations {
             };
         };
     };
+    keep: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Its file */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["KeepRecording"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     summarize: {
         parameters: {
             query?: never;
@@ -7125,6 +7438,34 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    storage_problems: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StorageProblem"][];
+                };
             };
             /** @description What was wrong and what to do */
             default: {

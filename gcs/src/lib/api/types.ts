@@ -83,6 +83,16 @@ export interface VehicleCommands {
 }
 export type CommandName = keyof VehicleCommands;
 
+// What the server keeps
+export type StorageProblem = Schemas['StorageProblem'];
+/** The plan in it may be anything: whoever reads it checks it. */
+export type PlanDraft = Omit<Schemas['PlanDraft'], 'plan'> & { plan: unknown };
+export type PlanDrafts = Omit<Schemas['PlanDrafts'], 'current' | 'others'> & {
+  current: PlanDraft | null;
+  others: PlanDraft[];
+};
+export type NewPlanDraft = Omit<Schemas['NewPlanDraft'], 'plan'> & { plan: unknown };
+
 // WebSocket
 export type ServerMessage = Schemas['ServerMessage'];
 export type ClientMessage = Schemas['ClientMessage'];

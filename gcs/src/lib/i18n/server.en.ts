@@ -196,4 +196,7 @@ export const serverEn = {
   'failing.obstacle avoidance': 'obstacle avoidance',
   'failing.propulsion': 'propulsion',
   'failing.extended sensors': 'extended sensors',
+  'problem.low-space': 'Only {free_mb} MB are free on the server’s disk, and {floor_mb} MB have to stay free.',
+  'problem.low-space.remedy': 'Delete maps, videos or recordings that nobody needs.',
+  'problem.draft-conflict': 'The draft was changed meanwhile by {by}. Both are kept.',
 } as const;

@@ -200,4 +200,7 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'failing.obstacle avoidance': 'evitación de obstáculos',
   'failing.propulsion': 'propulsión',
   'failing.extended sensors': 'sensores ampliados',
+  'problem.low-space': 'Solo quedan {free_mb} MB libres en el disco del servidor, y {floor_mb} MB deben quedar libres.',
+  'problem.low-space.remedy': 'Borre mapas, vídeos o grabaciones que ya no hagan falta.',
+  'problem.draft-conflict': '{by} cambió el borrador mientras tanto. Se conservan los dos.',
 };

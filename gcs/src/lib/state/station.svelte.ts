@@ -3,7 +3,7 @@ import { Api, type CommandName, type VehicleCommands } from '$lib/api/client';
 import { problemFrom } from '$lib/api/problem';
 
 import { parse, Socket, type SocketState } from '$lib/api/socket';
-import type { LinkInfo, Problem, ServerMessage, Session } from '$lib/api/types';
+import type { LinkInfo, Problem, ServerMessage, Session, StorageProblem } from '$lib/api/types';
 import { SvelteMap } from 'svelte/reactivity';
 import { clock } from './clock.svelte';
 import { Operations } from './operations.svelte';
@@ -34,6 +34,12 @@ class Station {
   session = $state.raw<Session | null>(null);
   version = $state<string | null>(null);
   links = $state.raw<readonly LinkInfo[]>([]);
+  /** What the server does not keep, the flight's recording first. */
+  storage = $state.raw<readonly StorageProblem[]>([]);
+  /** The draft of the plan that the server told of last. */
+  draft = $state.raw<{ revision: number; author: string } | null>(null);
+  /** What is added to the station's clock to get this page's. */
+  #clockOffset_ms: number | null = null;
   /** Why no session could be opened: a token is asked for, mostly. */
   sessionProblem = $state.raw<Problem | null>(null);
   controlProblem = $state.raw<Problem | null>(null);
@@ -152,11 +158,17 @@ class Station {
     }
   }
 
+  /** A moment on the station's clock, on this page's. */
+  stationTime_ms(time_s: number): number | null {
+    return this.#clockOffset_ms === null ? null : time_s * 1000 + this.#clockOffset_ms;
+  }
+
   receive(message: ServerMessage): void {
     const now_ms = performance.now();
     switch (message.type) {
       case 'hello': {
         this.version = message.version;
+        this.#clockOffset_ms = now_ms - message.time_s * 1000;
         const { session, name, role, has_control, holder, requested_by } = message;
         this.session = { session, name, role, has_control, holder, requested_by };
         break;
@@ -185,6 +197,12 @@ class Station {
         break;
       case 'maps':
         this.mapsRevision += 1;
+        break;
+      case 'storage':
+        this.storage = message.problems;
+        break;
+      case 'draft':
+        this.draft = { revision: message.revision, author: message.author };
         break;
       case 'control':
         if (this.session) {

@@ -47,5 +47,10 @@ export const place = (at: LonLat): string => formatPlace(at, settings.coordinate
 export const lengthUnit = (): string => LENGTH_SYMBOL[settings.units.length];
 export const speedUnit = (): string => SPEED_SYMBOL[settings.units.speed];
 
+/** The time of day, with the day when it is not today's. */
+export const moment = (at: Date): string =>
+  at.toDateString() === new Date().toDateString()
+    ? timeOfDay(at)
+    : `${at.toLocaleDateString(settings.locale, { dateStyle: 'medium' })}, ${timeOfDay(at)}`;
 export const timeOfDay = (at: Date): string =>
   at.toLocaleTimeString(settings.locale, { hour: '2-digit', minute: '2-digit', second: '2-digit', hour12: false });

@@ -1,0 +1,112 @@
+//! Files and free space for Python: the one way to the disk.
+
+use std::path::{Path, PathBuf};
+
+use pyo3::exceptions::PyOSError;
+use pyo3::prelude::*;
+use vencejo_server::dto::storage::{StorageFault, StorageProblem};
+use vencejo_store::{Access, Class, Floors, Space};
+
+use crate::errors;
+use crate::runtime::detached;
+
+/// Adds this module's functions.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(write_file, module)?)?;
+    module.add_function(wrap_pyfunction!(create_file, module)?)?;
+    module.add_function(wrap_pyfunction!(install_file, module)?)?;
+    module.add_function(wrap_pyfunction!(make_folder, module)?)?;
+    module.add_function(wrap_pyfunction!(sync_folder, module)?)?;
+    module.add_function(wrap_pyfunction!(check_floors_mb, module)?)?;
+    module.add_function(wrap_pyfunction!(default_floors_mb, module)?)
+}
+
+/// Floors of maps, video and telemetry in MB; the defaults when absent.
+pub fn space(floors_mb: Option<(u64, u64, u64)>) -> PyResult<Space> {
+    let Some((maps, video, telemetry)) = floors_mb else { return Ok(Space::default()) };
+    let floors = Floors::from_mb(maps, video, telemetry).map_err(|error| errors::raise("InvalidRequest", error))?;
+    Ok(Space::new(floors))
+}
+
+/// What, of which camera or map source, kind of fault, in words.
+pub type Problem = (String, Option<String>, String, String);
+
+/// A problem for Python.
+pub fn problem(problem: &StorageProblem) -> Problem {
+    let what = serde_name(&problem.what);
+    let kind = match problem.fault {
+        StorageFault::LowSpace { .. } => "low_space",
+        StorageFault::Unwritable { .. } => "unwritable",
+        StorageFault::Stalled => "stalled",
+        StorageFault::SetAside { .. } => "set_aside",
+        StorageFault::Ended { .. } => "ended",
+    };
+    (what.to_owned(), problem.name.clone(), kind.to_owned(), problem.text.clone())
+}
+
+const fn serde_name(what: &vencejo_server::dto::storage::StorageClass) -> &'static str {
+    use vencejo_server::dto::storage::StorageClass;
+    match what {
+        StorageClass::Telemetry => "telemetry",
+        StorageClass::Maps => "maps",
+        StorageClass::Video => "video",
+        StorageClass::Draft => "draft",
+        StorageClass::Tokens => "tokens",
+    }
+}
+
+/// Writes a file as a whole, in the place of one that may be there.
+#[pyfunction]
+fn write_file(py: Python<'_>, path: PathBuf, data: Vec<u8>) -> PyResult<()> {
+    detached(py, || vencejo_store::write(&path, &data, Access::Usual)).map_err(|error| raise(error, &path))
+}
+
+/// Writes a file as a whole where there is none of that name; whether that was so.
+#[pyfunction]
+fn create_file(py: Python<'_>, path: PathBuf, data: Vec<u8>) -> PyResult<bool> {
+    detached(py, || vencejo_store::create(&path, &data, Access::Usual)).map_err(|error| raise(error, &path))
+}
+
+/// Puts a finished file under its name, in the place of one that may be there.
+#[pyfunction]
+fn install_file(py: Python<'_>, temporary: PathBuf, path: PathBuf) -> PyResult<()> {
+    detached(py, || vencejo_store::install(&temporary, &path)).map_err(|error| raise(error, &path))
+}
+
+/// Makes a folder that survives a power cut.
+#[pyfunction]
+fn make_folder(py: Python<'_>, path: PathBuf) -> PyResult<()> {
+    detached(py, || vencejo_store::make_folder(&path)).map_err(|error| raise(error, &path))
+}
+
+/// Makes the names in a folder durable.
+#[pyfunction]
+fn sync_folder(py: Python<'_>, path: PathBuf) -> PyResult<()> {
+    detached(py, || vencejo_store::sync_folder(&path)).map_err(|error| raise(error, &path))
+}
+
+/// Refuses floors of maps, video and telemetry that are out of range or in the wrong order.
+#[pyfunction]
+fn check_floors_mb(floors_mb: (u64, u64, u64)) -> PyResult<()> {
+    space(Some(floors_mb)).map(drop)
+}
+
+/// Free space below which maps, video and telemetry are not written, MB.
+#[pyfunction]
+fn default_floors_mb() -> (u64, u64, u64) {
+    let mb = |class| Floors::default().bytes(class) / 1_000_000;
+    (mb(Class::Maps), mb(Class::Video), mb(Class::Telemetry))
+}
+
+/// As Python's own file functions raise it.
+fn raise(error: std::io::Error, path: &Path) -> PyErr {
+    match error.raw_os_error() {
+        Some(number) => {
+            // The number is said by Python itself.
+            let text = error.to_string();
+            let text = text.split(" (os error").next().unwrap_or_default().to_owned();
+            PyOSError::new_err((number, text, path.display().to_string()))
+        }
+        None => PyOSError::new_err(error.to_string()),
+    }
+}

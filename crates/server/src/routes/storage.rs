@@ -1,0 +1,68 @@
+//! What of the server's disk does not work, and the draft of the plan.
+
+use axum::Json;
+use axum::extract::{DefaultBodyLimit, Query, State};
+use axum::http::StatusCode;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use crate::drafts::{Drafts, MAX_DRAFT};
+use crate::dto::ServerMessage;
+use crate::dto::storage::{DraftBase, NewPlanDraft, PlanDraft, PlanDrafts, StorageProblem};
+use crate::extract::{Json as Body, Operator, Viewer};
+use crate::outbox::Topic;
+use crate::problem::Problem;
+use crate::state::App;
+
+pub(super) fn router() -> OpenApiRouter<App> {
+    OpenApiRouter::new().routes(routes!(storage_problems))
+}
+
+pub(super) fn draft_router() -> OpenApiRouter<App> {
+    let router = OpenApiRouter::new().routes(routes!(get_draft, put_draft, delete_draft));
+    // With what is around it.
+    router.layer(DefaultBodyLimit::max(MAX_DRAFT + 4096))
+}
+
+/// What of the server's disk does not work, the flight recorder first; nothing when all is well.
+#[utoipa::path(get, path = "/storage", tag = "station", responses((status = 200, body = Vec<StorageProblem>), Problem))]
+async fn storage_problems(State(app): State<App>, _: Viewer) -> Json<Vec<StorageProblem>> {
+    Json(app.storage_problems())
+}
+
+/// The draft of the plan that operators edit, with those that lost against it.
+#[utoipa::path(get, path = "/draft", tag = "plans", responses((status = 200, body = PlanDrafts), Problem))]
+async fn get_draft(State(app): State<App>, _: Viewer) -> Result<Json<PlanDrafts>, Problem> {
+    app.with_drafts(Drafts::get).await.map(Json)
+}
+
+/// Saves the draft as a change of the revision `base`. When somebody else changed it meanwhile it is refused, and kept beside.
+#[utoipa::path(put, path = "/draft", tag = "plans", request_body = NewPlanDraft,
+    responses((status = 200, body = PlanDraft), Problem))]
+async fn put_draft(
+    State(app): State<App>,
+    Operator(session): Operator,
+    Body(new): Body<NewPlanDraft>,
+) -> Result<Json<PlanDraft>, Problem> {
+    let by = app.sessions().info(session).map(|info| info.name).unwrap_or_default();
+    let draft = app.with_drafts(move |drafts| drafts.put(new, by)).await??;
+    tell(&app, &draft.author, draft.revision);
+    Ok(Json(draft))
+}
+
+/// Removes the draft and those beside it.
+#[utoipa::path(delete, path = "/draft", tag = "plans", params(DraftBase), responses((status = 204), Problem))]
+async fn delete_draft(
+    State(app): State<App>,
+    _: Operator,
+    Query(DraftBase { base }): Query<DraftBase>,
+) -> Result<StatusCode, Problem> {
+    app.with_drafts(move |drafts| drafts.remove(base)).await??;
+    tell(&app, "", base + 1);
+    Ok(StatusCode::NO_CONTENT)
+}
+
+fn tell(app: &App, author: &str, revision: u64) {
+    let message = ServerMessage::Draft { revision, author: author.to_owned() };
+    app.outboxes().put_latest(Topic::Draft, &message);
+}

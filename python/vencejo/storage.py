@@ -1,0 +1,131 @@
+"""How much of the disk stays free, and what of the disk does not work."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+from vencejo import _native
+from vencejo.errors import InvalidRequest
+
+__all__ = ["Floors", "StorageProblem", "create_file", "install_file", "make_folder", "sync_folder", "write_file"]
+
+_MAPS_MB, _VIDEO_MB, _TELEMETRY_MB = _native.default_floors_mb()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Floors:
+    """Free space of the disk below which something is no longer written, in megabytes (of 1,000,000 bytes).
+
+    Maps stop first, then video, and the flight recorder last: floors that do not have this order are refused.
+
+    Attributes
+    ----------
+    maps_mb : int
+        For map tiles, offline areas and files that are handed in; 0 to 10,000,000, default 2,000.
+    video_mb : int
+        For recordings and pictures of cameras; 0 to 10,000,000, default 1,000.
+    telemetry_mb : int
+        For the flight recorder; 0 to 10,000,000, default 500.
+
+    Raises
+    ------
+    InvalidRequest
+        For floors out of range or in another order.
+
+    Examples
+    --------
+    >>> from vencejo import Floors
+    >>> Floors(maps_mb=5000).telemetry_mb
+    500
+    """
+
+    maps_mb: int = _MAPS_MB
+    video_mb: int = _VIDEO_MB
+    telemetry_mb: int = _TELEMETRY_MB
+
+    def __post_init__(self) -> None:
+        if any(mb < 0 for mb in self._mb):
+            raise InvalidRequest(f"floors go from 0 to 10000000 MB, not {min(self._mb)}")
+        _native.check_floors_mb(self._mb)
+
+    @property
+    def _mb(self) -> tuple[int, int, int]:
+        return (self.maps_mb, self.video_mb, self.telemetry_mb)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StorageProblem:
+    """Something that is not being kept.
+
+    Attributes
+    ----------
+    what : str
+        ``"telemetry"``, ``"maps"``, ``"video"``, ``"draft"`` or ``"tokens"``.
+    name : str or None
+        Which camera or map source; ``None`` where there is one of its kind.
+    fault : str
+        ``"low_space"``, ``"unwritable"``, ``"stalled"``, ``"set_aside"`` or ``"ended"``.
+    text : str
+        The same in words.
+    """
+
+    what: str
+    name: str | None = None
+    fault: str
+    text: str
+
+
+def write_file(path: str | os.PathLike[str], data: bytes) -> None:
+    """Write a file as a whole, in the place of one that may be there: as it was or as it is to be, also after a power cut.
+
+    Raises
+    ------
+    OSError
+        What the disk says.
+    """
+    _native.write_file(os.fspath(path), data)
+
+
+def create_file(path: str | os.PathLike[str], data: bytes) -> bool:
+    """Write a file as a whole where there is none of that name; whether that was so.
+
+    Raises
+    ------
+    OSError
+        What the disk says.
+    """
+    return _native.create_file(os.fspath(path), data)
+
+
+def install_file(temporary: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
+    """Put a file that was written piece by piece under its name, in the place of one that may be there.
+
+    Raises
+    ------
+    OSError
+        What the disk says.
+    """
+    _native.install_file(os.fspath(temporary), os.fspath(path))
+
+
+def make_folder(path: str | os.PathLike[str]) -> None:
+    """Make a folder and all above it, so that they survive a power cut.
+
+    Raises
+    ------
+    OSError
+        What the disk says.
+    """
+    _native.make_folder(os.fspath(path))
+
+
+def sync_folder(path: str | os.PathLike[str]) -> None:
+    """Make the names in a folder durable.
+
+    Raises
+    ------
+    OSError
+        What the disk says.
+    """
+    _native.sync_folder(os.fspath(path))
