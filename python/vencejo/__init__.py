@@ -52,7 +52,8 @@ from vencejo.plan import (
     Polygon,
     RallyPoint,
 )
-from vencejo.station import RecorderInfo, Station, connect, default_record_dir
+from vencejo.signing import SigningInfo, SigningKeyInfo
+from vencejo.station import RecorderInfo, Station, connect, default_record_dir, default_signing_dir
 from vencejo.storage import Floors, StorageProblem
 from vencejo.telemetry import Telemetry
 from vencejo.vehicle import (
@@ -103,6 +104,8 @@ __all__ = [
     "Polygon",
     "RallyPoint",
     "RecorderInfo",
+    "SigningInfo",
+    "SigningKeyInfo",
     "Station",
     "StatusText",
     "StorageProblem",
@@ -115,6 +118,7 @@ __all__ = [
     "__version__",
     "connect",
     "default_record_dir",
+    "default_signing_dir",
     "load_params",
     "save_params",
 ]

@@ -28,6 +28,7 @@ from typing import Any
 from vencejo import _native
 from vencejo.errors import CommandTimeout, InvalidRequest
 from vencejo.plan import Home, Plan
+from vencejo.signing import SigningInfo
 from vencejo.station import Station
 from vencejo.telemetry import Telemetry
 from vencejo.vehicle import (
@@ -269,6 +270,21 @@ class AsyncVehicle(VehicleState):
     async def set_home(self, home: Home | None = None) -> None:
         """Move home to a position, or to where the vehicle is."""
         await _finished(self._set_home(home))
+
+    async def set_up_signing(self, *, key: str | None = None, any_link: bool = False) -> SigningInfo:
+        """See `Vehicle.set_up_signing`."""
+        await _finished(self._native.change_signing("set_up", key=key, any_link=any_link))
+        return self.signing
+
+    async def rotate_signing(self, *, key: str | None = None, any_link: bool = False) -> SigningInfo:
+        """See `Vehicle.rotate_signing`."""
+        await _finished(self._native.change_signing("rotate", key=key, any_link=any_link))
+        return self.signing
+
+    async def remove_signing(self, *, any_link: bool = False) -> SigningInfo:
+        """See `Vehicle.remove_signing`."""
+        await _finished(self._native.change_signing("remove", key=None, any_link=any_link))
+        return self.signing
 
     async def reboot(self) -> None:
         """Restart the autopilot; only when it is disarmed."""

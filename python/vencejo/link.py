@@ -26,6 +26,10 @@ class LinkInfo:
     frames_received, frames_sent, bytes_received, bytes_sent : int
     bad_crc, garbage_bytes : int
         Frames with a wrong checksum, and bytes that belonged to no frame.
+    accepts_unsigned : bool
+        Whether a vehicle that has to sign is believed there without.
+    frames_refused : int
+        Frames that went nowhere because their signature was missing, wrong or not new.
     frames_lost : int
         Missing by the senders' frame counters.
     loss_pct : float or None
@@ -48,6 +52,8 @@ class LinkInfo:
     bytes_sent: int
     bad_crc: int
     garbage_bytes: int
+    accepts_unsigned: bool
+    frames_refused: int
     frames_lost: int
     loss_pct: float | None
     round_trip_ms: float | None

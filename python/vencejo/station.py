@@ -8,6 +8,7 @@ import os
 import weakref
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from datetime import datetime, timezone
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NoReturn, cast
@@ -15,10 +16,11 @@ from typing import Any, NoReturn, cast
 from vencejo import _native
 from vencejo.errors import ClosedError, InvalidRequest, VencejoError
 from vencejo.link import LinkInfo
+from vencejo.signing import SigningInfo, SigningKeyInfo
 from vencejo.storage import Floors
-from vencejo.vehicle import Vehicle, VehicleState
+from vencejo.vehicle import Vehicle, VehicleState, _signing_info
 
-__all__ = ["RecorderInfo", "Station", "connect", "default_record_dir"]
+__all__ = ["RecorderInfo", "Station", "connect", "default_record_dir", "default_signing_dir"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +64,11 @@ def _missions_dir() -> Path:
     return _data_dir() / "missions"
 
 
+def default_signing_dir() -> Path:
+    """Where signing keys are: ``$VENCEJO_DATA/signing``, else in the user's data folder (XDG base directories)."""
+    return _data_dir() / "signing"
+
+
 class Station:
     """A ground station: some links, and the vehicles on them.
 
@@ -85,6 +92,9 @@ class Station:
         More links, for other ground stations: what the vehicles and they say is passed on untouched.
     floors : Floors, optional
         Free space of the disk below which nothing is recorded; default 500 MB for telemetry.
+    signing : bool or path, optional
+        Where signing keys are kept: ``True`` in the user's data folder, a path for another folder; with ``False`` nothing is
+        signed and nothing is checked.
 
     Notes
     -----
@@ -116,6 +126,7 @@ class Station:
         record: bool | str | os.PathLike[str] = True,
         forward_to: Iterable[str] = (),
         floors: Floors | None = None,
+        signing: bool | str | os.PathLike[str] = True,
     ) -> None:
         for name, id in (("system_id", system_id), ("component_id", component_id)):
             if not 1 <= id <= 255:
@@ -126,6 +137,10 @@ class Station:
             record_dir = None
         else:
             record_dir = os.fspath(record)
+        if signing is True:
+            signing_dir: str | None = str(default_signing_dir())
+        else:
+            signing_dir = None if signing is False else os.fspath(signing)
         self._native = _native.Station(
             system_id=system_id,
             component_id=component_id,
@@ -134,6 +149,7 @@ class Station:
             message_rates=dict(message_rates or {}),
             record_dir=record_dir,
             missions_dir=str(_missions_dir()),
+            signing_dir=signing_dir,
             request_streams=request_streams,
             floors_mb=None if floors is None else floors._mb,
         )
@@ -150,12 +166,15 @@ class Station:
             self.close()
             raise
 
-    def open_link(self, address: str, *, forward: bool = False, name: str | None = None) -> int:
+    def open_link(
+        self, address: str, *, forward: bool = False, name: str | None = None, accept_unsigned: bool | None = None
+    ) -> int:
         """Open one more link and give back its id. It reconnects by itself for ever.
 
-        With `forward`, frames between it and the other links are passed on, for another ground station.
+        With `forward`, frames between it and the other links are passed on, for another ground station. `accept_unsigned` says
+        whether a vehicle that has to sign is believed there without; by default on USB and on this machine, nowhere else.
         """
-        return self._native.open_link(address, forward=forward, name=name)
+        return self._native.open_link(address, forward=forward, name=name, accept_unsigned=accept_unsigned)
 
     def close_link(self, link: int) -> None:
         """Close a link by its id."""
@@ -228,6 +247,54 @@ class Station:
         if vehicle is None:
             vehicle = self._vehicles.setdefault(native.system_id, Vehicle(native, self))
         return vehicle
+
+    def signing_of(self, system_id: int) -> SigningInfo:
+        """How a vehicle signs, heard or not."""
+        return _signing_info(self._native.signing_of(system_id))
+
+    @property
+    def signing_vehicles(self) -> list[int]:
+        """System ids of the vehicles that have keys, heard or not."""
+        return list(self._native.signing_vehicles())
+
+    @property
+    def signing_keys(self) -> list[SigningKeyInfo]:
+        """The signing keys of this machine, without what is secret of them."""
+        return [
+            SigningKeyInfo(name=name, made=datetime.fromtimestamp(made_s, timezone.utc), vehicles=tuple(vehicles))
+            for name, made_s, vehicles in self._native.signing_keys()
+        ]
+
+    def add_signing_key(self, name: str, *, key: bytes | None = None, passphrase: str | None = None) -> None:
+        """Keep a signing key under a name: a new random one, 32 bytes, or the one that a passphrase stands for.
+
+        A passphrase gives the same key as in QGroundControl, Mission Planner and MAVProxy.
+
+        Raises
+        ------
+        InvalidRequest
+            When the name cannot be one or is taken, or the key has not 32 bytes.
+        """
+        if key is not None and passphrase is not None:
+            raise InvalidRequest("give a key or a passphrase, not both")
+        if key is not None and len(key) != 32:
+            raise InvalidRequest(f"a signing key has 32 bytes, not {len(key)}")
+        self._native.add_signing_key(name, key=None if key is None else list(key), passphrase=passphrase)
+
+    def export_signing_key(self, name: str) -> bytes:
+        """A key with its secret, to carry it to another ground station. Keep it as secret as the vehicle is dear."""
+        return bytes.fromhex(self._native.export_signing_key(name))
+
+    def forget_signing_key(self, name: str) -> None:
+        """Delete a key that no vehicle has."""
+        self._native.forget_signing_key(name)
+
+    def use_signing_key(self, system_id: int, name: str | None) -> None:
+        """Say that a vehicle has a key already, given by another ground station; ``None``: that it has none.
+
+        Nothing is sent. From then on only what it signs is believed.
+        """
+        self._native.use_signing_key(system_id, name)
 
     def set_heartbeat(self, enabled: bool) -> None:
         """Start or stop our heartbeat, which the vehicle's ground-station failsafe counts."""

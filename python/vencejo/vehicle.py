@@ -21,6 +21,7 @@ from vencejo.errors import CommandTimeout, InvalidRequest
 from vencejo.link import LinkInfo
 from vencejo.mavlink import decode_payload, encode_payload, field_names
 from vencejo.plan import Finding, GeoPoint, Home, Plan
+from vencejo.signing import SigningInfo
 from vencejo.telemetry import Telemetry
 
 if TYPE_CHECKING:
@@ -269,6 +270,10 @@ def _frame_of(
     return given[0]
 
 
+def _signing_info(info: dict[str, Any]) -> SigningInfo:
+    return SigningInfo(**{**info, "unproven": tuple(info["unproven"])})
+
+
 class VehicleState:
     """What `Vehicle` and `vencejo.aio.AsyncVehicle` know without asking: everything here returns at once."""
 
@@ -322,6 +327,11 @@ class VehicleState:
         """The link that it is reached over, with the counts of this vehicle alone; ``None`` when it is heard on none."""
         info = self._native.link()
         return None if info is None else LinkInfo(**info)
+
+    @property
+    def signing(self) -> SigningInfo:
+        """How it signs: its key by name, and what was verified and refused."""
+        return _signing_info(self._native.signing())
 
     @property
     def mode_names(self) -> list[str]:
@@ -713,6 +723,45 @@ class Vehicle(VehicleState):
     def set_home(self, home: Home | None = None) -> None:
         """Move home to a position, or to where the vehicle is."""
         self._wait(self._set_home(home))
+
+    def set_up_signing(self, *, key: str | None = None, any_link: bool = False) -> SigningInfo:
+        """Give a vehicle that does not sign a key, and wait until it signs with it, at most 5 s.
+
+        The vehicle must be disarmed. From then on only what it signs is believed, except over USB and on this machine. Until it
+        shows the key, nothing changes.
+
+        Parameters
+        ----------
+        key : str, optional
+            Name of a key of this machine (`Station.signing_keys`); a new one by default.
+        any_link : bool, optional
+            Allow the key, which goes over the link as it is, on one that others can listen to.
+
+        Raises
+        ------
+        NotPossibleNow
+            When it is armed or not heard, signs already, others can listen to the link, or it refuses.
+        CommandTimeout
+            When it did not show the key. It is talked to as before; if it shows it later, that is followed.
+        """
+        self._wait(self._native.change_signing("set_up", key=key, any_link=any_link))
+        return self.signing
+
+    def rotate_signing(self, *, key: str | None = None, any_link: bool = False) -> SigningInfo:
+        """Give a vehicle that signs another key; both are believed until it shows the new one.
+
+        Parameters and exceptions are those of `set_up_signing`.
+        """
+        self._wait(self._native.change_signing("rotate", key=key, any_link=any_link))
+        return self.signing
+
+    def remove_signing(self, *, any_link: bool = False) -> SigningInfo:
+        """Take a vehicle's key away, and wait until it signs no more. The key stays on this machine.
+
+        Parameters and exceptions are those of `set_up_signing`.
+        """
+        self._wait(self._native.change_signing("remove", key=None, any_link=any_link))
+        return self.signing
 
     def reboot(self) -> None:
         """Restart the autopilot; only when it is disarmed."""

@@ -3,7 +3,7 @@
 use pyo3::call::PyCallArgs;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use vencejo_station::StationError;
+use vencejo_station::{SigningError, StationError};
 use vencejo_vehicle::VehicleError;
 use vencejo_vehicle::command::CommandName;
 use vencejo_vehicle::transfer::TransferError;
@@ -46,6 +46,7 @@ fn error_examples(py: Python<'_>) -> Vec<(String, Py<PyAny>)> {
         match error {
             StationError::Vehicle(VehicleError::Transfer(error)) => format!("Transfer.{}", kind(format!("{error:?}"))),
             StationError::Vehicle(error) => format!("Vehicle.{}", kind(format!("{error:?}"))),
+            StationError::Signing(error) => format!("Signing.{}", kind(format!("{error:?}"))),
             error => format!("Station.{}", kind(format!("{error:?}"))),
         }
     };
@@ -72,6 +73,18 @@ pub fn from_station(error: &StationError) -> PyErr {
         StationError::Address(_) | StationError::Link(_) => raise("LinkError", error),
         StationError::NoVehicle { .. } => raise("NoVehicleError", error),
         StationError::Closed => raise("ClosedError", error),
+        StationError::Signing(kind) => raise(
+            match kind {
+                SigningError::BadName { .. } | SigningError::NameTaken { .. } | SigningError::NoSuchKey { .. } => {
+                    "InvalidRequest"
+                }
+                SigningError::Busy => "Busy",
+                SigningError::Unproven => "CommandTimeout",
+                SigningError::Storage { .. } | SigningError::NoFolder => "VencejoError",
+                _ => "NotPossibleNow",
+            },
+            error,
+        ),
         _ => raise("VencejoError", error),
     }
 }

@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tokio::sync::watch;
-use vencejo_link::{LinkAddress, LinkId, LinkInfo, LinkOptions, LinkState, LinkStats, RecorderState, RecorderStatus};
-use vencejo_proto::{Address, SystemId};
-use vencejo_station::{Station, StationConfig};
+use vencejo_link::{
+    LinkAddress, LinkId, LinkInfo, LinkOptions, LinkState, LinkStats, RecorderState, RecorderStatus, UnsignedPolicy,
+};
+use vencejo_proto::{Address, SigningKey, SystemId};
+use vencejo_station::{SigningInfo, Station, StationConfig};
 
 use crate::pending::PyPending;
 use crate::{errors, runtime, storage};
@@ -61,6 +63,8 @@ pub fn link_dict<'py>(
     dict.set_item("bytes_sent", stats.sent.bytes)?;
     dict.set_item("bad_crc", stats.bad_crc)?;
     dict.set_item("garbage_bytes", stats.garbage_bytes)?;
+    dict.set_item("accepts_unsigned", info.accepts_unsigned)?;
+    dict.set_item("frames_refused", stats.refused)?;
     dict.set_item("frames_lost", stats.lost)?;
     dict.set_item("loss_pct", stats.loss_ratio.map(|ratio| ratio * 100.0))?;
     dict.set_item("round_trip_ms", stats.round_trip.map(|round_trip| round_trip.last.as_secs_f64() * 1e3))?;
@@ -109,6 +113,25 @@ impl PyRecorderChanges {
     }
 }
 
+/// How a vehicle signs, as `vencejo.signing.SigningInfo` wants it.
+pub fn signing_dict<'py>(py: Python<'py>, info: &SigningInfo) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("must_sign", info.must_sign)?;
+    dict.set_item("key", &info.key)?;
+    dict.set_item("key_missing", info.key_missing)?;
+    dict.set_item("unproven", &info.unproven)?;
+    dict.set_item("verified", info.counts.verified)?;
+    dict.set_item("unsigned_accepted", info.counts.unsigned_accepted)?;
+    dict.set_item("refused_unsigned", info.counts.unsigned)?;
+    dict.set_item("refused_wrong_key", info.counts.wrong_key)?;
+    dict.set_item("refused_replayed", info.counts.replayed)?;
+    dict.set_item("refused_old", info.counts.old)?;
+    dict.set_item("refused_future", info.counts.future)?;
+    dict.set_item("verified_age_s", info.verified_age.map(|age| age.as_secs_f64()))?;
+    dict.set_item("refused_age_s", info.refused_age.map(|age| age.as_secs_f64()))?;
+    Ok(dict)
+}
+
 /// A ground station without a face.
 #[pyclass(frozen, name = "Station", module = "vencejo._native")]
 pub struct PyStation {
@@ -125,7 +148,7 @@ impl PyStation {
 #[pymethods]
 impl PyStation {
     #[new]
-    #[pyo3(signature = (*, system_id, component_id, heartbeat, rate_hz, message_rates, record_dir, missions_dir, request_streams, floors_mb=None))]
+    #[pyo3(signature = (*, system_id, component_id, heartbeat, rate_hz, message_rates, record_dir, missions_dir, signing_dir, request_streams, floors_mb=None))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of one constructor")]
     fn new(
         system_id: u8,
@@ -135,6 +158,7 @@ impl PyStation {
         message_rates: HashMap<String, f64>,
         record_dir: Option<String>,
         missions_dir: Option<String>,
+        signing_dir: Option<String>,
         request_streams: bool,
         floors_mb: Option<(u64, u64, u64)>,
     ) -> PyResult<Self> {
@@ -157,15 +181,27 @@ impl PyStation {
             record_dir: record_dir.map(Into::into),
             missions_dir: missions_dir.map(Into::into),
             space: storage::space(floors_mb)?,
+            signing_dir: signing_dir.map(Into::into),
         };
         let station =
             Station::start(config, runtime::handle().clone()).map_err(|error| errors::from_station(&error))?;
         Ok(Self { station })
     }
 
-    #[pyo3(signature = (address, *, forward, name))]
-    fn open_link(&self, address: &str, forward: bool, name: Option<String>) -> PyResult<u32> {
-        let id = self.station.open_link(address, LinkOptions { name, forwards: forward, ..LinkOptions::default() });
+    #[pyo3(signature = (address, *, forward, name, accept_unsigned))]
+    fn open_link(
+        &self,
+        address: &str,
+        forward: bool,
+        name: Option<String>,
+        accept_unsigned: Option<bool>,
+    ) -> PyResult<u32> {
+        let unsigned = match accept_unsigned {
+            None => UnsignedPolicy::ByAddress,
+            Some(true) => UnsignedPolicy::Accept,
+            Some(false) => UnsignedPolicy::Refuse,
+        };
+        let id = self.station.open_link(address, LinkOptions { name, forwards: forward, unsigned });
         Ok(id.map_err(|error| errors::from_station(&error))?.0)
     }
 
@@ -197,6 +233,55 @@ impl PyStation {
     #[pyo3(signature = (system_id))]
     fn wait_vehicle(&self, system_id: Option<u8>) -> PyPending {
         self.station.wait_vehicle(system_id.map(SystemId)).into()
+    }
+
+    fn signing_of<'py>(&self, py: Python<'py>, system_id: u8) -> PyResult<Bound<'py, PyDict>> {
+        signing_dict(py, &self.station.signing_of(SystemId(system_id)))
+    }
+
+    fn signing_vehicles(&self) -> Vec<u8> {
+        self.station.signing_vehicles().into_iter().map(|system| system.0).collect()
+    }
+
+    /// `(name, made_unix_s, system ids)` of each key.
+    fn signing_keys(&self) -> PyResult<Vec<(String, u64, Vec<u8>)>> {
+        let keys = self.station.signing_keys().map_err(|error| errors::from_station(&error))?;
+        let of = |systems: &[SystemId]| systems.iter().map(|system| system.0).collect();
+        Ok(keys.into_iter().map(|key| (key.name, key.made_unix_s, of(&key.vehicles))).collect())
+    }
+
+    #[pyo3(signature = (name, *, key, passphrase))]
+    fn add_signing_key(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        key: Option<[u8; SigningKey::LEN]>,
+        passphrase: Option<&str>,
+    ) -> PyResult<()> {
+        let key = match (key, passphrase) {
+            (Some(bytes), _) => Some(
+                SigningKey::new(bytes).ok_or_else(|| errors::raise("InvalidRequest", "a key of zeros means no key"))?,
+            ),
+            (None, Some(passphrase)) => Some(SigningKey::from_passphrase(passphrase)),
+            (None, None) => None,
+        };
+        let added = runtime::detached(py, || self.station.add_signing_key(name, key));
+        added.map_err(|error| errors::from_station(&error))
+    }
+
+    fn export_signing_key(&self, name: &str) -> PyResult<String> {
+        self.station.export_signing_key(name).map_err(|error| errors::from_station(&error))
+    }
+
+    fn forget_signing_key(&self, py: Python<'_>, name: &str) -> PyResult<()> {
+        let forgotten = runtime::detached(py, || self.station.forget_signing_key(name));
+        forgotten.map_err(|error| errors::from_station(&error))
+    }
+
+    #[pyo3(signature = (system_id, name))]
+    fn use_signing_key(&self, py: Python<'_>, system_id: u8, name: Option<&str>) -> PyResult<()> {
+        let used = runtime::detached(py, || self.station.use_signing_key(SystemId(system_id), name));
+        used.map_err(|error| errors::from_station(&error))
     }
 
     fn set_heartbeat(&self, enabled: bool) {

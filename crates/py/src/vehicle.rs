@@ -7,14 +7,15 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Address, CommandInt, CommandLong, Message, MissionSeq};
-use vencejo_station::{StationError, VehicleHandle};
+use vencejo_station::{SigningChange, StationError, VehicleHandle};
 use vencejo_vehicle::modes::ModeFamily;
+use vencejo_vehicle::signing::SETUP_SIGNING_ID;
 use vencejo_vehicle::telemetry::Severity;
 use vencejo_vehicle::{AltFrame, ModeChoice, PlanState, Request, SpeedKind, Turn};
 
 use crate::pending::PyPending;
 use crate::plan::{PlanTuple, home_from_tuple, plan_from_tuple};
-use crate::station::{link_dict, message_id};
+use crate::station::{link_dict, message_id, signing_dict};
 use crate::subscription::Subscription;
 use crate::telemetry::{TelemetrySnapshot, seconds};
 use crate::{errors, runtime};
@@ -203,6 +204,9 @@ impl PyVehicle {
         payload: &Bound<'_, PyBytes>,
         despite_mixed_plan: bool,
     ) -> PyResult<()> {
+        if message_id == SETUP_SIGNING_ID {
+            return Err(invalid("SETUP_SIGNING carries a key: use set_up_signing, rotate_signing or remove_signing"));
+        }
         let message =
             Message::from_payload(vencejo_proto::MavVersion::V2, message_id, payload.as_bytes()).map_err(invalid)?;
         let sent = runtime::detached(py, || self.vehicle.send(&message, despite_mixed_plan));
@@ -410,5 +414,20 @@ impl PyVehicle {
 
     fn reboot(&self, py: Python<'_>) -> PyPending {
         self.start(py, Request::Reboot)
+    }
+
+    fn signing<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        signing_dict(py, &self.vehicle.signing())
+    }
+
+    #[pyo3(signature = (change, *, key, any_link))]
+    fn change_signing(&self, change: &str, key: Option<String>, any_link: bool) -> PyResult<PyPending> {
+        let change = match change {
+            "set_up" => SigningChange::SetUp { key },
+            "rotate" => SigningChange::Rotate { key },
+            "remove" => SigningChange::Remove,
+            other => return Err(invalid(format!("'{other}' is no change of signing"))),
+        };
+        Ok(PyPending::of_request(self.vehicle.change_signing(change, any_link), self.vehicle.clone()))
     }
 }

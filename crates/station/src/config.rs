@@ -28,6 +28,8 @@ pub struct StationConfig {
     pub missions_dir: Option<PathBuf>,
     /// How much of the disk stays free.
     pub space: Space,
+    /// Where signing keys are kept; `None` keeps none, and no vehicle is asked to sign.
+    pub signing_dir: Option<PathBuf>,
 }
 
 impl Default for StationConfig {
@@ -41,6 +43,7 @@ impl Default for StationConfig {
             record_dir: None,
             missions_dir: None,
             space: Space::default(),
+            signing_dir: None,
         }
     }
 }

@@ -8,6 +8,8 @@ use vencejo_proto::SystemId;
 use vencejo_vehicle::VehicleError;
 use vencejo_vehicle::transfer::TransferError;
 
+use crate::signing::SigningError;
+
 /// Why the station could not do what it was asked for.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -37,6 +39,9 @@ pub enum StationError {
     /// The vehicle could not, or did not want to.
     #[error(transparent)]
     Vehicle(#[from] VehicleError),
+    /// Signing keys.
+    #[error(transparent)]
+    Signing(#[from] SigningError),
     /// The station has been closed.
     #[error("the station is closed; connect again")]
     Closed,
@@ -54,6 +59,7 @@ impl StationError {
             Self::NoVehicle { wanted: Some(SystemId(1)), waited: Duration::from_secs(30), links: "no link".into() },
             Self::Closed,
         ];
+        examples.extend(SigningError::examples().into_iter().map(Self::Signing));
         examples.extend(VehicleError::examples().into_iter().map(Self::Vehicle));
         examples.extend(TransferError::examples().into_iter().map(|error| Self::Vehicle(error.into())));
         examples
@@ -75,11 +81,12 @@ mod tests {
             StationError::NoVehicle { .. } => 3,
             StationError::Vehicle(_) => 4,
             StationError::Closed => 5,
+            StationError::Signing(_) => 6,
         }
     }
 
     #[test]
     fn each_kind_has_an_example() {
-        assert_eq!(StationError::examples().iter().map(place).collect::<BTreeSet<_>>(), (0..=5).collect());
+        assert_eq!(StationError::examples().iter().map(place).collect::<BTreeSet<_>>(), (0..=6).collect());
     }
 }

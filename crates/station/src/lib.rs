@@ -27,6 +27,7 @@ mod pending;
 mod queue;
 mod recording;
 mod records;
+mod signing;
 mod station;
 mod vehicle;
 
@@ -36,5 +37,6 @@ pub use error::StationError;
 pub use pending::{Pending, Progress};
 pub use queue::{DropOldest, Taken};
 pub use recording::{RecordedEvent, RecordingSummary, Sender, summarize_recording};
+pub use signing::{KeyInfo, SigningChange, SigningError, SigningInfo};
 pub use station::{RequestResult, Station};
 pub use vehicle::{Observed, Received, VehicleHandle, WeakVehicleHandle};

@@ -31,6 +31,7 @@ use crate::error::StationError;
 use crate::namesake::Namesake;
 use crate::pending::{Finisher, Pending};
 use crate::records::{self, Records};
+use crate::signing::{self, Vault};
 use crate::vehicle::{Observed, Subscriptions, VehicleHandle};
 
 /// How often our heartbeat goes out, and the driver looks round at the latest (mavlink.io, "Heartbeat protocol").
@@ -65,6 +66,8 @@ pub(crate) struct Shared {
     closing: watch::Sender<bool>,
     /// How the recording was going when the driver looked last.
     health: watch::Sender<Option<RecorderStatus>>,
+    /// The signing keys.
+    pub(crate) vault: Option<Vault>,
     owned: Mutex<Owned>,
     records: Mutex<Option<Records>>,
 }
@@ -75,6 +78,7 @@ struct Owned {
     links: Vec<LinkHandle>,
     recorder: Option<Recorder>,
     driver: Option<JoinHandle<()>>,
+    keeper: Option<JoinHandle<()>>,
 }
 
 /// Everything that changes with each message; under one short lock, never held across an await.
@@ -147,6 +151,7 @@ impl Station {
         hub.set_recorder(recorder.as_ref().map(Recorder::handle));
         let remembered = config.missions_dir.as_deref().map(records::read_all).unwrap_or_default();
         let health = watch::channel(recorder.as_ref().map(Recorder::status)).0;
+        let vault = config.signing_dir.as_deref().map(|dir| Vault::open(dir, &hub)).transpose()?;
         let shared = Arc::new(Shared {
             health,
             runtime: runtime.clone(),
@@ -164,6 +169,7 @@ impl Station {
             driver_alarm_us: AtomicU64::new(0),
             wake_driver: tokio::sync::Notify::new(),
             closing: watch::channel(false).0,
+            vault,
             owned: Mutex::new(Owned { recorder, ..Owned::default() }),
             records: Mutex::new(None),
             hub,
@@ -194,6 +200,10 @@ impl Station {
         }
         let driver = runtime.spawn(drive(Arc::downgrade(&shared), shared.closing.subscribe()));
         shared.owned().driver = Some(driver);
+        if shared.vault.is_some() {
+            let keeper = runtime.spawn(signing::keep(Arc::downgrade(&shared), shared.closing.subscribe()));
+            shared.owned().keeper = Some(keeper);
+        }
         Ok(Self { shared })
     }
 
@@ -324,13 +334,21 @@ impl Station {
     /// May be called again.
     pub async fn close(&self) {
         self.shared.end_waits();
-        let Owned { links, recorder, driver } = std::mem::take(&mut *self.shared.owned());
+        let Owned { links, recorder, driver, keeper } = std::mem::take(&mut *self.shared.owned());
         if let Some(driver) = driver {
             // The driver ends by itself; a join error would be its panic, which has been reported already.
             let _ = driver.await;
         }
         for link in links {
             link.close().await;
+        }
+        if let Some(keeper) = keeper {
+            // As with the driver.
+            let _ = keeper.await;
+            let kept = self.shared.blocking(|vault, hub| vault.follow(hub).and(vault.write_times(hub, true))).await;
+            if let Err(error) = kept {
+                tracing::error!(%error, "the times of the signing keys are not on disk");
+            }
         }
         self.shared.hub.set_recorder(None);
         let records = self.shared.records().take();
@@ -409,6 +427,14 @@ impl Shared {
             }
             is_other
         });
+    }
+
+    pub(crate) fn runtime(&self) -> &Handle {
+        &self.runtime
+    }
+
+    pub(crate) fn our_address(&self) -> Address {
+        self.config.address
     }
 
     /// Closed from now on: everything that is waited for ends.

@@ -57,6 +57,7 @@
 //! | [`streams`] | which messages are asked for, how often |
 //! | [`timesync`] | round trip and clock offset |
 //! | [`progress`] | where the vehicle stands in its mission |
+//! | [`signing`] | giving it a signing key and taking it away |
 //! | [`heartbeat`] | our own heartbeat; whose heartbeat makes a vehicle |
 //! | [`transfer`] | plans, parameters and files, both ways |
 //! | [`registry`] | the vehicles of a link |
@@ -73,6 +74,7 @@ mod preparation;
 pub mod progress;
 pub mod registry;
 mod request;
+pub mod signing;
 mod sources;
 pub mod streams;
 pub mod telemetry;

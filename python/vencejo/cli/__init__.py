@@ -21,6 +21,7 @@ from vencejo.cli.mission import mission_app
 from vencejo.cli.params import params_app
 from vencejo.cli.record import record, replay
 from vencejo.cli.serve import serve
+from vencejo.cli.signing import signing_app
 from vencejo.cli.sim import SIM_CONTEXT, sim
 from vencejo.cli.telemetry import telemetry
 from vencejo.cli.tokens import tokens
@@ -76,6 +77,7 @@ app.command()(telemetry)
 app.add_typer(mission_app, name="mission")
 app.add_typer(params_app, name="params")
 app.command()(links)
+app.add_typer(signing_app, name="signing")
 app.add_typer(maps_app, name="maps")
 app.command()(record)
 app.command()(replay)

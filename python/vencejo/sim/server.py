@@ -90,10 +90,10 @@ class _Pace:
 class _Connection:
     """A socket with its link. ``datagrams``: one frame each, and errors are ignored."""
 
-    def __init__(self, sock: socket.socket, name: str, *, datagrams: bool) -> None:
+    def __init__(self, sock: socket.socket, name: str, *, datagrams: bool, is_usb: bool) -> None:
         sock.setblocking(False)
         self.socket = sock
-        self.link = Link(name)
+        self.link = Link(name, is_usb=is_usb)
         self._datagrams = datagrams
         self._unsent = b""
 
@@ -145,6 +145,7 @@ class _Connection:
 class _Listener(NamedTuple):
     socket: socket.socket
     planes: list[PlaneComponent]
+    is_usb: bool
 
 
 class SimServer:
@@ -180,9 +181,10 @@ class SimServer:
                 plane.params.set("SIM_SPEEDUP", options.speedup)
         self._selector.register(self._wake_receive, selectors.EVENT_READ, None)
         try:
-            for text in options.links:
+            for number, text in enumerate(options.links):
                 for spec, planes in self._shares(parse_link(text)):
-                    self._open(spec, planes)
+                    # As on ArduPilot the first is the USB port.
+                    self._open(spec, planes, is_usb=number == 0)
             if options.camera is not None:
                 self._open_cameras(options.camera)
         except BaseException:
@@ -244,7 +246,7 @@ class SimServer:
         for number, plane in enumerate(self.world.planes):
             yield spec.shifted(number), [plane]
 
-    def _open(self, spec: LinkSpec, planes: list[PlaneComponent]) -> None:
+    def _open(self, spec: LinkSpec, planes: list[PlaneComponent], *, is_usb: bool) -> None:
         try:
             family, _, _, _, address = socket.getaddrinfo(
                 spec.host, spec.port, type=socket.SOCK_STREAM if spec.kind == "tcp" else socket.SOCK_DGRAM
@@ -258,12 +260,12 @@ class SimServer:
             raise OSError(error.errno, f"link {spec}: {error.strerror or error}") from error
         if spec.kind == "tcp":
             sock.setblocking(False)
-            listener = _Listener(sock, planes)
+            listener = _Listener(sock, planes, is_usb)
             self._listeners.append(listener)
             self._selector.register(sock, selectors.EVENT_READ, listener)
             spec = LinkSpec("tcp", spec.host, sock.getsockname()[1])
         else:
-            self._connect(_Connection(sock, str(spec), datagrams=True), planes)
+            self._connect(_Connection(sock, str(spec), datagrams=True, is_usb=is_usb), planes)
         self.listening.append(Listening(str(spec), tuple(plane.system_id for plane in planes)))
 
     def _open_cameras(self, address: str) -> None:
@@ -351,7 +353,7 @@ class SimServer:
                 continue
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             name = f"tcp client {address[0]}:{address[1]}"
-            self._connect(_Connection(sock, name, datagrams=False), listener.planes)
+            self._connect(_Connection(sock, name, datagrams=False, is_usb=listener.is_usb), listener.planes)
 
     def _woken(self) -> None:
         with contextlib.suppress(BlockingIOError):

@@ -103,8 +103,13 @@ def _v1_length(message_id: int) -> int | None:
     return None if cls is None else int(cls.unpacker.size)
 
 
-def frame(payload: Payload, *, sequence: int, system: int, component: int, version: int) -> bytes | None:
-    """A whole frame; None when MAVLink 1 is asked for and cannot carry the message."""
+def frame(
+    payload: Payload, *, sequence: int, system: int, component: int, version: int, signed: bool = False
+) -> bytes | None:
+    """A whole frame; None when MAVLink 1 is asked for and cannot carry the message.
+
+    With `signed` it says that a signature follows (MAVLink 2 only).
+    """
     data = payload.data
     if version == 1:
         length = _v1_length(payload.message_id)
@@ -116,7 +121,7 @@ def frame(payload: Payload, *, sequence: int, system: int, component: int, versi
         data = data.rstrip(b"\0") or data[:1]
         message_id = payload.message_id
         head = _V2_HEADER.pack(
-            _V2_MARK, len(data), 0, 0, sequence, system, component, message_id & 0xFFFF, message_id >> 16
+            _V2_MARK, len(data), int(signed), 0, sequence, system, component, message_id & 0xFFFF, message_id >> 16
         )
     body = head + data
     crc = dialect.x25crc(body[1:])

@@ -34,6 +34,7 @@ from vencejo.sim.mavlink.ftp import FtpServer
 from vencejo.sim.mavlink.link import Link, Peer, Source
 from vencejo.sim.mavlink.mission import PlanKind, PlanProtocol, item_from_message
 from vencejo.sim.mavlink.parameters import ParameterProtocol
+from vencejo.sim.mavlink.signing import Signing
 from vencejo.sim.mavlink.streams import GROUP_PARAMS, GROUPS, StreamSchedule
 from vencejo.sim.mavlink.telemetry import BANNER, TelemetryContext, build
 from vencejo.sim.params import Parameter, ParamStore
@@ -146,6 +147,7 @@ class PlaneComponent:
         )
         self._ftp = FtpServer(files, reply=self.reply, banner=self.send_banner, say=self.say, now_s=self._now_s)
         self._commands = CommandHandler(self)
+        self.signing = Signing(config.system_id, self.say)
         self._handlers: dict[str, Callable[[Peer, MavMessage], None]] = {
             "HEARTBEAT": self._on_heartbeat,
             "COMMAND_LONG": self._commands.on_command_long,
@@ -169,6 +171,7 @@ class PlaneComponent:
             ),
             "MISSION_CLEAR_ALL": lambda p, m: self._plan(p, m, lambda plan: plan.on_clear(p)),
             "MISSION_SET_CURRENT": self._on_mission_set_current,
+            "SETUP_SIGNING": lambda _, m: self.signing.set_up(m, armed=self.snapshot().armed),
             "RC_CHANNELS_OVERRIDE": self._on_rc_channels_override,
             "MANUAL_CONTROL": self._on_manual_control,
             "SET_POSITION_TARGET_GLOBAL_INT": self._on_set_position_target,
@@ -294,10 +297,12 @@ class PlaneComponent:
         schedule = StreamSchedule({g: self.params.get(f"MAV1_{name}") for g, name in GROUP_PARAMS.items()})
         schedule.restart(self.now_us())
         self._links[link] = schedule
+        self.signing.attach(link)
 
     def detach(self, link: Link) -> None:
         """A link is gone."""
         self._links.pop(link, None)
+        self.signing.detach(link)
         self._parameters.forget(link)
         # What it asked of the file server is served all the same: the queue is the server's, as on the vehicle.
         for plan in self._plan_protocols.values():
@@ -313,7 +318,7 @@ class PlaneComponent:
         if getattr(message, "target_component", 0) not in (0, COMPONENT_AUTOPILOT):
             return
         handler = self._handlers.get(message.get_type())
-        if handler is not None:
+        if handler is not None and self.signing.accepts(link, message):
             self._snapshot = None
             self._held_texts = []
             try:
@@ -353,6 +358,7 @@ class PlaneComponent:
         for plan in self._plan_protocols.values():
             plan.tick()
         now = self.snapshot()
+        self.signing.tick(now.time_s)
         new, cleared = self.fence.check(now, landing=now.landed_state is LandedState.LANDING)
         if new:
             self.autopilot.fence_breached(self.fence.kind(new))
@@ -434,6 +440,7 @@ class PlaneComponent:
         self._gcs_seen_s = None
         self._gcs_lost = False
         self._start_clocks()
+        self.signing.restart()
         for link in self._links:
             self.attach(link)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from typing import NamedTuple
 
 from vencejo.sim.mavlink.codec import Decoder, MavMessage, Payload, frame, payload_of, source_version
@@ -32,10 +33,15 @@ class Link:
     ----------
     name : str
         For log lines.
+    is_usb : bool
+        Whether nobody else can reach it, so that what is not signed is believed.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, *, is_usb: bool = True) -> None:
         self.name = name
+        self.is_usb = is_usb
+        self.signers: dict[int, Callable[[bytes], bytes]] = {}
+        """What signs the frames of a system that leave, when it has a key."""
         self.decoder = Decoder()
         self.version = 2
         self.failed = False
@@ -97,11 +103,19 @@ class Link:
             else:
                 break
             sequence = self._sequence.get(source, 0)
+            signer = self.signers.get(source.system) if self.version == 2 else None
             framed = frame(
-                payload, sequence=sequence, system=source.system, component=source.component, version=self.version
+                payload,
+                sequence=sequence,
+                system=source.system,
+                component=source.component,
+                version=self.version,
+                signed=signer is not None,
             )
             if framed is None:
                 continue
+            if signer is not None:
+                framed += signer(framed)
             self._sequence[source] = (sequence + 1) & 0xFF
             out.append(framed)
             size += len(framed)

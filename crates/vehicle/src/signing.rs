@@ -1,0 +1,188 @@
+//! Owns the change of a vehicle's signing key: when the key is sent, what counts as proof, and when it is given up.
+//!
+//! `SETUP_SIGNING` is not answered. That the vehicle has the key shows only in how it signs from then on; that it has none any
+//! more, in that it does not. Until it shows, both keys are believed and nothing is thrown away, so that neither a message that
+//! is lost, nor one that comes late, nor a refusal cuts anybody off.
+
+use std::time::Duration;
+
+use vencejo_proto::dialect::{MavMessage, SETUP_SIGNING_DATA};
+use vencejo_proto::{Address, Message, MonoTime, SigningKey, SigningTime};
+
+/// The message that carries a key. Nothing else sends it.
+pub const SETUP_SIGNING_ID: u32 = 256;
+/// After so long without proof a change is given up.
+pub const GIVE_UP: Duration = Duration::from_millis(4500);
+/// How often the key is sent.
+const AGAIN: Duration = Duration::from_secs(1);
+/// So many unsigned frames in a row show that a vehicle signs no more.
+const UNSIGNED_FRAMES: u64 = 3;
+
+/// What is to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum KeyGoal {
+    /// The vehicle signs with a new key.
+    NewKey,
+    /// It signs no more.
+    NoKey,
+}
+
+/// How a vehicle signs, as far as it has shown since the change began.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Shown {
+    /// Its newest verified frame was signed with the new key.
+    pub new_key: bool,
+    /// Unsigned frames in a row since the newest verified one.
+    pub unsigned_run: u64,
+}
+
+/// What to do now.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum KeyStep {
+    /// Send the key.
+    Send,
+    /// Nothing before this moment.
+    Wait(MonoTime),
+    /// It is over.
+    Ended(KeyEnd),
+}
+
+/// How a change ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum KeyEnd {
+    /// The vehicle has shown it.
+    Proven,
+    /// The vehicle said that it would not.
+    Refused(String),
+    /// It showed nothing in time. It may yet.
+    Unproven,
+}
+
+/// A change of key under way.
+#[derive(Debug)]
+pub struct KeyChange {
+    goal: KeyGoal,
+    began: MonoTime,
+    send_at: MonoTime,
+    end: Option<KeyEnd>,
+}
+
+impl KeyChange {
+    /// Begins a change.
+    pub fn new(goal: KeyGoal, now: MonoTime) -> Self {
+        Self { goal, began: now, send_at: now, end: None }
+    }
+
+    /// Takes in how the vehicle signs.
+    pub fn on_shown(&mut self, shown: Shown) {
+        let is_proof = match self.goal {
+            KeyGoal::NewKey => shown.new_key,
+            KeyGoal::NoKey => shown.unsigned_run >= UNSIGNED_FRAMES && self.send_at > self.began,
+        };
+        if is_proof {
+            self.end = Some(KeyEnd::Proven);
+        }
+    }
+
+    /// Takes in a text of the vehicle's.
+    pub fn on_text(&mut self, text: &str) {
+        // ArduPilot's: "ERROR: Won't setup signing when armed", "ERROR: Failed to save signing key".
+        if self.end.is_none() && text.starts_with("ERROR") && text.contains("signing") {
+            self.end = Some(KeyEnd::Refused(text.to_owned()));
+        }
+    }
+
+    /// What to do now; ask again after it was done.
+    pub fn step(&mut self, now: MonoTime) -> KeyStep {
+        if let Some(end) = &self.end {
+            return KeyStep::Ended(end.clone());
+        }
+        let give_up_at = self.began + GIVE_UP;
+        if now >= give_up_at {
+            return KeyStep::Ended(KeyEnd::Unproven);
+        }
+        if now >= self.send_at {
+            self.send_at = now + AGAIN;
+            return KeyStep::Send;
+        }
+        KeyStep::Wait(self.send_at.min(give_up_at))
+    }
+}
+
+/// The message that gives a vehicle a key and the time to begin with, or with no key takes it away.
+pub fn setup_message(target: Address, key: Option<(&SigningKey, SigningTime)>) -> Message {
+    Message::Dialect(MavMessage::SETUP_SIGNING(SETUP_SIGNING_DATA {
+        target_system: target.system.0,
+        target_component: target.component.0,
+        secret_key: key.map_or([0; SigningKey::LEN], |(key, _)| *key.expose()),
+        initial_timestamp: key.map_or(0, |(_, time)| time.ticks()),
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(ms: u64) -> MonoTime {
+        MonoTime::from_millis(ms)
+    }
+
+    /// Runs a change until its end and counts what was sent; `shows` is what the vehicle shows at a moment.
+    fn run(goal: KeyGoal, shows: impl Fn(u64, u32) -> Shown) -> (KeyEnd, u32, u64) {
+        let mut change = KeyChange::new(goal, at(0));
+        let mut sent = 0;
+        for ms in 0..10_000 {
+            change.on_shown(shows(ms, sent));
+            match change.step(at(ms)) {
+                KeyStep::Send => sent += 1,
+                KeyStep::Wait(until) => assert!(until > at(ms)),
+                KeyStep::Ended(end) => return (end, sent, ms),
+            }
+        }
+        panic!("no end");
+    }
+
+    #[test]
+    fn the_key_is_sent_until_it_shows() {
+        let shows = |ms, sent| Shown { new_key: sent >= 3 && ms > 2500, unsigned_run: 0 };
+        assert_eq!(run(KeyGoal::NewKey, shows), (KeyEnd::Proven, 3, 2501));
+    }
+
+    #[test]
+    fn a_key_that_does_not_show_is_given_up_within_five_seconds() {
+        for goal in [KeyGoal::NewKey, KeyGoal::NoKey] {
+            assert_eq!(run(goal, |_, _| Shown::default()), (KeyEnd::Unproven, 5, 4500));
+        }
+    }
+
+    #[test]
+    fn unsigned_frames_are_no_proof_before_anything_was_sent() {
+        let shows = |_, _| Shown { new_key: false, unsigned_run: 9 };
+        let (end, sent, _) = run(KeyGoal::NoKey, shows);
+        assert_eq!((end, sent), (KeyEnd::Proven, 1));
+        assert_eq!(run(KeyGoal::NoKey, |_, _| Shown { new_key: false, unsigned_run: 2 }).0, KeyEnd::Unproven);
+        assert_eq!(run(KeyGoal::NewKey, shows).0, KeyEnd::Unproven, "nor of a new key");
+    }
+
+    #[test]
+    fn a_refusal_ends_it_with_the_vehicle_s_words() {
+        let mut change = KeyChange::new(KeyGoal::NewKey, at(0));
+        change.on_text("Ground start complete");
+        assert_eq!(change.step(at(0)), KeyStep::Send);
+        change.on_text("ERROR: Won't setup signing when armed");
+        let refusal = KeyEnd::Refused("ERROR: Won't setup signing when armed".into());
+        assert_eq!(change.step(at(1)), KeyStep::Ended(refusal));
+    }
+
+    #[test]
+    fn the_message_carries_the_key_and_shows_it_to_nobody_else() {
+        let key = SigningKey::new([0x41; SigningKey::LEN]).unwrap();
+        let message = setup_message(Address::new(1, 1), Some((&key, SigningTime::from_ticks(7))));
+        let Message::Dialect(MavMessage::SETUP_SIGNING(data)) = &message else { panic!("{}", message.name()) };
+        assert_eq!((data.secret_key, data.initial_timestamp, data.target_system), ([0x41; 32], 7, 1));
+        let Message::Dialect(MavMessage::SETUP_SIGNING(data)) = setup_message(Address::new(1, 1), None) else {
+            panic!()
+        };
+        assert_eq!((data.secret_key, data.initial_timestamp), ([0; 32], 0));
+    }
+}
