@@ -42,6 +42,8 @@ pub(crate) fn link_info(station: &Station, info: &link::LinkInfo, stats: &LinkSt
         bytes_sent: stats.sent.bytes,
         bad_crc: stats.bad_crc,
         garbage_bytes: stats.garbage_bytes,
+        frames_refused: stats.refused,
+        accepts_unsigned: info.accepts_unsigned,
         frames_lost: stats.lost,
         loss_pct: stats.loss_ratio.map(|ratio| ratio * 100.0),
         round_trip_ms: stats.round_trip.map(|round_trip| round_trip.last.as_secs_f64() * 1e3),
@@ -49,6 +51,26 @@ pub(crate) fn link_info(station: &Station, info: &link::LinkInfo, stats: &LinkSt
         frames_per_s: stats.rates.frames_hz,
         namesake: station.namesake().filter(|(link, _)| *link == info.id).map(|(_, place)| place),
         recent_loss_pct: stats.rates.loss_ratio.map(|ratio| ratio * 100.0),
+    }
+}
+
+pub(crate) fn signing(vehicle: &VehicleHandle) -> dto::SigningInfo {
+    let info = vehicle.signing();
+    dto::SigningInfo {
+        must_sign: info.must_sign,
+        key: info.key,
+        key_missing: info.key_missing,
+        unproven: info.unproven,
+        link_accepts_unsigned: vehicle.link().is_some_and(|(link, _, _)| link.accepts_unsigned),
+        verified: info.counts.verified,
+        unsigned_accepted: info.counts.unsigned_accepted,
+        refused_unsigned: info.counts.unsigned,
+        refused_wrong_key: info.counts.wrong_key,
+        refused_replayed: info.counts.replayed,
+        refused_old: info.counts.old,
+        refused_future: info.counts.future,
+        verified_age_s: info.verified_age.map(|age| age.as_secs_f64()),
+        refused_age_s: info.refused_age.map(|age| age.as_secs_f64()),
     }
 }
 

@@ -14,6 +14,7 @@ pub mod operation;
 pub mod plan;
 pub mod recording;
 pub mod session;
+pub mod signing;
 pub mod socket;
 pub mod storage;
 pub mod telemetry;
@@ -37,6 +38,7 @@ pub use plan::{
     PlanStates, RallyPoint, ReturnPoint, ZoneShape,
 };
 pub use session::{NewSession, Role, SessionInfo};
+pub use signing::{ChangeSigning, SigningAct, SigningInfo};
 pub use socket::{ClientMessage, EventDetail, ServerMessage};
 pub use telemetry::TelemetryGroups;
 pub use vehicle::{FlightPreparation, MissionProgress, NewParam, Param, Text, VehicleState, VehicleSummary};

@@ -12,7 +12,7 @@ use vencejo_flight::plan::PlanKind;
 use vencejo_link::{LinkError, MAX_LINKS};
 use vencejo_maps::MapError;
 use vencejo_proto::message_name;
-use vencejo_station::StationError;
+use vencejo_station::{SigningError, StationError};
 use vencejo_store::LowSpace;
 use vencejo_vehicle::VehicleError;
 use vencejo_vehicle::command::CommandName;
@@ -151,6 +151,16 @@ fn kind_of(cause: &Cause) -> (StatusCode, &'static str) {
         Cause::Role => (StatusCode::FORBIDDEN, "Not allowed to a viewer"),
         Cause::Control { .. } => (StatusCode::LOCKED, "Control is elsewhere"),
         Cause::TooMany { .. } => (StatusCode::TOO_MANY_REQUESTS, "Too much at once"),
+        Cause::SigningUnproven => (StatusCode::GATEWAY_TIMEOUT, "The vehicle does not show the change"),
+        Cause::SigningNoKeys | Cause::SigningStorage { .. } => {
+            (StatusCode::INTERNAL_SERVER_ERROR, "The signing keys cannot be used")
+        }
+        Cause::SigningKeyName { .. } => (StatusCode::CONFLICT, "Not that name for a key"),
+        Cause::SigningBusy => (StatusCode::CONFLICT, "Something else is under way"),
+        Cause::SigningRefused { .. } => (StatusCode::CONFLICT, "The vehicle refused"),
+        Cause::SigningState { .. } | Cause::SigningNotDisarmed { .. } | Cause::SigningNotPrivate { .. } => {
+            (StatusCode::CONFLICT, "Signing is not changed now")
+        }
         Cause::Closed => (StatusCode::SERVICE_UNAVAILABLE, "The station is closed"),
         Cause::InvalidRequest { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a valid request"),
         Cause::InvalidValue { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a valid value"),
@@ -255,10 +265,29 @@ pub fn from_station(error: &StationError) -> Problem {
         StationError::Link(LinkError::TooManyLinks) => Cause::TooMany { what: Crowd::Links, limit: MAX_LINKS as u64 },
         StationError::NoVehicle { waited, .. } => Cause::NoVehicle { waited_s: waited.as_secs_f64() },
         StationError::Closed => Cause::Closed,
+        StationError::Signing(error) => signing_cause(error),
         StationError::CannotRecord { reason } => Cause::Recorder { reason: reason.clone() },
         _ => Cause::Internal,
     };
     Problem::new(cause, error.to_string())
+}
+
+fn signing_cause(error: &SigningError) -> Cause {
+    match error.clone() {
+        SigningError::NoFolder => Cause::SigningNoKeys,
+        SigningError::Storage { problem, .. } => Cause::SigningStorage { problem },
+        SigningError::BadName { name }
+        | SigningError::NameTaken { name }
+        | SigningError::NoSuchKey { name }
+        | SigningError::KeyInUse { name } => Cause::SigningKeyName { name },
+        SigningError::WrongState { signs } => Cause::SigningState { signs },
+        SigningError::NotDisarmed { armed } => Cause::SigningNotDisarmed { armed },
+        SigningError::NotPrivate { link } => Cause::SigningNotPrivate { link },
+        SigningError::Busy => Cause::SigningBusy,
+        SigningError::Refused { text } => Cause::SigningRefused { text },
+        SigningError::Unproven => Cause::SigningUnproven,
+        _ => Cause::Internal,
+    }
 }
 
 /// A command by its name, else by its number.

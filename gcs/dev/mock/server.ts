@@ -66,6 +66,8 @@ const link = (): LinkInfo => ({
   age_s: age_s(),
   frames_per_s: 92,
   namesake: null,
+  frames_refused: 0,
+  accepts_unsigned: true,
   recent_loss_pct: 0.4,
 });
 

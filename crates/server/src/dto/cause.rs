@@ -122,6 +122,45 @@ pub enum Cause {
     /// The server or its station is being closed.
     Closed,
 
+    // Signing ---------------------------------------------------------------------------------------------------------
+    /// The server keeps no signing keys.
+    SigningNoKeys,
+    /// The file of the signing keys cannot be used.
+    SigningStorage {
+        /// What is wrong, in English.
+        problem: String,
+    },
+    /// The name of a signing key is wrong, taken, unknown or in use.
+    SigningKeyName {
+        /// The name.
+        name: String,
+    },
+    /// The vehicle signs already, or does not yet.
+    SigningState {
+        /// Whether it signs.
+        signs: bool,
+    },
+    /// The vehicle is armed, or not heard.
+    SigningNotDisarmed {
+        /// Whether it is; null when it is not known.
+        #[schema(required = true)]
+        armed: Option<bool>,
+    },
+    /// Others can listen to the link that the key would go over.
+    SigningNotPrivate {
+        /// The link.
+        link: String,
+    },
+    /// A change of the vehicle's signing is under way.
+    SigningBusy,
+    /// The vehicle refused the key.
+    SigningRefused {
+        /// In its own words.
+        text: String,
+    },
+    /// The vehicle did not show the change in time.
+    SigningUnproven,
+
     // What is asked --------------------------------------------------------------------------------------------------
     /// The request is not of the API's form: a fault of the program that made it.
     InvalidRequest {

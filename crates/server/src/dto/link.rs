@@ -48,6 +48,10 @@ pub struct LinkInfo {
     pub bad_crc: u64,
     /// Bytes that belonged to no frame.
     pub garbage_bytes: u64,
+    /// Frames that went nowhere because their signature was missing, wrong or not new.
+    pub frames_refused: u64,
+    /// Whether frames that should be signed and are not are believed there.
+    pub accepts_unsigned: bool,
     /// Frames missing by the senders' counters.
     pub frames_lost: u64,
     /// Share of all frames that were lost.
@@ -82,4 +86,6 @@ pub struct NewLink {
     /// Name to show; the link string when absent.
     #[serde(default)]
     pub name: Option<String>,
+    /// Whether a vehicle that has to sign is believed there without; by its address when absent: USB and this machine are.
+    pub accept_unsigned: Option<bool>,
 }

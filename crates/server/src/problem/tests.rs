@@ -25,19 +25,28 @@ fn all() -> BTreeMap<String, dto::Problem> {
     ];
     let station =
         station.into_iter().map(|error| (format!("Station.{}", kind(format!("{error:?}"))), from_station(&error)));
+    let signing = SigningError::examples().into_iter();
+    let signing = signing
+        .map(|error| (format!("Signing.{}", kind(format!("{error:?}"))), from_station(&StationError::Signing(error))));
     let vehicle = VehicleError::examples().into_iter();
     let vehicle = vehicle.map(|error| (format!("Vehicle.{}", kind(format!("{error:?}"))), from_vehicle(&error)));
     let transfer = TransferError::examples().into_iter();
     let transfer = transfer.map(|error| (format!("Transfer.{}", kind(format!("{error:?}"))), from_transfer(&error)));
     let maps = MapError::examples().into_iter();
     let maps = maps.map(|error| (format!("Maps.{}", kind(format!("{error:?}"))), from_maps(&error)));
-    station.chain(vehicle).chain(transfer).chain(maps).map(|(name, problem)| (name, *problem.0)).collect()
+    station
+        .chain(signing)
+        .chain(vehicle)
+        .chain(transfer)
+        .chain(maps)
+        .map(|(name, problem)| (name, *problem.0))
+        .collect()
 }
 
 #[test]
 fn every_kind_of_error_has_a_row() {
     let problems = all();
-    assert!(problems.len() >= 57, "{}", problems.len());
+    assert!(problems.len() >= 69, "{}", problems.len());
     for (name, problem) in &problems {
         assert_ne!(problem.r#type, "urn:vencejo:internal", "{name} is not in the table");
         assert!(problem.r#type.starts_with("urn:vencejo:") && !problem.title.is_empty(), "{name}");
@@ -66,6 +75,7 @@ fn each_kind_has_a_code_of_its_own_and_what_a_sentence_needs() {
             "Maps.Closed Station.Closed",
             "Maps.Request Transfer.BadList",
             "Transfer.Item Vehicle.Plan",
+            "Signing.BadName Signing.KeyInUse Signing.NameTaken Signing.NoSuchKey",
             "Station.Link Vehicle.TooManyRequests",
             "Transfer.IntegerItemsIgnored Vehicle.TooOld",
             "Transfer.BadFile Transfer.Ftp",

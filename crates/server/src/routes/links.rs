@@ -5,7 +5,7 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
-use vencejo_link::{LinkId, LinkOptions};
+use vencejo_link::{LinkId, LinkOptions, UnsignedPolicy};
 use vencejo_station::StationError;
 
 use crate::convert;
@@ -40,7 +40,12 @@ async fn open_link(
             "recordings are opened on the server's own command line, not over the network",
         ));
     }
-    let options = LinkOptions { name: new.name, forwards: new.forward, ..LinkOptions::default() };
+    let unsigned = match new.accept_unsigned {
+        None => UnsignedPolicy::ByAddress,
+        Some(true) => UnsignedPolicy::Accept,
+        Some(false) => UnsignedPolicy::Refuse,
+    };
+    let options = LinkOptions { name: new.name, forwards: new.forward, unsigned };
     let id = app.station().open_link(&new.address, options)?;
     let link = find(&app, id).ok_or_else(Problem::closed)?;
     Ok((StatusCode::CREATED, Json(link)))

@@ -12,6 +12,7 @@ use vencejo_proto::{
     message_id_of,
 };
 use vencejo_station::VehicleHandle;
+use vencejo_vehicle::signing::SETUP_SIGNING_ID;
 use vencejo_vehicle::{Reply, Request};
 
 use crate::convert;
@@ -146,6 +147,9 @@ async fn send_message(
         fields.insert(name, value.map_or(FieldValue::Float(f64::NAN), |value| value.to_wire()));
     }
     let (id, payload) = encode_fields(&new.name, &fields).map_err(|error| not_a_message(&error))?;
+    if id == SETUP_SIGNING_ID {
+        return Err(Problem::invalid("SETUP_SIGNING carries a key: POST /api/v1/vehicles/{id}/signing gives one"));
+    }
     let message =
         Message::from_payload(MavVersion::V2, id, &payload).map_err(|error| Problem::invalid(error.to_string()))?;
     if vehicle.send(&message, despite)?.is_sent() {

@@ -13,6 +13,7 @@ mod params;
 mod plans;
 mod recordings;
 mod sessions;
+mod signing;
 mod storage;
 mod streams;
 mod tiles;
@@ -69,6 +70,7 @@ fn api() -> OpenApiRouter<App> {
         .merge(vehicles::router())
         .merge(commands::router())
         .merge(params::router())
+        .merge(signing::router())
         .merge(operations::router())
         .merge(cameras::router())
         .merge(footage::router())

@@ -1,6 +1,7 @@
 // The HTTP API, one method per call. Every failure is a ProblemError.
 import { Http } from './http';
 import type {
+  ChangeSigning,
   CommandInfo,
   CommandName,
   Info,
@@ -16,6 +17,7 @@ import type {
   PlanFinding,
   PlanKind,
   Session,
+  SigningInfo,
   StatusText,
   VehicleCommands,
   VehicleState,
@@ -38,6 +40,10 @@ export class Api extends Http {
   vehicles = () => this.json<VehicleSummary[]>('GET', '/vehicles');
   vehicle = (id: number) => this.json<VehicleState>('GET', `/vehicles/${id}`);
   texts = (id: number) => this.json<StatusText[]>('GET', `/vehicles/${id}/texts`);
+
+  signing = (id: number) => this.json<SigningInfo>('GET', `/vehicles/${id}/signing`);
+  /** Gives a vehicle a key, another one, or takes it away; resolves when the vehicle shows it. */
+  changeSigning = (id: number, body: ChangeSigning) => this.json<SigningInfo>('POST', `/vehicles/${id}/signing`, body);
 
   /** Tells a vehicle to do something; resolves when the vehicle did it, or shows it. */
   command = <Name extends CommandName>(

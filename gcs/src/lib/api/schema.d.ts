@@ -1458,6 +1458,27 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{id}/signing": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** How a vehicle signs. */
+        get: operations["get_signing"];
+        put?: never;
+        /**
+         * Gives a vehicle a signing key, another one, or takes its key away, and waits until it shows that, at most 5 s. Only while it is
+         *     disarmed. Until it shows it, it is talked to as before.
+         */
+        post: operations["change_signing"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{id}/speed": {
         parameters: {
             query?: never;
@@ -1879,6 +1900,45 @@ export interface components {
         } | {
             /** @enum {string} */
             code: "closed";
+        } | {
+            /** @enum {string} */
+            code: "signing-no-keys";
+        } | {
+            /** @enum {string} */
+            code: "signing-storage";
+            /** @description What is wrong, in English. */
+            problem: string;
+        } | {
+            /** @enum {string} */
+            code: "signing-key-name";
+            /** @description The name. */
+            name: string;
+        } | {
+            /** @enum {string} */
+            code: "signing-state";
+            /** @description Whether it signs. */
+            signs: boolean;
+        } | {
+            /** @description Whether it is; null when it is not known. */
+            armed: boolean | null;
+            /** @enum {string} */
+            code: "signing-not-disarmed";
+        } | {
+            /** @enum {string} */
+            code: "signing-not-private";
+            /** @description The link. */
+            link: string;
+        } | {
+            /** @enum {string} */
+            code: "signing-busy";
+        } | {
+            /** @enum {string} */
+            code: "signing-refused";
+            /** @description In its own words. */
+            text: string;
+        } | {
+            /** @enum {string} */
+            code: "signing-unproven";
         } | {
             /** @enum {string} */
             code: "invalid-request";
@@ -2360,6 +2420,18 @@ export interface components {
              * @description The revision that it has now.
              */
             revision: number;
+        };
+        /** @description A change of a vehicle's signing. */
+        ChangeSigning: {
+            /** @description What is to be done. */
+            act: components["schemas"]["SigningAct"];
+            /** @description Whether the key may go over a link that others can listen to. */
+            any_link?: boolean;
+            /**
+             * Format: int32
+             * @description The vehicle's system id once more: who asks means this vehicle, and means it.
+             */
+            confirm_system_id: number;
         };
         /** @description What a client says on the WebSocket. */
         ClientMessage: {
@@ -3352,6 +3424,8 @@ export interface components {
         };
         /** @description A link and what went over it. */
         LinkInfo: {
+            /** @description Whether frames that should be signed and are not are believed there. */
+            accepts_unsigned: boolean;
             /** @description Its link string. */
             address: string;
             /**
@@ -3393,6 +3467,11 @@ export interface components {
              * @description Frames that came in.
              */
             frames_received: number;
+            /**
+             * Format: int64
+             * @description Frames that went nowhere because their signature was missing, wrong or not new.
+             */
+            frames_refused: number;
             /**
              * Format: int64
              * @description Frames that went out.
@@ -4225,6 +4304,8 @@ export interface components {
         };
         /** @description A link to open. */
         NewLink: {
+            /** @description Whether a vehicle that has to sign is believed there without; by its address when absent: USB and this machine are. */
+            accept_unsigned?: boolean | null;
             /** @description Link string, such as `udpin:0.0.0.0:14550`. */
             address: string;
             /** @description Whether to pass frames on between it and the other links, for another ground station. */
@@ -5185,6 +5266,69 @@ export interface components {
              * @default 0
              */
             yaw_rate_rad_s: number;
+        };
+        /**
+         * @description What is to be done with a vehicle's key.
+         * @enum {string}
+         */
+        SigningAct: "set_up" | "rotate" | "remove";
+        /** @description How a vehicle signs its frames, counted since the server began. */
+        SigningInfo: {
+            /** @description Name of the key that it is talked to with. */
+            key: string | null;
+            /** @description Whether that key is gone from this machine: nothing of the vehicle is believed then. */
+            key_missing: boolean;
+            /** @description Whether its link is believed without signatures: USB, loopback, or opened so. */
+            link_accepts_unsigned: boolean;
+            /** @description Whether what it does not sign is refused. */
+            must_sign: boolean;
+            /**
+             * Format: double
+             * @description Time since the newest refused frame.
+             */
+            refused_age_s: number | null;
+            /**
+             * Format: int64
+             * @description Refused: its time lies in the future.
+             */
+            refused_future: number;
+            /**
+             * Format: int64
+             * @description Refused: the first of its stream, older than a minute.
+             */
+            refused_old: number;
+            /**
+             * Format: int64
+             * @description Refused: not later than what was accepted before.
+             */
+            refused_replayed: number;
+            /**
+             * Format: int64
+             * @description Refused: not signed.
+             */
+            refused_unsigned: number;
+            /**
+             * Format: int64
+             * @description Refused: signed with another key, or changed on the way.
+             */
+            refused_wrong_key: number;
+            /** @description Names of keys that were sent to it and that it has not shown. */
+            unproven: string[];
+            /**
+             * Format: int64
+             * @description Frames without one that were accepted.
+             */
+            unsigned_accepted: number;
+            /**
+             * Format: int64
+             * @description Frames with a right and new signature.
+             */
+            verified: number;
+            /**
+             * Format: double
+             * @description Time since the newest verified frame.
+             */
+            verified_age_s: number | null;
         };
         /**
          * @description Which speed.
@@ -8838,6 +8982,72 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_signing: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SigningInfo"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    change_signing: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ChangeSigning"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SigningInfo"];
+                };
             };
             /** @description What was wrong and what to do */
             default: {

@@ -35,6 +35,9 @@ export type VehicleSummary = Schemas['VehicleSummary'];
 export type VehicleState = Schemas['VehicleState'];
 export type StatusText = Schemas['Text'];
 export type Parameter = Schemas['Param'];
+export type SigningInfo = Schemas['SigningInfo'];
+export type SigningAct = Schemas['SigningAct'];
+export type ChangeSigning = Schemas['ChangeSigning'];
 
 // Plans
 export type LatLon = Schemas['LatLon'];

@@ -13,10 +13,21 @@ import { findingsEn } from './findings.en';
 import { findingsEs } from './findings.es';
 import { serverEn } from './server.en';
 import { serverEs } from './server.es';
+import { signingEn } from './signing.en';
+import { signingEs } from './signing.es';
 
 export type Language = 'en' | 'es';
 
-export const en = { ...shellEn, ...mapEn, ...fenceEn, ...mapsEn, ...cameraEn, ...serverEn, ...findingsEn } as const;
+export const en = {
+  ...shellEn,
+  ...mapEn,
+  ...fenceEn,
+  ...mapsEn,
+  ...cameraEn,
+  ...serverEn,
+  ...findingsEn,
+  ...signingEn,
+} as const;
 export type MessageKey = keyof typeof en;
 
 export const es: Record<MessageKey, string> = {
@@ -27,6 +38,7 @@ export const es: Record<MessageKey, string> = {
   ...cameraEs,
   ...serverEs,
   ...findingsEs,
+  ...signingEs,
 };
 
 export const messages: Record<Language, Record<MessageKey, string>> = { en, es };

@@ -1,0 +1,46 @@
+//! How a vehicle signs, and the change of it. Keys themselves never come here.
+
+use axum::Json;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+use vencejo_station::SigningChange;
+
+use crate::convert;
+use crate::dto::{ChangeSigning, SigningAct, SigningInfo};
+use crate::extract::{Json as Body, Pilot, Vehicle, Viewer};
+use crate::problem::Problem;
+use crate::state::App;
+
+pub(super) fn router() -> OpenApiRouter<App> {
+    OpenApiRouter::new().routes(routes!(get_signing, change_signing))
+}
+
+/// How a vehicle signs.
+#[utoipa::path(get, path = "/vehicles/{id}/signing", tag = "signing",
+    params(("id" = u8, Path, description = "System id")), responses((status = 200, body = SigningInfo), Problem))]
+async fn get_signing(_: Viewer, Vehicle(vehicle): Vehicle) -> Json<SigningInfo> {
+    Json(convert::signing(&vehicle))
+}
+
+/// Gives a vehicle a signing key, another one, or takes its key away, and waits until it shows that, at most 5 s. Only while it is
+/// disarmed. Until it shows it, it is talked to as before.
+#[utoipa::path(post, path = "/vehicles/{id}/signing", tag = "signing",
+    params(("id" = u8, Path, description = "System id")), request_body = ChangeSigning,
+    responses((status = 200, body = SigningInfo), Problem))]
+async fn change_signing(
+    _: Pilot,
+    Vehicle(vehicle): Vehicle,
+    Body(asked): Body<ChangeSigning>,
+) -> Result<Json<SigningInfo>, Problem> {
+    if asked.confirm_system_id != vehicle.system().0 {
+        let expected = format!("the vehicle's system id, {}", vehicle.system());
+        return Err(Problem::invalid_value("confirm_system_id", asked.confirm_system_id, &expected));
+    }
+    let change = match asked.act {
+        SigningAct::SetUp => SigningChange::SetUp { key: None },
+        SigningAct::Rotate => SigningChange::Rotate { key: None },
+        SigningAct::Remove => SigningChange::Remove,
+    };
+    vehicle.change_signing(change, asked.any_link).wait().await.ok_or_else(Problem::closed)??;
+    Ok(Json(convert::signing(&vehicle)))
+}

@@ -1,0 +1,21 @@
+// Texts of signing, in English.
+export const signingEn = {
+  'signing.title': 'Signing of vehicle {id}',
+  'signing.unsigned': 'It does not sign: anybody whom it hears can command it.',
+  'signing.signed': 'It signs with the key “{key}”. What it does not sign is refused.',
+  'signing.missing': 'It has to sign, and its key is not on the server: nothing of it is believed.',
+  'signing.unproven': 'Sent, and not shown by the vehicle yet: {keys}',
+  'signing.private': 'Its link is believed without signatures: nobody else can reach it.',
+  'signing.verified': 'Verified',
+  'signing.accepted': 'Unsigned, accepted',
+  'signing.refused': 'Refused',
+  'signing.refused.unsigned': 'not signed',
+  'signing.refused.wrong_key': 'wrong key',
+  'signing.refused.replayed': 'repeated',
+  'signing.refused.old': 'too old',
+  'signing.refused.future': 'from the future',
+  'signing.setUp': 'Hold: have it sign',
+  'signing.rotate': 'Hold: give it another key',
+  'signing.remove': 'Hold: have it sign no more',
+  'signing.hint': 'The key goes over the link as it is: only by USB or on this machine, and only disarmed.',
+} as const;
