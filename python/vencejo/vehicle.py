@@ -329,6 +329,24 @@ class VehicleState:
         return None if info is None else LinkInfo(**info)
 
     @property
+    def rival(self) -> str | None:
+        """Where another vehicle is heard that uses the same system id, in words; ``None`` when there is none.
+
+        That one is not followed, and nothing is sent to it.
+        """
+        return self._native.rival()
+
+    def follow_rival(self) -> bool:
+        """Follow and command that other vehicle from now on, and this one no more.
+
+        Returns
+        -------
+        bool
+            Whether there is one.
+        """
+        return self._native.follow_rival()
+
+    @property
     def signing(self) -> SigningInfo:
         """How it signs: its key by name, and what was verified and refused."""
         return _signing_info(self._native.signing())

@@ -416,6 +416,14 @@ impl PyVehicle {
         self.start(py, Request::Reboot)
     }
 
+    fn rival(&self) -> Option<String> {
+        self.vehicle.rival()
+    }
+
+    fn follow_rival(&self, py: Python<'_>) -> bool {
+        runtime::detached(py, || self.vehicle.follow_rival())
+    }
+
     fn signing<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         signing_dict(py, &self.vehicle.signing())
     }

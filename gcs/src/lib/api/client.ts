@@ -39,6 +39,8 @@ export class Api extends Http {
 
   vehicles = () => this.json<VehicleSummary[]>('GET', '/vehicles');
   vehicle = (id: number) => this.json<VehicleState>('GET', `/vehicles/${id}`);
+  /** Follows and commands the other vehicle with this number from now on. */
+  followRival = (id: number) => this.json<unknown>('POST', `/vehicles/${id}/rival/follow`, {});
   texts = (id: number) => this.json<StatusText[]>('GET', `/vehicles/${id}/texts`);
 
   signing = (id: number) => this.json<SigningInfo>('GET', `/vehicles/${id}/signing`);

@@ -34,6 +34,7 @@ export const shellEn = {
   'bar.rival': 'Another vehicle {id}',
   'bar.rivalDetail':
     'It is heard at {place} and uses the same number. Commands go to the one shown here alone; give the other another SYSID_THISMAV.',
+  'bar.followRival': 'Follow that one',
   'bar.namesake': 'Another station with our address',
   'bar.namesakeDetail':
     'It is heard at {place}. The vehicle cannot tell it from us: give one of the two another system id.',

@@ -36,6 +36,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'bar.rival': 'Otro vehículo {id}',
   'bar.rivalDetail':
     'Se oye en {place} y usa el mismo número. Las órdenes van solo al que se muestra aquí; da al otro otro SYSID_THISMAV.',
+  'bar.followRival': 'Seguir a ese otro',
   'bar.namesake': 'Otra estación con nuestra dirección',
   'bar.namesakeDetail':
     'Se oye en {place}. El vehículo no la distingue de nosotros: da a una de las dos otro identificador de sistema.',
