@@ -61,11 +61,11 @@ class StorageProblem:
     Attributes
     ----------
     what : str
-        ``"telemetry"``, ``"maps"``, ``"video"``, ``"draft"`` or ``"tokens"``.
+        ``"telemetry"``, ``"maps"``, ``"video"``, ``"draft"``, ``"tokens"`` or ``"signing"``.
     name : str or None
         Which camera or map source; ``None`` where there is one of its kind.
     fault : str
-        ``"low_space"``, ``"unwritable"``, ``"stalled"``, ``"set_aside"`` or ``"ended"``.
+        ``"low_space"``, ``"unwritable"``, ``"unreadable"``, ``"stalled"``, ``"set_aside"`` or ``"ended"``.
     text : str
         The same in words.
     """

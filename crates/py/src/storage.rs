@@ -37,6 +37,7 @@ pub fn problem(problem: &StorageProblem) -> Problem {
     let kind = match problem.fault {
         StorageFault::LowSpace { .. } => "low_space",
         StorageFault::Unwritable { .. } => "unwritable",
+        StorageFault::Unreadable { .. } => "unreadable",
         StorageFault::Stalled => "stalled",
         StorageFault::SetAside { .. } => "set_aside",
         StorageFault::Ended { .. } => "ended",
@@ -52,6 +53,7 @@ const fn serde_name(what: &vencejo_server::dto::storage::StorageClass) -> &'stat
         StorageClass::Video => "video",
         StorageClass::Draft => "draft",
         StorageClass::Tokens => "tokens",
+        StorageClass::Signing => "signing",
     }
 }
 

@@ -91,7 +91,11 @@ fn found(app: &App) -> Vec<StorageProblem> {
         };
         of(StorageClass::Tokens, fault, text)
     });
-    maps.chain(draft).chain(tokens).chain(video).collect()
+    let signing = app.station().signing_fault().map(|reason| {
+        let text = format!("nothing is signed, and nothing is checked: {reason}");
+        of(StorageClass::Signing, StorageFault::Unreadable { reason }, text)
+    });
+    maps.chain(draft).chain(tokens).chain(signing).chain(video).collect()
 }
 
 const fn of(what: StorageClass, fault: StorageFault, text: String) -> StorageProblem {

@@ -364,7 +364,10 @@ impl Vault {
         let failed = |error: &dyn ToString| Self::failed(&path, error.to_string());
         let text = match std::fs::read(&path) {
             Ok(text) => text,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((Book::default(), None)),
+            // Nor are there any in a folder that is a file.
+            Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
+                return Ok((Book::default(), None));
+            }
             Err(error) => return Err(failed(&error)),
         };
         Ok((serde_json::from_slice(&text).map_err(|error| failed(&error))?, stamp(&path)))
@@ -520,6 +523,11 @@ pub(crate) async fn keep(shared: Weak<Shared>, mut closing: watch::Receiver<bool
 }
 
 impl Shared {
+    fn vault(&self) -> Result<&Vault, SigningError> {
+        let fault = || self.vault_fault.clone().unwrap_or(SigningError::NoFolder);
+        self.vault.as_ref().ok_or_else(fault)
+    }
+
     /// Does something with the keys off the runtime's threads.
     pub(crate) async fn blocking<T: Send + 'static>(
         self: &Arc<Self>,
@@ -527,7 +535,7 @@ impl Shared {
     ) -> Result<T, StationError> {
         let shared = self.clone();
         let done = self.runtime().spawn_blocking(move || {
-            let vault = shared.vault.as_ref().ok_or(SigningError::NoFolder)?;
+            let vault = shared.vault()?;
             work(vault, shared.hub())
         });
         done.await.map_err(|_| StationError::Closed)?.map_err(StationError::from)
@@ -536,7 +544,13 @@ impl Shared {
 
 impl Station {
     fn vault(&self) -> Result<&Vault, SigningError> {
-        self.shared.vault.as_ref().ok_or(SigningError::NoFolder)
+        self.shared.vault()
+    }
+
+    /// Why nothing is signed and nothing is checked, when the keys could not be read.
+    #[must_use]
+    pub fn signing_fault(&self) -> Option<String> {
+        self.shared.vault_fault.as_ref().map(ToString::to_string)
     }
 
     /// The signing keys of this machine. Reads what is in memory.

@@ -31,7 +31,7 @@ use crate::error::StationError;
 use crate::namesake::Namesake;
 use crate::pending::{Finisher, Pending};
 use crate::records::{self, Records};
-use crate::signing::{self, Vault};
+use crate::signing::{self, SigningError, Vault};
 use crate::vehicle::{Observed, Subscriptions, VehicleHandle};
 
 /// How often our heartbeat goes out, and the driver looks round at the latest (mavlink.io, "Heartbeat protocol").
@@ -68,6 +68,8 @@ pub(crate) struct Shared {
     health: watch::Sender<Option<RecorderStatus>>,
     /// The signing keys.
     pub(crate) vault: Option<Vault>,
+    /// Why there are none, when they could not be read.
+    pub(crate) vault_fault: Option<SigningError>,
     owned: Mutex<Owned>,
     records: Mutex<Option<Records>>,
 }
@@ -151,7 +153,15 @@ impl Station {
         hub.set_recorder(recorder.as_ref().map(Recorder::handle));
         let remembered = config.missions_dir.as_deref().map(records::read_all).unwrap_or_default();
         let health = watch::channel(recorder.as_ref().map(Recorder::status)).0;
-        let vault = config.signing_dir.as_deref().map(|dir| Vault::open(dir, &hub)).transpose()?;
+        // Keys that cannot be read keep nobody from flying; it is said.
+        let vault = config.signing_dir.as_deref().map(|dir| Vault::open(dir, &hub)).transpose();
+        let (vault, vault_fault) = match vault {
+            Ok(vault) => (vault, None),
+            Err(error) => {
+                tracing::error!(%error, "nothing is signed, and nothing is checked");
+                (None, Some(error))
+            }
+        };
         let shared = Arc::new(Shared {
             health,
             runtime: runtime.clone(),
@@ -170,6 +180,7 @@ impl Station {
             wake_driver: tokio::sync::Notify::new(),
             closing: watch::channel(false).0,
             vault,
+            vault_fault,
             owned: Mutex::new(Owned { recorder, ..Owned::default() }),
             records: Mutex::new(None),
             hub,

@@ -35,6 +35,8 @@ pub enum StorageClass {
     Draft,
     /// The tokens by which browsers get in.
     Tokens,
+    /// The signing keys.
+    Signing,
 }
 
 /// Why something is not being kept.
@@ -51,6 +53,11 @@ pub enum StorageFault {
     /// The disk cannot be written: what the system says, in English.
     Unwritable {
         /// What it says.
+        reason: String,
+    },
+    /// A file cannot be read, and is left as it is: why, in English.
+    Unreadable {
+        /// Why.
         reason: String,
     },
     /// The disk does not answer.

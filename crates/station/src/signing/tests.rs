@@ -100,7 +100,7 @@ fn another_program_s_change_is_taken_up() {
 }
 
 #[test]
-fn a_damaged_file_stops_the_start_and_stays_and_its_key_is_not_repeated() {
+fn a_damaged_file_is_not_opened_and_stays_and_its_key_is_not_repeated() {
     let folder = Scratch::new();
     let (vault, hub) = folder.open();
     give(&vault, &hub);
@@ -112,6 +112,21 @@ fn a_damaged_file_stops_the_start_and_stays_and_its_key_is_not_repeated() {
     assert!(error.to_string().contains("keys.json"), "{error}");
     assert!(!error.to_string().contains(&secret[..8]), "{error}");
     assert_eq!(std::fs::read_to_string(&path).expect("there"), text);
+}
+
+#[tokio::test]
+async fn a_station_starts_without_keys_that_cannot_be_read_and_says_so() {
+    let folder = Scratch::new();
+    std::fs::create_dir_all(&folder.0).expect("a folder");
+    let path = folder.0.join("keys.json");
+    std::fs::write(&path, "{\"keys\": [").expect("a damaged file");
+    let config = crate::StationConfig { signing_dir: Some(folder.0.clone()), ..crate::StationConfig::default() };
+    let station = Station::start(config, tokio::runtime::Handle::current()).expect("it starts");
+    let told = station.signing_fault().expect("it is said");
+    assert!(told.contains("keys.json"), "{told}");
+    assert!(matches!(station.add_signing_key("one", None), Err(StationError::Signing(SigningError::Storage { .. }))));
+    assert_eq!(std::fs::read_to_string(&path).expect("it stays"), "{\"keys\": [");
+    station.close().await;
 }
 
 #[test]

@@ -5339,7 +5339,7 @@ export interface components {
          * @description What is kept on the server's disk.
          * @enum {string}
          */
-        StorageClass: "telemetry" | "maps" | "video" | "draft" | "tokens";
+        StorageClass: "telemetry" | "maps" | "video" | "draft" | "tokens" | "signing";
         /** @description Why something is not being kept. */
         StorageFault: {
             /**
@@ -5358,6 +5358,11 @@ export interface components {
             /** @enum {string} */
             kind: "unwritable";
             /** @description What it says. */
+            reason: string;
+        } | {
+            /** @enum {string} */
+            kind: "unreadable";
+            /** @description Why. */
             reason: string;
         } | {
             /** @enum {string} */
