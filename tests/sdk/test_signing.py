@@ -45,6 +45,7 @@ def holds(vehicle: Vehicle) -> bool:
     return vehicle.params.get("AIRSPEED_CRUISE").value > 0
 
 
+@pytest.mark.fault(39, figure="keys in no log, no .tlog, no output")
 def test_a_key_is_given_used_changed_and_taken_away(
     sim: SimulatedPlane, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -108,6 +109,9 @@ def test_a_key_is_given_used_changed_and_taken_away(
         ]
 
 
+@pytest.mark.fault(
+    39, figure="refused, lost and armed: ends within 6 s, the vehicle is held throughout and after restarts"
+)
 def test_a_refused_or_lost_key_cuts_nobody_off(sim: SimulatedPlane, tmp_path: Path) -> None:
     station, vehicle = at_usb(sim, tmp_path)
     with station:
@@ -134,7 +138,7 @@ def test_a_refused_or_lost_key_cuts_nobody_off(sim: SimulatedPlane, tmp_path: Pa
         began = time.monotonic()
         with pytest.raises(CommandTimeout, match="nothing was thrown away"):
             vehicle.rotate_signing(any_link=True)
-        assert time.monotonic() - began < 6.0
+        assert time.monotonic() - began < 6.0, "5 s, and what a busy machine adds"
         assert vehicle.signing.key == "vehicle-1"
         assert holds(vehicle), "by the old key"
 

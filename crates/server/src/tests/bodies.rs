@@ -60,3 +60,27 @@ async fn a_list_is_no_body_of_any_route() {
     assert_eq!(server.ask("GET", "/operations", None, None).await.json(), json!([]), "nothing was begun");
     station.close().await;
 }
+
+// fault 43: simple requests of another site, of three types, at every write: 403
+#[tokio::test]
+async fn simple_requests_of_another_site_are_refused_at_every_write() {
+    let server = Plain::new(station(true), None);
+    let cookie = server.session(json!({})).await;
+    let mut checked = 0;
+    for (method, path, _) in described().into_iter().filter(|(method, ..)| method != "GET") {
+        for kind in ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data; boundary=x"] {
+            let request = Request::builder()
+                .method(method.as_str())
+                .uri(format!("/api/v1{}", filled(&path, "1")))
+                .header(header::HOST, "localhost")
+                .header(header::ORIGIN, "http://evil.example")
+                .header(header::COOKIE, &cookie)
+                .header(header::CONTENT_TYPE, kind)
+                .body(Body::from("{}"));
+            let answer = server.send(request.expect("a request")).await;
+            assert_eq!(answer.status, 403, "{method} {path} {kind}");
+            checked += 1;
+        }
+    }
+    assert!(checked >= 150, "{checked}");
+}
