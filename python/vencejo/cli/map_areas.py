@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import signal
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -128,7 +131,7 @@ def download(
         say(_estimated(found))
         if not confirm("Fetch it?", yes=yes):
             raise typer.Exit(Exit.FAILED)
-        _follow(service, service.ask("POST", "maps/areas", wanted), json=json)
+        _follow(service, "maps/areas", wanted, json=json)
 
 
 @areas_app.command()
@@ -145,7 +148,7 @@ def resume(
     """
     with map_service(station, token, maps) as service:
         found = _find(service, area)
-        _follow(service, service.ask("POST", f"maps/areas/{found['id']}/resume"), json=json)
+        _follow(service, f"maps/areas/{found['id']}/resume", json=json)
 
 
 @areas_app.command()
@@ -285,10 +288,25 @@ def _find(service: MapService, wanted: str) -> dict[str, Any]:
     return found[0]
 
 
-def _follow(service: MapService, area: dict[str, Any], *, json: bool) -> None:
-    """Show how an area comes, until it is here. Ctrl-C pauses it."""
-    told: str | None = None
+@contextlib.contextmanager
+def _interrupt_kept() -> Iterator[list[int]]:
+    """Keep a Ctrl-C until what is begun here can be named."""
+    kept: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: kept.append(number))
     try:
+        yield kept
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _follow(service: MapService, path: str, wanted: dict[str, Any] | None = None, *, json: bool) -> None:
+    """Begin to fetch an area, and show how it comes, until it is here. Ctrl-C pauses it."""
+    told: str | None = None
+    with _interrupt_kept() as interrupted:
+        area = service.ask("POST", path, wanted)
+    try:
+        if interrupted:
+            raise KeyboardInterrupt
         with progress_bar(clean(area["name"]), quiet=json) as progress:
             while area["state"] == "running":
                 progress(area["done"] + area["failed"], area["tiles"])
