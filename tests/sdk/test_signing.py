@@ -100,7 +100,9 @@ def test_a_key_is_given_used_changed_and_taken_away(
         assert holds(vehicle)
 
     written = [path for path in tmp_path.rglob("*") if path.is_file() and path.name != "keys.json"]
-    assert any(path.suffix == ".tlog" and path.stat().st_size > 10_000 for path in written)
+    assert sum(path.stat().st_size for path in written if path.suffix == ".tlog") > 1_000, (
+        "there is what to look through"
+    )
     said = "".join(capfd.readouterr())
     for secret in secrets:
         assert secret.hex() not in said

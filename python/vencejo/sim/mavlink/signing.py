@@ -26,6 +26,7 @@ _TICKS_PER_S = 100_000
 _NEWCOMER_TICKS = 60 * _TICKS_PER_S
 _RESTART_TICKS = 60 * _TICKS_PER_S
 _SAVE_S = 30.0
+_MAX_TICKS = (1 << 48) - 1
 _MAX_STREAMS = 16
 _UNSIGNED_MESSAGES = ("RADIO_STATUS", "RADIO")
 
@@ -81,7 +82,7 @@ class Signing:
             self._say(Severity.WARNING, "ERROR: Won't setup signing when armed")
             return
         key = bytes(message.secret_key)
-        self._stored_ticks = message.initial_timestamp
+        self._stored_ticks = message.initial_timestamp & _MAX_TICKS
         self._key = key if any(key) or message.initial_timestamp else None
         self._load()
 
@@ -121,7 +122,7 @@ class Signing:
         """The signature of a frame that leaves."""
         ticks = self._ticks[number]
         self._ticks[number] = ticks + 1
-        head = bytes((number,)) + ticks.to_bytes(8, "little")[:6]
+        head = bytes((number,)) + (ticks & _MAX_TICKS).to_bytes(6, "little")
         return head + hashlib.sha256(key + frame + head).digest()[:_TAG_BYTES]
 
     def _is_right(self, link: Link, frame: bytes, key: bytes) -> bool:
