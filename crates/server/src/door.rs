@@ -107,6 +107,15 @@ impl Connection {
     }
 }
 
+/// Why a newcomer has no place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum NoPlace {
+    /// All places are taken by people with a session: it waits.
+    Full,
+    /// Its address has too many that all have sessions.
+    TooMany,
+}
+
 /// The connections there are, oldest first.
 #[derive(Debug, Default)]
 struct Places {
@@ -136,16 +145,22 @@ impl Places {
         }
     }
 
-    /// Gives a newcomer its place; `None` when its address has too many that all have sessions.
-    fn enter(&self, address: IpAddr, limits: &DoorLimits) -> Option<Arc<Connection>> {
+    /// Gives a newcomer its place, if need be that of the oldest that has shown no session.
+    fn enter(&self, address: IpAddr, limits: &DoorLimits) -> Result<Arc<Connection>, NoPlace> {
         let from = network_of(address);
         let most = if address.to_canonical().is_loopback() { limits.of_loopback } else { limits.per_address };
         let mut taken = self.taken();
         let staying = |connection: &&Arc<Connection>| !connection.is_ending.load(Ordering::Relaxed);
-        if taken.iter().filter(staying).filter(|connection| connection.from == from).count() >= most {
-            taken.iter().find(|connection| connection.from == from && connection.may_make_room())?.make_room();
-        } else if taken.iter().filter(staying).count() >= limits.places {
-            taken.iter().find(|connection| connection.may_make_room())?.make_room();
+        let all = taken.iter().filter(staying).count();
+        let own = taken.iter().filter(staying).filter(|connection| connection.from == from).count();
+        if own >= most || all >= limits.places {
+            let may = |connection: &&Arc<Connection>| own < most || connection.from == from;
+            match taken.iter().filter(may).find(|connection| connection.may_make_room()) {
+                Some(oldest) => oldest.make_room(),
+                // With others here it has its share; alone, it waits for a place like anybody.
+                None if own >= most && (own < all || all < limits.places) => return Err(NoPlace::TooMany),
+                None => return Err(NoPlace::Full),
+            }
         }
         let connection = Arc::new(Connection {
             from,
@@ -155,7 +170,7 @@ impl Places {
             is_ending: AtomicBool::new(false),
         });
         taken.push(connection.clone());
-        Some(connection)
+        Ok(connection)
     }
 
     fn leave(&self, connection: &Arc<Connection>) {
@@ -234,7 +249,15 @@ impl AddrListener<Guarded<TcpStream>, Caller> for Door {
         loop {
             self.places.wait_for_room(&self.limits).await;
             let (stream, address) = self.listener.accept().await?;
-            let Some(connection) = self.places.enter(address.ip(), &self.limits) else {
+            let entered = loop {
+                match self.places.enter(address.ip(), &self.limits) {
+                    Ok(connection) => break Some(connection),
+                    Err(NoPlace::TooMany) => break None,
+                    // Who was to make room has shown a session since.
+                    Err(NoPlace::Full) => self.places.wait_for_room(&self.limits).await,
+                }
+            };
+            let Some(connection) = entered else {
                 tracing::warn!(%address, "turned away: too many connections from there");
                 continue;
             };
