@@ -21,7 +21,8 @@ AUDIT_ARGS ?=
 # How long and how often `make soak` does what: seconds of mixed faults, seeds and uploads, frames, kills, hours of recording.
 SOAK_S ?= 3600
 SOAK_TIMES ?= 1000
-SOAK_FRAMES ?= 1000000
+SOAK_FRAMES ?= 10000000
+SOAK_CALLS ?= 1000000
 SOAK_HOURS ?= 72
 SCREENSHOT_ARGS ?=
 
@@ -71,9 +72,10 @@ faults: dev-env ## Write tests/faults/REPORT.md: which fault is proven by which 
 
 soak: dev-env native ## The long forms of the fault tests, hours of them (SOAK_S=259200 is three days)
 	VENCEJO_TEST_SEEDS=$(SOAK_TIMES) VENCEJO_TEST_KILLS=$(SOAK_TIMES) VENCEJO_TEST_FRAMES=$(SOAK_FRAMES) \
-	VENCEJO_TEST_HOURS=$(SOAK_HOURS) PROPTEST_CASES=$$(( 100 * $(SOAK_TIMES) )) \
+	VENCEJO_TEST_HOURS=$(SOAK_HOURS) VENCEJO_TEST_CALLS=$(SOAK_CALLS) PROPTEST_CASES=$$(( 100 * $(SOAK_TIMES) )) \
 		cargo test $(CARGO_TEST) --lib --test frames -- --nocapture \
-		lossy:: faults:: mixed:: recorder::tests intact_frames every_whole no_bytes_panic no_payload_panics
+		lossy:: faults:: mixed:: recorder::tests what_is_sent intact_frames every_whole no_bytes_panic no_payload_panics
+	VENCEJO_TEST_FRAMES=$(SOAK_FRAMES) $(PY) -m pytest -q --timeout=0 tests/peers/test_c_parser.py
 	VENCEJO_SOAK_S=$(SOAK_S) VENCEJO_SOAK_TIMES=$(SOAK_TIMES) $(PY) -m pytest -q -s -m soak tests
 
 audit: dev-env ## Licences, sources, duplicates and known faults of everything that is not ours

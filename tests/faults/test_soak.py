@@ -69,17 +69,23 @@ def test_three_vehicles_through_one_fault_after_the_other(tmp_path: Path) -> Non
         mocks = [stack.enter_context(MockPlane(system_id=number + 1)) for number in range(VEHICLES)]
         station = stack.enter_context(vencejo.Station(*(mock.link for mock in mocks), record=tmp_path))
         planes = [station.wait_vehicle(mock.system_id) for mock in mocks]
+        events: list[list[str]] = [[] for _ in planes]
+        for plane, told in zip(planes, events, strict=True):
+            stack.enter_context(plane.on_event(lambda event, told=told: told.append(event.kind)))  # type: ignore[misc]
         began = time.monotonic()
         held: tuple[float, int, int, int] | None = None
         rounds = 0
         while time.monotonic() - began < SECONDS:
             name = choose.choice(sorted(FAULTS))
             at = choose.randrange(VEHICLES)
-            mock, plane = mocks[at], planes[at]
+            mock, plane, told = mocks[at], planes[at], events[at]
+            told.clear()
             mock.do(lambda mock=mock, name=name: FAULTS[name](mock))  # type: ignore[misc]
             if name == "silence":
                 wait_for(lambda plane=plane: not is_fresh(plane), "the silence")  # type: ignore[misc]
                 mock.heartbeats = True
+            if name == "restart":
+                wait_for(lambda told=told: "rebooted" in told, "the restart")  # type: ignore[misc]
             wait_for(lambda: all(is_fresh(plane) for plane in planes), f"all of them after {name}", timeout_s=60.0)
             plan = mission(rounds % 10_000)
             for number, each in enumerate(planes):

@@ -620,6 +620,58 @@ mod tests {
         assert!(cache.has(tile(7)).expect("read") && cache.fill().expect("read").tiles < 40);
     }
 
+    /// Where a process of its own keeps tiles until it is killed.
+    const KILLED_FOLDER: &str = "VENCEJO_TEST_CACHE_UNTIL_KILLED";
+
+    /// Run by the test below in a process of its own: one tile after the other, each told once it is kept.
+    #[test]
+    fn keeps_tiles_until_it_is_killed() {
+        let Some(folder) = std::env::var_os(KILLED_FOLDER) else { return };
+        let cache = Cache::open(&Path::new(&folder).join("a.mbtiles"), 2_000_000).expect("a cache");
+        for column in 0.. {
+            cache.put(tile(column % 1024), &kept(9_000 + column as usize % 7, i64::from(column))).expect("kept");
+            if column % 50 == 49 {
+                cache.shrink().expect("shrunk");
+            }
+            println!("tile {column}");
+        }
+    }
+
+    // fault 56 (4 kills): the tile cache, killed while it is written and shrunk: SQLite's integrity_check is ok, every tile that was told is whole
+    #[test]
+    fn a_kill_at_any_moment_leaves_the_database_whole() {
+        use std::io::BufRead;
+        let kills: u64 = std::env::var("VENCEJO_TEST_KILLS").ok().and_then(|text| text.parse().ok()).unwrap_or(4);
+        for kill in 0..kills {
+            let folder = Folder::new();
+            let mut child = std::process::Command::new(std::env::current_exe().expect("this program"))
+                .args(["--exact", "cache::tests::keeps_tiles_until_it_is_killed", "--nocapture"])
+                .env(KILLED_FOLDER, folder.path())
+                .stdout(std::process::Stdio::piped())
+                .spawn()
+                .expect("started");
+            let mut lines = std::io::BufReader::new(child.stdout.take().expect("piped")).lines();
+            let wanted = 1 + (kill * 211 + 97) % 400;
+            let mut told = 0;
+            while told < wanted {
+                told += u64::from(lines.next().expect("it goes on").expect("text").starts_with("tile"));
+            }
+            child.kill().expect("killed");
+            child.wait().expect("ended");
+            let path = folder.path().join("a.mbtiles");
+            let database = Connection::open(&path).expect("opened");
+            let check: String = database.query_row("PRAGMA integrity_check", [], |row| row.get(0)).expect("checked");
+            assert_eq!(check, "ok", "kill {kill}");
+            drop(database);
+            let cache = Cache::open(&path, 2_000_000).expect("a cache");
+            assert!(!path.with_extension("mbtiles.broken").exists(), "it was not put aside");
+            // The newest are not what makes room.
+            let newest = u32::try_from(told - 1).expect("few");
+            let found = cache.get(tile(newest % 1024), 0).expect("read").expect("the last that was told");
+            assert_eq!(found.data.expect("a picture").len(), 9_000 + newest as usize % 7);
+        }
+    }
+
     #[test]
     fn readers_and_writers_at_once_lose_nothing_and_keep_to_the_limit() {
         let folder = Folder::new();

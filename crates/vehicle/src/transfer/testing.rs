@@ -120,6 +120,8 @@ pub(crate) struct World<S, P> {
     line_free_at: [MonoTime; 2],
     /// Frames that the station sent.
     pub station_frames: usize,
+    /// How long one of them waited at most before a thin line was free.
+    pub longest_wait: Duration,
     /// Every message that the station sent, when the test wants it.
     pub log: Option<Vec<(MonoTime, Message)>>,
 }
@@ -138,6 +140,7 @@ impl<S: Endpoint, P: Endpoint> World<S, P> {
             last: [MonoTime::ZERO; 2],
             line_free_at: [MonoTime::ZERO; 2],
             station_frames: 0,
+            longest_wait: Duration::ZERO,
             log: None,
         }
     }
@@ -156,6 +159,9 @@ impl<S: Endpoint, P: Endpoint> World<S, P> {
         let (now, way) = (self.now, to as usize);
         let mut leaves = now;
         if let Some(rate) = self.faults.bytes_per_s {
+            if to == Side::Plane {
+                self.longest_wait = self.longest_wait.max(self.line_free_at[way].since(now));
+            }
             leaves = self.line_free_at[way].max(now) + Duration::from_secs_f64(frame.bytes().len() as f64 / rate);
             self.line_free_at[way] = leaves;
         }
@@ -404,6 +410,8 @@ pub(crate) struct MockPlane {
     pub has_ftp: bool,
     /// Plan files have unset fields, as those of ArduPlane 4.6.
     pub leaves_garbage: bool,
+    /// Keeps a home of its own as item 0, as ArduPilot does.
+    pub keeps_home: bool,
     /// Ends an upload at an item out of order, as other autopilots do.
     pub strict_order: bool,
     upload: Option<ItemsIn>,
@@ -476,6 +484,7 @@ impl MockPlane {
             params: Vec::new(),
             has_ftp: true,
             leaves_garbage: true,
+            keeps_home: true,
             strict_order: false,
             upload: None,
             ftp: Ftp::with_sessions(1),
@@ -543,7 +552,7 @@ impl MockPlane {
 
     /// ArduPilot keeps its own home.
     fn keep(&mut self, kind: usize, mut item: MissionItemInt) {
-        if kind == 0 && item.seq == 0 {
+        if kind == 0 && item.seq == 0 && self.keeps_home {
             (item.x, item.y, item.z) = (403_332_001, -37_977_996, 600.09);
         }
         self.changes += 1;

@@ -11,14 +11,14 @@ pub(crate) const ITEM_TIMEOUT: Duration = Duration::from_millis(250);
 
 /// A vehicle from which nothing that concerns the transfer came for this long is gone. The mission protocol gives up
 /// after 5 retries of 1500 ms (7.5 s); ArduPilot ends an upload 8 s after the last item. A bit longer than both, so that
-/// it is the vehicle that ends first, and short enough to fail cleanly within 15 s (facts, fault 3).
+/// it is the vehicle that ends first, and short enough to fail cleanly within 15 s (tests/faults, row 3).
 pub(crate) const SILENCE_LIMIT: Duration = Duration::from_secs(10);
 
 /// A transfer that hears the vehicle but gets no further for this long is given up. With 30 % of all packets lost each way
 /// ArduPilot's repeated requests (each second) get through with an item about every second time.
 pub(crate) const PROGRESS_LIMIT: Duration = Duration::from_secs(30);
 
-/// How often a transfer is begun anew before it is given up (facts, fault 1: at most 3).
+/// How often a transfer is begun anew before it is given up (tests/faults, row 1: at most 3).
 pub(crate) const RESTARTS: u32 = 3;
 
 /// ArduPlane reads its links in its main loop, 50 times a second (`SCHED_LOOP_RATE`): no answer comes faster than that.

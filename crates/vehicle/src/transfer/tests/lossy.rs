@@ -29,7 +29,7 @@ const SEEDS: u64 = 200;
 const RESTARTS: usize = 3;
 /// A transfer that fails does so by then, however it goes wrong on the way.
 const LIMIT: Duration = Duration::from_secs(600);
-/// A link that is gone is told by then (facts, fault 3).
+/// A link that is gone is told by then (tests/faults, row 3).
 const GONE: Duration = Duration::from_secs(15);
 
 fn ms(ms: u64) -> Duration {
@@ -240,7 +240,7 @@ fn downloads_are_exact_on_any_bad_link() {
                     let (result, took) = run(&mut world, LIMIT);
                     let DownloadedPlan { items: read, .. } = result.unwrap_or_else(|error| panic!("{seed}: {error}"));
                     assert!(read.len() == items.len() && has(&read, &items));
-                    // Facts, fault 2: at 20 % 50 items within 30 s, 500 within 180 s.
+                    // tests/faults, row 2: at 20 % 50 items within 30 s, 500 within 180 s.
                     assert!(took <= if count == 50 { ms(30_000) } else { ms(180_000) }, "{took:?}");
                 }
             }

@@ -3,6 +3,7 @@
 mod floats;
 mod hostile;
 mod lossy;
+mod misbehaving;
 mod speed;
 mod transcripts;
 

@@ -125,6 +125,24 @@ fn no_transfer_takes_long_where_a_fifth_is_lost() {
     }
 }
 
+// fault 10: 1,399 parameters by both routes over 1.2 kB/s each way: nothing of ours waits for more than 200 ms, so the heartbeat keeps 1 Hz ± 20 %
+#[test]
+fn parameters_over_a_thin_line_leave_room_for_our_heartbeat() {
+    for (name, config) in [("by file", by_ftp(ms(100), 1)), ("one by one", by_items(ms(100)))] {
+        for loss in [0.0, 0.05] {
+            let mut plane = MockPlane::new();
+            plane.params = params(1399);
+            let thin = Faults { bytes_per_s: Some(1200.0), delay: ms(50), ..Faults::loss(loss) };
+            let mut world = World::new(Running::new(ParamList::new(&config, Default::default())), plane, thin, 10);
+            let (result, took) = run(&mut world, LIMIT);
+            let wait = world.longest_wait;
+            println!("{name}, {loss}: {took:?}, a frame of ours waits for {wait:?} at most");
+            assert_eq!(result.expect("read").len(), 1399);
+            assert!(wait <= ms(200), "{name}: {wait:?}");
+        }
+    }
+}
+
 #[test]
 fn parameters_come_as_a_file() {
     let near = list(&by_ftp(ms(0), 1), Faults::default(), 1);

@@ -1,0 +1,329 @@
+//! Vehicles that misbehave at one step of a transfer, as ground stations are tested with elsewhere: silent, with the wrong item, with an
+//! error, too early, to somebody else. For each it is said how the transfer has to end.
+
+use std::time::Duration;
+
+use vencejo_flight::plan::PlanKind;
+use vencejo_proto::dialect::{MavMessage, MavMissionType};
+use vencejo_proto::{Address, Message, MissionAck, MissionItemInt, MonoTime};
+
+use super::{by_items, has};
+use crate::transfer::testing::{Endpoint, Faults, MockPlane, PLANE, RIVAL, Running, STATION, World, run};
+use crate::transfer::{PlanDownload, PlanUpload, TransferConfig, TransferError};
+
+/// What is done to a message that the vehicle says: nothing, something else, or it is not said. The number counts those changed so far.
+type Twist = fn(&mut Message, usize) -> Said;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Said {
+    AsItIs,
+    Changed,
+    Not,
+}
+
+/// A plane whose words are twisted.
+struct Twisted {
+    plane: MockPlane,
+    twist: Twist,
+    count: usize,
+    /// Asks with MISSION_REQUEST_INT, as PX4 does.
+    asks_for_integers: bool,
+}
+
+impl Endpoint for Twisted {
+    fn receive(&mut self, from: Address, message: &Message, now: MonoTime) {
+        self.plane.receive(from, message, now);
+    }
+
+    fn tick(&mut self, now: MonoTime) {
+        self.plane.tick(now);
+    }
+
+    fn wakes_at(&self) -> Option<MonoTime> {
+        self.plane.wakes_at()
+    }
+
+    #[allow(deprecated, reason = "ArduPilot asks with MISSION_REQUEST")]
+    fn next_output(&mut self) -> Option<Message> {
+        loop {
+            let mut message = self.plane.next_output()?;
+            if let (true, Message::Dialect(MavMessage::MISSION_REQUEST(asked))) = (self.asks_for_integers, &message) {
+                message = Message::Dialect(MavMessage::MISSION_REQUEST_INT(
+                    vencejo_proto::dialect::MISSION_REQUEST_INT_DATA {
+                        seq: asked.seq,
+                        target_system: asked.target_system,
+                        target_component: asked.target_component,
+                        mission_type: asked.mission_type,
+                    },
+                ));
+            }
+            match (self.twist)(&mut message, self.count) {
+                Said::AsItIs => return Some(message),
+                Said::Changed => {
+                    self.count += 1;
+                    return Some(message);
+                }
+                Said::Not => self.count += 1,
+            }
+        }
+    }
+}
+
+/// The item that a message of the vehicle asks for.
+#[allow(deprecated, reason = "ArduPilot asks with MISSION_REQUEST")]
+fn asked(message: &Message) -> Option<u16> {
+    match message {
+        Message::Dialect(MavMessage::MISSION_REQUEST(asked)) => Some(asked.seq),
+        Message::Dialect(MavMessage::MISSION_REQUEST_INT(asked)) => Some(asked.seq),
+        _ => None,
+    }
+}
+
+#[allow(deprecated, reason = "ArduPilot asks with MISSION_REQUEST")]
+fn ask_for(message: &mut Message, seq: u16) {
+    match message {
+        Message::Dialect(MavMessage::MISSION_REQUEST(asked)) => asked.seq = seq,
+        Message::Dialect(MavMessage::MISSION_REQUEST_INT(asked)) => asked.seq = seq,
+        _ => {}
+    }
+}
+
+fn is_count(message: &Message) -> bool {
+    matches!(message, Message::Dialect(MavMessage::MISSION_COUNT(_)))
+}
+
+fn is_item(message: &Message, seq: u16) -> bool {
+    matches!(message, Message::MissionItemInt(item) if item.seq == seq)
+}
+
+fn is_good_end(message: &Message) -> bool {
+    matches!(message, Message::MissionAck(ack) if ack.result == 0)
+}
+
+fn answer(result: u8) -> Message {
+    Message::MissionAck(MissionAck { target: STATION, result, mission_type: 0, opaque_id: 0 })
+}
+
+fn set_count(message: &mut Message, to: u16) -> Said {
+    if let Message::Dialect(MavMessage::MISSION_COUNT(count)) = message {
+        count.count = to;
+        return Said::Changed;
+    }
+    Said::AsItIs
+}
+
+fn drop_if(is_it: bool) -> Said {
+    if is_it { Said::Not } else { Said::AsItIs }
+}
+
+fn replace_if(is_it: bool, message: &mut Message, with: Message) -> Said {
+    if is_it {
+        *message = with;
+        return Said::Changed;
+    }
+    Said::AsItIs
+}
+
+/// How a transfer has to end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// Well, and truly so.
+    Well,
+    /// With an error.
+    Error,
+    /// With the vehicle's own refusal.
+    Refused,
+}
+
+const READS: [(&str, Twist, End); 14] = [
+    ("the list is not answered", |m, _| drop_if(is_count(m)), End::Error),
+    ("the list is not answered the first time", |m, n| drop_if(n == 0 && is_count(m)), End::Well),
+    ("item 0 never comes", |m, _| drop_if(is_item(m, 0)), End::Error),
+    ("item 0 does not come the first time", |m, n| drop_if(n == 0 && is_item(m, 0)), End::Well),
+    ("item 1 never comes", |m, _| drop_if(is_item(m, 1)), End::Error),
+    ("item 1 does not come the first time", |m, n| drop_if(n == 0 && is_item(m, 1)), End::Well),
+    (
+        "item 0 comes under a number that there is not",
+        |m, _| match m {
+            Message::MissionItemInt(item) if item.seq == 0 => {
+                item.seq = 999;
+                Said::Changed
+            }
+            _ => Said::AsItIs,
+        },
+        End::Error,
+    ),
+    (
+        "item 1 comes under a number that there is not",
+        |m, _| match m {
+            Message::MissionItemInt(item) if item.seq == 1 => {
+                item.seq = 999;
+                Said::Changed
+            }
+            _ => Said::AsItIs,
+        },
+        End::Error,
+    ),
+    ("an error in place of item 0", |m, _| replace_if(is_item(m, 0), m, answer(4)), End::Error),
+    ("an error in place of item 1", |m, _| replace_if(is_item(m, 1), m, answer(4)), End::Error),
+    ("an error in place of the list", |m, _| replace_if(is_count(m), m, answer(4)), End::Refused),
+    ("none", |m, _| set_count(m, 0), End::Well),
+    ("sixty-five thousand", |m, _| set_count(m, 65_535), End::Error),
+    (
+        "the list of the fence",
+        |m, _| match m {
+            Message::Dialect(MavMessage::MISSION_COUNT(count)) => {
+                count.mission_type = MavMissionType::MAV_MISSION_TYPE_FENCE;
+                Said::Changed
+            }
+            _ => Said::AsItIs,
+        },
+        End::Error,
+    ),
+];
+
+const WRITES: [(&str, Twist, End); 16] = [
+    ("the count is not answered", |m, _| drop_if(asked(m).is_some()), End::Error),
+    ("the count is not answered the first time", |m, n| drop_if(n == 0 && asked(m) == Some(0)), End::Well),
+    ("item 1 is never asked for", |m, _| drop_if(asked(m) == Some(1)), End::Error),
+    ("item 1 is not asked for the first time", |m, n| drop_if(n == 0 && asked(m) == Some(1)), End::Well),
+    (
+        "an item that there is not is asked for in place of item 0",
+        |m, _| {
+            let is_it = asked(m) == Some(0);
+            if is_it {
+                ask_for(m, 999);
+            }
+            if is_it { Said::Changed } else { Said::AsItIs }
+        },
+        End::Error,
+    ),
+    (
+        "an item that there is not is asked for in place of item 1",
+        |m, _| {
+            let is_it = asked(m) == Some(1);
+            if is_it {
+                ask_for(m, 999);
+            }
+            if is_it { Said::Changed } else { Said::AsItIs }
+        },
+        End::Error,
+    ),
+    ("an error in place of the request for item 0", |m, _| replace_if(asked(m) == Some(0), m, answer(4)), End::Refused),
+    ("an error in place of the request for item 1", |m, _| replace_if(asked(m) == Some(1), m, answer(4)), End::Refused),
+    ("no room in place of the request for item 1", |m, _| replace_if(asked(m) == Some(1), m, answer(4)), End::Refused),
+    // It has all of it, as reading back shows.
+    ("the end is not told", |m, _| drop_if(is_good_end(m)), End::Well),
+    ("the end is an error", |m, _| replace_if(is_good_end(m), m, answer(4)), End::Refused),
+    ("the end is told after item 0", |m, _| replace_if(asked(m).is_some_and(|seq| seq > 0), m, answer(0)), End::Error),
+    ("the end is told in place of the first request", |m, _| replace_if(asked(m).is_some(), m, answer(0)), End::Error),
+    (
+        "the end is told to another station",
+        |m, _| match m {
+            Message::MissionAck(ack) => {
+                ack.target = RIVAL;
+                Said::Changed
+            }
+            _ => Said::AsItIs,
+        },
+        End::Well,
+    ),
+    (
+        "the end is told of the fence",
+        |m, _| match m {
+            Message::MissionAck(ack) => {
+                ack.mission_type = 1;
+                Said::Changed
+            }
+            _ => Said::AsItIs,
+        },
+        End::Well,
+    ),
+    (
+        "requests are for another station",
+        |m, _| {
+            if let Some(seq) = asked(m) {
+                *m = Message::Dialect(MavMessage::MISSION_REQUEST_INT(
+                    vencejo_proto::dialect::MISSION_REQUEST_INT_DATA {
+                        seq,
+                        target_system: RIVAL.system.0,
+                        target_component: RIVAL.component.0,
+                        mission_type: MavMissionType::MAV_MISSION_TYPE_MISSION,
+                    },
+                ));
+                return Said::Changed;
+            }
+            Said::AsItIs
+        },
+        End::Error,
+    ),
+];
+
+/// Waypoints that every autopilot keeps as they are sent.
+fn plain(count: u16) -> Vec<MissionItemInt> {
+    let item = |seq: u16| MissionItemInt {
+        target: PLANE,
+        seq,
+        frame: if seq == 0 { 0 } else { 3 },
+        command: 16,
+        current: 0,
+        autocontinue: 1,
+        params: [0.0; 4],
+        x: 403_332_000 + i32::from(seq) * 1000,
+        y: -37_978_000,
+        z: 50.0 + f32::from(seq),
+        mission_type: 0,
+    };
+    (0..count).map(item).collect()
+}
+
+fn check<T>(what: &str, end: End, result: &Result<T, TransferError>, took: Duration) {
+    let is_right = match end {
+        End::Well => result.is_ok(),
+        End::Error => result.is_err(),
+        End::Refused => matches!(result, Err(TransferError::Refused { .. })),
+    };
+    assert!(is_right, "{what}: {:?}", result.as_ref().err());
+    assert!(took <= Duration::from_secs(60), "{what}: {took:?}");
+}
+
+// fault 16: 30 misbehaviours of ArduPilot's and PX4's kind at each step of reading and writing: each ends as it has to, no success that is none
+#[test]
+fn each_misbehaviour_ends_as_it_has_to() {
+    let items = plain(6);
+    let px4 = TransferConfig { item_window: 1, ..TransferConfig::new(PLANE, STATION) };
+    let mut seen = 0;
+    for (name, config, asks_for_integers) in [("ArduPilot", by_items(Duration::ZERO), false), ("PX4", px4, true)] {
+        for (what, twist, end) in READS {
+            let mut plane = MockPlane::new();
+            plane.store(PlanKind::Mission, &items);
+            let download = PlanDownload::new(&config, PlanKind::Mission, MonoTime::ZERO);
+            let twisted = Twisted { plane, twist, count: 0, asks_for_integers };
+            let mut world = World::new(Running::new(download), twisted, Faults::default(), 1);
+            let (result, took) = run(&mut world, Duration::from_secs(120));
+            check(&format!("{name}, reading, {what}"), end, &result, took);
+            assert!(world.plane.count > 0, "{what}: it happened");
+            if let Ok(plan) = result {
+                assert!(plan.items.is_empty() || has(&plan.items, &items), "{name}, reading, {what}");
+                assert_eq!(plan.items.is_empty(), what == "none", "{name}, reading, {what}");
+            }
+            seen += 1;
+        }
+        for (what, twist, end) in WRITES {
+            let mut plane = MockPlane::new();
+            (plane.strict_order, plane.keeps_home) = (asks_for_integers, !asks_for_integers);
+            plane.store(PlanKind::Mission, &plain(9));
+            let upload = PlanUpload::new(&config, PlanKind::Mission, items.clone(), MonoTime::ZERO);
+            let twisted = Twisted { plane, twist, count: 0, asks_for_integers };
+            let mut world = World::new(Running::new(upload), twisted, Faults::default(), 1);
+            let (result, took) = run(&mut world, Duration::from_secs(120));
+            check(&format!("{name}, writing, {what}"), end, &result, took);
+            assert!(world.plane.count > 0, "{what}: it happened");
+            if result.is_ok() {
+                assert!(has(&world.plane.plane.plans[0], &items), "{name}, writing, {what}: false success");
+            }
+            seen += 1;
+        }
+    }
+    assert_eq!(seen, 60);
+}
