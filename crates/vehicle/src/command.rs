@@ -32,7 +32,11 @@ pub mod cmd {
     pub const DO_REPOSITION: u16 = 192;
     pub const DO_PAUSE_CONTINUE: u16 = 193;
     pub const DO_AUX_FUNCTION: u16 = 218;
+    pub const DO_FLIGHTTERMINATION: u16 = 185;
+    pub const DO_FENCE_ENABLE: u16 = 207;
+    pub const DO_PARACHUTE: u16 = 208;
     pub const DO_SET_MISSION_CURRENT: u16 = 224;
+    pub const PREFLIGHT_STORAGE: u16 = 245;
     pub const PREFLIGHT_REBOOT_SHUTDOWN: u16 = 246;
     pub const COMPONENT_ARM_DISARM: u16 = 400;
     pub const GET_HOME_POSITION: u16 = 410;

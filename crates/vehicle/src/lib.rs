@@ -65,6 +65,7 @@
 #![allow(deprecated, reason = "messages that MAVLink calls deprecated are what older vehicles speak")]
 
 pub mod command;
+mod danger;
 mod error;
 pub mod heartbeat;
 pub mod modes;
@@ -82,6 +83,7 @@ pub mod timesync;
 pub mod transfer;
 mod vehicle;
 
+pub use danger::Danger;
 pub use error::VehicleError;
 pub use plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
 pub use plan_state::{PlanState, Unknown};

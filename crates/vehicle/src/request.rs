@@ -260,6 +260,21 @@ pub enum Request {
     DespiteMixedPlan(Box<Request>),
 }
 
+impl Request {
+    /// Whether it changes something on the vehicle. What only reads, or sends nothing, does not.
+    #[must_use]
+    pub const fn is_act(&self) -> bool {
+        !matches!(
+            self,
+            Self::RequestMessage { .. }
+                | Self::DownloadPlan { .. }
+                | Self::ParamList
+                | Self::ParamRead { .. }
+                | Self::Note { .. }
+        )
+    }
+}
+
 /// The result of a request that succeeded.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
