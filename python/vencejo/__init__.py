@@ -18,12 +18,15 @@ For asyncio see `vencejo.aio`.
 """
 
 from vencejo._native import Subscription, __version__
+from vencejo.control import Operator
 from vencejo.errors import (
     Busy,
     Cancelled,
     ClosedError,
     CommandRefused,
     CommandTimeout,
+    ConfirmationNeeded,
+    ControlHeld,
     FileFormatError,
     InvalidRequest,
     LinkError,
@@ -76,6 +79,8 @@ __all__ = [
     "Command",
     "CommandRefused",
     "CommandTimeout",
+    "ConfirmationNeeded",
+    "ControlHeld",
     "Event",
     "Fence",
     "FileFormatError",
@@ -93,6 +98,7 @@ __all__ = [
     "MissionProgress",
     "NoVehicleError",
     "NotPossibleNow",
+    "Operator",
     "Parameter",
     "ParameterError",
     "Parameters",

@@ -26,6 +26,7 @@ from types import TracebackType
 from typing import Any
 
 from vencejo import _native
+from vencejo.control import Danger
 from vencejo.errors import CommandTimeout, InvalidRequest
 from vencejo.plan import Home, Plan
 from vencejo.signing import SigningInfo
@@ -174,13 +175,15 @@ class AsyncVehicle(VehicleState):
         """Look whether something new has arrived, without waiting."""
         return self._native.wait_change(seen, 0.0)
 
-    async def arm(self, *, force: bool = False, despite_mixed_plan: bool = False) -> None:
+    async def arm(
+        self, *, force: bool = False, confirm: Danger | None = None, despite_mixed_plan: bool = False
+    ) -> None:
         """Arm; see `vencejo.Vehicle.arm`."""
-        await _finished(self._native.arm(force, despite_mixed_plan))
+        await _finished(self._native.arm(force, confirm, despite_mixed_plan))
 
-    async def disarm(self, *, force: bool = False) -> None:
+    async def disarm(self, *, force: bool = False, confirm: Danger | None = None) -> None:
         """Disarm; see `vencejo.Vehicle.disarm`."""
-        await _finished(self._native.disarm(force))
+        await _finished(self._native.disarm(force, confirm))
 
     async def set_mode(self, mode: str | int, *, despite_mixed_plan: bool = False) -> None:
         """Change the flight mode; see `vencejo.Vehicle.set_mode`."""
@@ -286,9 +289,9 @@ class AsyncVehicle(VehicleState):
         await _finished(self._native.change_signing("remove", key=None, any_link=any_link))
         return self.signing
 
-    async def reboot(self) -> None:
-        """Restart the autopilot; only when it is disarmed."""
-        await _finished(self._native.reboot())
+    async def reboot(self, *, confirm: Danger | None = None) -> None:
+        """Restart the autopilot; see `vencejo.Vehicle.reboot`."""
+        await _finished(self._native.reboot(confirm))
 
     async def upload(
         self,
@@ -313,9 +316,9 @@ class AsyncVehicle(VehicleState):
             parts[kind] = Plan._from_native(await _finished(self._native.download(kind), progress))
         return _joined(parts)
 
-    async def clear(self, *, kind: PlanKind = "mission") -> None:
+    async def clear(self, *, kind: PlanKind = "mission", confirm: Danger | None = None) -> None:
         """Remove a plan; see `vencejo.Vehicle.clear`."""
-        await _finished(self._native.clear(kind))
+        await _finished(self._native.clear(kind, confirm))
 
     async def prepare_flight(self, *, despite_mixed_plan: bool = False) -> None:
         """Prepare a flight, on the ground and disarmed; see `vencejo.Vehicle.prepare_flight`."""
@@ -356,10 +359,12 @@ class AsyncVehicle(VehicleState):
         """The vehicle's parameters."""
         return AsyncParameters(self)
 
-    async def command(self, command: int | str, *params: float, despite_mixed_plan: bool = False) -> int:
+    async def command(
+        self, command: int | str, *params: float, confirm: Danger | None = None, despite_mixed_plan: bool = False
+    ) -> int:
         """Send any command by COMMAND_LONG; see `vencejo.Vehicle.command`."""
-        number = _command_number(command)
-        return int(await _finished(self._native.command_long(number, self._seven(params), despite_mixed_plan)) or 0)
+        number, seven = _command_number(command), self._seven(params)
+        return int(await _finished(self._native.command_long(number, seven, confirm, despite_mixed_plan)) or 0)
 
     async def command_int(
         self,
@@ -369,10 +374,12 @@ class AsyncVehicle(VehicleState):
         x: int = 0,
         y: int = 0,
         z: float = 0.0,
+        confirm: Danger | None = None,
         despite_mixed_plan: bool = False,
     ) -> int:
         """Send any command by COMMAND_INT; see `vencejo.Vehicle.command_int`."""
-        return int(await _finished(self._command_int(command, params, frame, x, y, z, despite_mixed_plan)) or 0)
+        asked = self._command_int(command, params, frame, x, y, z, confirm, despite_mixed_plan)
+        return int(await _finished(asked) or 0)
 
     async def request_message(self, name: str) -> MavlinkMessage:
         """Ask for one message once, and give it back."""
@@ -393,9 +400,9 @@ class AsyncParameters:
         """Read one."""
         return Parameter(*await _finished(self._vehicle._native.param_read(name)))
 
-    async def set(self, name: str, value: float) -> Parameter:
-        """Write one; returns what the vehicle has then."""
-        return Parameter(*await _finished(self._vehicle._native.param_set(name, float(value))))
+    async def set(self, name: str, value: float, *, confirm: Danger | None = None) -> Parameter:
+        """Write one; see `vencejo.vehicle.Parameters.set`."""
+        return Parameter(*await _finished(self._vehicle._native.param_set(name, float(value), confirm)))
 
     async def all(self, *, progress: ProgressCallback | None = None) -> dict[str, Parameter]:
         """Read all, by name."""

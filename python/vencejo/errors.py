@@ -41,6 +41,38 @@ class Busy(VencejoError):
     """The vehicle is occupied by another command or transfer of this station."""
 
 
+class ControlHeld(VencejoError):
+    """Somebody else holds control of the station: nothing was sent.
+
+    Ask for it, wait until it is given up, or take it over by name (`vencejo.station.Operator`).
+
+    Attributes
+    ----------
+    holder : str
+        Who holds it.
+    """
+
+    def __init__(self, message: str, holder: str = "") -> None:
+        super().__init__(message)
+        self.holder = holder
+
+
+class ConfirmationNeeded(VencejoError):
+    """An act that can end a flight or destroy what is on board, and that was not confirmed: nothing was sent.
+
+    A program confirms it by naming it: the same call with ``confirm=`` this exception's `act`.
+
+    Attributes
+    ----------
+    act : str
+        What is dangerous, such as ``"force-arm"``.
+    """
+
+    def __init__(self, message: str, act: str = "") -> None:
+        super().__init__(message)
+        self.act = act
+
+
 class Cancelled(VencejoError):
     """The operation was cancelled by its caller. What the vehicle holds is unknown until it is read again."""
 

@@ -20,6 +20,7 @@ from pathlib import Path
 from types import TracebackType
 
 from vencejo import _native
+from vencejo.control import Operator
 from vencejo.errors import InvalidRequest
 from vencejo.station import Station, default_record_dir
 from vencejo.storage import Floors, StorageProblem
@@ -94,7 +95,7 @@ def has_app() -> bool:
 class Server:
     """A station's server, from its making until it is closed. The station goes on afterwards.
 
-    One operator's session at a time holds control; others watch and may ask for it.
+    One operator at a time holds control of the station (`vencejo.control`); others watch and may ask for it.
 
     Parameters
     ----------
@@ -222,6 +223,9 @@ class Server:
     def operator(self, name: str) -> Operator:
         """Take part as one more operator, for a program that flies while people watch.
 
+        It is a session like a browser's: it has control from the start when nobody else does. Act in its name with
+        `Operator.vehicle`.
+
         Parameters
         ----------
         name : str
@@ -276,52 +280,6 @@ class Server:
             address = ipaddress.ip_address("127.0.0.1" if address.version == 4 else "::1")
         shown = f"[{address}]" if address.version == 6 else str(address)
         return f"{'https' if self._native.is_tls else 'http'}://{shown}:{self.port}"
-
-
-class Operator:
-    """An operator's session of this program, from its making until it is closed. Made by `Server.operator`.
-
-    It has control from the start when nobody else has it. Control is a matter between the sessions of a server: what a
-    program does with its vehicles it does all the same, so one that shares them asks `has_control` before it acts.
-    """
-
-    def __init__(self, native: _native.Operator) -> None:
-        self._native = native
-
-    @property
-    def has_control(self) -> bool:
-        """Whether this session holds control."""
-        return self._native.has_control()
-
-    @property
-    def holder(self) -> str | None:
-        """Name of the session that holds control, ``None`` when nobody does."""
-        return self._native.holder()
-
-    @property
-    def requested_by(self) -> str | None:
-        """Name of the session that asks for control, ``None`` when nobody does."""
-        return self._native.requested_by()
-
-    def take(self) -> bool:
-        """Take control if nobody else has it; returns whether it is held now."""
-        return self._native.take()
-
-    def release(self) -> None:
-        """Give control up: to the session that asks for it, else to nobody."""
-        self._native.release()
-
-    def close(self) -> None:
-        """End the session, and give control up. Can be called again."""
-        self._native.close()
-
-    def __enter__(self) -> Operator:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def _address(host: str) -> str:

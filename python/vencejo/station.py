@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import contextlib
 import os
+import sys
 import weakref
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from types import TracebackType
 from typing import Any, NoReturn, cast
 
 from vencejo import _native
+from vencejo.control import Operator
 from vencejo.errors import ClosedError, InvalidRequest, VencejoError
 from vencejo.link import LinkInfo
 from vencejo.signing import SigningInfo, SigningKeyInfo
@@ -95,6 +97,8 @@ class Station:
     signing : bool or path, optional
         Where signing keys are kept: ``True`` in the user's data folder, a path for another folder; with ``False`` nothing is
         signed and nothing is checked.
+    operator : str, optional
+        Name of the operator in whose name this program acts; by default what the program is called.
 
     Notes
     -----
@@ -127,6 +131,7 @@ class Station:
         forward_to: Iterable[str] = (),
         floors: Floors | None = None,
         signing: bool | str | os.PathLike[str] = True,
+        operator: str | None = None,
     ) -> None:
         for name, id in (("system_id", system_id), ("component_id", component_id)):
             if not 1 <= id <= 255:
@@ -152,6 +157,7 @@ class Station:
             signing_dir=signing_dir,
             request_streams=request_streams,
             floors_mb=None if floors is None else floors._mb,
+            operator=_program() if operator is None else operator,
         )
         # Weak, so that a station that is no longer used is not kept by its own vehicles.
         self._vehicles: weakref.WeakValueDictionary[int, Vehicle] = weakref.WeakValueDictionary()
@@ -296,6 +302,27 @@ class Station:
         """
         self._native.use_signing_key(system_id, name)
 
+    @property
+    def operator(self) -> Operator:
+        """In whose name this program acts: it takes control with its first act, unless somebody else has it.
+
+        It gives control to whoever asks for it; a program that wants to be asked takes part with `Server.operator`.
+        """
+        return Operator(self._native.operator())
+
+    def add_operator(self, name: str, *, transient: bool = False) -> Operator:
+        """One more operator of this program, that takes control only when it acts or asks.
+
+        Parameters
+        ----------
+        name : str
+            What the others are shown, up to 40 characters.
+        transient : bool, optional
+            It stands for clients that come and go and cannot ask: it is there from `Operator.attach` to `Operator.detach` and
+            for 5 s after what it does, and to be refused is to ask for control.
+        """
+        return Operator(self._native.enlist(name, transient))
+
     def set_heartbeat(self, enabled: bool) -> None:
         """Start or stop our heartbeat, which the vehicle's ground-station failsafe counts."""
         self._native.set_heartbeat(enabled)
@@ -311,6 +338,10 @@ class Station:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def _program() -> str:
+    return Path(sys.argv[0]).name if sys.argv and sys.argv[0] not in ("", "-c", "-m") else "program"
 
 
 class _Elsewhere:

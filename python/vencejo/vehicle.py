@@ -17,6 +17,7 @@ from types import MappingProxyType, SimpleNamespace, TracebackType
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 from vencejo import _native
+from vencejo.control import Danger
 from vencejo.errors import CommandTimeout, InvalidRequest
 from vencejo.link import LinkInfo
 from vencejo.mavlink import decode_payload, encode_payload, field_names
@@ -343,6 +344,11 @@ class VehicleState:
         -------
         bool
             Whether there is one.
+
+        Raises
+        ------
+        ControlHeld
+            When somebody else holds control.
         """
         return self._native.follow_rival()
 
@@ -386,13 +392,15 @@ class VehicleState:
         _call_back(subscription, lambda item: callback(_event(*item)), callback)
         return subscription
 
-    def send_message(self, name: str, *, despite_mixed_plan: bool = False, **fields: Any) -> None:
+    def send_message(
+        self, name: str, *, confirm: Danger | None = None, despite_mixed_plan: bool = False, **fields: Any
+    ) -> None:
         """Send any message of the dialect: the escape hatch.
 
         Fields are named as in the message definition, in the units of the wire; those not given are 0. The vehicle is
-        put into ``target_system`` and ``target_component`` when these are not given. There is no answer, and no check but
-        one: what arms, follows the mission or jumps in it is held back while that may be mixed (`PlanState.may_be_mixed`),
-        unless it is `despite_mixed_plan`.
+        put into ``target_system`` and ``target_component`` when these are not given. There is no answer and no check of its
+        values; one that is dangerous has to be confirmed, and what arms, follows the mission or jumps in it is held back while
+        that may be mixed (`PlanState.may_be_mixed`), unless it is `despite_mixed_plan`.
 
         Raises
         ------
@@ -405,7 +413,7 @@ class VehicleState:
         known = field_names(name)
         addressed = {"target_system": system, "target_component": component}
         fields = {**{key: value for key, value in addressed.items() if key in known}, **fields}
-        self._native.send_payload(*encode_payload(name, fields), despite_mixed_plan)
+        self._native.send_payload(*encode_payload(name, fields), confirm, despite_mixed_plan)
 
     def _planned_position(self) -> GeoPoint | None:
         position, home = self.telemetry.position, self.telemetry.home
@@ -463,6 +471,7 @@ class VehicleState:
         x: int,
         y: int,
         z: float,
+        confirm: Danger | None,
         despite_mixed_plan: bool,
     ) -> _native.Pending:
         if len(params) > 4:
@@ -474,8 +483,8 @@ class VehicleState:
         ):
             if not low <= value <= high:
                 raise InvalidRequest(f"{name} is {value}: it goes from {low} to {high}")
-        four = self._seven(params)[:4]
-        return self._native.command_int(_command_number(command), frame, four, x, y, z, despite_mixed_plan)
+        number, four = _command_number(command), self._seven(params)[:4]
+        return self._native.command_int(number, frame, four, x, y, z, confirm, despite_mixed_plan)
 
     @staticmethod
     def _seven(params: Sequence[float]) -> list[float]:
@@ -598,8 +607,8 @@ class Vehicle(VehicleState):
 
     # Arming and modes ----------------------------------------------------------------------------------------------
 
-    def arm(self, *, force: bool = False, despite_mixed_plan: bool = False) -> None:
-        """Arm; returns when the vehicle shows it. `force` skips its own checks.
+    def arm(self, *, force: bool = False, confirm: Danger | None = None, despite_mixed_plan: bool = False) -> None:
+        """Arm; returns when the vehicle shows it. `force` skips its own checks (``confirm="force-arm"``).
 
         Raises
         ------
@@ -608,12 +617,20 @@ class Vehicle(VehicleState):
         NotPossibleNow
             While the mission on board may be a mixture (`PlanState.may_be_mixed`), unless it is `despite_mixed_plan`, which
             is written among the vehicle's texts.
+        ControlHeld
+            When somebody else holds control; so does every act.
+        ConfirmationNeeded
+            When `force` is not confirmed.
         """
-        self._wait(self._native.arm(force, despite_mixed_plan))
+        self._wait(self._native.arm(force, confirm, despite_mixed_plan))
 
-    def disarm(self, *, force: bool = False) -> None:
-        """Disarm; returns when the vehicle shows it. `force` stops the motor even in the air."""
-        self._wait(self._native.disarm(force))
+    def disarm(self, *, force: bool = False, confirm: Danger | None = None) -> None:
+        """Disarm; returns when the vehicle shows it.
+
+        `force` stops the motor even in the air (``confirm="force-disarm"``). Without it a vehicle that flies, or does not say
+        that it stands, is asked only with ``confirm="disarm-in-flight"``.
+        """
+        self._wait(self._native.disarm(force, confirm))
 
     def set_mode(self, mode: str | int, *, despite_mixed_plan: bool = False) -> None:
         """Change the flight mode by name (``"AUTO"``, ``"fbwa"``…) or number; returns when the vehicle shows it.
@@ -781,9 +798,9 @@ class Vehicle(VehicleState):
         self._wait(self._native.change_signing("remove", key=None, any_link=any_link))
         return self.signing
 
-    def reboot(self) -> None:
-        """Restart the autopilot; only when it is disarmed."""
-        self._wait(self._native.reboot())
+    def reboot(self, *, confirm: Danger | None = None) -> None:
+        """Restart the autopilot; only when it is disarmed, and with ``confirm="reboot"``."""
+        self._wait(self._native.reboot(confirm))
 
     # Missions ------------------------------------------------------------------------------------------------------
 
@@ -830,9 +847,12 @@ class Vehicle(VehicleState):
         parts = {kind: Plan._from_native(self._wait(self._native.download(kind), progress)) for kind in kinds}
         return _joined(parts)
 
-    def clear(self, *, kind: PlanKind = "mission") -> None:
-        """Remove the mission (or fence, or rally points); returns when the vehicle says that it is gone."""
-        self._wait(self._native.clear(kind))
+    def clear(self, *, kind: PlanKind = "mission", confirm: Danger | None = None) -> None:
+        """Remove the mission (or fence, or rally points); returns when the vehicle says that it is gone.
+
+        Confirmed by ``confirm="clear-mission"``, ``"clear-fence"`` or ``"clear-rally"``.
+        """
+        self._wait(self._native.clear(kind, confirm))
 
     def prepare_flight(self, *, despite_mixed_plan: bool = False) -> None:
         """Prepare a flight, on the ground and disarmed: a mode that arms, and the mission back at its beginning.
@@ -908,8 +928,12 @@ class Vehicle(VehicleState):
 
     # Escape hatch --------------------------------------------------------------------------------------------------
 
-    def command(self, command: int | str, *params: float, despite_mixed_plan: bool = False) -> int:
+    def command(
+        self, command: int | str, *params: float, confirm: Danger | None = None, despite_mixed_plan: bool = False
+    ) -> int:
         """Send any command by COMMAND_LONG and give back its ``result_param2``. Missing parameters are 0.
+
+        A dangerous one is confirmed by its name, as the method for the same act would be.
 
         Raises
         ------
@@ -917,8 +941,8 @@ class Vehicle(VehicleState):
         NotPossibleNow
             For one that arms, follows the mission or jumps in it, while that may be mixed; see `arm`.
         """
-        number = _command_number(command)
-        return int(self._wait(self._native.command_long(number, self._seven(params), despite_mixed_plan)) or 0)
+        number, seven = _command_number(command), self._seven(params)
+        return int(self._wait(self._native.command_long(number, seven, confirm, despite_mixed_plan)) or 0)
 
     def command_int(
         self,
@@ -928,10 +952,12 @@ class Vehicle(VehicleState):
         x: int = 0,
         y: int = 0,
         z: float = 0.0,
+        confirm: Danger | None = None,
         despite_mixed_plan: bool = False,
     ) -> int:
         """Send any command by COMMAND_INT, its position as scaled integers of the frame (degE7 in a global one)."""
-        return int(self._wait(self._command_int(command, params, frame, x, y, z, despite_mixed_plan)) or 0)
+        asked = self._command_int(command, params, frame, x, y, z, confirm, despite_mixed_plan)
+        return int(self._wait(asked) or 0)
 
     def request_message(self, name: str) -> MavlinkMessage:
         """Ask for one message once, and give it back."""
@@ -965,15 +991,15 @@ class Parameters:
         """
         return Parameter(*self._vehicle._wait(self._vehicle._native.param_read(name)))
 
-    def set(self, name: str, value: float) -> Parameter:
-        """Write one; returns what the vehicle has then.
+    def set(self, name: str, value: float, *, confirm: Danger | None = None) -> Parameter:
+        """Write one; returns what the vehicle has then. Switching the fence off needs ``confirm="fence-off"``.
 
         Raises
         ------
         ParameterError
             When the vehicle does not have it, or keeps another value.
         """
-        return Parameter(*self._vehicle._wait(self._vehicle._native.param_set(name, float(value))))
+        return Parameter(*self._vehicle._wait(self._vehicle._native.param_set(name, float(value), confirm)))
 
     def all(self, *, progress: ProgressCallback | None = None) -> dict[str, Parameter]:
         """Read all, by name."""

@@ -238,6 +238,10 @@ def test_parameters(parked_plane: str, tmp_path: Path) -> None:
     saved = tmp_path / "all.param"
     assert run("params", "save", str(saved), link=parked_plane).exit_code == 0
     assert vencejo.load_params(saved)["WP_RADIUS"] == 41.0
+    asked = run("params", "set", "FENCE_ENABLE", "0", link=parked_plane)
+    assert asked.exit_code == 2, "nobody is there to answer"
+    assert "fence-off" in asked.stderr
+    assert run("params", "set", "FENCE_ENABLE", "0", "--yes", link=parked_plane).exit_code == 0
     assert run("params", "set", "WP_RADIUS", "60", link=parked_plane).stdout == "WP_RADIUS 41 → 60\n"
     some = tmp_path / "some.param"
     some.write_text("WP_RADIUS,42\nWP_LOITER_RAD,80\nNO_SUCH_THING,1\n", encoding="utf-8")

@@ -6,7 +6,7 @@ import contextlib
 import random
 import threading
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, cast
 
 import pytest
 import vencejo
@@ -129,7 +129,7 @@ def test_of_ten_clicks_one_is_in_flight(mock: MockPlane, plane: vencejo.Vehicle,
 
     def click() -> None:
         try:
-            plane.arm() if act == "arm" else plane.reboot()
+            plane.arm() if act == "arm" else plane.reboot(confirm="reboot")
             errors.append(None)
         except vencejo.VencejoError as error:
             errors.append(error)
@@ -170,6 +170,9 @@ def test_ten_thousand_random_calls_move_nothing(mock: MockPlane, plane: vencejo.
     def plan() -> vencejo.Plan:
         return vencejo.Plan(items=(point,) * choose.randrange(1, 4))
 
+    def clear(kind: Any) -> None:
+        plane.clear(kind=kind, confirm=cast("Any", f"clear-{kind}"))
+
     quick: list[Callable[[], Any]] = [
         lambda: plane.telemetry.to_dict(),
         lambda: plane.mission_progress,
@@ -198,7 +201,7 @@ def test_ten_thousand_random_calls_move_nothing(mock: MockPlane, plane: vencejo.
         lambda: plane.upload(plan()),
         lambda: plane.download(),
         lambda: plane.download(kinds=("fence", "rally")),
-        lambda: plane.clear(kind=choose.choice(("mission", "fence", "rally"))),
+        lambda: clear(choose.choice(("mission", "fence", "rally"))),
         lambda: plane.params.get("WP_RADIUS"),
         lambda: plane.params.set("WP_RADIUS", choose.randrange(10, 90)),
         lambda: plane.set_message_rate("ATTITUDE", 10.0),
@@ -207,7 +210,7 @@ def test_ten_thousand_random_calls_move_nothing(mock: MockPlane, plane: vencejo.
         lambda: cancelled(lambda: plane._native.download("mission")),
         lambda: cancelled(lambda: plane._native.param_list()),
         lambda: mock.do(mock.reboot) if choose.random() < 0.1 else None,
-        lambda: plane.reboot() if plane.telemetry.is_armed else None,
+        lambda: plane.reboot(confirm="reboot") if plane.telemetry.is_armed else None,
     ]
     succeeded = 0
     for _ in range(10_000):

@@ -55,7 +55,7 @@ def holds(mock: MockPlane, plan: vencejo.Plan) -> bool:
 OPERATIONS: dict[str, Callable[[vencejo.Vehicle], Any]] = {
     "upload": lambda plane: plane.upload(mission(2)),
     "download": lambda plane: plane.download(),
-    "clear": lambda plane: plane.clear(),
+    "clear": lambda plane: plane.clear(confirm="clear-mission"),
     "parameters": lambda plane: plane.params.all(),
     "parameter": lambda plane: plane.params.get("WP_RADIUS"),
     "write a parameter": lambda plane: plane.params.set("WP_RADIUS", 60.0),

@@ -248,9 +248,10 @@ def test_missions_that_are_only_sent(tmp_path: Path) -> None:
             assert (done.returncode, done.stdout.splitlines()[-1:]) == (0, ["it flies"]), done.stderr
             sent = client.missions.download(0, client.precise.PlanKind.MissionPlan).items
             assert [item.command for item in sent] == [22, 16, 16, 16, 189, 31, 21], language
-            client.missions.clear(0, client.precise.PlanKind.MissionPlan)
+            client.missions.clear(0, client.precise.PlanKind.MissionPlan, {"confirm": "clear-mission"})
         assert client.extra.takeoff() is None
         browser = served.client(name="onlooker")
+        browser.done("POST", "control/release")
         wait_for(
             lambda: "nothing is armed over these interfaces" in str(browser.done("GET", "vehicles/1/texts")),
             "the reason in the station",

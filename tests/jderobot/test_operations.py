@@ -273,9 +273,29 @@ def test_telemetry_and_events_are_pushed(client: Client, way: str) -> None:
 
 def test_what_was_refused_is_said_in_the_station_too(grounded: Served, client: Client) -> None:
     browser = grounded.client(name="onlooker")
+    browser.done("POST", "control/release")
     assert client.mission.setMissionData(client.mission_data((91.0, LON, 60.0))) == 1
     texts = browser.done("GET", "vehicles/1/texts")
     assert [text["severity"] for text in texts if "a mission was refused: pose 1 of 1" in text["text"]], texts
+
+
+def test_control_is_one_for_the_page_and_for_ice(grounded: Served, client: Client) -> None:
+    page = grounded.client(name="Ana")
+    assert page.done("POST", "control/request")["has_control"] is True, "whoever held it over Ice gives way"
+    with pytest.raises(client.precise.Busy, match="Ana holds control"):
+        client.control.setMode(0, "STABILIZE")
+    client.extra.takeoff()
+    assert client.mission.setMissionData(client.mission_data((LAT, LON, 50.0), *PLACES)) == 5
+    assert page.done("GET", "session")["requested_by"] == "JdeRobot"
+    assert client.telemetry.getPose(0).systemId == 1, "to look needs no control"
+    page.done("POST", "control/release")
+    client.control.setMode(0, "STABILIZE")
+    assert page.done("GET", "session")["holder"] == "JdeRobot"
+    assert page.ask("POST", "vehicles/1/loiter").status == 423
+    with pytest.raises(client.precise.InvalidRequest, match="confirm='clear-mission'"):
+        client.missions.clear(0, client.precise.PlanKind.MissionPlan)
+    client.missions.clear(0, client.precise.PlanKind.MissionPlan, {"confirm": "clear-mission"})
+    client.control.setMode(0, "MANUAL")
 
 
 @pytest.mark.parametrize("language", ["python", "javascript"])

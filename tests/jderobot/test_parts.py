@@ -473,6 +473,29 @@ def test_a_damaged_slice_file_is_told_and_ends_nothing(tmp_path: Path, monkeypat
             runtime._load()
 
 
+WRITES = frozenset(
+    {
+        "abortLanding", "arm", "clear", "climbTo", "command", "disarm", "flatTrim", "flightAnimation",
+        "flyCourse", "goTo", "land", "ledAnimation", "loiter", "pause", "recordOnUsb", "reset", "resume",
+        "returnToLaunch", "setAirspeed", "setAltitude", "setCMDVelData", "setCameraDescription",
+        "setCurrentItem", "setMissionData", "setMode", "setPose3DData", "setVelocity", "start", "takeoff",
+        "toggleCam", "upload",
+    }
+)  # fmt: skip
+"""Operations for operators alone; each operation of the Slice files is here or in `READS`."""
+
+
+def test_every_role_at_every_operation() -> None:
+    names = {name.partition(".")[2] for name in operations()}
+    builtin = {name for name in READS if name.startswith("ice_")}
+    assert (READS - builtin) | WRITES == names, "say who may call a new operation"
+    assert not READS & WRITES
+    gate = Gate("v" * 32, "o" * 32, ())
+    for name in names | builtin:
+        may = [gate.refusal("203.0.113.1", token, name) is None for token in ("", "v" * 32, "o" * 32)]
+        assert may == [False, name in READS, True], name
+
+
 def test_what_ice_needs_never_holds_up_the_demonstration() -> None:
     """`make demo` neither installs nor compiles ZeroC Ice, and no part that it runs imports it."""
     plan = {

@@ -5,8 +5,9 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 import vencejo
@@ -69,7 +70,7 @@ def test_a_mission_is_uploaded_verified_read_and_cleared(plane: vencejo.Vehicle)
     assert read.items[2].params[2] == -70.0
     assert read.home is not None
     assert plane.plan_state().hash == state.hash
-    plane.clear()
+    plane.clear(confirm="clear-mission")
     assert plane.plan_state().state == "empty"
     assert plane.download().items == ()
     assert (plane.telemetry.mode, plane.telemetry.is_armed) == (mode, armed), "nothing else happened"
@@ -89,8 +90,79 @@ def test_fence_and_rally(plane: vencejo.Vehicle) -> None:
     assert isinstance(zone, vencejo.Polygon)
     assert [round(point.lat_deg, 7) for point in zone.points] == [round(point.lat_deg, 7) for point in corners]
     for kind in ("fence", "rally"):
-        plane.clear(kind=kind)  # type: ignore[arg-type]
+        plane.clear(kind=kind, confirm=f"clear-{kind}")  # type: ignore[arg-type]
     assert plane.download(kinds=("fence", "rally")) == Plan()
+
+
+def test_one_operator_acts_and_the_others_are_told_who(plane: vencejo.Vehicle) -> None:
+    ours = plane.station.operator
+    with plane.station.add_operator("Luis") as luis:
+        theirs = luis.vehicle(plane)
+        plane.set_mode("MANUAL")
+        assert (ours.has_control, luis.holder) == (True, ours.name), "the first who acts has it"
+        with pytest.raises(vencejo.ControlHeld, match=ours.name) as refused:
+            theirs.set_mode("FBWA")
+        assert refused.value.holder == ours.name
+        assert theirs.telemetry.mode == "MANUAL"
+        assert theirs.params["WP_RADIUS"] > 0, "to read needs no control"
+        with pytest.raises(vencejo.ControlHeld):
+            luis.take(over="nobody of that name")
+        assert luis.take(over=ours.name)
+        with pytest.raises(vencejo.ControlHeld, match="Luis"):
+            plane.arm()
+        theirs.set_mode("FBWA")
+    plane.set_mode("MANUAL")
+    # Of two who send at once one is told, and the vehicle has one whole plan.
+    plans = {name: Plan(items=MISSION.items[:count]) for name, count in (("Ana", 2), ("Eva", 3))}
+    ours.release()
+    for _ in range(5):
+        people = [plane.station.add_operator(name) for name in plans]
+        ends: dict[str, object] = {}
+
+        def send(operator: vencejo.Operator, ends: dict[str, object] = ends) -> None:
+            try:
+                ends[operator.name] = operator.vehicle(plane).upload(plans[operator.name]).count
+            except vencejo.VencejoError as error:
+                ends[operator.name] = error
+
+        senders = [threading.Thread(target=send, args=(operator,)) for operator in people]
+        for sender in senders:
+            sender.start()
+        for sender in senders:
+            sender.join(30)
+        (told,) = [end for end in ends.values() if isinstance(end, vencejo.ControlHeld)]
+        assert ends[told.holder] == len(plans[told.holder]) == len(plane.download())
+        for operator in people:
+            operator.close()
+
+
+def test_what_is_dangerous_is_confirmed_by_name(plane: vencejo.Vehicle) -> None:
+    assert plane.upload(MISSION).state == "verified"
+    acts: list[tuple[str, Callable[[Any], object]]] = [
+        ("force-arm", lambda confirm: plane.arm(force=True, confirm=confirm)),
+        ("force-arm", lambda confirm: plane.command(400, 1, 21196, confirm=confirm)),
+        ("force-disarm", lambda confirm: plane.disarm(force=True, confirm=confirm)),
+        ("terminate", lambda confirm: plane.command_int("DO_FLIGHTTERMINATION", 1, frame=0, confirm=confirm)),
+        ("clear-mission", lambda confirm: plane.clear(confirm=confirm)),
+        ("clear-mission", lambda confirm: plane.send_message("MISSION_CLEAR_ALL", confirm=confirm)),
+        ("reboot", lambda confirm: plane.reboot(confirm=confirm)),
+        ("fence-off", lambda confirm: plane.params.set("FENCE_ENABLE", 0, confirm=confirm)),
+    ]
+    for act, call in acts:
+        for other in (None, "erase"):
+            with pytest.raises(vencejo.ConfirmationNeeded, match=f"confirm='{act}'") as needed:
+                call(other)
+            assert needed.value.act == act
+        with pytest.raises(vencejo.InvalidRequest, match="what can be confirmed"):
+            call("yes")
+    assert plane.telemetry.is_armed is False
+    assert len(plane.download()) == len(MISSION), "nothing was sent"
+    with pytest.raises(vencejo.InvalidRequest, match="clear"):
+        plane.upload(Plan())
+    assert plane.params.set("FENCE_ENABLE", 0, confirm="fence-off").value == 0.0
+    plane.arm(force=True, confirm="force-arm")
+    plane.disarm(force=True, confirm="force-disarm")
+    plane.clear(confirm="clear-mission")
 
 
 def test_a_refused_item_says_which(plane: vencejo.Vehicle) -> None:
@@ -101,7 +173,7 @@ def test_a_refused_item_says_which(plane: vencejo.Vehicle) -> None:
     with pytest.raises(vencejo.TransferError, match="UNSUPPORTED"):
         plane.upload(bad, check=False)
     assert plane.plan_state().state == "unknown"
-    plane.clear()
+    plane.clear(confirm="clear-mission")
 
 
 def test_parameters_are_read_written_and_refused(plane: vencejo.Vehicle, tmp_path: Path) -> None:
@@ -121,7 +193,7 @@ def test_parameters_are_read_written_and_refused(plane: vencejo.Vehicle, tmp_pat
 
 
 def test_arming_without_a_mission_in_auto_is_refused_with_the_reason(plane: vencejo.Vehicle) -> None:
-    plane.clear()
+    plane.clear(confirm="clear-mission")
     plane.set_mode("RTL")
     with pytest.raises(vencejo.CommandRefused) as caught:
         plane.arm()

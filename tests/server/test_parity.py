@@ -71,10 +71,12 @@ ROUTES: dict[str, tuple[str, ...]] = {
     "Parameters.all": ("GET /params",),
     "Parameters.get": ("GET /params/{name}",),
     "Parameters.set": ("PUT /params/{name}",),
+    "Station.add_operator": ("POST /api/v1/session",),
     "Station.close": (),  # the server's owner closes it
     "Station.close_link": ("DELETE /api/v1/links/{id}",),
     "Station.links": ("GET /api/v1/links", "WS links"),
     "Station.open_link": ("POST /api/v1/links",),
+    "Station.operator": ("GET /api/v1/session", "POST /api/v1/control/take", "POST /api/v1/control/release"),
     "Station.recorder": ("GET /api/v1/recorder",),
     "Station.recorder_changes": ("GET /api/v1/storage", "WS storage"),
     "Station.set_heartbeat": ("PUT /api/v1/heartbeat",),

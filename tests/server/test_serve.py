@@ -107,7 +107,10 @@ def test_a_mission_is_sent_flown_and_followed(pilot: Client) -> None:
         pilot.done("POST", "vehicles/1/altitude", {"alt_m": 120, "alt_frame": "home"})
         pilot.done("POST", "vehicles/1/return-to-launch")
         socket.until("event", vehicle=1, kind="mode", detail={"from": "LOITER", "mode": "RTL"})
-        refused = pilot.ask("POST", "vehicles/1/reboot")
+        asked = pilot.ask("POST", "vehicles/1/reboot")
+        assert (asked.status, asked.json["cause"]["act"]) == (428, "reboot")
+        given = {"Vencejo-Confirmation": asked.json["cause"]["confirmation"]}
+        refused = pilot.ask("POST", "vehicles/1/reboot", **given)
         assert (refused.status, refused.json["type"]) == (409, "urn:vencejo:armed")
         read = pilot.operation("GET", "vehicles/1/plan/mission")
         assert read["items"] == on_board["items"]

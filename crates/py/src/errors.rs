@@ -21,6 +21,8 @@ const CLASSES: &[&str] = &[
     "ClosedError",
     "CommandRefused",
     "CommandTimeout",
+    "ConfirmationNeeded",
+    "ControlHeld",
     "FileFormatError",
     "InvalidRequest",
     "LinkError",
@@ -85,6 +87,15 @@ pub fn from_station(error: &StationError) -> PyErr {
             },
             error,
         ),
+        StationError::Control { holder } => {
+            Python::attach(|py| raise_with(py, "ControlHeld", (error.to_string(), holder.as_str())))
+        }
+        StationError::NeedsConfirmation { challenge } => {
+            let code = challenge.danger.code();
+            let text = format!("{error} by confirm='{code}'");
+            Python::attach(|py| raise_with(py, "ConfirmationNeeded", (text, code)))
+        }
+        StationError::BadConfirmation => raise("ConfirmationNeeded", error),
         _ => raise("VencejoError", error),
     }
 }

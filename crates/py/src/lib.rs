@@ -9,6 +9,7 @@ mod errors;
 mod geodesy;
 mod guidance;
 mod landing;
+mod operator;
 mod pending;
 mod plan;
 mod recording;
@@ -29,6 +30,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     geodesy::register(module)?;
     guidance::register(module)?;
     landing::register(module)?;
+    operator::register(module)?;
     plan::register(module)?;
     recording::register(module)?;
     server::register(module)?;

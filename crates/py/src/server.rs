@@ -4,8 +4,10 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use vencejo_server::{Operator, Server, ServerConfig, Tokens};
+use vencejo_server::{Server, ServerConfig, Tokens};
+use vencejo_station::Station;
 
+use crate::operator::PyOperator;
 use crate::station::PyStation;
 use crate::video::{self, PyVideoFeed};
 use crate::{errors, runtime, storage};
@@ -13,7 +15,6 @@ use crate::{errors, runtime, storage};
 /// Adds this module's class and functions.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyServer>()?;
-    module.add_class::<PyOperator>()?;
     module.add_function(wrap_pyfunction!(renew_tokens, module)?)?;
     module.add_function(wrap_pyfunction!(has_app, module)?)
 }
@@ -36,6 +37,7 @@ fn has_app() -> bool {
 #[pyclass(frozen, name = "Server", module = "vencejo._native")]
 pub struct PyServer {
     server: Server,
+    station: Station,
 }
 
 #[pymethods]
@@ -75,7 +77,7 @@ impl PyServer {
         };
         let started = runtime::wait(py, None, Server::start(station.station(), config, runtime::handle()))?;
         let server = started.ok_or_else(|| errors::raise("ClosedError", "the server was not started"))?;
-        Ok(Self { server: server.map_err(|error| errors::raise("VencejoError", error))? })
+        Ok(Self { server: server.map_err(|error| errors::raise("VencejoError", error))?, station: station.station() })
     }
 
     /// Address and port that it listens on.
@@ -108,8 +110,8 @@ impl PyServer {
     /// An operator's session of this program, by name.
     fn operator(&self, name: &str) -> PyResult<PyOperator> {
         let operator = self.server.operator(name);
-        let operator = operator.ok_or_else(|| errors::raise("Busy", "all places for sessions are taken; close one"))?;
-        Ok(PyOperator { operator })
+        let operator = operator.and_then(|session| PyOperator::of_session(session, self.station.clone()));
+        operator.ok_or_else(|| errors::raise("Busy", "all places for sessions are taken; close one"))
     }
 
     /// Adds a camera, which is there until its feed is closed.
@@ -119,38 +121,5 @@ impl PyServer {
 
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         runtime::wait(py, None, self.server.close()).map(drop)
-    }
-}
-
-/// An operator's session of this program.
-#[pyclass(frozen, name = "Operator", module = "vencejo._native")]
-pub struct PyOperator {
-    operator: Operator,
-}
-
-#[pymethods]
-impl PyOperator {
-    fn has_control(&self) -> bool {
-        self.operator.has_control()
-    }
-
-    fn holder(&self) -> Option<String> {
-        self.operator.holder()
-    }
-
-    fn requested_by(&self) -> Option<String> {
-        self.operator.requested_by()
-    }
-
-    fn take(&self) -> bool {
-        self.operator.take()
-    }
-
-    fn release(&self) {
-        self.operator.release();
-    }
-
-    fn close(&self) {
-        self.operator.close();
     }
 }

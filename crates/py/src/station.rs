@@ -12,6 +12,7 @@ use vencejo_link::{
 use vencejo_proto::{Address, SigningKey, SystemId};
 use vencejo_station::{SigningInfo, Station, StationConfig};
 
+use crate::operator::PyOperator;
 use crate::pending::PyPending;
 use crate::{errors, runtime, storage};
 
@@ -148,7 +149,7 @@ impl PyStation {
 #[pymethods]
 impl PyStation {
     #[new]
-    #[pyo3(signature = (*, system_id, component_id, heartbeat, rate_hz, message_rates, record_dir, missions_dir, signing_dir, request_streams, floors_mb=None))]
+    #[pyo3(signature = (*, system_id, component_id, heartbeat, rate_hz, message_rates, record_dir, missions_dir, signing_dir, request_streams, operator, floors_mb=None))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of one constructor")]
     fn new(
         system_id: u8,
@@ -160,6 +161,7 @@ impl PyStation {
         missions_dir: Option<String>,
         signing_dir: Option<String>,
         request_streams: bool,
+        operator: String,
         floors_mb: Option<(u64, u64, u64)>,
     ) -> PyResult<Self> {
         if system_id == 0 || component_id == 0 {
@@ -178,6 +180,7 @@ impl PyStation {
             rate_hz,
             message_rates,
             request_streams,
+            operator,
             record_dir: record_dir.map(Into::into),
             missions_dir: missions_dir.map(Into::into),
             space: storage::space(floors_mb)?,
@@ -282,6 +285,24 @@ impl PyStation {
     fn use_signing_key(&self, py: Python<'_>, system_id: u8, name: Option<&str>) -> PyResult<()> {
         let used = runtime::detached(py, || self.station.use_signing_key(SystemId(system_id), name));
         used.map_err(|error| errors::from_station(&error))
+    }
+
+    /// In whose name the program acts.
+    fn operator(&self) -> PyOperator {
+        PyOperator::new(self.station.operator().clone(), self.station.clone())
+    }
+
+    /// Somebody else who may act; with `asks`, to be refused is to ask for control.
+    fn enlist(&self, name: &str, asks: bool) -> PyOperator {
+        let operator = self.station.enlist(name);
+        let operator = if asks {
+            operator.asking()
+        } else {
+            // It is there for as long as the program has it.
+            operator.attach(self.station.now());
+            operator
+        };
+        PyOperator::new(operator.into(), self.station.clone())
     }
 
     fn set_heartbeat(&self, enabled: bool) {

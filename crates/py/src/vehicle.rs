@@ -11,8 +11,9 @@ use vencejo_station::{SigningChange, StationError, VehicleHandle};
 use vencejo_vehicle::modes::ModeFamily;
 use vencejo_vehicle::signing::SETUP_SIGNING_ID;
 use vencejo_vehicle::telemetry::Severity;
-use vencejo_vehicle::{AltFrame, ModeChoice, PlanState, Request, SpeedKind, Turn};
+use vencejo_vehicle::{AltFrame, Danger, ModeChoice, PlanState, Request, SpeedKind, Turn};
 
+use crate::operator::PyOperator;
 use crate::pending::PyPending;
 use crate::plan::{PlanTuple, home_from_tuple, plan_from_tuple};
 use crate::station::{link_dict, message_id, signing_dict};
@@ -70,6 +71,18 @@ fn invalid(message: impl std::fmt::Display) -> PyErr {
     errors::raise("InvalidRequest", message)
 }
 
+/// What is confirmed by this name.
+fn danger_of(name: &str) -> PyResult<Danger> {
+    Danger::from_code(name).ok_or_else(|| {
+        let names: Vec<_> = Danger::ALL.into_iter().map(Danger::code).collect();
+        invalid(format!("confirm is '{name}': what can be confirmed is {}", names.join(", ")))
+    })
+}
+
+fn guarded(request: Request, despite_mixed_plan: bool) -> Request {
+    if despite_mixed_plan { Request::DespiteMixedPlan(Box::new(request)) } else { request }
+}
+
 impl PyVehicle {
     /// A vehicle for Python.
     pub fn new(vehicle: VehicleHandle) -> Self {
@@ -81,9 +94,15 @@ impl PyVehicle {
         PyPending::of_request(pending, self.vehicle.clone())
     }
 
+    /// Starts what may be dangerous; `confirm` names what a program knows to be.
+    fn start_confirmed(&self, py: Python<'_>, request: Request, confirm: Option<&str>) -> PyResult<PyPending> {
+        let Some(named) = confirm.map(danger_of).transpose()? else { return Ok(self.start(py, request)) };
+        let pending = runtime::detached(py, || self.vehicle.request_naming(request, named));
+        Ok(PyPending::of_request(pending, self.vehicle.clone()))
+    }
+
     fn start_guarded(&self, py: Python<'_>, request: Request, despite_mixed_plan: bool) -> PyPending {
-        let request = if despite_mixed_plan { Request::DespiteMixedPlan(Box::new(request)) } else { request };
-        self.start(py, request)
+        self.start(py, guarded(request, despite_mixed_plan))
     }
 
     fn seq(&self, item: u16) -> PyResult<MissionSeq> {
@@ -96,6 +115,11 @@ impl PyVehicle {
     #[getter]
     fn system_id(&self) -> u8 {
         self.vehicle.system().0
+    }
+
+    /// The same vehicle, acted on in the name of another operator.
+    fn acting_as(&self, operator: &PyOperator) -> Self {
+        Self { vehicle: self.vehicle.acting_as(operator.operator()) }
     }
 
     fn address(&self) -> (u8, u8) {
@@ -197,19 +221,25 @@ impl PyVehicle {
         Subscription::of_events(self.vehicle.subscribe_events(capacity), self.vehicle.downgrade())
     }
 
+    #[pyo3(signature = (message_id, payload, confirm, despite_mixed_plan))]
     fn send_payload(
         &self,
         py: Python<'_>,
         message_id: u32,
         payload: &Bound<'_, PyBytes>,
+        confirm: Option<&str>,
         despite_mixed_plan: bool,
     ) -> PyResult<()> {
         if message_id == SETUP_SIGNING_ID {
             return Err(invalid("SETUP_SIGNING carries a key: use set_up_signing, rotate_signing or remove_signing"));
         }
+        let named = confirm.map(danger_of).transpose()?;
         let message =
             Message::from_payload(vencejo_proto::MavVersion::V2, message_id, payload.as_bytes()).map_err(invalid)?;
-        let sent = runtime::detached(py, || self.vehicle.send(&message, despite_mixed_plan));
+        let sent = runtime::detached(py, || match named {
+            Some(named) => self.vehicle.send_naming(&message, despite_mixed_plan, named),
+            None => self.vehicle.send(&message, despite_mixed_plan, None),
+        });
         if sent.map_err(|error| errors::from_station(&error))?.is_sent() {
             Ok(())
         } else {
@@ -217,12 +247,14 @@ impl PyVehicle {
         }
     }
 
-    fn arm(&self, py: Python<'_>, force: bool, despite_mixed_plan: bool) -> PyPending {
-        self.start_guarded(py, Request::Arm { force }, despite_mixed_plan)
+    #[pyo3(signature = (force, confirm, despite_mixed_plan))]
+    fn arm(&self, py: Python<'_>, force: bool, confirm: Option<&str>, despite_mixed_plan: bool) -> PyResult<PyPending> {
+        self.start_confirmed(py, guarded(Request::Arm { force }, despite_mixed_plan), confirm)
     }
 
-    fn disarm(&self, py: Python<'_>, force: bool) -> PyPending {
-        self.start(py, Request::Disarm { force })
+    #[pyo3(signature = (force, confirm))]
+    fn disarm(&self, py: Python<'_>, force: bool, confirm: Option<&str>) -> PyResult<PyPending> {
+        self.start_confirmed(py, Request::Disarm { force }, confirm)
     }
 
     fn set_mode(&self, py: Python<'_>, mode: Mode, despite_mixed_plan: bool) -> PyPending {
@@ -345,13 +377,22 @@ impl PyVehicle {
         self.start(py, Request::SetHome(home.map(home_from_tuple)))
     }
 
-    fn command_long(&self, py: Python<'_>, command: u16, params: [f32; 7], despite_mixed_plan: bool) -> PyPending {
+    #[pyo3(signature = (command, params, confirm, despite_mixed_plan))]
+    fn command_long(
+        &self,
+        py: Python<'_>,
+        command: u16,
+        params: [f32; 7],
+        confirm: Option<&str>,
+        despite_mixed_plan: bool,
+    ) -> PyResult<PyPending> {
         let target = Address::new(0, 0);
         let request = Request::RawCommandLong(CommandLong { target, command, confirmation: 0, params });
-        self.start_guarded(py, request, despite_mixed_plan)
+        self.start_confirmed(py, guarded(request, despite_mixed_plan), confirm)
     }
 
     #[allow(clippy::too_many_arguments, reason = "the arguments of one command")]
+    #[pyo3(signature = (command, frame, params, x, y, z, confirm, despite_mixed_plan))]
     fn command_int(
         &self,
         py: Python<'_>,
@@ -361,11 +402,12 @@ impl PyVehicle {
         x: i32,
         y: i32,
         z: f32,
+        confirm: Option<&str>,
         despite_mixed_plan: bool,
-    ) -> PyPending {
+    ) -> PyResult<PyPending> {
         let target = Address::new(0, 0);
         let command = CommandInt { target, frame, command, current: 0, autocontinue: 0, params, x, y, z };
-        self.start_guarded(py, Request::RawCommandInt(command), despite_mixed_plan)
+        self.start_confirmed(py, guarded(Request::RawCommandInt(command), despite_mixed_plan), confirm)
     }
 
     fn request_message(&self, py: Python<'_>, name: &str) -> PyResult<PyPending> {
@@ -385,6 +427,9 @@ impl PyVehicle {
             PlanKind::Fence => (plan.fence.to_items(), None),
             PlanKind::Rally => (plan.rally.to_items(), None),
         };
+        if items.is_empty() {
+            return Err(invalid(format!("the plan has nothing for the {kind}; clear() removes what is on board")));
+        }
         Ok(self.start(py, Request::UploadPlan { kind, items, home }))
     }
 
@@ -392,8 +437,9 @@ impl PyVehicle {
         Ok(self.start(py, Request::DownloadPlan { kind: kind_of(kind)? }))
     }
 
-    fn clear(&self, py: Python<'_>, kind: &str) -> PyResult<PyPending> {
-        Ok(self.start(py, Request::ClearPlan { kind: kind_of(kind)? }))
+    #[pyo3(signature = (kind, confirm))]
+    fn clear(&self, py: Python<'_>, kind: &str, confirm: Option<&str>) -> PyResult<PyPending> {
+        self.start_confirmed(py, Request::ClearPlan { kind: kind_of(kind)? }, confirm)
     }
 
     fn param_list(&self, py: Python<'_>) -> PyPending {
@@ -404,24 +450,26 @@ impl PyVehicle {
         self.start(py, Request::ParamRead { name })
     }
 
-    fn param_set(&self, py: Python<'_>, name: String, value: f64) -> PyPending {
-        self.start(py, Request::ParamSet { name, value })
+    #[pyo3(signature = (name, value, confirm))]
+    fn param_set(&self, py: Python<'_>, name: String, value: f64, confirm: Option<&str>) -> PyResult<PyPending> {
+        self.start_confirmed(py, Request::ParamSet { name, value }, confirm)
     }
 
     fn note(&self, py: Python<'_>, severity: u8, text: String) -> PyPending {
         self.start(py, Request::Note { severity: Severity(severity), text })
     }
 
-    fn reboot(&self, py: Python<'_>) -> PyPending {
-        self.start(py, Request::Reboot)
+    #[pyo3(signature = (confirm))]
+    fn reboot(&self, py: Python<'_>, confirm: Option<&str>) -> PyResult<PyPending> {
+        self.start_confirmed(py, Request::Reboot, confirm)
     }
 
     fn rival(&self) -> Option<String> {
         self.vehicle.rival()
     }
 
-    fn follow_rival(&self, py: Python<'_>) -> bool {
-        runtime::detached(py, || self.vehicle.follow_rival())
+    fn follow_rival(&self, py: Python<'_>) -> PyResult<bool> {
+        runtime::detached(py, || self.vehicle.follow_rival()).map_err(|error| errors::from_station(&error))
     }
 
     fn signing<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {

@@ -1,12 +1,15 @@
 //! What handlers ask of a request: a role, a vehicle, a body. What is missing becomes a problem, never plain text.
 
+use std::sync::Arc;
+
 use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, RawPathParams, Request};
 use axum::http::header;
 use axum::http::request::Parts;
 use serde::de::DeserializeOwned;
 use vencejo_proto::SystemId;
-use vencejo_station::VehicleHandle;
+use vencejo_station::{Held, Operator as Operating, Pending, RequestResult, VehicleHandle};
+use vencejo_vehicle::Request as Act;
 
 use crate::dto::Role;
 use crate::dto::cause::Thing;
@@ -69,16 +72,41 @@ impl FromRequestParts<App> for Operator {
     }
 }
 
-/// The operator's session that holds control.
-pub struct Pilot;
+/// Where the confirmation of a dangerous act stands in a request.
+pub const CONFIRMATION: &str = "vencejo-confirmation";
+
+/// An operator's session that holds control, or takes it now because nobody does: whoever acts.
+pub struct Pilot {
+    operator: Arc<Operating>,
+    confirmation: Option<String>,
+}
+
+impl Pilot {
+    /// A vehicle, acted on in this session's name.
+    pub fn vehicle(&self, vehicle: &VehicleHandle) -> VehicleHandle {
+        vehicle.acting_as(self.operator.clone())
+    }
+
+    /// Asks a vehicle for something in this session's name, with the confirmation that came with the request.
+    pub fn request(&self, vehicle: &VehicleHandle, request: Act) -> Pending<RequestResult> {
+        self.vehicle(vehicle).request_confirmed(request, self.confirmation.as_deref())
+    }
+
+    /// The confirmation that came with the request.
+    pub fn confirmation(&self) -> Option<&str> {
+        self.confirmation.as_deref()
+    }
+}
 
 impl FromRequestParts<App> for Pilot {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
         let Operator(id) = Operator::from_request_parts(parts, app).await?;
-        let sessions = app.sessions();
-        if sessions.has_control(id) { Ok(Self) } else { Err(Problem::no_control(sessions.holder_name().as_deref())) }
+        let operator = app.sessions().operator(id).ok_or_else(Problem::no_session)?;
+        operator.take(app.now()).map_err(|Held(holder)| Problem::no_control(Some(&holder)))?;
+        let confirmation = parts.headers.get(CONFIRMATION).map(|value| value.to_str().unwrap_or_default().to_owned());
+        Ok(Self { operator, confirmation })
     }
 }
 

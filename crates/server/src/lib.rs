@@ -9,7 +9,7 @@
 //! | `convert` | from the core's values to those and back |
 //! | `problem` | the one table from the core's errors to `application/problem+json` |
 //! | `access`, `tokens` | `Host`, `Origin`, security headers; tokens, and what slows down who guesses them |
-//! | `sessions` | sessions and the control lease, pure |
+//! | `sessions` | sessions, pure; the control lease is the station's |
 //! | `door`, `body` | how many connections there may be, from whom, and how long each may keep us waiting |
 //! | `strict` | JSON in which an object is an object |
 //! | `operations` | what takes a while |
@@ -26,7 +26,7 @@
 //! | | looks (GET, WebSocket) | reads plans and parameters off the vehicle | commands |
 //! |---|---|---|---|
 //! | viewer | yes | no | no |
-//! | operator | yes | yes | while it holds control |
+//! | operator | yes | yes | while it holds control; takes it when nobody does |
 //!
 //! On a loopback address without tokens everybody is an operator. Sessions are proven by a cookie that no script can read
 //! and no other site's page sends.

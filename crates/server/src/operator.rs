@@ -1,6 +1,7 @@
 //! An operator inside this program: holds control as a browser's session does, and gives it up when it is asked for.
 
 use std::fmt;
+use std::sync::Arc;
 
 use crate::access::random_secret;
 use crate::dto::Role;
@@ -34,6 +35,11 @@ impl Operator {
             Some(id)
         })?;
         Some(Self { app, id, secret })
+    }
+
+    /// Who it is to the station, to act in its name. `None` when the session is gone.
+    pub fn to_station(&self) -> Option<Arc<vencejo_station::Operator>> {
+        self.app.sessions().operator(self.id)
     }
 
     /// Whether it holds control.

@@ -150,6 +150,8 @@ fn kind_of(cause: &Cause) -> (StatusCode, &'static str) {
         Cause::BadToken => (StatusCode::UNAUTHORIZED, "Wrong token"),
         Cause::Role => (StatusCode::FORBIDDEN, "Not allowed to a viewer"),
         Cause::Control { .. } => (StatusCode::LOCKED, "Control is elsewhere"),
+        Cause::NeedsConfirmation { .. } => (StatusCode::PRECONDITION_REQUIRED, "Has to be confirmed"),
+        Cause::BadConfirmation => (StatusCode::PRECONDITION_FAILED, "Not confirmed"),
         Cause::TooMany { .. } => (StatusCode::TOO_MANY_REQUESTS, "Too much at once"),
         Cause::SigningUnproven => (StatusCode::GATEWAY_TIMEOUT, "The vehicle does not show the change"),
         Cause::SigningNoKeys | Cause::SigningStorage { .. } => {
@@ -264,6 +266,18 @@ pub fn from_station(error: &StationError) -> Problem {
         StationError::Link(LinkError::UnknownLink(id)) => Cause::NotFound { what: Thing::Link, name: id.0.to_string() },
         StationError::Link(LinkError::TooManyLinks) => Cause::TooMany { what: Crowd::Links, limit: MAX_LINKS as u64 },
         StationError::NoVehicle { waited, .. } => Cause::NoVehicle { waited_s: waited.as_secs_f64() },
+        StationError::Control { holder } => return Problem::no_control(Some(holder)),
+        StationError::NeedsConfirmation { challenge } => {
+            let cause = Cause::NeedsConfirmation {
+                act: challenge.danger.code().to_owned(),
+                vehicle: challenge.vehicle.0,
+                confirmation: challenge.id.clone(),
+                valid_s: challenge.valid_for.as_secs_f64(),
+            };
+            return Problem::new(cause, error.to_string())
+                .remedy("make the same request again with the header Vencejo-Confirmation: the cause's confirmation");
+        }
+        StationError::BadConfirmation => Cause::BadConfirmation,
         StationError::Closed => Cause::Closed,
         StationError::Signing(error) => signing_cause(error),
         StationError::CannotRecord { reason } => Cause::Recorder { reason: reason.clone() },

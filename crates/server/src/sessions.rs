@@ -1,9 +1,11 @@
-//! Sessions and the control lease: who is connected, what each may do, and which one commands. Pure: time comes in.
+//! Sessions: who is connected, and what each may do. Which one commands is the station's lease. Pure: time comes in.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 use vencejo_proto::MonoTime;
+use vencejo_station::{Control, GRACE, Held, Operator};
 
 use crate::dto::{Role, SessionInfo};
 
@@ -11,8 +13,6 @@ use crate::dto::{Role, SessionInfo};
 pub const MAX_SESSIONS: usize = 256;
 /// Those of viewers among them.
 const MAX_VIEWER_SESSIONS: usize = 192;
-/// How long control stays with a session whose WebSocket is gone and that asks for nothing.
-pub const GRACE: Duration = Duration::from_secs(5);
 /// A session that nobody uses is forgotten after this.
 pub const IDLE: Duration = Duration::from_secs(12 * 3600);
 /// WebSockets of all sessions.
@@ -21,8 +21,6 @@ pub const MAX_SOCKETS: usize = 128;
 const MAX_VIEWER_SOCKETS: usize = 96;
 /// WebSockets that one session may have open: tabs of one browser.
 const MAX_SOCKETS_OF_ONE: u32 = 16;
-/// Characters of a session's name.
-const MAX_NAME: usize = 40;
 
 /// The public id of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -44,6 +42,8 @@ struct Session {
     /// Whether it is this program's own.
     is_inside: bool,
     last_used: MonoTime,
+    /// Who it is to the station, for an operator's.
+    operator: Option<Arc<Operator>>,
 }
 
 impl Session {
@@ -57,8 +57,7 @@ impl Session {
 pub struct Sessions {
     by_secret: HashMap<String, Session>,
     opened: u64,
-    holder: Option<SessionId>,
-    asking: Option<SessionId>,
+    control: Control,
 }
 
 /// Why control was not given.
@@ -73,6 +72,11 @@ pub enum NotGiven {
 }
 
 impl Sessions {
+    /// Sessions that take part in this lease.
+    pub fn new(control: Control) -> Self {
+        Self { control, ..Self::default() }
+    }
+
     /// Opens a session. An operator gets control when nobody has it. `None` when all places are taken by sessions in use.
     pub fn open(&mut self, secret: String, role: Role, name: Option<&str>, now: MonoTime) -> Option<SessionInfo> {
         self.expire(now);
@@ -85,12 +89,16 @@ impl Sessions {
         }
         self.opened += 1;
         let id = SessionId(self.opened);
-        let name: String = name.unwrap_or_default().chars().filter(|c| !c.is_control()).take(MAX_NAME).collect();
-        let name = if name.trim().is_empty() { format!("station {}", self.opened) } else { name.trim().to_owned() };
-        self.by_secret.insert(secret, Session { id, name, role, sockets: 0, is_inside: false, last_used: now });
-        if role == Role::Operator && self.holder.is_none() {
-            self.holder = Some(id);
+        // A viewer is nobody to the station, but has a name by the same rules.
+        let operator = self.control.enlist(name.unwrap_or_default(), now);
+        let name = operator.name();
+        let operator = (role == Role::Operator).then(|| Arc::new(operator));
+        if let Some(operator) = &operator {
+            // Held by another, it is theirs until a person asks for it.
+            let _ = operator.take(now);
         }
+        self.by_secret
+            .insert(secret, Session { id, name, role, sockets: 0, is_inside: false, last_used: now, operator });
         self.info(id)
     }
 
@@ -102,6 +110,9 @@ impl Sessions {
             return None;
         }
         session.last_used = now;
+        if let Some(operator) = &session.operator {
+            operator.touch(now);
+        }
         Some((session.id, session.role))
     }
 
@@ -115,10 +126,10 @@ impl Sessions {
         let ended: Vec<_> = self
             .by_secret
             .extract_if(|_, session| session.role == role && !session.is_inside)
-            .map(|(_, it)| it.id)
+            .filter_map(|(_, session)| session.operator)
             .collect();
-        for id in ended {
-            self.lose(id, now);
+        for operator in ended {
+            operator.release(now);
         }
     }
 
@@ -137,7 +148,9 @@ impl Sessions {
     /// Ends a session; whether there was one.
     pub fn close(&mut self, secret: &str, now: MonoTime) -> bool {
         let Some(session) = self.by_secret.remove(secret) else { return false };
-        self.lose(session.id, now);
+        if let Some(operator) = &session.operator {
+            operator.release(now);
+        }
         true
     }
 
@@ -165,8 +178,10 @@ impl Sessions {
         let Some(session) = self.get_mut(id) else { return };
         session.sockets += 1;
         session.last_used = now;
-        if session.role == Role::Operator && self.holder.is_none() {
-            self.holder = Some(id);
+        if let Some(operator) = &session.operator {
+            operator.attach(now);
+            // Held by another, it is theirs until a person asks for it.
+            let _ = operator.take(now);
         }
     }
 
@@ -175,55 +190,44 @@ impl Sessions {
         if let Some(session) = self.get_mut(id) {
             session.sockets = session.sockets.saturating_sub(1);
             session.last_used = now;
+            if let Some(operator) = &session.operator {
+                operator.detach(now);
+            }
         }
+    }
+
+    /// Who a session is to the station; `None` for a viewer's, and for one that is gone.
+    pub fn operator(&self, id: SessionId) -> Option<Arc<Operator>> {
+        self.get(id)?.operator.clone()
     }
 
     /// Takes control if it is free, or held by this session already.
     pub fn take(&mut self, id: SessionId, now: MonoTime) -> Result<(), NotGiven> {
-        self.expire(now);
-        if self.get(id).ok_or(NotGiven::NoSession)?.role < Role::Operator {
-            return Err(NotGiven::Viewer);
-        }
-        match self.holder {
-            Some(holder) if holder != id => Err(NotGiven::Held(self.name(holder))),
-            _ => {
-                self.holder = Some(id);
-                self.asking.take_if(|asking| *asking == id);
-                Ok(())
-            }
-        }
+        let session = self.get(id).ok_or(NotGiven::NoSession)?;
+        let operator = session.operator.as_ref().ok_or(NotGiven::Viewer)?;
+        operator.take(now).map_err(|Held(holder)| NotGiven::Held(holder))
     }
 
     /// Asks the holder for control; takes it when nobody holds it.
     pub fn request(&mut self, id: SessionId, now: MonoTime) -> Result<(), NotGiven> {
-        match self.take(id, now) {
-            Err(NotGiven::Held(_)) => {
-                self.asking = Some(id);
-                Ok(())
-            }
-            other => other,
-        }
+        let session = self.get(id).ok_or(NotGiven::NoSession)?;
+        session.operator.as_ref().ok_or(NotGiven::Viewer)?.request(now);
+        Ok(())
     }
 
-    /// Gives control up: to the session that asks for it, else to nobody. Whoever asks and does not hold it stops asking.
+    /// Gives control up: to whoever asks for it, else to nobody. Whoever asks and does not hold it stops asking.
     pub fn release(&mut self, id: SessionId, now: MonoTime) {
-        self.asking.take_if(|asking| *asking == id);
-        if self.holder == Some(id) {
-            self.hand_on(now);
+        if let Some(operator) = self.operator(id) {
+            operator.release(now);
         }
     }
 
     /// Lets time pass; whether control changed hands.
     pub fn expire(&mut self, now: MonoTime) -> bool {
-        let before = (self.holder, self.asking);
-        if self.asking.is_some_and(|id| !self.is_alive(id, now)) {
-            self.asking = None;
-        }
-        if self.holder.is_some_and(|id| !self.is_alive(id, now)) {
-            self.hand_on(now);
-        }
+        let before = self.control.version();
+        self.control.expire(now);
         self.by_secret.retain(|_, session| session.sockets > 0 || now.since(session.last_used) <= IDLE);
-        before != (self.holder, self.asking)
+        before != self.control.version()
     }
 
     /// Whether an operator's session is alive: what the vehicle's ground-station failsafe is to be told.
@@ -238,41 +242,20 @@ impl Sessions {
             session: id.to_string(),
             name: session.name.clone(),
             role: session.role,
-            has_control: self.holder == Some(id),
-            holder: self.holder_name(),
-            requested_by: self.asking.map(|asking| self.name(asking)),
+            has_control: self.has_control(id),
+            holder: self.control.holder(),
+            requested_by: self.control.requested_by(),
         })
     }
 
     /// Whether a session holds control.
     pub fn has_control(&self, id: SessionId) -> bool {
-        self.holder == Some(id)
+        self.get(id).and_then(|session| session.operator.as_ref()).is_some_and(|operator| operator.has_control())
     }
 
-    /// Name of the session that holds control.
+    /// Name of whoever holds control.
     pub fn holder_name(&self) -> Option<String> {
-        self.holder.map(|holder| self.name(holder))
-    }
-
-    /// Who holds control and who asks for it.
-    pub fn control(&self) -> (Option<SessionId>, Option<SessionId>) {
-        (self.holder, self.asking)
-    }
-
-    fn lose(&mut self, id: SessionId, now: MonoTime) {
-        self.release(id, now);
-    }
-
-    fn hand_on(&mut self, now: MonoTime) {
-        self.holder = self.asking.take().filter(|asking| self.is_alive(*asking, now));
-    }
-
-    fn is_alive(&self, id: SessionId, now: MonoTime) -> bool {
-        self.get(id).is_some_and(|session| session.is_alive(now))
-    }
-
-    fn name(&self, id: SessionId) -> String {
-        self.get(id).map_or_else(|| "another session".to_owned(), |session| session.name.clone())
+        self.control.holder()
     }
 
     fn get(&self, id: SessionId) -> Option<&Session> {
@@ -408,15 +391,6 @@ mod tests {
         assert!(sessions.info(viewer).is_some() && sessions.info(inside).is_some());
         assert!(sessions.info(pilot).is_none());
         assert_eq!(sessions.holder_name(), None, "control went with the session");
-    }
-
-    #[test]
-    fn names_are_short_and_clean() {
-        let mut sessions = Sessions::default();
-        let info = sessions.open("a".into(), Role::Viewer, Some(&format!("\u{1b}[31m{}", "x".repeat(99))), at(0));
-        let name = info.expect("a place").name;
-        assert!(name.chars().count() <= MAX_NAME && !name.contains('\u{1b}'), "{name}");
-        assert_eq!(sessions.open("b".into(), Role::Viewer, Some("  "), at(0)).expect("a place").name, "station 2");
     }
 
     #[test]

@@ -87,11 +87,12 @@ pub async fn closed(closing: &mut watch::Receiver<bool>) {
 impl App {
     /// The state of a new server.
     pub fn new(station: Station, access: Access, on_board: bool, alive: Alive) -> Self {
+        let sessions = Mutex::new(Sessions::new(station.control().clone()));
         let shared = Shared {
             station,
             access,
             on_board,
-            sessions: Mutex::default(),
+            sessions,
             throttle: Throttle::default(),
             operations: Operations::default(),
             outboxes: Outboxes::default(),
@@ -138,17 +139,17 @@ impl App {
         &self.shared.throttle
     }
 
-    /// Changes sessions, and tells everybody when that moved control, ended a session whose WebSockets are to end with it, or
-    /// the vehicle's failsafe has to know.
+    /// Changes sessions, wakes the WebSockets when one ended that theirs may end with, and sees to it that the vehicle's failsafe
+    /// knows. That control moved everybody is told by [`Self::tell`], whatever moved it.
     pub fn change_sessions<T>(&self, change: impl FnOnce(&mut Sessions) -> T) -> T {
         let now = self.now();
-        let (result, moved, has_operator) = {
+        let (result, has_ended, has_operator) = {
             let mut sessions = self.sessions();
-            let before = (sessions.control(), sessions.ended());
+            let before = sessions.ended();
             let result = change(&mut sessions);
-            (result, before != (sessions.control(), sessions.ended()), sessions.has_operator(now))
+            (result, before != sessions.ended(), sessions.has_operator(now))
         };
-        if moved {
+        if has_ended {
             self.shared.outboxes.put_control();
         }
         if self.shared.on_board {
@@ -330,9 +331,14 @@ impl App {
         let mut ticks = interval(TICK);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut count = 0_u32;
+        let mut control = self.shared.station.control().news();
         loop {
             tokio::select! {
                 () = closed(&mut closing) => break,
+                Ok(()) = control.changed() => {
+                    self.shared.outboxes.put_control();
+                    continue;
+                }
                 _ = ticks.tick() => {}
             }
             let now = self.now();

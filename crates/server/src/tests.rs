@@ -1,11 +1,12 @@
 //! The API as a whole: by plain calls, and over real sockets, with a vehicle that answers over UDP.
 
+mod authority;
 mod bodies;
 mod storage;
 
 use std::net::SocketAddr;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use axum::Router;
@@ -104,6 +105,8 @@ impl Plain {
 struct Double {
     /// Heartbeats of ours that it heard.
     heartbeats: Arc<AtomicU32>,
+    /// What else it heard that could change something.
+    heard: Arc<Mutex<Vec<String>>>,
     task: JoinHandle<()>,
 }
 
@@ -125,12 +128,13 @@ async fn double(station: &Station) -> Double {
     let socket = UdpSocket::bind("127.0.0.1:0").await.expect("a socket");
     socket.connect(local).await.expect("connected");
     let heartbeats = Arc::new(AtomicU32::new(0));
-    let task = tokio::spawn(fly(socket, heartbeats.clone()));
+    let heard = Arc::default();
+    let task = tokio::spawn(fly(socket, heartbeats.clone(), Arc::clone(&heard)));
     station.wait_vehicle(None).wait().await.expect("open").expect("heard");
-    Double { heartbeats, task }
+    Double { heartbeats, heard, task }
 }
 
-async fn fly(socket: UdpSocket, heartbeats: Arc<AtomicU32>) {
+async fn fly(socket: UdpSocket, heartbeats: Arc<AtomicU32>, heard: Arc<Mutex<Vec<String>>>) {
     let mut sequence = 0_u8;
     let mut frame = |message: &Message| {
         sequence = sequence.wrapping_add(1);
@@ -150,6 +154,16 @@ async fn fly(socket: UdpSocket, heartbeats: Arc<AtomicU32>) {
             Ok(length) = socket.recv(&mut buffer) => {
                 decoder.push(&buffer[..length]);
                 while let Some(received) = decoder.next_frame() {
+                    let told = match received.decode() {
+                        Ok(Message::CommandLong(command)) if command.command != 512 => Some(format!("COMMAND_LONG {}", command.command)),
+                        Ok(Message::Dialect(message)) => {
+                            let name = Message::Dialect(message).name();
+                            (name != "TIMESYNC").then(|| name.to_owned())
+                        }
+                        Ok(Message::CommandInt(command)) => Some(format!("COMMAND_INT {}", command.command)),
+                        _ => None,
+                    };
+                    heard.lock().expect("no panic").extend(told);
                     match received.decode() {
                         Ok(Message::Heartbeat(_)) => { heartbeats.fetch_add(1, Ordering::SeqCst); }
                         Ok(Message::CommandLong(command)) if command.command == 400 => {

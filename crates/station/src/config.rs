@@ -22,6 +22,8 @@ pub struct StationConfig {
     pub message_rates: BTreeMap<u32, f64>,
     /// Whether to ask for rates at all.
     pub request_streams: bool,
+    /// Name of the operator in whose name the program acts.
+    pub operator: String,
     /// Where to record; `None` records nothing.
     pub record_dir: Option<PathBuf>,
     /// Where what is known of the missions on board is kept from run to run, a small file for each vehicle; `None` forgets it.
@@ -40,6 +42,7 @@ impl Default for StationConfig {
             rate_hz: 10.0,
             message_rates: BTreeMap::new(),
             request_streams: true,
+            operator: "program".into(),
             record_dir: None,
             missions_dir: None,
             space: Space::default(),

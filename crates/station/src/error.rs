@@ -5,8 +5,10 @@ use std::time::Duration;
 use thiserror::Error;
 use vencejo_link::{AddressError, LinkError};
 use vencejo_proto::SystemId;
-use vencejo_vehicle::VehicleError;
 use vencejo_vehicle::transfer::TransferError;
+use vencejo_vehicle::{Danger, VehicleError};
+
+use crate::confirm::{Challenge, VALID_FOR};
 
 use crate::signing::SigningError;
 
@@ -42,6 +44,23 @@ pub enum StationError {
     /// Signing keys.
     #[error(transparent)]
     Signing(#[from] SigningError),
+    /// Somebody else holds control.
+    #[error("{holder} holds control: ask for it, wait until it is given up, or take it over by that name")]
+    Control {
+        /// Who.
+        holder: String,
+    },
+    /// A dangerous act: it has to be asked for again, confirmed.
+    #[error("{} of vehicle {} {}; nothing was sent: confirm it", challenge.danger, challenge.vehicle, challenge.danger.words())]
+    NeedsConfirmation {
+        /// What is to be confirmed.
+        challenge: Box<Challenge>,
+    },
+    /// A confirmation that is not good for the act that came with it.
+    #[error(
+        "this confirmation was given out for another act, was used, or ran out; nothing was sent: ask again without one"
+    )]
+    BadConfirmation,
     /// The station has been closed.
     #[error("the station is closed; connect again")]
     Closed,
@@ -57,6 +76,16 @@ impl StationError {
             Self::Link(LinkError::TooManyLinks),
             Self::CannotRecord { reason: "no space left on device".into() },
             Self::NoVehicle { wanted: Some(SystemId(1)), waited: Duration::from_secs(30), links: "no link".into() },
+            Self::Control { holder: "Ana".into() },
+            Self::NeedsConfirmation {
+                challenge: Box::new(Challenge {
+                    id: "0123456789abcdef".into(),
+                    danger: Danger::Reboot,
+                    vehicle: SystemId(1),
+                    valid_for: VALID_FOR,
+                }),
+            },
+            Self::BadConfirmation,
             Self::Closed,
         ];
         examples.extend(SigningError::examples().into_iter().map(Self::Signing));
@@ -82,11 +111,14 @@ mod tests {
             StationError::Vehicle(_) => 4,
             StationError::Closed => 5,
             StationError::Signing(_) => 6,
+            StationError::Control { .. } => 7,
+            StationError::NeedsConfirmation { .. } => 8,
+            StationError::BadConfirmation => 9,
         }
     }
 
     #[test]
     fn each_kind_has_an_example() {
-        assert_eq!(StationError::examples().iter().map(place).collect::<BTreeSet<_>>(), (0..=6).collect());
+        assert_eq!(StationError::examples().iter().map(place).collect::<BTreeSet<_>>(), (0..=9).collect());
     }
 }

@@ -4,6 +4,9 @@
 //! drives them, the recording, and the end of all of it. Front doors (Python, HTTP, Ice) hold no protocol logic: they
 //! convert values, call a [`VehicleHandle`], and wait for a [`Pending`].
 //!
+//! Whoever acts on a vehicle does it in the name of an [`Operator`], and one of them at a time holds [`Control`]: the first who acts
+//! has it. What [`Danger`](vencejo_vehicle::Danger) names is done only with the confirmation that the station gave out for it.
+//!
 //! ```no_run
 //! use vencejo_link::LinkOptions;
 //! use vencejo_station::{Station, StationConfig};
@@ -21,6 +24,8 @@
 
 mod changes;
 mod config;
+mod confirm;
+mod control;
 mod error;
 mod namesake;
 mod pending;
@@ -33,6 +38,8 @@ mod vehicle;
 
 pub use changes::Changes;
 pub use config::StationConfig;
+pub use confirm::{Challenge, VALID_FOR};
+pub use control::{Control, GRACE, Held, Operator, OperatorId};
 pub use error::StationError;
 pub use pending::{Pending, Progress};
 pub use queue::{DropOldest, Taken};

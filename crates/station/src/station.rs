@@ -27,6 +27,8 @@ use vencejo_vehicle::{
 
 use crate::changes::Changes;
 use crate::config::StationConfig;
+use crate::confirm::Confirmations;
+use crate::control::{Control, Operator};
 use crate::error::StationError;
 use crate::namesake::Namesake;
 use crate::pending::{Finisher, Pending};
@@ -58,6 +60,10 @@ pub(crate) struct Shared {
     hub: Hub,
     pub(crate) clock: Arc<dyn Clock>,
     core: Mutex<Core>,
+    pub(crate) control: Control,
+    /// In whose name the program that has the station acts.
+    pub(crate) operator: Arc<Operator>,
+    confirmations: Mutex<Confirmations>,
     heartbeat: AtomicBool,
     undecodable: AtomicU64,
     /// When the driver is set to wake, µs on our clock; an earlier deadline has to wake it.
@@ -162,8 +168,15 @@ impl Station {
                 (None, Some(error))
             }
         };
+        let control = Control::default();
+        let operator = Arc::new(control.enlist(&config.operator, clock.now()).yielding());
+        // It is there for as long as the station is.
+        operator.attach(clock.now());
         let shared = Arc::new(Shared {
             health,
+            control,
+            operator,
+            confirmations: Mutex::default(),
             runtime: runtime.clone(),
             core: Mutex::new(Core {
                 vehicles: Vehicles::new(config.address, vehicle_config),
@@ -297,6 +310,21 @@ impl Station {
         self.shared.clock.now()
     }
 
+    /// Who may act on its vehicles.
+    pub fn control(&self) -> &Control {
+        &self.shared.control
+    }
+
+    /// The operator in whose name the program acts that started the station: whoever uses a vehicle's handle as it is.
+    pub fn operator(&self) -> &Arc<Operator> {
+        &self.shared.operator
+    }
+
+    /// Somebody else who may act; it is there while it acts, or is attached.
+    pub fn enlist(&self, name: &str) -> Operator {
+        self.shared.control.enlist(name, self.now())
+    }
+
     /// The vehicles heard so far.
     pub fn vehicles(&self) -> Vec<VehicleHandle> {
         self.shared.core().vehicles.iter().map(|(system, _)| self.handle(system)).collect()
@@ -399,6 +427,10 @@ impl std::fmt::Debug for Station {
 impl Shared {
     pub(crate) fn core(&self) -> MutexGuard<'_, Core> {
         self.core.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn confirmations(&self) -> MutexGuard<'_, Confirmations> {
+        self.confirmations.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn owned(&self) -> MutexGuard<'_, Owned> {
@@ -814,6 +846,7 @@ async fn drive(shared: Weak<Shared>, mut closing: watch::Receiver<bool>) {
         let Some(strong) = shared.upgrade() else { return };
         let now = strong.clock.now();
         strong.look_at_recorder();
+        strong.control.expire(now);
         let rest = {
             let mut core = strong.core();
             core.vehicles.on_time(now);

@@ -8,9 +8,10 @@ use vencejo_flight::plan::PlanKind;
 use vencejo_link::{LinkId, LinkInfo, LinkStats, SendReport, SourceStats};
 use vencejo_proto::{Address, Frame, Message, MissionSeq, MonoTime, SystemId};
 use vencejo_vehicle::telemetry::{Telemetry, Text};
-use vencejo_vehicle::{FlightPreparation, MissionProgress, PlanState, Request, VehicleEvent};
+use vencejo_vehicle::{Danger, FlightPreparation, MissionProgress, PlanState, Request, VehicleEvent};
 
 use crate::changes::Changes;
+use crate::control::{Held, Operator};
 use crate::error::StationError;
 use crate::pending::Pending;
 use crate::queue::DropOldest;
@@ -105,11 +106,13 @@ impl Drop for Subscriptions {
 pub struct VehicleHandle {
     station: Station,
     system: SystemId,
+    /// In whose name it acts; the station's own when absent.
+    operator: Option<Arc<Operator>>,
 }
 
 impl VehicleHandle {
     pub(crate) fn new(station: Station, system: SystemId) -> Self {
-        Self { station, system }
+        Self { station, system, operator: None }
     }
 
     /// Its system id.
@@ -148,18 +151,107 @@ impl VehicleHandle {
         self.station.shared.with_vehicle(self.system, |vehicle| vehicle.flight_preparation()).flatten()
     }
 
-    /// Asks it for something. The request is checked before anything is sent.
+    /// The same vehicle, acted on in the name of this operator.
+    #[must_use]
+    pub fn acting_as(&self, operator: Arc<Operator>) -> Self {
+        Self { operator: Some(operator), ..self.clone() }
+    }
+
+    /// Asks it for something. The request is checked before anything is sent: an act needs control, which it takes when nobody
+    /// has it; a dangerous one ends with [`StationError::NeedsConfirmation`].
     pub fn request(&self, request: Request) -> Pending<RequestResult> {
+        self.request_confirmed(request, None)
+    }
+
+    /// The same, with the confirmation that the same request brought before.
+    pub fn request_confirmed(&self, request: Request, confirmation: Option<&str>) -> Pending<RequestResult> {
+        if request.is_act() {
+            let danger = |telemetry: &Telemetry, now| Danger::of_request(&request, telemetry, now);
+            if let Err(error) = self.admit(danger, || format!("{request:?}"), confirmation) {
+                return Pending::ended(Err(error));
+            }
+        }
         self.station.shared.request(self.system, request)
     }
 
-    /// Sends any message, as it is. There is no answer, and no check but one: what arms a vehicle, has it follow its mission or
-    /// jump in it is held back while that may be a mixture of two, unless it is `despite_mixed_plan`.
+    /// The same, for a program that confirms by naming what is dangerous: done when that is what it is.
+    pub fn request_naming(&self, request: Request, named: Danger) -> Pending<RequestResult> {
+        let pending = self.request(request.clone());
+        match pending.end() {
+            Some(Err(StationError::NeedsConfirmation { challenge })) if challenge.danger == named => {
+                self.request_confirmed(request, Some(&challenge.id))
+            }
+            _ => pending,
+        }
+    }
+
+    /// The same for [`Self::send`].
     ///
     /// # Errors
+    /// As there.
+    pub fn send_naming(
+        &self,
+        message: &Message,
+        despite_mixed_plan: bool,
+        named: Danger,
+    ) -> Result<SendReport, StationError> {
+        match self.send(message, despite_mixed_plan, None) {
+            Err(StationError::NeedsConfirmation { challenge }) if challenge.danger == named => {
+                self.send(message, despite_mixed_plan, Some(&challenge.id))
+            }
+            other => other,
+        }
+    }
+
+    /// Sends any message, as it is. There is no answer and no check of its values; it is an act like any other. What arms a vehicle,
+    /// has it follow its mission or jump in it is held back while that may be a mixture of two, unless it is
+    /// `despite_mixed_plan`.
+    ///
+    /// # Errors
+    /// [`StationError::Control`], [`StationError::NeedsConfirmation`], [`StationError::BadConfirmation`] and
     /// [`VehicleError::PlanUnknown`](vencejo_vehicle::VehicleError::PlanUnknown).
-    pub fn send(&self, message: &Message, despite_mixed_plan: bool) -> Result<SendReport, StationError> {
+    pub fn send(
+        &self,
+        message: &Message,
+        despite_mixed_plan: bool,
+        confirmation: Option<&str>,
+    ) -> Result<SendReport, StationError> {
+        let danger = |telemetry: &Telemetry, now| Danger::of_message(message, telemetry, now);
+        self.admit(danger, || format!("{message:?}"), confirmation)?;
         self.station.shared.send(self.system, message, despite_mixed_plan)
+    }
+
+    /// In whose name it acts.
+    fn operator(&self) -> &Operator {
+        self.operator.as_deref().unwrap_or(&self.station.shared.operator)
+    }
+
+    /// Lets an act through that is no request: nobody else has control.
+    pub(crate) fn take_control(&self) -> Result<(), StationError> {
+        let taken = self.operator().act(self.station.now());
+        taken.map_err(|Held(holder)| StationError::Control { holder })
+    }
+
+    /// Lets an act through: whoever does it has control, and a dangerous one is confirmed.
+    fn admit(
+        &self,
+        danger: impl FnOnce(&Telemetry, MonoTime) -> Option<Danger>,
+        act: impl FnOnce() -> String,
+        confirmation: Option<&str>,
+    ) -> Result<(), StationError> {
+        let shared = &self.station.shared;
+        let (telemetry, now) = self.telemetry();
+        self.take_control()?;
+        let operator = self.operator();
+        if let Some(id) = confirmation {
+            let is_good = shared.confirmations().take(id, operator.id(), self.system, &act(), now);
+            return if is_good { Ok(()) } else { Err(StationError::BadConfirmation) };
+        }
+        let Some(danger) = danger(&telemetry, now) else { return Ok(()) };
+        let challenge = shared.confirmations().issue(operator.id(), self.system, danger, act(), now);
+        // Without random numbers there is no confirmation, and nothing dangerous is done.
+        let challenge = challenge.ok_or(StationError::BadConfirmation)?;
+        Err(StationError::NeedsConfirmation { challenge: Box::new(challenge) })
     }
 
     /// Where another vehicle is heard that uses the same system id, in words. That one is not followed, and nothing is sent to it.
@@ -168,8 +260,12 @@ impl VehicleHandle {
     }
 
     /// Follows and commands that other vehicle from now on, and this one no more; whether there is one.
-    pub fn follow_rival(&self) -> bool {
-        self.station.shared.follow_rival(self.system)
+    ///
+    /// # Errors
+    /// [`StationError::Control`].
+    pub fn follow_rival(&self) -> Result<bool, StationError> {
+        self.take_control()?;
+        Ok(self.station.shared.follow_rival(self.system))
     }
 
     /// Its autopilot's address.
@@ -256,7 +352,11 @@ impl VehicleHandle {
 
     /// A handle that does not keep the station alive.
     pub fn downgrade(&self) -> WeakVehicleHandle {
-        WeakVehicleHandle { shared: Arc::downgrade(&self.station.shared), system: self.system }
+        WeakVehicleHandle {
+            shared: Arc::downgrade(&self.station.shared),
+            system: self.system,
+            operator: self.operator.clone(),
+        }
     }
 }
 
@@ -265,11 +365,13 @@ impl VehicleHandle {
 pub struct WeakVehicleHandle {
     shared: Weak<Shared>,
     system: SystemId,
+    operator: Option<Arc<Operator>>,
 }
 
 impl WeakVehicleHandle {
     /// The vehicle, unless its station is gone.
     pub fn upgrade(&self) -> Option<VehicleHandle> {
-        Some(VehicleHandle::new(Station { shared: self.shared.upgrade()? }, self.system))
+        let station = Station { shared: self.shared.upgrade()? };
+        Some(VehicleHandle { station, system: self.system, operator: self.operator.clone() })
     }
 }

@@ -114,6 +114,7 @@ impl Danger {
             Request::UploadPlan { kind, items, .. } => items.is_empty().then_some(Self::Clear(*kind)),
             Request::ParamSet { name, value } => of_param(name, *value),
             Request::Reboot => Some(Self::Reboot),
+            Request::DespiteMixedPlan(request) => Self::of_request(request, telemetry, now),
             _ => None,
         }
     }

@@ -84,6 +84,8 @@ EXIT_CODES: Final[Mapping[str, Exit]] = {
     "ClosedError": Exit.FAILED,
     "Busy": Exit.FAILED,
     "Cancelled": Exit.INTERRUPTED,
+    "ControlHeld": Exit.FAILED,
+    "ConfirmationNeeded": Exit.FAILED,
     "InvalidRequest": Exit.USAGE,
     "NotPossibleNow": Exit.FAILED,
     "CommandRefused": Exit.FAILED,

@@ -124,10 +124,10 @@ def demo(
                 open_page(server)
                 _wait_for_page(server)
             with status("Waiting for the plane …"):
-                vehicle = station.wait_vehicle(timeout_s=START_TIMEOUT_S)
+                vehicle = operator.vehicle(station.wait_vehicle(timeout_s=START_TIMEOUT_S))
             fault = _fly(vehicle, plan, reporter, operator, alive)
             if not exit_after_landing:
-                _hand_over(vehicle, operator, reporter, speedup)
+                _hand_over(link, operator, reporter, speedup)
                 reporter.step("next", next_commands(link), link=link)
                 _stay(alive)
         if fault is not None:
@@ -208,20 +208,29 @@ def _fly(
     return None
 
 
-def _hand_over(vehicle: Vehicle, operator: Operator, reporter: Reporter, speedup: float) -> None:
+def _hand_over(link: str, operator: Operator, reporter: Reporter, speedup: float) -> None:
     """Leave the plane to the visitor: in real time, and with control free.
 
     It is on the ground, disarmed by itself, with its mission on board; its home moves to where it stands when it is armed.
     """
-    from vencejo import VencejoError
-
     if speedup != 1.0:
-        try:
-            vehicle.params.set(SPEEDUP_PARAM, 1.0)
-        except VencejoError as error:
-            say(f"The plane goes on at {speedup:g} times real time: {error}")
+        _real_time(link, speedup)
     operator.close()
     reporter.step("yours", "The plane is yours now, in real time: take control in the browser. Ctrl-C ends it.")
+
+
+def _real_time(link: str, speedup: float) -> None:
+    """Have time pass as it does, for whoever commands the plane next.
+
+    That is the simulator's business, not the aircraft's: it is asked for over a link of its own, whoever holds control.
+    """
+    from vencejo import VencejoError, connect
+
+    try:
+        with connect(link, record=False, own_system_id=254) as simulator:
+            simulator.params.set(SPEEDUP_PARAM, 1.0)
+    except VencejoError as error:
+        say(f"The plane goes on at {speedup:g} times real time: {error}")
 
 
 def demo_mission() -> Path:

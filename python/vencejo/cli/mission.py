@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
@@ -28,8 +29,16 @@ from vencejo.cli.common import (
 )
 
 if TYPE_CHECKING:
+    from vencejo.control import Danger
     from vencejo.plan import Plan
     from vencejo.vehicle import PlanKind
+
+CLEARS: Final[Mapping[PlanKind, Danger]] = {
+    "mission": "clear-mission",
+    "fence": "clear-fence",
+    "rally": "clear-rally",
+}
+"""What is confirmed by having asked."""
 
 mission_app = typer.Typer(
     no_args_is_help=True,
@@ -142,7 +151,7 @@ def clear(
         if not confirm(question + (", which is ARMED?" if flying else "?"), yes=yes):
             raise Failed("nothing was removed")
         for part in _kinds(kind):
-            vehicle.clear(kind=part)
+            vehicle.clear(kind=part, confirm=CLEARS[part])
             if json:
                 put_json({"kind": part, "state": vehicle.plan_state(part).state})
             else:

@@ -8,7 +8,7 @@ import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -31,6 +31,7 @@ from vencejo.cli.common import (
 )
 
 if TYPE_CHECKING:
+    from vencejo.control import Danger
     from vencejo.vehicle import Parameter, Vehicle
 
 params_app = typer.Typer(
@@ -65,16 +66,30 @@ def get(
         print(f"{parameter.name} {text(parameter.value)}")
 
 
+def write(vehicle: Vehicle, name: str, value: float, *, yes: bool) -> Parameter:
+    """Write a parameter; when that is dangerous, after asking."""
+    from vencejo import ConfirmationNeeded
+
+    try:
+        return vehicle.params.set(name, value)
+    except ConfirmationNeeded as needed:
+        danger = cast("Danger", needed.act)
+        if not confirm(f"{name} = {text(value)} is dangerous ({danger}). Write it?", yes=yes):
+            raise Failed(f"{name} was not written") from needed
+    return vehicle.params.set(name, value, confirm=danger)
+
+
 @params_app.command("set", context_settings={"ignore_unknown_options": True})
 def set_(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the parameter.")],
     value: Annotated[float, typer.Argument(metavar="VALUE", help="Its new value.")],
     link: LinkOption = DEFAULT_LINK,
+    yes: YesOption = False,
     json: JsonOption = False,
     system: SystemOption = None,
     timeout: TimeoutOption = 30.0,
 ) -> None:
-    """Write one parameter and show what the vehicle has then.
+    """Write one parameter and show what the vehicle has then. What is dangerous, such as switching the fence off, is asked about.
 
     Example: vencejo params set WP_RADIUS 40
 
@@ -84,7 +99,7 @@ def set_(
         raise Failed(f"{value} is not a value for a parameter; give a finite number", Exit.USAGE)
     with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
         before = vehicle.params.get(name.upper())
-        after = vehicle.params.set(before.name, value)
+        after = write(vehicle, before.name, value, yes=yes)
     if json:
         put_json({"name": after.name, "before": number(before), "after": number(after)})
     else:
@@ -178,7 +193,7 @@ def load(
         with progress_bar("Writing parameters", quiet=json) as bar:
             for done, change in enumerate(changes, start=1):
                 try:
-                    vehicle.params.set(change.name, change.wanted)
+                    write(vehicle, change.name, change.wanted, yes=yes)
                 except ParameterError as error:
                     refused.append(change.name)
                     say(str(error))

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 from urllib.parse import urlsplit
 
+from vencejo.control import Operator
 from vencejo.jderobot.runtime import tolerant
 from vencejo.jderobot.settings import Network, is_loopback
 from vencejo.jderobot.subject import LOG
@@ -21,6 +22,7 @@ __all__ = [
     "ConnectionLimit",
     "Gate",
     "Peer",
+    "Presence",
     "despite_mixed_plan",
     "peer_of",
     "raise_file_limit",
@@ -110,6 +112,32 @@ class Gate:
         except ValueError:
             return False
         return is_loopback(host) or self._is_let_in(host)
+
+
+class Presence:
+    """Shows the station that whoever acted over Ice is still there: control ends soon after the last such connection."""
+
+    def __init__(self, operator: Operator) -> None:
+        self._operator = operator
+        self._lock = threading.Lock()
+        self._known: set[Any] = set()
+
+    def acts(self, connection: Any) -> None:
+        """A request came that is not only a look."""
+        with self._lock:
+            if connection is None or connection in self._known:
+                return
+            self._known.add(connection)
+        self._operator.attach()
+        # Ice takes a function, which a bound method is not, and calls it at once for a connection that is closed already.
+        connection.setCloseCallback(lambda gone: self._gone(gone))
+
+    def _gone(self, connection: Any) -> None:
+        with self._lock:
+            if connection not in self._known:
+                return
+            self._known.discard(connection)
+        self._operator.detach()
 
 
 class Peer(NamedTuple):

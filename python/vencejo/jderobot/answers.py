@@ -25,7 +25,7 @@ class Answer(enum.IntEnum):
     NOT_SENT = 4
     """The mission could not be sent or verified; what the vehicle holds is unknown."""
     REFUSED = 5
-    """The vehicle refused, such as arming by its pre-arm checks."""
+    """The vehicle refused, such as arming by its pre-arm checks; or somebody else holds control of the driver."""
     NO_ANSWER = 6
     """The vehicle did not answer, or does not show what was asked for."""
     WRONG_MODE = 7
@@ -42,6 +42,8 @@ ANSWERS: Final[Mapping[type[errors.VencejoError], Answer]] = {
     errors.ClosedError: Answer.NO_VEHICLE,
     errors.Busy: Answer.BUSY,
     errors.Cancelled: Answer.FAILED,
+    errors.ControlHeld: Answer.REFUSED,
+    errors.ConfirmationNeeded: Answer.REFUSED,
     errors.InvalidRequest: Answer.BAD_VALUE,
     errors.NotPossibleNow: Answer.NOT_SENT,
     errors.CommandRefused: Answer.REFUSED,

@@ -23,6 +23,8 @@ FAULTS: Final[Mapping[type[errors.VencejoError], str]] = {
     errors.ClosedError: "NoLink",
     errors.Busy: "Busy",
     errors.Cancelled: "Cancelled",
+    errors.ControlHeld: "Busy",
+    errors.ConfirmationNeeded: "InvalidRequest",
     errors.InvalidRequest: "InvalidRequest",
     errors.NotPossibleNow: "InvalidRequest",
     errors.CommandRefused: "CommandRefused",

@@ -6,13 +6,14 @@ import json
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import Any, Final
+from typing import Any, Final, cast
 
+from vencejo.control import Danger
 from vencejo.errors import InvalidRequest
 from vencejo.jderobot.access import despite_mixed_plan
 from vencejo.jderobot.faults import Faults
 from vencejo.jderobot.feed import Feed
-from vencejo.jderobot.runtime import Slices
+from vencejo.jderobot.runtime import Slices, tolerant
 from vencejo.jderobot.subject import Subject
 from vencejo.plan import Circle, Fence, GeoPoint, Home, MissionItem, Plan, Polygon, RallyPoint
 from vencejo.telemetry import Group, Telemetry
@@ -267,6 +268,15 @@ def plan_to_slice(plan: Plan, slices: Slices) -> Any:
     )
 
 
+def _confirmed(current: Any) -> Danger | None:
+    """What the request's context confirms, by name under ``confirm``."""
+    if current is None:
+        return None
+    with tolerant():
+        named = current.ctx.get("confirm")
+    return cast("Danger | None", named or None)
+
+
 class Missions:
     """Servant of ``vencejo::Missions``."""
 
@@ -307,7 +317,7 @@ class Missions:
 
     def clear(self, systemId: int, kind: Any, current: Any = None) -> Future[Any]:
         """Remove a plan."""
-        return self._later(systemId, lambda vehicle: vehicle.clear(kind=self._kind(kind)))
+        return self._later(systemId, lambda vehicle: vehicle.clear(kind=self._kind(kind), confirm=_confirmed(current)))
 
     def getPlanState(self, systemId: int, kind: Any, current: Any = None) -> Any:
         """What is known of a plan on board."""
@@ -383,7 +393,7 @@ class Control:
 
     def disarm(self, systemId: int, current: Any = None) -> Future[Any]:
         """Disarm."""
-        return self._later(systemId, lambda vehicle: vehicle.disarm())
+        return self._later(systemId, lambda vehicle: vehicle.disarm(confirm=_confirmed(current)))
 
     def modes(self, systemId: int, current: Any = None) -> list[str]:
         """Names of its modes."""
@@ -471,5 +481,7 @@ class Control:
 
     def command(self, systemId: int, command: int, params: list[float], current: Any = None) -> Future[Any]:
         """Any command."""
-        despite = despite_mixed_plan(current)
-        return self._later(systemId, lambda vehicle: vehicle.command(command, *params, despite_mixed_plan=despite))
+        despite, confirm = despite_mixed_plan(current), _confirmed(current)
+        return self._later(
+            systemId, lambda vehicle: vehicle.command(command, *params, confirm=confirm, despite_mixed_plan=despite)
+        )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vencejo.errors import InvalidRequest, VencejoError
-from vencejo.jderobot.access import ConnectionLimit, Gate, raise_file_limit
+from vencejo.jderobot.access import ConnectionLimit, Gate, Presence, raise_file_limit
 from vencejo.jderobot.camera import Camera, FrameSource
 from vencejo.jderobot.cmdvel import CMDVel
 from vencejo.jderobot.dispatch import SHAPES, Answering, Checked, Dialects, Locator
@@ -33,6 +33,8 @@ from vencejo.station import Station
 
 __all__ = ["IceServer"]
 
+OPERATOR: Final = "JdeRobot"
+"""In whose name the clients of these interfaces act: old ones have no word for who they are."""
 _DISPATCH_THREADS: Final = 4
 """Requests are short; what takes long has threads of its own (`vencejo.jderobot.workers`)."""
 
@@ -89,7 +91,10 @@ class IceServer:
         tokens: Tokens | None,
     ) -> dict[str, Any]:
         settings, closing = self._settings, self._closing
-        subject = Subject(station, settings.system_id)
+        operator = station.add_operator(OPERATOR, transient=True)
+        closing.callback(operator.close)
+        presence = Presence(operator)
+        subject = Subject(station, settings.system_id, operator)
         workers = Workers()
         closing.callback(workers.close)
         marks = Marks(settings.alone_after_s)
@@ -140,7 +145,8 @@ class IceServer:
             }
             locator = slices.servant(Locator, slices.ice.ServantLocator)
             gate = self._gate(adapter, tokens)
-            adapter.addServantLocator(locator(slices, gate, named, takes_pages=self._takes_pages(adapter)), "")
+            found = locator(slices, gate, named, presence, takes_pages=self._takes_pages(adapter))
+            adapter.addServantLocator(found, "")
             adapters[interface] = adapter
         ports = {port for adapter in adapters.values() for _, port in _listening(adapter)}
         limit = ConnectionLimit(ports, settings.max_connections)

@@ -6,6 +6,7 @@ import logging
 import threading
 from typing import TypeVar
 
+from vencejo.control import Operator
 from vencejo.errors import NoVehicleError, VehicleLost, VencejoError
 from vencejo.station import Station
 from vencejo.vehicle import Vehicle
@@ -24,10 +25,13 @@ class Subject:
     station : Station
     system_id : int, optional
         Which one by default; the first that was heard when not given. That stays the one.
+    operator : Operator, optional
+        In whose name they are acted on; the program's own when not given.
     """
 
-    def __init__(self, station: Station, system_id: int | None = None) -> None:
+    def __init__(self, station: Station, system_id: int | None = None, operator: Operator | None = None) -> None:
         self._station = station
+        self._operator = operator
         self._system_id = system_id
         self._lock = threading.Lock()
         self._vehicles: dict[int, Vehicle] = {}
@@ -50,6 +54,8 @@ class Subject:
             for vehicle in self._station.vehicles:
                 if wanted is None or vehicle.system_id == wanted:
                     self._system_id = self._system_id or vehicle.system_id
+                    if self._operator is not None:
+                        vehicle = self._operator.vehicle(vehicle)
                     self._vehicles[vehicle.system_id] = vehicle
                     return vehicle
             return None

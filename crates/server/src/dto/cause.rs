@@ -112,6 +112,20 @@ pub enum Cause {
         #[schema(required = true)]
         holder: Option<String>,
     },
+    /// A dangerous act: the same request again, with `confirmation` in the header `Vencejo-Confirmation`, does it.
+    NeedsConfirmation {
+        /// What is dangerous: `force-arm`, `force-disarm`, `disarm-in-flight`, `terminate`, `clear-mission`, `clear-fence`,
+        /// `clear-rally`, `clear-all`, `reboot`, `fence-off`, `erase` or `write-files`.
+        act: String,
+        /// System id of the vehicle that it would be done to.
+        vehicle: u8,
+        /// What to send; good once, for this session, this vehicle and this very act.
+        confirmation: String,
+        /// For how long it is good.
+        valid_s: f64,
+    },
+    /// The confirmation was given out for another act, was used, or ran out. Nothing was sent.
+    BadConfirmation,
     /// Too much at once.
     TooMany {
         /// Of what.

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use vencejo_flight::plan::PlanKind;
-use vencejo_link::{AddressError, LinkId};
-use vencejo_proto::{Address, SystemId};
+use vencejo_link::LinkId;
+use vencejo_proto::Address;
 use vencejo_vehicle::command::{CommandName, CommandResult};
 
 use super::*;
@@ -12,19 +12,9 @@ use super::*;
 /// Name of the kind and its problem, for all that the core can end with.
 fn all() -> BTreeMap<String, dto::Problem> {
     let kind = |debug: String| debug.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default().to_owned();
-    let station = [
-        StationError::Address(AddressError::Empty),
-        StationError::Link(LinkError::TooManyLinks),
-        StationError::CannotRecord { reason: "no space left on device".into() },
-        StationError::NoVehicle {
-            wanted: Some(SystemId(1)),
-            waited: std::time::Duration::from_secs(30),
-            links: "no link".into(),
-        },
-        StationError::Closed,
-    ];
-    let station =
-        station.into_iter().map(|error| (format!("Station.{}", kind(format!("{error:?}"))), from_station(&error)));
+    let station = StationError::examples().into_iter();
+    let station = station.filter(|error| !matches!(error, StationError::Vehicle(_) | StationError::Signing(_)));
+    let station = station.map(|error| (format!("Station.{}", kind(format!("{error:?}"))), from_station(&error)));
     let signing = SigningError::examples().into_iter();
     let signing = signing
         .map(|error| (format!("Signing.{}", kind(format!("{error:?}"))), from_station(&StationError::Signing(error))));
@@ -103,6 +93,9 @@ fn statuses_are_those_of_the_contract() {
         ("Station.Address", 422),
         ("Station.Closed", 503),
         ("Station.NoVehicle", 404),
+        ("Station.Control", 423),
+        ("Station.NeedsConfirmation", 428),
+        ("Station.BadConfirmation", 412),
         ("Vehicle.CommandRefused", 409),
         ("Vehicle.CommandTimeout", 504),
         ("Vehicle.NotConfirmed", 504),

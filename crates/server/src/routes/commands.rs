@@ -21,12 +21,13 @@ use crate::state::App;
 /// Asks a vehicle for something and waits for the end, which comes within a bounded time. Whoever hangs up does not take
 /// the command back.
 async fn ask(
+    pilot: &Pilot,
     vehicle: &VehicleHandle,
     DespiteMixedPlan(despite): DespiteMixedPlan,
     request: Request,
 ) -> Result<Json<Done>, Problem> {
     let request = if despite { Request::DespiteMixedPlan(Box::new(request)) } else { request };
-    vehicle.request(request).wait().await.ok_or_else(Problem::closed)??;
+    pilot.request(vehicle, request).wait().await.ok_or_else(Problem::closed)??;
     Ok(Json(Done {}))
 }
 
@@ -38,11 +39,11 @@ macro_rules! command {
             ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
             responses((status = 200, body = Done), Problem))]
         async fn $name(
-            _: Pilot,
+            pilot: Pilot,
             Vehicle($vehicle): Vehicle,
             despite: DespiteMixedPlan,
         ) -> Result<Json<Done>, Problem> {
-            ask(&$vehicle, despite, $request).await
+            ask(&pilot, &$vehicle, despite, $request).await
         }
     };
     ($(#[$doc:meta])* $name:ident, $path:tt, optional $body:tt, |$vehicle:ident, $value:ident| $request:expr) => {
@@ -51,12 +52,12 @@ macro_rules! command {
             ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
             request_body = Option<$body>, responses((status = 200, body = Done), Problem))]
         async fn $name(
-            _: Pilot,
+            pilot: Pilot,
             Vehicle($vehicle): Vehicle,
             despite: DespiteMixedPlan,
             OptionalJson($value): OptionalJson<$body>,
         ) -> Result<Json<Done>, Problem> {
-            ask(&$vehicle, despite, $request).await
+            ask(&pilot, &$vehicle, despite, $request).await
         }
     };
     ($(#[$doc:meta])* $name:ident, $path:tt, $body:tt, |$vehicle:ident, $value:ident| $request:expr) => {
@@ -65,12 +66,12 @@ macro_rules! command {
             ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
             request_body = $body, responses((status = 200, body = Done), Problem))]
         async fn $name(
-            _: Pilot,
+            pilot: Pilot,
             Vehicle($vehicle): Vehicle,
             despite: DespiteMixedPlan,
             Body($value): Body<$body>,
         ) -> Result<Json<Done>, Problem> {
-            ask(&$vehicle, despite, $request).await
+            ask(&pilot, &$vehicle, despite, $request).await
         }
     };
 }

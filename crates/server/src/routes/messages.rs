@@ -63,12 +63,13 @@ fn params_of<const N: usize>(given: &[Option<f64>]) -> Result<[f32; N], Problem>
 }
 
 async fn acknowledged(
+    pilot: &Pilot,
     vehicle: &VehicleHandle,
     DespiteMixedPlan(despite): DespiteMixedPlan,
     request: Request,
 ) -> Result<Json<Acknowledged>, Problem> {
     let request = if despite { Request::DespiteMixedPlan(Box::new(request)) } else { request };
-    match vehicle.request(request).wait().await.ok_or_else(Problem::closed)?? {
+    match pilot.request(vehicle, request).wait().await.ok_or_else(Problem::closed)?? {
         Reply::Acknowledged { result_param2 } => Ok(Json(Acknowledged { result_param2 })),
         _ => Ok(Json(Acknowledged { result_param2: 0 })),
     }
@@ -86,7 +87,7 @@ fn message_id(name: &str) -> Result<u32, Problem> {
         ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
     responses((status = 200, body = Acknowledged), Problem))]
 async fn command_long(
-    _: Pilot,
+    pilot: Pilot,
     Vehicle(vehicle): Vehicle,
     despite: DespiteMixedPlan,
     Body(raw): Body<RawCommandLong>,
@@ -94,7 +95,7 @@ async fn command_long(
     let command = number_of(&raw.command)?;
     let params = params_of(&raw.params)?;
     let command = CommandLong { target: THE_VEHICLE, command, confirmation: 0, params };
-    acknowledged(&vehicle, despite, Request::RawCommandLong(command)).await
+    acknowledged(&pilot, &vehicle, despite, Request::RawCommandLong(command)).await
 }
 
 /// Any command by COMMAND_INT, likewise.
@@ -103,7 +104,7 @@ async fn command_long(
         ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
     responses((status = 200, body = Acknowledged), Problem))]
 async fn command_int(
-    _: Pilot,
+    pilot: Pilot,
     Vehicle(vehicle): Vehicle,
     despite: DespiteMixedPlan,
     Body(raw): Body<RawCommandInt>,
@@ -114,7 +115,7 @@ async fn command_int(
     let (x, y) = (raw.x, raw.y);
     let command =
         CommandInt { target: THE_VEHICLE, frame: raw.frame, command, current: 0, autocontinue: 0, params, x, y, z };
-    acknowledged(&vehicle, despite, Request::RawCommandInt(command)).await
+    acknowledged(&pilot, &vehicle, despite, Request::RawCommandInt(command)).await
 }
 
 fn not_a_message(error: &FieldError) -> Problem {
@@ -131,7 +132,7 @@ fn not_a_message(error: &FieldError) -> Problem {
         ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
     responses((status = 200, body = Done), Problem))]
 async fn send_message(
-    _: Pilot,
+    pilot: Pilot,
     Vehicle(vehicle): Vehicle,
     DespiteMixedPlan(despite): DespiteMixedPlan,
     Body(new): Body<NewMessage>,
@@ -152,7 +153,7 @@ async fn send_message(
     }
     let message =
         Message::from_payload(MavVersion::V2, id, &payload).map_err(|error| Problem::invalid(error.to_string()))?;
-    if vehicle.send(&message, despite)?.is_sent() {
+    if pilot.vehicle(&vehicle).send(&message, despite, pilot.confirmation())?.is_sent() {
         return Ok(Json(Done {}));
     }
     let detail = format!("{} was not sent: no link to the vehicle is open", new.name);
@@ -183,12 +184,12 @@ async fn request_message(
     params(("id" = u8, Path, description = "System id"), ("name" = String, Path, description = "Such as RAW_IMU")),
     responses((status = 200, body = Done), Problem))]
 async fn set_message_rate(
-    _: Pilot,
+    pilot: Pilot,
     Vehicle(vehicle): Vehicle,
     Name(name): Name,
     Body(MessageRate { rate_hz }): Body<MessageRate>,
 ) -> Result<Json<Done>, Problem> {
     let request = Request::SetMessageRate { message_id: message_id(&name)?, rate_hz };
-    vehicle.request(request).wait().await.ok_or_else(Problem::closed)??;
+    pilot.request(&vehicle, request).wait().await.ok_or_else(Problem::closed)??;
     Ok(Json(Done {}))
 }

@@ -54,8 +54,10 @@ const PREFIX: &str = "/api/v1";
 #[openapi(
     info(
         title = "Vencejo",
-        description = "See and command vehicles. One operator's session at a time holds control. Errors are \
-                       `application/problem+json` and say what to do. Telemetry comes by the WebSocket `/api/v1/ws`: the \
+        description = "See and command vehicles. One operator at a time holds control, and the first who acts takes \
+                       it. What can end a flight or destroy what is on board is answered with status 428 and a \
+                       confirmation: the same request with it in the header `Vencejo-Confirmation` does it, once and \
+                       within 15 s. Errors are `application/problem+json` and say what to do. Telemetry comes by the WebSocket `/api/v1/ws`: the \
                        client says `ClientMessage`, the server says `ServerMessage`.",
     ),
     components(schemas(dto::ClientMessage, dto::ServerMessage, dto::camera::CameraMessage))

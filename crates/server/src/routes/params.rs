@@ -9,7 +9,7 @@ use axum::response::{IntoResponse, Response};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vencejo_flight::formats::{MAX_FILE_BYTES, ParamDialect, ParamEntry, read_params as read_file, write_params};
-use vencejo_station::VehicleHandle;
+use vencejo_station::{Pending, RequestResult};
 use vencejo_vehicle::{Reply, Request};
 
 use crate::convert;
@@ -40,8 +40,8 @@ async fn read_params(
     Ok((StatusCode::ACCEPTED, Json(operation)))
 }
 
-async fn ask(vehicle: &VehicleHandle, request: Request) -> Result<Json<Param>, Problem> {
-    match vehicle.request(request).wait().await.ok_or_else(Problem::closed)?? {
+async fn ask(pending: Pending<RequestResult>) -> Result<Json<Param>, Problem> {
+    match pending.wait().await.ok_or_else(Problem::closed)?? {
         Reply::Parameter(param) => Ok(Json(convert::param(&param))),
         _ => Err(Problem::closed()),
     }
@@ -52,7 +52,7 @@ async fn ask(vehicle: &VehicleHandle, request: Request) -> Result<Json<Param>, P
     params(("id" = u8, Path, description = "System id"), ("name" = String, Path, description = "Up to 16 characters")),
     responses((status = 200, body = Param), Problem))]
 async fn get_param(_: Operator, Vehicle(vehicle): Vehicle, Name(name): Name) -> Result<Json<Param>, Problem> {
-    ask(&vehicle, Request::ParamRead { name }).await
+    ask(vehicle.request(Request::ParamRead { name })).await
 }
 
 /// Writes one parameter; answers with the value that the vehicle keeps.
@@ -60,12 +60,12 @@ async fn get_param(_: Operator, Vehicle(vehicle): Vehicle, Name(name): Name) -> 
     params(("id" = u8, Path, description = "System id"), ("name" = String, Path, description = "Up to 16 characters")),
     responses((status = 200, body = Param), Problem))]
 async fn set_param(
-    _: Pilot,
+    pilot: Pilot,
     Vehicle(vehicle): Vehicle,
     Name(name): Name,
     Body(new): Body<NewParam>,
 ) -> Result<Json<Param>, Problem> {
-    ask(&vehicle, Request::ParamSet { name, value: new.value }).await
+    ask(pilot.request(&vehicle, Request::ParamSet { name, value: new.value })).await
 }
 
 /// Reads a parameter file of any known kind (`.param`, `.parm`, `.params`); the body is the file.

@@ -17,7 +17,7 @@ use vencejo_flight::formats::{MAX_FILE_BYTES, PlanSettings, read_plan, write_pla
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::plan::{self as core};
 use vencejo_proto::SystemId;
-use vencejo_station::VehicleHandle;
+use vencejo_station::{Pending, RequestResult, VehicleHandle};
 use vencejo_vehicle::Request;
 use vencejo_vehicle::modes::ModeFamily;
 
@@ -41,8 +41,13 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .merge(OpenApiRouter::new().routes(routes!(parse)).layer(DefaultBodyLimit::max(MAX_FILE_BYTES)))
 }
 
-fn start(app: &App, vehicle: &VehicleHandle, kind: OperationKind, request: Request) -> Result<Accepted, Problem> {
-    let operation = app.follow(vehicle.system().0, kind, vehicle.request(request))?;
+fn start(
+    app: &App,
+    vehicle: &VehicleHandle,
+    kind: OperationKind,
+    pending: Pending<RequestResult>,
+) -> Result<Accepted, Problem> {
+    let operation = app.follow(vehicle.system().0, kind, pending)?;
     Ok((StatusCode::ACCEPTED, Json(operation)))
 }
 
@@ -112,7 +117,7 @@ macro_rules! plan_routes {
                                             request_body = Plan, responses((status = 202, body = Operation), Problem))]
         async fn $upload(
             State(app): State<App>,
-            _: Pilot,
+            pilot: Pilot,
             Vehicle(vehicle): Vehicle,
             asked: Result<Query<Checked>, QueryRejection>,
             Body(plan): Body<Plan>,
@@ -120,7 +125,8 @@ macro_rules! plan_routes {
             if asked?.check.unwrap_or(true) {
                 require_sound(&vehicle, PlanKind::$kind, &plan)?;
             }
-            start(&app, &vehicle, OperationKind::$upload_kind, upload(PlanKind::$kind, &plan)?)
+            let pending = pilot.request(&vehicle, upload(PlanKind::$kind, &plan)?);
+            start(&app, &vehicle, OperationKind::$upload_kind, pending)
         }
 
         /// Reads this part of the plan on board; it is the operation's result.
@@ -132,15 +138,19 @@ macro_rules! plan_routes {
             Vehicle(vehicle): Vehicle,
         ) -> Result<Accepted, Problem> {
             let request = Request::DownloadPlan { kind: core::PlanKind::$kind };
-            start(&app, &vehicle, OperationKind::$download_kind, request)
+            start(&app, &vehicle, OperationKind::$download_kind, vehicle.request(request))
         }
 
         /// Removes this part of the plan on board and checks that it is gone.
         #[utoipa::path(delete, path = $path, tag = "plans", params(("id" = u8, Path, description = "System id")),
                                             responses((status = 202, body = Operation), Problem))]
-        async fn $clear(State(app): State<App>, _: Pilot, Vehicle(vehicle): Vehicle) -> Result<Accepted, Problem> {
+        async fn $clear(
+            State(app): State<App>,
+            pilot: Pilot,
+            Vehicle(vehicle): Vehicle,
+        ) -> Result<Accepted, Problem> {
             let request = Request::ClearPlan { kind: core::PlanKind::$kind };
-            start(&app, &vehicle, OperationKind::$clear_kind, request)
+            start(&app, &vehicle, OperationKind::$clear_kind, pilot.request(&vehicle, request))
         }
     };
 }

@@ -28,7 +28,7 @@ async fn get_signing(_: Viewer, Vehicle(vehicle): Vehicle) -> Json<SigningInfo> 
     params(("id" = u8, Path, description = "System id")), request_body = ChangeSigning,
     responses((status = 200, body = SigningInfo), Problem))]
 async fn change_signing(
-    _: Pilot,
+    pilot: Pilot,
     Vehicle(vehicle): Vehicle,
     Body(asked): Body<ChangeSigning>,
 ) -> Result<Json<SigningInfo>, Problem> {
@@ -41,6 +41,6 @@ async fn change_signing(
         SigningAct::Rotate => SigningChange::Rotate { key: None },
         SigningAct::Remove => SigningChange::Remove,
     };
-    vehicle.change_signing(change, asked.any_link).wait().await.ok_or_else(Problem::closed)??;
+    pilot.vehicle(&vehicle).change_signing(change, asked.any_link).wait().await.ok_or_else(Problem::closed)??;
     Ok(Json(convert::signing(&vehicle)))
 }

@@ -24,8 +24,8 @@ pub(super) fn router() -> OpenApiRouter<App> {
 /// Follows and commands from now on the other vehicle that uses this system id, and no more the one that was followed.
 #[utoipa::path(post, path = "/vehicles/{id}/rival/follow", tag = "vehicles",
     params(("id" = u8, Path, description = "System id")), responses((status = 204), Problem))]
-async fn follow_rival(_: Pilot, Vehicle(vehicle): Vehicle) -> Result<StatusCode, Problem> {
-    if vehicle.follow_rival() {
+async fn follow_rival(pilot: Pilot, Vehicle(vehicle): Vehicle) -> Result<StatusCode, Problem> {
+    if pilot.vehicle(&vehicle).follow_rival()? {
         return Ok(StatusCode::NO_CONTENT);
     }
     let system = vehicle.system();

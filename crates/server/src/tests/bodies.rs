@@ -3,7 +3,7 @@
 use super::*;
 
 /// Method, path and what is said of it, for all that the description has.
-fn described() -> Vec<(String, String, Value)> {
+pub fn described() -> Vec<(String, String, Value)> {
     let description: Value = serde_json::from_str(&crate::openapi()).expect("JSON");
     let paths = description["paths"].as_object().expect("paths");
     let of_path = |(path, methods): (&String, &Value)| {
@@ -15,7 +15,7 @@ fn described() -> Vec<(String, String, Value)> {
 }
 
 /// A path in which everything is called like this.
-fn filled(path: &str, with: &str) -> String {
+pub fn filled(path: &str, with: &str) -> String {
     let parts = path.split('/').map(|part| if part.starts_with('{') { with } else { part });
     parts.collect::<Vec<_>>().join("/")
 }

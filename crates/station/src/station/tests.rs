@@ -4,6 +4,7 @@ use std::net::UdpSocket;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use vencejo_flight::plan::{Command, MissionItem, PlanKind};
 use vencejo_link::LinkOptions;
 use vencejo_proto::dialect::{ATTITUDE_DATA, MavMessage};
 use vencejo_proto::{FrameDecoder, Header};
@@ -65,6 +66,44 @@ async fn requests_and_links_begun_while_closing_end() {
         }
         assert!(station.links().is_empty(), "{:?}", station.links());
     }
+}
+
+/// What two operators do at once: one has control and does it, the other is told who has.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn of_two_operators_one_acts_and_the_other_is_told() {
+    let station = start();
+    station.hear(1, station.now());
+    let vehicle = station.vehicle(SystemId(1)).expect("heard");
+    let operators = ["Ana", "Luis"].map(|name| Arc::new(station.enlist(name)));
+    let item = MissionItem::at(Command(5001), [4.0, 0.0, 0.0, 0.0], 40.0, -3.0, 0.0);
+    let upload = Request::UploadPlan { kind: PlanKind::Fence, items: vec![item], home: None };
+    let set = Request::ParamSet { name: "WP_RADIUS".into(), value: 90.0 };
+    let mut told = 0;
+    for race in 0..500 {
+        let go = Arc::new(AtomicBool::new(false));
+        let racers = operators.each_ref().map(|operator| {
+            let (vehicle, go) = (vehicle.acting_as(operator.clone()), go.clone());
+            let request = if race % 2 == 0 { upload.clone() } else { set.clone() };
+            std::thread::spawn(move || {
+                while !go.load(Ordering::Acquire) {}
+                vehicle.request(request)
+            })
+        });
+        go.store(true, Ordering::Release);
+        let pending = racers.map(|racer| racer.join().expect("no panic"));
+        let holder = station.control().holder().expect("one of them");
+        for (operator, pending) in operators.iter().zip(&pending) {
+            let refused = pending.end() == Some(Err(StationError::Control { holder: holder.clone() }));
+            assert_ne!(operator.name() == holder, refused, "race {race}: {:?}", pending.end());
+            told += u32::from(refused);
+            pending.cancel();
+        }
+        for operator in &operators {
+            operator.release(station.now());
+        }
+    }
+    assert_eq!(told, 500);
+    station.close().await;
 }
 
 #[tokio::test]
@@ -297,11 +336,8 @@ async fn of_two_autopilots_with_one_id_the_first_is_followed_and_commanded() {
     .await;
     assert_eq!(second.heard(76) + second.heard(75), 0, "not to the other");
     // A person chooses the other one.
-    assert!(vehicle.follow_rival());
-    assert!(matches!(
-        vehicle.plan_state(vencejo_flight::plan::PlanKind::Mission),
-        Some(vencejo_vehicle::PlanState::Unknown(_))
-    ));
+    assert_eq!(vehicle.follow_rival(), Ok(true));
+    assert!(matches!(vehicle.plan_state(PlanKind::Mission), Some(vencejo_vehicle::PlanState::Unknown(_))));
     let _request = vehicle.request(Request::ReturnToLaunch);
     in_time(async {
         while second.heard(76) + second.heard(75) == 0 {

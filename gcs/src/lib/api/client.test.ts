@@ -58,4 +58,25 @@ describe('Api', () => {
     const { api } = make(() => Promise.resolve(new Response('')));
     expect(await api.removeLink(1)).toEqual({});
   });
+
+  it('confirms what a person has confirmed, once, and nothing else', async () => {
+    const cause = { code: 'needs-confirmation', act: 'clear-fence', vehicle: 1, confirmation: 'c0ffee', valid_s: 15 };
+    const body = {
+      type: 'urn:vencejo:needs-confirmation',
+      title: 'Has to be confirmed',
+      status: 428,
+      detail: '',
+      cause,
+    };
+    const answers = [problem(body, 428), Promise.resolve(new Response('{"id":4}'))];
+    const asked = make(() => answers.shift() ?? Promise.reject(new Error('asked too often')));
+    expect(await asked.api.clearPlan(1, 'fence')).toEqual({ id: 4 });
+    expect(asked.calls.map(({ init }) => new Headers(init.headers).get('vencejo-confirmation'))).toEqual([
+      null,
+      'c0ffee',
+    ]);
+    const other = make(() => problem(body, 428));
+    await expect(other.api.clearPlan(1, 'mission')).rejects.toThrow(ProblemError);
+    expect(other.calls).toHaveLength(1);
+  });
 });

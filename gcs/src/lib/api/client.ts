@@ -1,5 +1,5 @@
 // The HTTP API, one method per call. Every failure is a ProblemError.
-import { Http } from './http';
+import { Http, type Options } from './http';
 import type {
   ChangeSigning,
   CommandInfo,
@@ -26,9 +26,16 @@ import type {
 
 export type { CommandName, VehicleCommands } from './types';
 
+/** How a command is sent. */
+export type Acting = Options & {
+  /** Although the mission on board may be a mixture. */
+  despiteMixedPlan?: boolean;
+};
+
 export class Api extends Http {
   info = () => this.json<Info>('GET', '/info');
-  openSession = (body: NewSession, signal?: AbortSignal) => this.json<Session>('POST', '/session', body, signal);
+  openSession = (body: NewSession, signal?: AbortSignal) =>
+    this.json<Session>('POST', '/session', body, signal === undefined ? {} : { signal });
   takeControl = () => this.json<Partial<Session>>('POST', '/control/take', {});
   releaseControl = () => this.json<Partial<Session>>('POST', '/control/release', {});
   requestControl = () => this.json<Partial<Session>>('POST', '/control/request', {});
@@ -52,13 +59,20 @@ export class Api extends Http {
     id: number,
     name: Name,
     body: VehicleCommands[Name],
-    { despiteMixedPlan = false } = {},
-  ) => this.json<unknown>('POST', `/vehicles/${id}/${name}${despiteMixedPlan ? '?despite_mixed_plan=true' : ''}`, body);
+    { despiteMixedPlan = false, ...options }: Acting = {},
+  ) => {
+    const query = despiteMixedPlan ? '?despite_mixed_plan=true' : '';
+    return this.json<unknown>('POST', `/vehicles/${id}/${name}${query}`, body, options);
+  };
 
   sendPlan = (id: number, kind: PlanKind, plan: Plan) =>
     this.json<Operation>('PUT', `/vehicles/${id}/plan/${kind}`, plan);
   readPlan = (id: number, kind: PlanKind) => this.json<Operation>('GET', `/vehicles/${id}/plan/${kind}`);
-  clearPlan = (id: number, kind: PlanKind) => this.json<Operation>('DELETE', `/vehicles/${id}/plan/${kind}`);
+  /** A person has confirmed it. */
+  clearPlan = (id: number, kind: PlanKind) =>
+    this.confirmed([`clear-${kind}`], (options) =>
+      this.json<Operation>('DELETE', `/vehicles/${id}/plan/${kind}`, undefined, options),
+    );
   operation = <Result>(id: Operation['id']) =>
     this.json<Operation<Result>>('GET', `/operations/${encodeURIComponent(id)}`);
   cancelOperation = (id: Operation['id']) => this.json<unknown>('DELETE', `/operations/${encodeURIComponent(id)}`);
@@ -77,6 +91,9 @@ export class Api extends Http {
   readParams = (id: number) => this.json<Operation>('GET', `/vehicles/${id}/params`);
   readParam = (id: number, name: string) =>
     this.json<Parameter>('GET', `/vehicles/${id}/params/${encodeURIComponent(name)}`);
-  setParam = (id: number, name: string, value: number) =>
-    this.json<Parameter>('PUT', `/vehicles/${id}/params/${encodeURIComponent(name)}`, { value });
+  /** `acts`: what a person has confirmed of it. */
+  setParam = (id: number, name: string, value: number, acts: readonly string[] = []) =>
+    this.confirmed(acts, (options) =>
+      this.json<Parameter>('PUT', `/vehicles/${id}/params/${encodeURIComponent(name)}`, { value }, options),
+    );
 }

@@ -1,7 +1,14 @@
 // Requests to the server's HTTP API. Every failure is a ProblemError.
-import { noAnswer, ProblemError, problemOf } from './problem';
+import { challengeOf, noAnswer, ProblemError, problemOf } from './problem';
 
 export type Method = 'GET' | 'POST' | 'PUT' | 'DELETE';
+
+export interface Options {
+  /** Ends a request that nobody waits for any more. */
+  readonly signal?: AbortSignal;
+  /** Of a dangerous act, as the server gave it. */
+  readonly confirmation?: string;
+}
 
 export class Http {
   readonly #base: string;
@@ -17,19 +24,36 @@ export class Http {
     return this.#base + path;
   }
 
-  async json<T>(method: Method, path: string, body?: unknown, signal?: AbortSignal): Promise<T> {
-    const response = await this.request(method, path, body, signal);
+  async json<T>(method: Method, path: string, body?: unknown, options: Options = {}): Promise<T> {
+    const response = await this.request(method, path, body, options);
     const text = await response.text();
     // An empty answer stands for "done, nothing to tell".
     return (text === '' ? {} : JSON.parse(text)) as T;
   }
 
-  /** `signal` ends a request that nobody waits for any more. */
-  async request(method: Method, path: string, body?: unknown, signal?: AbortSignal): Promise<Response> {
+  /**
+   * What a person has confirmed: the server is asked for the confirmation of these acts, and asked again with it. Anything else
+   * that it wants confirmed stays a problem.
+   */
+  async confirmed<T>(acts: readonly string[], send: (options: Options) => Promise<T>): Promise<T> {
+    try {
+      return await send({});
+    } catch (error) {
+      const challenge = error instanceof ProblemError ? challengeOf(error.problem) : null;
+      if (challenge === null || !acts.includes(challenge.act)) throw error;
+      return send({ confirmation: challenge.confirmation });
+    }
+  }
+
+  async request(method: Method, path: string, body?: unknown, options: Options = {}): Promise<Response> {
+    const { signal, confirmation } = options;
     const init: RequestInit = {
       method,
       credentials: 'same-origin',
-      headers: { accept: 'application/json' },
+      headers: {
+        accept: 'application/json',
+        ...(confirmation === undefined ? {} : { 'vencejo-confirmation': confirmation }),
+      },
       ...(signal === undefined ? {} : { signal }),
     };
     if (body instanceof Blob) {

@@ -42,6 +42,12 @@ function isCause(value: unknown): value is Cause {
   return typeof value === 'object' && value !== null && 'code' in value && typeof value.code === 'string';
 }
 
+export type Challenge = Extract<Cause, { code: 'needs-confirmation' }>;
+
+/** What the server wants confirmed; null for any other problem. */
+export const challengeOf = ({ cause }: Problem): Challenge | null =>
+  cause?.code === 'needs-confirmation' ? cause : null;
+
 /** What to tell when the server is away. */
 export const noAnswer = (error: unknown): Problem => ownProblem(NO_ANSWER_TITLE, NO_ANSWER, String(error));
 

@@ -1888,6 +1888,29 @@ export interface components {
             /** @description Name of the session that holds it; null when nobody does. */
             holder: string | null;
         } | {
+            /**
+             * @description What is dangerous: `force-arm`, `force-disarm`, `disarm-in-flight`, `terminate`, `clear-mission`, `clear-fence`,
+             *     `clear-rally`, `clear-all`, `reboot`, `fence-off`, `erase` or `write-files`.
+             */
+            act: string;
+            /** @enum {string} */
+            code: "needs-confirmation";
+            /** @description What to send; good once, for this session, this vehicle and this very act. */
+            confirmation: string;
+            /**
+             * Format: double
+             * @description For how long it is good.
+             */
+            valid_s: number;
+            /**
+             * Format: int32
+             * @description System id of the vehicle that it would be done to.
+             */
+            vehicle: number;
+        } | {
+            /** @enum {string} */
+            code: "bad-confirmation";
+        } | {
             /** @enum {string} */
             code: "too-many";
             /**

@@ -164,6 +164,9 @@ export const shellEn = {
   'answer.despiteMixed': '{command} in spite of it',
   'answer.despiteMixedDetail':
     'Only if you know what is on board: the plane may fly to where nobody planned. It is written among the messages.',
+  'answer.confirm': '{command}: has to be confirmed',
+  'answer.notConfirmed': '{command}: not confirmed',
+  'answer.doIt': 'Confirm: do it',
   'answer.dismiss': 'Dismiss the answer',
   'answer.cure': 'Prepare the flight, or change to mode {mode}, then arm.',
 

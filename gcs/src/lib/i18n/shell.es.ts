@@ -166,6 +166,9 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'answer.despiteMixed': '{command} de todos modos',
   'answer.despiteMixedDetail':
     'Solo si sabes qué lleva a bordo: el avión puede volar a donde nadie ha planeado. Queda anotado en los mensajes.',
+  'answer.confirm': '{command}: hay que confirmarlo',
+  'answer.notConfirmed': '{command}: sin confirmar',
+  'answer.doIt': 'Confirmar: hacerlo',
   'answer.dismiss': 'Quitar la respuesta',
   'answer.cure': 'Prepara el vuelo, o cambia al modo {mode}, y arma después.',
 

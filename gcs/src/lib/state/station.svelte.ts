@@ -1,5 +1,6 @@
 // The station: session and control, links, vehicles and operations, kept up to date over the WebSocket.
-import { Api, type CommandName, type VehicleCommands } from '$lib/api/client';
+import { Api, type Acting, type CommandName, type VehicleCommands } from '$lib/api/client';
+import type { Options } from '$lib/api/http';
 import { problemFrom } from '$lib/api/problem';
 
 import { parse, Socket, type SocketState } from '$lib/api/socket';
@@ -25,8 +26,8 @@ export interface Answer {
   state: 'waiting' | 'accepted' | 'refused';
   problem: Problem | null;
   at_ms: number;
-  /** Asks for the same once more, although the mission on board may be a mixture. */
-  despiteMixedPlan: () => void;
+  /** The same once more: with the confirmation that the server gave, or although the mission on board may be a mixture. */
+  repeat: (more: Acting) => void;
 }
 
 class Station {
@@ -98,16 +99,19 @@ class Station {
     vehicle: Vehicle,
     command: Name,
     body: VehicleCommands[Name],
-    options: { despiteMixedPlan?: boolean } = {},
+    options: Acting = {},
   ): Promise<boolean> {
     const key = `${vehicle.systemId}/${command}`;
     const at_ms = performance.now();
-    const despiteMixedPlan = () => void this.command(vehicle, command, body, { despiteMixedPlan: true });
-    const asked = { command, problem: null, despiteMixedPlan };
+    const repeat = (more: Acting) => void this.command(vehicle, command, body, { ...options, ...more });
+    const asked = { command, problem: null, repeat };
     this.#answers.set(key, { ...asked, state: 'waiting', at_ms });
     let answer: Answer;
     try {
-      await api.command(vehicle.systemId, command, body, options);
+      const acts = 'force' in body && body.force === true ? [`force-${command}`] : [];
+      const send = (confirmed: Options) => api.command(vehicle.systemId, command, body, { ...options, ...confirmed });
+      // What is forced has been held for a second: that confirms it.
+      await api.confirmed(acts, send);
       answer = { ...asked, state: 'accepted', at_ms: performance.now() };
     } catch (error) {
       answer = { ...asked, state: 'refused', problem: problemFrom(error), at_ms: performance.now() };

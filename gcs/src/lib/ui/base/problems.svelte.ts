@@ -33,7 +33,7 @@ export function problemWords(problem: Problem): ProblemWords {
     : WORDS.map((name) => cause[name])
         .filter(isText)
         .join(' · ');
-  return { text: t(key, wordsOf(cause)), said, remedy: hasText(remedyKey) ? t(remedyKey) : '' };
+  return { text: t(key, wordsOf(cause)), said, remedy: hasText(remedyKey) ? t(remedyKey, wordsOf(cause)) : '' };
 }
 
 function causeOf(problem: Problem): Fields | null {
@@ -45,7 +45,12 @@ const isText = (value: unknown): value is string => typeof value === 'string' &&
 
 /** The fields as they are put into a text: names in the language in use, numbers as they are written in it. */
 function wordsOf(cause: Fields): Record<string, string> {
-  const named: Readonly<Record<string, string>> = { plan: 'planName', what: 'thing', result: 'mavResult' };
+  const named: Readonly<Record<string, string>> = {
+    act: 'danger',
+    plan: 'planName',
+    what: 'thing',
+    result: 'mavResult',
+  };
   return Object.fromEntries(
     Object.entries(cause).map(([name, value]) => {
       const key = `${named[name] ?? ''}.${String(value)}`;

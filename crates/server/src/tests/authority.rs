@@ -1,0 +1,293 @@
+//! Who may act: every route of the description for every role, confirmations of dangerous acts, and bodies that are not what they
+//! should be.
+
+use std::collections::BTreeSet;
+
+use super::bodies::{described, filled};
+use super::*;
+
+/// What a route asks of whoever calls it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Needs {
+    /// Nothing.
+    Nothing,
+    /// A token, or the session that it gave.
+    Token,
+    /// A session.
+    Session,
+    /// An operator's.
+    Operator,
+    /// An operator's that holds control.
+    Control,
+}
+
+/// Every route. One that is not here fails the test: whoever adds a route says here who may use it.
+const ROUTES: &[(Needs, &[&str])] = &[
+    (Needs::Nothing, &["GET /info"]),
+    (Needs::Token, &["POST /session"]),
+    (
+        Needs::Session,
+        &[
+            "DELETE /session",
+            "GET /cameras",
+            "GET /cameras/{name}",
+            "GET /cameras/{name}/snapshot",
+            "GET /cameras/{name}/stream",
+            "GET /commands",
+            "GET /draft",
+            "GET /elevation",
+            "GET /footage",
+            "GET /footage/{name}",
+            "GET /links",
+            "GET /maps/areas",
+            "GET /maps/areas/{id}",
+            "GET /maps/areas/{id}/export",
+            "GET /maps/presets",
+            "GET /maps/sources",
+            "GET /maps/sources/{id}/attribution",
+            "GET /maps/sources/{id}/image",
+            "GET /operations",
+            "GET /operations/{id}",
+            "GET /recorder",
+            "GET /recordings",
+            "GET /recordings/{name}",
+            "GET /recordings/{name}/summary",
+            "GET /session",
+            "GET /storage",
+            "GET /tiles/{source}/{z}/{x}/{y}",
+            "GET /vehicles",
+            "GET /vehicles/{id}",
+            "GET /vehicles/{id}/signing",
+            "GET /vehicles/{id}/texts",
+            "GET /ws",
+            "POST /elevation",
+            "POST /elevation/profile",
+            "POST /maps/areas/estimate",
+            "POST /params/format",
+            "POST /params/parse",
+            "POST /plan/check",
+            "POST /plan/format",
+            "POST /plan/parse",
+        ],
+    ),
+    (
+        Needs::Operator,
+        &[
+            "DELETE /cameras/{name}/recording",
+            "DELETE /draft",
+            "DELETE /footage/{name}",
+            "DELETE /maps/areas/{id}",
+            "DELETE /maps/sources/{id}",
+            "DELETE /maps/sources/{id}/cache",
+            "GET /maps/config",
+            "GET /maps/files",
+            "GET /vehicles/{id}/params",
+            "GET /vehicles/{id}/params/{name}",
+            "GET /vehicles/{id}/plan/fence",
+            "GET /vehicles/{id}/plan/mission",
+            "GET /vehicles/{id}/plan/rally",
+            "POST /cameras/{name}/recording",
+            "POST /cameras/{name}/snapshot",
+            "POST /control/release",
+            "POST /control/request",
+            "POST /maps/areas",
+            "POST /maps/areas/import",
+            "POST /maps/areas/{id}/pause",
+            "POST /maps/areas/{id}/resume",
+            "POST /maps/capabilities",
+            "POST /maps/files",
+            "POST /maps/sources/{id}/check",
+            "POST /vehicles/{id}/messages/{name}/request",
+            "PUT /draft",
+            "PUT /maps/order",
+            "PUT /maps/sources/{id}",
+            "PUT /recordings/{name}/keep",
+        ],
+    ),
+    (
+        Needs::Control,
+        &[
+            "DELETE /links/{id}",
+            "DELETE /operations/{id}",
+            "DELETE /vehicles/{id}/plan/fence",
+            "DELETE /vehicles/{id}/plan/mission",
+            "DELETE /vehicles/{id}/plan/rally",
+            // Refused to whoever does not get it.
+            "POST /control/take",
+            "POST /links",
+            "POST /vehicles/{id}/abort-landing",
+            "POST /vehicles/{id}/altitude",
+            "POST /vehicles/{id}/arm",
+            "POST /vehicles/{id}/climb",
+            "POST /vehicles/{id}/command/int",
+            "POST /vehicles/{id}/command/long",
+            "POST /vehicles/{id}/course",
+            "POST /vehicles/{id}/disarm",
+            "POST /vehicles/{id}/goto",
+            "POST /vehicles/{id}/home",
+            "POST /vehicles/{id}/land",
+            "POST /vehicles/{id}/loiter",
+            "POST /vehicles/{id}/messages",
+            "POST /vehicles/{id}/mission/current",
+            "POST /vehicles/{id}/mission/pause",
+            "POST /vehicles/{id}/mission/resume",
+            "POST /vehicles/{id}/mission/start",
+            "POST /vehicles/{id}/mode",
+            "POST /vehicles/{id}/prepare-flight",
+            "POST /vehicles/{id}/reboot",
+            "POST /vehicles/{id}/return-to-launch",
+            "POST /vehicles/{id}/rival/follow",
+            "POST /vehicles/{id}/signing",
+            "POST /vehicles/{id}/speed",
+            "POST /vehicles/{id}/takeoff",
+            "POST /vehicles/{id}/texts",
+            "POST /vehicles/{id}/velocity",
+            "PUT /heartbeat",
+            "PUT /vehicles/{id}/messages/{name}/rate",
+            "PUT /vehicles/{id}/params/{name}",
+            "PUT /vehicles/{id}/plan/fence",
+            "PUT /vehicles/{id}/plan/mission",
+            "PUT /vehicles/{id}/plan/rally",
+        ],
+    ),
+];
+
+// fault 44: nobody, viewer, operator without and with control at every route, the WebSocket among them
+#[tokio::test]
+async fn every_role_at_every_route() {
+    let station = station(true);
+    let tokens = Tokens::random().expect("random");
+    let server = Plain::new(station.clone(), Some(tokens.clone()));
+    let listed: BTreeSet<&str> = ROUTES.iter().flat_map(|(_, routes)| routes.iter().copied()).collect();
+    let mut there: BTreeSet<String> = described().iter().map(|(method, path, _)| format!("{method} {path}")).collect();
+    // The description knows no WebSockets.
+    there.insert("GET /ws".to_owned());
+    assert_eq!(there.iter().map(String::as_str).collect::<BTreeSet<_>>(), listed, "each route has its row above");
+    let viewer = server.session(json!({"token": tokens.viewer})).await;
+    let pilot = server.session(json!({"token": tokens.operator, "name": "Ana"})).await;
+    let other = server.session(json!({"token": tokens.operator, "name": "Luis"})).await;
+    let mut checked = 0;
+    for (needs, routes) in ROUTES {
+        for route in *routes {
+            let (method, path) = route.split_once(' ').expect("method and path");
+            let path = filled(path, "7");
+            // Whatever the route before did, Ana has control and nobody asks for it.
+            server.ask("POST", "/control/release", Some(&other), None).await;
+            server.ask("POST", "/control/take", Some(&pilot), None).await;
+            for (who, cookie, expected) in [
+                ("nobody", None, (*needs != Needs::Nothing).then_some(401)),
+                ("viewer", Some(&viewer), matches!(needs, Needs::Operator | Needs::Control).then_some(403)),
+                ("operator without control", Some(&other), (*needs == Needs::Control).then_some(423)),
+                ("operator with control", Some(&pilot), None),
+            ] {
+                let cookie = match cookie {
+                    // It ends the session.
+                    Some(_) if *route == "DELETE /session" => Some(
+                        server
+                            .session(json!({"token": if who == "viewer" { &tokens.viewer } else { &tokens.operator }}))
+                            .await,
+                    ),
+                    cookie => cookie.cloned(),
+                };
+                let status = server.ask(method, &path, cookie.as_deref(), None).await.status;
+                match expected {
+                    Some(expected) => assert_eq!(status, expected, "{route} by {who}"),
+                    None => assert!(![401, 403, 423].contains(&status), "{route} by {who}: {status}"),
+                }
+                checked += 1;
+            }
+        }
+    }
+    assert_eq!(checked, listed.len() * 4);
+    station.close().await;
+}
+
+// fault 28: 12 dangerous acts: a wrong, used or other act's confirmation is refused, with the right one the act is done once
+#[tokio::test]
+async fn what_is_dangerous_is_done_once_and_only_confirmed() {
+    let station = station(true);
+    let double = double(&station).await;
+    let server = Plain::new(station.clone(), None);
+    let cookie = server.session(json!({"name": "Ana"})).await;
+    let send = async |(method, path, body): &(&str, &str, Value), confirmation: Option<&str>| {
+        let mut request = Request::builder().method(*method).uri(format!("/api/v1/vehicles/1{path}"));
+        request = request.header(header::HOST, "localhost").header(header::COOKIE, &cookie);
+        if let Some(confirmation) = confirmation {
+            request = request.header(crate::extract::CONFIRMATION, confirmation);
+        }
+        let body = if body.is_null() { Body::empty() } else { Body::from(body.to_string()) };
+        server.send(request.header(header::CONTENT_TYPE, "application/json").body(body).expect("a request")).await
+    };
+    let acts = [
+        ("force-arm", ("POST", "/arm", json!({"force": true}))),
+        ("force-arm", ("POST", "/command/long", json!({"command": 400, "params": [1, 21196]}))),
+        ("force-disarm", ("POST", "/disarm", json!({"force": true}))),
+        ("terminate", ("POST", "/command/long", json!({"command": "DO_FLIGHTTERMINATION", "params": [1]}))),
+        ("terminate", ("POST", "/command/int", json!({"command": 185, "frame": 0, "params": [1]}))),
+        ("clear-mission", ("DELETE", "/plan/mission", Value::Null)),
+        ("clear-fence", ("DELETE", "/plan/fence", Value::Null)),
+        ("clear-all", ("POST", "/messages", json!({"name": "MISSION_CLEAR_ALL", "fields": {"mission_type": 255}}))),
+        ("reboot", ("POST", "/reboot", Value::Null)),
+        ("reboot", ("POST", "/command/long", json!({"command": 246, "params": [1]}))),
+        ("fence-off", ("PUT", "/params/FENCE_ENABLE", json!({"value": 0}))),
+        ("fence-off", ("POST", "/command/long", json!({"command": 207}))),
+    ];
+    let challenge = async |act: &(&str, &str, Value), code: &str| {
+        let answer = send(act, None).await;
+        let problem = answer.json();
+        assert_eq!((answer.status, &problem["cause"]["act"]), (428, &json!(code)), "{act:?}: {problem}");
+        assert_eq!((&problem["cause"]["vehicle"], &problem["cause"]["valid_s"]), (&json!(1), &json!(15.0)));
+        problem["cause"]["confirmation"].as_str().expect("a confirmation").to_owned()
+    };
+    let mut refused = 0;
+    for (index, (code, act)) in acts.iter().enumerate() {
+        for wrong in ["", "0", &"0".repeat(32), "ñ"] {
+            assert_eq!(send(act, Some(wrong)).await.status, 412, "{act:?} with {wrong:?}");
+            refused += 1;
+        }
+        let (_, another) = &acts[(index + 1) % acts.len()];
+        let given = challenge(act, code).await;
+        assert_eq!(send(another, Some(&given)).await.status, 412, "{given} is for {act:?}, not {another:?}");
+        assert_eq!(send(act, Some(&given)).await.status, 412, "{act:?}: it was used");
+        refused += 2;
+    }
+    // Harmless acts take no wrong confirmation either.
+    assert_eq!(send(&("POST", "/arm", json!({})), Some("0")).await.status, 412);
+    assert_eq!(refused, acts.len() * 6);
+    let (code, arm) = &acts[0];
+    let given = challenge(arm, code).await;
+    // The double refuses it, which it can only do when it comes.
+    assert_eq!(send(arm, Some(&given)).await.status, 409);
+    assert_eq!(send(arm, Some(&given)).await.status, 412, "once");
+    let heard = double.heard.lock().expect("no panic").clone();
+    assert_eq!(heard, ["COMMAND_LONG 400"], "nothing else of all that was sent");
+    station.close().await;
+}
+
+// fault 31: a program and a page share one lease
+#[tokio::test]
+async fn a_program_and_a_browser_share_one_lease() {
+    let station = station(true);
+    let _double = double(&station).await;
+    let server = Plain::new(station.clone(), None);
+    let vehicle = station.vehicle(vencejo_proto::SystemId(1)).expect("heard");
+    let ana = server.session(json!({"name": "Ana"})).await;
+    let refused = vehicle.request(vencejo_vehicle::Request::Arm { force: false }).wait().await.expect("an end");
+    let held = vencejo_station::StationError::Control { holder: "Ana".into() };
+    assert_eq!(refused, Err(held), "the page that came first has control");
+    let read = vencejo_vehicle::Request::Note { severity: vencejo_vehicle::telemetry::Severity(6), text: "x".into() };
+    assert!(vehicle.request(read).wait().await.expect("an end").is_ok(), "what acts on nothing needs none");
+    station.operator().take_over("Ana", station.now()).expect("by name");
+    let answer = server.ask("POST", "/vehicles/1/arm", Some(&ana), None).await;
+    assert_eq!((answer.status, &answer.json()["cause"]["holder"]), (423, &json!("program")));
+    let session = server.ask("GET", "/session", Some(&ana), None).await.json();
+    assert_eq!((&session["has_control"], &session["holder"]), (&json!(false), &json!("program")));
+    assert_eq!(server.ask("POST", "/control/take", Some(&ana), None).await.status, 423);
+    let given = server.ask("POST", "/control/request", Some(&ana), None).await.json();
+    assert_eq!(given["has_control"], true, "a program that does not look who asks gives way");
+    server.ask("POST", "/control/release", Some(&ana), None).await;
+    // Nobody has it: the first who acts takes it.
+    assert_eq!(server.ask("POST", "/vehicles/1/arm", Some(&ana), None).await.status, 409);
+    assert_eq!(server.ask("GET", "/session", Some(&ana), None).await.json()["has_control"], true);
+    station.close().await;
+}

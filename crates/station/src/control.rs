@@ -1,0 +1,384 @@
+//! The control lease of a station: who may act on its vehicles. Every door (browser, HTTP, Python, Ice) has an [`Operator`] here,
+//! and acts in its name. Time comes in.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use tokio::sync::watch;
+use vencejo_proto::MonoTime;
+
+/// How long control stays with an operator that is not attached and does nothing.
+pub const GRACE: Duration = Duration::from_secs(5);
+/// Characters of an operator's name.
+const MAX_NAME: usize = 40;
+
+/// Tells the operators of a station apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct OperatorId(u64);
+
+/// Control was not given: somebody else, with this name, holds it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Held(pub String);
+
+#[derive(Debug)]
+struct Entry {
+    name: String,
+    /// What shows that it is there: WebSockets, connections, a program that runs.
+    attached: u32,
+    last_used: MonoTime,
+    /// Whether whoever asks for control gets it at once: nobody is there to be asked.
+    yields: bool,
+}
+
+impl Entry {
+    fn is_alive(&self, now: MonoTime) -> bool {
+        self.attached > 0 || now.since(self.last_used) <= GRACE
+    }
+}
+
+#[derive(Debug, Default)]
+struct State {
+    operators: BTreeMap<OperatorId, Entry>,
+    enlisted: u64,
+    holder: Option<OperatorId>,
+    asking: Option<OperatorId>,
+    /// The moment that was told last.
+    now: MonoTime,
+}
+
+/// The lease. Clones are handles to the same.
+#[derive(Debug, Clone, Default)]
+pub struct Control {
+    shared: Arc<(Mutex<State>, watch::Sender<u64>)>,
+}
+
+/// Somebody who may act. Gives control up when it is dropped.
+pub struct Operator {
+    control: Control,
+    id: OperatorId,
+    /// Whether to be refused is to ask: for clients that have no word for it.
+    asks: bool,
+}
+
+impl Control {
+    /// A new operator. It holds nothing yet; `name` is what the others are shown, and is made one when it is none.
+    pub fn enlist(&self, name: &str, now: MonoTime) -> Operator {
+        let id = self.change(now, |state| {
+            state.enlisted += 1;
+            let id = OperatorId(state.enlisted);
+            let name: String = name.chars().filter(|c| !c.is_control()).take(MAX_NAME).collect();
+            let name =
+                if name.trim().is_empty() { format!("station {}", state.enlisted) } else { name.trim().to_owned() };
+            state.operators.insert(id, Entry { name, attached: 0, last_used: now, yields: false });
+            id
+        });
+        Operator { control: self.clone(), id, asks: false }
+    }
+
+    /// Lets time pass: whoever holds control or asks for it and is gone loses that.
+    pub fn expire(&self, now: MonoTime) {
+        self.change(now, |_| ());
+    }
+
+    /// Name of the operator that holds control.
+    pub fn holder(&self) -> Option<String> {
+        let state = self.state();
+        state.holder.and_then(|id| state.name(id))
+    }
+
+    /// Name of the operator that asks for control.
+    pub fn requested_by(&self) -> Option<String> {
+        let state = self.state();
+        state.asking.and_then(|id| state.name(id))
+    }
+
+    /// Grows whenever control changes hands or is asked for.
+    pub fn news(&self) -> watch::Receiver<u64> {
+        self.shared.1.subscribe()
+    }
+
+    /// The count of [`Self::news`] now.
+    pub fn version(&self) -> u64 {
+        *self.shared.1.borrow()
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.shared.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn change<T>(&self, now: impl Into<Option<MonoTime>>, change: impl FnOnce(&mut State) -> T) -> T {
+        let mut state = self.state();
+        let before = (state.holder, state.asking);
+        state.now = now.into().unwrap_or(state.now);
+        state.expire();
+        let result = change(&mut state);
+        if before != (state.holder, state.asking) {
+            self.shared.1.send_modify(|version| *version += 1);
+        }
+        result
+    }
+}
+
+impl State {
+    fn name(&self, id: OperatorId) -> Option<String> {
+        self.operators.get(&id).map(|entry| entry.name.clone())
+    }
+
+    fn is_alive(&self, id: OperatorId) -> bool {
+        self.operators.get(&id).is_some_and(|entry| entry.is_alive(self.now))
+    }
+
+    fn expire(&mut self) {
+        if self.asking.is_some_and(|id| !self.is_alive(id)) {
+            self.asking = None;
+        }
+        if self.holder.is_some_and(|id| !self.is_alive(id)) {
+            self.hand_on();
+        }
+    }
+
+    fn hand_on(&mut self) {
+        self.holder = self.asking.take().filter(|id| self.is_alive(*id));
+    }
+
+    fn release(&mut self, id: OperatorId) {
+        self.asking.take_if(|asking| *asking == id);
+        if self.holder == Some(id) {
+            self.hand_on();
+        }
+    }
+
+    fn take(&mut self, id: OperatorId) -> Result<(), Held> {
+        if let Some(holder) = self.holder
+            && holder != id
+        {
+            return Err(Held(self.name(holder).unwrap_or_default()));
+        }
+        self.holder = Some(id);
+        self.asking.take_if(|asking| *asking == id);
+        Ok(())
+    }
+}
+
+impl Operator {
+    /// One that gives control to whoever asks for it: a program that does not look who asks.
+    #[must_use]
+    pub fn yielding(self) -> Self {
+        if let Some(entry) = self.control.state().operators.get_mut(&self.id) {
+            entry.yields = true;
+        }
+        self
+    }
+
+    /// One that yields, and asks for control when it is refused: for clients that have no word for either.
+    #[must_use]
+    pub fn asking(mut self) -> Self {
+        self.asks = true;
+        self.yielding()
+    }
+
+    /// Which one it is.
+    pub fn id(&self) -> OperatorId {
+        self.id
+    }
+
+    /// Its name.
+    pub fn name(&self) -> String {
+        self.control.state().name(self.id).unwrap_or_default()
+    }
+
+    /// The lease that it is about.
+    pub fn control(&self) -> &Control {
+        &self.control
+    }
+
+    /// Whether it holds control.
+    pub fn has_control(&self) -> bool {
+        self.control.state().holder == Some(self.id)
+    }
+
+    /// It shows that it is there.
+    pub fn touch(&self, now: MonoTime) {
+        self.used(now, |_| ());
+    }
+
+    /// It is there until [`Self::detach`] has been called as often.
+    pub fn attach(&self, now: MonoTime) {
+        self.used(now, |entry| entry.attached += 1);
+    }
+
+    /// One thing less shows that it is there.
+    pub fn detach(&self, now: MonoTime) {
+        self.used(now, |entry| entry.attached = entry.attached.saturating_sub(1));
+    }
+
+    /// Takes control if nobody else has it. Whoever acts does that.
+    ///
+    /// # Errors
+    /// [`Held`] by somebody else.
+    pub fn take(&self, now: MonoTime) -> Result<(), Held> {
+        self.touch(now);
+        self.control.change(now, |state| state.take(self.id))
+    }
+
+    /// Takes control to act. Where somebody else has it, one that cannot ask by itself has asked now.
+    ///
+    /// # Errors
+    /// [`Held`] by somebody else.
+    pub fn act(&self, now: MonoTime) -> Result<(), Held> {
+        let taken = self.take(now);
+        if taken.is_err() && self.asks {
+            self.request(now);
+        }
+        taken
+    }
+
+    /// Takes control from the operator with this name, or from nobody.
+    ///
+    /// # Errors
+    /// [`Held`] by somebody of another name.
+    pub fn take_over(&self, holder: &str, now: MonoTime) -> Result<(), Held> {
+        self.touch(now);
+        self.control.change(now, |state| {
+            let is_named = state.holder.and_then(|id| state.name(id)).is_some_and(|name| name == holder);
+            if is_named {
+                state.holder = None;
+            }
+            state.take(self.id)
+        })
+    }
+
+    /// Asks the holder for control; takes it when nobody holds it, or one that yields. Whether it has it now.
+    pub fn request(&self, now: MonoTime) -> bool {
+        self.touch(now);
+        self.control.change(now, |state| {
+            if state.holder.and_then(|id| state.operators.get(&id)).is_some_and(|holder| holder.yields && !self.asks) {
+                state.holder = None;
+            }
+            let is_taken = state.take(self.id).is_ok();
+            if !is_taken {
+                state.asking = Some(self.id);
+            }
+            is_taken
+        })
+    }
+
+    /// Gives control up: to the operator that asks for it, else to nobody. Whoever asks and does not hold it stops asking.
+    pub fn release(&self, now: MonoTime) {
+        self.control.change(now, |state| state.release(self.id));
+    }
+
+    fn used(&self, now: MonoTime, change: impl FnOnce(&mut Entry)) {
+        // Before anything expires: who shows up in time keeps what it has.
+        let mut state = self.control.state();
+        if let Some(entry) = state.operators.get_mut(&self.id) {
+            entry.last_used = entry.last_used.max(now);
+            change(entry);
+        }
+    }
+}
+
+impl Drop for Operator {
+    fn drop(&mut self) {
+        // No moment is known here; the last one will do.
+        self.control.change(None, |state| {
+            state.release(self.id);
+            state.operators.remove(&self.id);
+        });
+    }
+}
+
+impl fmt::Debug for Operator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Operator({}, {:?})", self.id.0, self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(s: u64) -> MonoTime {
+        MonoTime::from_millis(s * 1000)
+    }
+
+    #[test]
+    fn the_first_who_acts_has_it_until_it_goes() {
+        let control = Control::default();
+        let (ana, script) = (control.enlist("Ana", at(0)), control.enlist("script", at(0)));
+        assert_eq!(control.holder(), None, "to be there is not to act");
+        script.attach(at(0));
+        assert_eq!(script.take(at(1)), Ok(()));
+        assert_eq!(ana.take(at(1)), Err(Held("script".into())));
+        control.expire(at(1000));
+        assert!(script.has_control(), "a program that runs is there");
+        script.detach(at(1000));
+        control.expire(at(1005));
+        assert!(script.has_control(), "five seconds to come back");
+        control.expire(at(1006));
+        assert_eq!(control.holder(), None);
+        assert_eq!(ana.take(at(1006)), Ok(()));
+        drop(ana);
+        assert_eq!(control.holder(), None, "control ends with who held it");
+    }
+
+    #[test]
+    fn it_is_asked_for_given_up_and_taken_over_by_name() {
+        let control = Control::default();
+        let (ana, ice, script) =
+            (control.enlist("Ana", at(0)), control.enlist("Ice", at(0)), control.enlist("s", at(0)));
+        let news = control.version();
+        ana.take(at(0)).expect("free");
+        assert!(!ice.request(at(1)));
+        assert_eq!(control.requested_by().as_deref(), Some("Ice"));
+        ana.release(at(2));
+        assert!(ice.has_control(), "it goes to the one that asked");
+        assert_eq!(script.take_over("Ana", at(3)), Err(Held("Ice".into())), "not the one that was named");
+        assert_eq!(script.take_over("Ice", at(3)), Ok(()));
+        assert!(script.has_control() && !ice.has_control());
+        assert!(control.version() >= news + 4, "everybody can know");
+    }
+
+    #[test]
+    fn one_that_cannot_ask_asks_by_acting() {
+        let control = Control::default();
+        let (ana, ice) = (control.enlist("Ana", at(0)), control.enlist("Ice", at(0)).asking());
+        assert_eq!(ice.act(at(0)), Ok(()), "nobody has it");
+        ice.release(at(0));
+        ana.take(at(0)).expect("free");
+        assert_eq!(ice.act(at(1)), Err(Held("Ana".into())));
+        assert_eq!(control.requested_by().as_deref(), Some("Ice"));
+        ana.release(at(2));
+        assert_eq!(ice.act(at(3)), Ok(()));
+        assert_eq!(ana.take(at(3)), Err(Held("Ice".into())), "it is not just taken");
+        assert!(ana.request(at(3)), "who asks a program that cannot answer has it");
+        let script = control.enlist("script", at(3)).yielding();
+        assert!(!script.request(at(3)) && script.take_over("Ana", at(3)).is_ok());
+        assert!(
+            ice.act(at(4)).is_err() && script.has_control(),
+            "two programs do not take it from each other by acting"
+        );
+        assert!(ana.request(at(4)));
+    }
+
+    #[test]
+    fn a_request_ends_with_who_made_it() {
+        let control = Control::default();
+        let (ana, gone) = (control.enlist("Ana", at(0)), control.enlist("gone", at(0)));
+        ana.attach(at(0));
+        ana.take(at(0)).expect("free");
+        assert!(!gone.request(at(0)));
+        ana.release(at(10));
+        assert_eq!((control.holder(), control.requested_by()), (None, None));
+    }
+
+    #[test]
+    fn names_are_short_and_clean() {
+        let control = Control::default();
+        let name = control.enlist(&format!("\u{1b}[31m{}", "x".repeat(99)), at(0)).name();
+        assert!(name.chars().count() <= MAX_NAME && !name.contains('\u{1b}'), "{name}");
+        assert_eq!(control.enlist("  ", at(0)).name(), "station 2");
+    }
+}
