@@ -196,6 +196,7 @@ class PlaneComponent:
     def _start_clocks(self) -> None:
         self._ticks = 0
         self._heartbeat_due_us = 0
+        self._mode_told: Mode | None = None
         self._timesync_due_us = _TIMESYNC_US
         self._prearm_ok = False
         self._prearm_text_due_s = _PREARM_TEXT_S
@@ -396,8 +397,13 @@ class PlaneComponent:
 
     def _stream(self) -> None:
         now_us = self.now_us()
-        if now_us >= self._heartbeat_due_us:
+        is_due = now_us >= self._heartbeat_due_us
+        if is_due:
             self._heartbeat_due_us = now_us + _HEARTBEAT_US
+        # A new mode is told at once (ArduPlane's set_mode()), and the beat goes on as before.
+        mode = self.snapshot().mode
+        if is_due or mode is not self._mode_told:
+            self._mode_told = mode
             self._broadcast(build(0, self.snapshot(), self._context()))
         if now_us >= self._timesync_due_us:
             self._timesync_due_us += _TIMESYNC_US
