@@ -16,7 +16,7 @@ from tests.faults.test_transfers import mission
 
 DOORS: dict[str, Callable[[vencejo.Vehicle], Any]] = {
     "arm": lambda plane: plane.arm(),
-    "arm by force": lambda plane: plane.arm(force=True),
+    "arm by force": lambda plane: plane.arm(force=True, confirm="force-arm"),
     "AUTO": lambda plane: plane.set_mode("AUTO"),
     "AUTO by number": lambda plane: plane.set_mode(10),
     "start": lambda plane: plane.start_mission(),
@@ -24,7 +24,7 @@ DOORS: dict[str, Callable[[vencejo.Vehicle], Any]] = {
     "resume": lambda plane: plane.resume_mission(),
     "jump": lambda plane: plane.set_current_item(2),
     "land": lambda plane: plane.land(),
-    "command": lambda plane: plane.command("COMPONENT_ARM_DISARM", 1.0, 21196.0),
+    "command": lambda plane: plane.command("COMPONENT_ARM_DISARM", 1.0, 21196.0, confirm="force-arm"),
     "command by COMMAND_INT": lambda plane: plane.command_int("MISSION_START", frame=0),
     "raw COMMAND_LONG": lambda plane: plane.send_message("COMMAND_LONG", command=400, param1=1.0),
     "raw COMMAND_INT": lambda plane: plane.send_message("COMMAND_INT", command=176, param1=1.0, param2=10.0),
@@ -50,7 +50,7 @@ def test_a_doubt_outlives_the_program_and_a_damaged_record_is_one() -> None:
         with vencejo.connect(mock.link, record=False) as plane:
             plane.upload(mission(1))
             assert not plane.plan_state().may_be_mixed
-            plane.send_message("MISSION_COUNT", count=9)  # an upload that ends here
+            plane.send_message("MISSION_COUNT", count=9, confirm="clear-mission")  # an upload that ends here
             assert_held_back(mock, plane, "upload has not ended")
         with vencejo.connect(mock.link, record=False) as plane:
             assert_held_back(mock, plane, "upload has not ended")

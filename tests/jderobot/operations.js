@@ -139,7 +139,7 @@ async function main(communicator) {
   await call("Control.setMode", 0, "MANUAL");
   await call("Control.arm", 0);
   await call("Control.disarm", 0);
-  await call("Missions.clear", 0, MissionPlan);
+  await call("Missions.clear", 0, MissionPlan, new Map([["confirm", "clear-mission"]]));
 }
 
 (async () => {

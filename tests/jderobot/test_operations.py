@@ -163,8 +163,8 @@ def test_every_operation_from_python(client: Client) -> None:
     assert call("Missions", "download", 0, precise.PlanKind.FencePlan).fence[0].radiusM == 900.0
     assert call("Missions", "upload", 0, precise.PlanKind.RallyPlan, fence).count == 1
     assert call("Missions", "download", 0, precise.PlanKind.RallyPlan).rally[0].altM == 70.0
-    for kind in (precise.PlanKind.FencePlan, precise.PlanKind.RallyPlan):
-        assert call("Missions", "clear", 0, kind) is None
+    for kind, act in ((precise.PlanKind.FencePlan, "clear-fence"), (precise.PlanKind.RallyPlan, "clear-rally")):
+        assert call("Missions", "clear", 0, kind, {"confirm": act}) is None
     assert call("Missions", "setCurrentItem", 0, 2) is None
     wait_for(lambda: call("Missions", "getProgress", 0).item == 2, "the item in execution")
     assert call("Missions", "getProgress", 0).total == 2
@@ -205,7 +205,7 @@ def test_every_operation_from_python(client: Client) -> None:
     assert call.refused(precise.CommandRefused, "Control", "command", 0, 31_000, [1.0]).result == "UNSUPPORTED"
     call.refused(precise.InvalidRequest, "Control", "command", 0, 410, [0.0] * 8)
     assert call("Control", "setMode", 0, "MANUAL") is None
-    assert call("Missions", "clear", 0, precise.PlanKind.MissionPlan) is None
+    assert call("Missions", "clear", 0, precise.PlanKind.MissionPlan, {"confirm": "clear-mission"}) is None
 
     assert {name.replace("Camera.", "Camera.") for name in call.called} == operations()
 

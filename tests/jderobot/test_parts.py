@@ -476,7 +476,7 @@ def test_a_damaged_slice_file_is_told_and_ends_nothing(tmp_path: Path, monkeypat
 WRITES = frozenset(
     {
         "abortLanding", "arm", "clear", "climbTo", "command", "disarm", "flatTrim", "flightAnimation",
-        "flyCourse", "goTo", "land", "ledAnimation", "loiter", "pause", "recordOnUsb", "reset", "resume",
+        "flyCourse", "goTo", "land", "ledAnimation", "loiter", "pause", "prepareFlight", "recordOnUsb", "reset", "resume",
         "returnToLaunch", "setAirspeed", "setAltitude", "setCMDVelData", "setCameraDescription",
         "setCurrentItem", "setMissionData", "setMode", "setPose3DData", "setVelocity", "start", "takeoff",
         "toggleCam", "upload",

@@ -93,7 +93,7 @@ def test_a_key_is_given_used_changed_and_taken_away(
     station, vehicle = over_the_air(sim, tmp_path)
     with station:
         assert holds(vehicle), "after a restart of ours"
-        vehicle.reboot()
+        vehicle.reboot(confirm="reboot")
         assert holds(vehicle), "and of the vehicle's"
         assert not vehicle.remove_signing(any_link=True).must_sign
         assert on_board(sim).key is None
@@ -120,10 +120,10 @@ def test_a_refused_or_lost_key_cuts_nobody_off(sim: SimulatedPlane, tmp_path: Pa
         vehicle.set_up_signing()
     station, vehicle = over_the_air(sim, tmp_path)
     with station:
-        vehicle.arm(force=True)
+        vehicle.arm(force=True, confirm="force-arm")
         with pytest.raises(NotPossibleNow, match="armed"):
             vehicle.rotate_signing(any_link=True)
-        vehicle.disarm(force=True)
+        vehicle.disarm(force=True, confirm="force-disarm")
 
         def say_no(world: World) -> None:
             plane = world.planes[0]

@@ -158,7 +158,7 @@ def test_what_is_dangerous_is_confirmed_by_name(plane: vencejo.Vehicle) -> None:
     assert plane.telemetry.is_armed is False
     assert len(plane.download()) == len(MISSION), "nothing was sent"
     with pytest.raises(vencejo.InvalidRequest, match="clear"):
-        plane.upload(Plan())
+        plane.upload(Plan(), check=False)
     assert plane.params.set("FENCE_ENABLE", 0, confirm="fence-off").value == 0.0
     plane.arm(force=True, confirm="force-arm")
     plane.disarm(force=True, confirm="force-disarm")
@@ -257,7 +257,7 @@ def test_two_stations_watch_one_plane(link: str, plane: vencejo.Vehicle) -> None
         plane.wait_until(lambda telemetry: telemetry.mode == "STABILIZE", timeout_s=20.0)
         other.upload(MISSION)
         wait_for(lambda: plane.plan_state().state == "unknown", "noticing the other station's upload")
-        other.clear()
+        other.clear(confirm="clear-mission")
         other.set_mode("MANUAL")
 
 
@@ -299,7 +299,7 @@ async def test_asyncio_does_the_same(link: str) -> None:
                 break
         with pytest.raises(vencejo.CommandRefused):
             await plane.command("DO_MOTOR_TEST")
-        await plane.clear()
+        await plane.clear(confirm="clear-mission")
         await plane.set_mode("MANUAL")
 
 
@@ -313,7 +313,7 @@ async def test_a_cancelled_task_cancels_its_work(link: str) -> None:
         with pytest.raises(asyncio.CancelledError):
             await task
         assert plane.plan_state().state == "unknown"
-        await plane.clear()
+        await plane.clear(confirm="clear-mission")
 
 
 def test_a_vehicle_that_falls_silent_is_noticed_and_comes_back() -> None:
