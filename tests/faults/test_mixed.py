@@ -57,7 +57,7 @@ def test_a_doubt_outlives_the_program_and_a_damaged_record_is_one() -> None:
             plane.arm(despite_mixed_plan=True)
             assert plane.telemetry.is_armed
             assert any("arming by override, although" in text.text for text in plane.texts), plane.texts
-            plane.disarm()
+            plane.disarm(confirm="disarm-in-flight")  # it does not say whether it stands
         (record,) = (Path(os.environ["VENCEJO_DATA"]) / "missions").iterdir()
         assert json.loads(record.read_bytes())["doubt"] is not None
         record.write_bytes(record.read_bytes()[:30])
