@@ -24,10 +24,13 @@ pub struct DecoderStats {
 /// Turns bytes, in pieces of any size, into frames.
 ///
 /// A wrong candidate costs one byte, never the frames behind it: the search goes on right after its first byte.
-/// At most one frame (280 bytes) is held back waiting for its end.
+/// At most one frame (280 bytes) is held back waiting for its end; one that cannot be checked, and may cover the beginning of one that can,
+/// waits for the end of that one.
 #[derive(Debug, Default)]
 pub struct FrameDecoder {
     buffer: BytesMut,
+    /// What is in the buffer goes on in the next piece, if at all.
+    is_stream: bool,
     stats: DecoderStats,
 }
 
@@ -49,6 +52,11 @@ impl FrameDecoder {
 
     /// Takes in bytes from a link. Call [`Self::next_frame`] until it returns `None` before the next push.
     pub fn push(&mut self, bytes: &[u8]) {
+        self.is_stream = true;
+        self.take_in(bytes);
+    }
+
+    fn take_in(&mut self, bytes: &[u8]) {
         self.stats.bytes += bytes.len() as u64;
         self.buffer.extend_from_slice(bytes);
     }
@@ -56,10 +64,11 @@ impl FrameDecoder {
     /// Takes in a datagram. As [`Self::push`], but a beginning that was left over is given up when the datagram starts
     /// with a whole frame of its own: frames do not go on in the next datagram, and garbage must not hold one up.
     pub fn push_datagram(&mut self, datagram: &[u8]) {
-        if !self.buffer.is_empty() && matches!(front(datagram), Front::Frame { known: true, .. }) {
+        if !self.buffer.is_empty() && matches!(front(datagram, false), Front::Frame { known: true, .. }) {
             self.discard(self.buffer.len());
         }
-        self.push(datagram);
+        self.is_stream = false;
+        self.take_in(datagram);
     }
 
     /// The next whole frame, if there is one.
@@ -70,7 +79,7 @@ impl FrameDecoder {
             if skip > 0 {
                 self.discard(skip);
             }
-            match front(&self.buffer) {
+            match front(&self.buffer, self.is_stream) {
                 Front::Frame { len, known } => {
                     self.stats.frames += 1;
                     self.stats.unknown_id += u64::from(!known);
@@ -96,13 +105,19 @@ impl FrameDecoder {
     }
 }
 
-/// What the first bytes say of a frame.
+/// What the header of what may be a frame says of it.
 struct Candidate {
     id: u32,
     /// Header and payload.
     checked_len: usize,
     /// Checksum and signature included.
     len: usize,
+}
+
+impl Candidate {
+    fn is_whole(&self, buffer: &[u8]) -> bool {
+        buffer.len() >= self.len
+    }
 }
 
 /// Reads a candidate's header; `Err` says why there is none yet or at all.
@@ -118,11 +133,7 @@ fn candidate(buffer: &[u8]) -> Result<Candidate, Front> {
         _ => return Err(Front::Incomplete),
     };
     let checked_len = header_len + usize::from(buffer[1]);
-    let len = checked_len + CHECKSUM_LEN + signature_len;
-    if buffer.len() < len {
-        return Err(Front::Incomplete);
-    }
-    Ok(Candidate { id, checked_len, len })
+    Ok(Candidate { id, checked_len, len: checked_len + CHECKSUM_LEN + signature_len })
 }
 
 fn checksum_is_right(buffer: &[u8], candidate: &Candidate, extra_crc: u8) -> bool {
@@ -130,9 +141,10 @@ fn checksum_is_right(buffer: &[u8], candidate: &Candidate, extra_crc: u8) -> boo
     checksum(&checked[1..], extra_crc) == u16::from_le_bytes([rest[0], rest[1]])
 }
 
-fn front(buffer: &[u8]) -> Front {
+fn front(buffer: &[u8], is_stream: bool) -> Front {
     let candidate = match candidate(buffer) {
-        Ok(candidate) => candidate,
+        Ok(candidate) if candidate.is_whole(buffer) => candidate,
+        Ok(_) => return Front::Incomplete,
         Err(front) => return front,
     };
     match info(candidate.id) {
@@ -140,18 +152,32 @@ fn front(buffer: &[u8]) -> Front {
             Front::Frame { len: candidate.len, known: true }
         }
         Some(_) => Front::Garbage { bad_crc: true },
-        None if is_plausible_unknown(buffer, candidate.len) => Front::Frame { len: candidate.len, known: false },
-        None => Front::Garbage { bad_crc: false },
+        None => unknown(buffer, candidate.len, is_stream),
     }
 }
 
 /// Without the definition there is no checksum to tell a frame from noise: it counts as one only when another frame, or
 /// nothing, follows it, and when it does not cover the beginning of a frame that can be checked.
-fn is_plausible_unknown(buffer: &[u8], len: usize) -> bool {
-    let is_known_frame = |buffer: &[u8]| {
-        candidate(buffer).is_ok_and(|candidate| {
-            info(candidate.id).is_some_and(|info| checksum_is_right(buffer, &candidate, info.extra_crc))
-        })
-    };
-    matches!(buffer.get(len), None | Some(&STX_V1 | &STX_V2)) && !(1..len).any(|at| is_known_frame(&buffer[at..]))
+fn unknown(buffer: &[u8], len: usize, is_stream: bool) -> Front {
+    if !matches!(buffer.get(len), None | Some(&STX_V1 | &STX_V2)) {
+        return Front::Garbage { bad_crc: false };
+    }
+    let mut may_cover = false;
+    for at in 1..len {
+        let inner = &buffer[at..];
+        match candidate(inner) {
+            Ok(candidate) => match info(candidate.id) {
+                Some(info) if candidate.is_whole(inner) => {
+                    if checksum_is_right(inner, &candidate, info.extra_crc) {
+                        return Front::Garbage { bad_crc: false };
+                    }
+                }
+                Some(_) => may_cover = true,
+                None => {}
+            },
+            Err(Front::Incomplete) => may_cover |= matches!(inner[0], STX_V1 | STX_V2),
+            Err(_) => {}
+        }
+    }
+    if may_cover && is_stream { Front::Incomplete } else { Front::Frame { len, known: false } }
 }

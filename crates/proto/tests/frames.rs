@@ -219,6 +219,30 @@ fn every_whole_frame_of_cut_and_packed_datagrams_is_found() {
     assert!(whole >= count && cuts.len() > 50, "{whole} {}", cuts.len());
 }
 
+// fault 54: a frame whose beginning noise claims is found, wherever a piece of the stream ends
+#[test]
+fn what_may_be_an_unknown_frame_hides_none_that_can_be_checked() {
+    let heartbeat = Message::Heartbeat(Heartbeat::default()).encode(header(MavVersion::V2));
+    for covered in 1..heartbeat.bytes().len() {
+        // A header whose payload and checksum reach into the heartbeat.
+        let mut bytes = vec![0xfd, u8::try_from(covered).expect("small"), 0, 0, 9, 1, 1, 0x39, 0x30, 0, 7, 7];
+        bytes.extend_from_slice(heartbeat.bytes());
+        for end in 0..=bytes.len() {
+            let mut decoder = FrameDecoder::new();
+            let mut found = Vec::new();
+            for piece in [&bytes[..end], &bytes[end..]] {
+                decoder.push(piece);
+                found.extend(std::iter::from_fn(|| decoder.next_frame()));
+            }
+            assert_eq!(
+                found.iter().filter(|frame| frame.is_known()).count(),
+                1,
+                "{covered} covered, a piece ends at {end}"
+            );
+        }
+    }
+}
+
 #[test]
 fn an_unknown_message_is_kept_for_forwarding() {
     let mut bytes = vec![0xfd, 3, 0, 0, 9, 1, 1, 0x39, 0x30, 0, 1, 2, 3, 0xaa, 0xbb];
