@@ -141,7 +141,7 @@ impl TlogDecoder {
         }
         let Some(len) = frame_len(&rest[STAMP_LEN..]) else { return Candidate::Incomplete };
         let Some(bytes) = rest.get(STAMP_LEN..STAMP_LEN + len) else { return Candidate::Incomplete };
-        self.checker.push(bytes);
+        self.checker.push_datagram(bytes);
         let frame = match self.checker.next_frame() {
             Some(frame) if frame.bytes().len() == len => frame,
             _ => {

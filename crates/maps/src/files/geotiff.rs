@@ -28,6 +28,8 @@ use crate::settings::Bounds;
 const TILE_PX: u32 = 256;
 /// Images in a file that are looked at: the picture, its overviews and their masks.
 const MAX_IMAGES: usize = 32;
+/// So many times as high as wide, or the other way, may a pixel be. Near the poles those of equal angles are stretched.
+const MOST_STRETCHED: f64 = 1000.0;
 /// Pixels that are read for one tile at most.
 const MAX_READ_PX: u64 = 32 * 1024 * 1024;
 /// Bytes of one piece at most: packed, unpacked and as colours or numbers.
@@ -761,7 +763,16 @@ fn transform_of(decoder: &mut TiffDecoder) -> std::result::Result<([f64; 2], [f6
     }
     let is_right =
         origin.iter().all(|number| number.is_finite()) && pixel.iter().all(|size| size.is_finite() && *size > 0.0);
-    if is_right { Ok((origin, pixel)) } else { Err(turned()) }
+    if !is_right {
+        return Err(turned());
+    }
+    if pixel[0].max(pixel[1]) > pixel[0].min(pixel[1]) * MOST_STRETCHED {
+        return Err(format!(
+            "its pixels are {:e} by {:e}: those of the ground are about as high as wide",
+            pixel[0], pixel[1]
+        ));
+    }
+    Ok((origin, pixel))
 }
 
 #[cfg(test)]
@@ -776,12 +787,16 @@ mod tests {
     }
 
     fn heights(path: &Path, is_point: bool) {
+        heights_of(path, is_point, [0.5, 0.5, 0.0]);
+    }
+
+    fn heights_of(path: &Path, is_point: bool, scale: [f64; 3]) {
         let mut file = File::create(path).expect("a file");
         let mut encoder = TiffEncoder::new(&mut file).expect("a TIFF");
         let mut image = encoder.new_image::<colortype::Gray32Float>(3, 2).expect("an image");
         let tags = image.encoder();
         tags.write_tag(Tag::GeoKeyDirectoryTag, &keys(4326, true, is_point)[..]).expect("keys");
-        tags.write_tag(Tag::Unknown(33_550), &[0.5_f64, 0.5, 0.0][..]).expect("scale");
+        tags.write_tag(Tag::Unknown(33_550), &scale[..]).expect("scale");
         tags.write_tag(Tag::Unknown(33_922), &[0.0_f64, 0.0, 0.0, -4.0, 41.0, 0.0][..]).expect("tie");
         tags.write_tag(Tag::GdalNodata, "-9999").expect("void");
         image.write_data(&[100.0, 200.0, -9999.0, 300.0, 400.0, 500.0]).expect("data");
@@ -852,6 +867,8 @@ mod tests {
         let mut encoder = TiffEncoder::new(&mut file).expect("a TIFF");
         encoder.write_image::<colortype::RGB8>(1, 1, &[1, 2, 3]).expect("written");
         assert!(GeoTiff::open(&path).expect_err("wrong").contains("corners"));
+        heights_of(&path, false, [1e-300, 0.5, 0.0]);
+        assert!(GeoTiff::open(&path).expect_err("wrong").contains("as high as wide"));
         std::fs::write(&path, b"text").expect("written");
         assert!(GeoTiff::open(&path).expect_err("wrong").contains("no TIFF"));
     }
