@@ -24,9 +24,12 @@ SOAK_TIMES ?= 1000
 SOAK_FRAMES ?= 10000000
 SOAK_CALLS ?= 1000000
 SOAK_HOURS ?= 72
+# How long `make fuzz` gives each target, and which (all by default).
+FUZZ_SECONDS ?= 60
+FUZZ_TARGETS ?=
 SCREENSHOT_ARGS ?=
 
-.PHONY: help demo test lint soak faults audit fmt bench screenshots wheel lock clean demo-env rust-env dev-env app native
+.PHONY: help demo test lint soak faults fuzz audit fmt bench screenshots wheel lock clean demo-env rust-env dev-env app native
 
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -80,6 +83,9 @@ soak: dev-env native ## The long forms of the fault tests, hours of them (SOAK_S
 
 audit: dev-env ## Licences, sources, duplicates and known faults of everything that is not ours
 	@$(PY) scripts/audit.py $(AUDIT_ARGS)
+
+fuzz: rust-env ## Every fuzz target for FUZZ_SECONDS, 60 by default (fuzz/README.md)
+	@scripts/fuzz.sh $(FUZZ_SECONDS) $(FUZZ_TARGETS)
 
 fmt: dev-env ## Format Rust and Python
 	cargo fmt --all

@@ -48,7 +48,8 @@ mod server;
 mod sessions;
 mod state;
 mod storage;
-mod strict;
+#[doc(hidden)] // for fuzz/
+pub mod strict;
 #[cfg(test)]
 mod tests;
 mod tokens;

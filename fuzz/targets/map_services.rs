@@ -1,0 +1,12 @@
+//! What map services say of themselves.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use vencejo_maps::xml::Element;
+use vencejo_maps::{wms, wmts};
+
+fuzz_target!(|data: &[u8]| {
+    let _ = Element::parse(data);
+    let _ = wms::read_capabilities(data);
+    let _ = wmts::read_capabilities(data);
+});

@@ -1,0 +1,28 @@
+//! Archives of tiles: PMTiles and MBTiles.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use vencejo_maps::files::TileFile;
+use vencejo_maps::files::mbtiles::Mbtiles;
+use vencejo_maps::files::pmtiles::Pmtiles;
+use vencejo_maps::grid::TileId;
+
+mod on_disk;
+
+fuzz_target!(|data: &[u8]| {
+    let path = on_disk::file(data, "tiles");
+    if data.starts_with(b"SQLite") {
+        if let Ok(tiles) = Mbtiles::open(path, 256) {
+            look(&tiles);
+        }
+    } else if let Ok(tiles) = Pmtiles::open(path, 256) {
+        look(&tiles);
+    }
+});
+
+fn look(tiles: &dyn TileFile) {
+    let _ = tiles.about();
+    for level in 0..4 {
+        let _ = tiles.tile(TileId { level, column: 0, row: 0 });
+    }
+}

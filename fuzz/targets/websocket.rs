@@ -1,0 +1,10 @@
+//! What a client says over the WebSocket.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use vencejo_server::dto::ClientMessage;
+use vencejo_server::strict::Strict;
+
+fuzz_target!(|data: &[u8]| {
+    let _ = serde_json::from_slice::<Strict<ClientMessage>>(data);
+});

@@ -1,0 +1,41 @@
+#!/usr/bin/env bash
+# Fuzzes: builds fuzz/ with libFuzzer's counters on stable Rust, repeats all crashers, then gives each target its time. See fuzz/README.md.
+#   scripts/fuzz.sh SECONDS [TARGET...]
+set -euo pipefail
+cd "$(dirname "$0")/.."
+seconds=${1:-60}
+shift || true
+targets=("$@")
+[ ${#targets[@]} -gt 0 ] || mapfile -t targets < <(sed -n 's/^name = "\(.*\)"/\1/p' fuzz/Cargo.toml | tail -n +2)
+
+host=$(rustc -vV | sed -n 's/^host: //p')
+# With a target named, build scripts and macros go without the counters.
+RUSTFLAGS="-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
+-Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares --cfg fuzzing" \
+  cargo build --quiet --locked --release --manifest-path fuzz/Cargo.toml --target "$host" --target-dir .cache/fuzz/build
+
+failed=()
+for target in "${targets[@]}"; do
+  program=.cache/fuzz/build/$host/release/$target
+  mkdir -p ".cache/fuzz/$target" "fuzz/crashers/$target"
+  limits=(-rss_limit_mb=2048 -timeout=10 -artifact_prefix="fuzz/crashers/$target/")
+  mapfile -t crashers < <(find "fuzz/crashers/$target" -type f ! -name .gitkeep | sort)
+  if [ ${#crashers[@]} -gt 0 ] && ! "$program" "${limits[@]}" "${crashers[@]}" > ".cache/fuzz/$target.log" 2>&1; then
+    failed+=("$target (a crasher)")
+    continue
+  fi
+  corpus=()
+  [ ! -d "fuzz/corpus/$target" ] || corpus=("fuzz/corpus/$target")
+  if "$program" "${limits[@]}" -max_total_time="$seconds" -print_final_stats=1 ".cache/fuzz/$target" "${corpus[@]}" \
+    > ".cache/fuzz/$target.log" 2>&1; then
+    sed -n "s/^stat::number_of_executed_units: */$target: executions: /p" ".cache/fuzz/$target.log"
+  else
+    failed+=("$target")
+    tail -n 5 ".cache/fuzz/$target.log" >&2
+  fi
+done
+rmdir --ignore-fail-on-non-empty fuzz/crashers/* fuzz/crashers 2> /dev/null || true
+if [ ${#failed[@]} -gt 0 ]; then
+  printf 'fuzz: failed: %s; what broke it is in fuzz/crashers/\n' "${failed[@]}" >&2
+  exit 1
+fi
