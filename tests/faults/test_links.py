@@ -18,7 +18,7 @@ import vencejo
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from tests.faults.mock import MockPlane
-from tests.support import wait_for
+from tests.support import simulated_plane, wait_for
 
 
 def native_threads() -> int:
@@ -40,6 +40,42 @@ def descriptors() -> int:
 def resident_bytes() -> int:
     """Memory in use by this process."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+
+
+@pytest.mark.fault(
+    26, figure="behind a driver that is stopped in flight the simulated plane's failsafe acts within 10 s"
+)
+def test_a_plane_whose_program_is_stopped_comes_home() -> None:
+    program = (
+        "import sys, time, vencejo\nplane = vencejo.connect(sys.argv[1], record=False)\n"
+        "plane.wait_until(lambda state: state.sys_status is not None and state.sys_status.is_ready_to_arm, timeout_s=60)\nplane.set_mode('TAKEOFF')\nplane.arm()\nprint('flies', flush=True)\ntime.sleep(300)"
+    )
+
+    def boot_s() -> float:
+        time_of = plane.telemetry.system_time
+        return 0.0 if time_of is None else time_of.boot_ms / 1e3
+
+    with (
+        simulated_plane("--speedup", "3", "--seed", "7", "--param", "FS_LONG_ACTN=1") as link,
+        vencejo.Station(link, record=False, heartbeat=False) as watcher,
+        subprocess.Popen([sys.executable, "-c", program, link], stdout=subprocess.PIPE, text=True) as process,
+    ):
+        try:
+            plane = watcher.wait_vehicle(1)
+            assert process.stdout is not None
+            assert process.stdout.readline() == "flies\n"
+            wait_for(
+                lambda: (where := plane.telemetry.position) is not None and (where.alt_rel_home_m or 0.0) > 30.0,
+                "in the air",
+            )
+            plane.params.set("FS_GCS_ENABL", 1)
+            assert plane.telemetry.mode == "TAKEOFF"
+            os.kill(process.pid, signal.SIGSTOP)
+            stopped_s = boot_s()
+            wait_for(lambda: plane.telemetry.mode == "RTL", "coming home")
+            assert boot_s() - stopped_s <= 10.0, "by its own clock"
+        finally:
+            process.kill()
 
 
 @pytest.mark.fault(13, figure="1,000 stations: no descriptor or thread more, < 8 MiB")

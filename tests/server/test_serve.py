@@ -7,6 +7,7 @@ import http.client
 import json
 import re
 import shutil
+import socket
 import ssl
 import stat
 import subprocess
@@ -255,13 +256,72 @@ def test_what_cannot_be_served_says_why(options: list[str], word: str, tmp_path:
     assert "Traceback" not in ended.stderr
 
 
+OPENSSL = """[ca]
+default_ca = own
+[own]
+new_certs_dir = {folder}
+database = {folder}/index
+rand_serial = yes
+default_md = sha256
+policy = any
+x509_extensions = names
+[any]
+commonName = supplied
+[names]
+subjectAltName = {name}
+"""
+
+
+def certificate_of(folder: Path, *, name: str = "IP:127.0.0.1", until: str = "20991231235959Z") -> tuple[Path, Path]:
+    """A certificate that vouches for itself, and its key."""
+    certificate, key, request, config = (
+        folder / file for file in ("cert.pem", "key.pem", "request.pem", "openssl.cnf")
+    )
+    config.write_text(OPENSSL.format(folder=folder, name=name), encoding="utf-8")
+    (folder / "index").touch()
+    curve = "-newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -subj /CN=localhost"
+    dates = f"-startdate 20200101000000Z -enddate {until}"
+    for make in (
+        f"openssl req -new {curve} -keyout {key} -out {request}",
+        f"openssl ca -config {config} -selfsign -keyfile {key} -in {request} -out {certificate} {dates} -batch",
+    ):
+        subprocess.run(make.split(), check=True, capture_output=True)
+    return certificate, key
+
+
+@pytest.mark.fault(45, figure="expired, another's name, TLS 1.1: a client refuses; a key that others may read is told")
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="makes a certificate with openssl")
+@pytest.mark.filterwarnings("ignore:ssl.TLSVersion")
+@pytest.mark.parametrize(
+    ("name", "until", "version", "word"),
+    [
+        ("IP:127.0.0.1", "20200102000000Z", ssl.TLSVersion.TLSv1_2, "expired"),
+        ("DNS:station.example", "20991231235959Z", ssl.TLSVersion.TLSv1_2, "mismatch"),
+        ("IP:127.0.0.1", "20991231235959Z", ssl.TLSVersion.TLSv1_1, "handshake failure|protocol version"),
+    ],
+)
+def test_a_client_refuses_what_is_no_tls_of_its_station(
+    name: str, until: str, version: ssl.TLSVersion, word: str, tmp_path: Path
+) -> None:
+    certificate, key = certificate_of(tmp_path, name=name, until=until)
+    key.chmod(0o644)
+    options = ["--link=udpin:127.0.0.1:0", f"--cert={certificate}", f"--key={key}"]
+    with serving(*options, data=tmp_path) as served:
+        context = ssl.create_default_context(cafile=str(certificate))
+        if version < ssl.TLSVersion.TLSv1_2:
+            context.set_ciphers("ALL:@SECLEVEL=0")
+            context.minimum_version = context.maximum_version = version
+        address = ("127.0.0.1", int(served.url.rpartition(":")[2]))
+        with socket.create_connection(address, timeout=30) as plain, pytest.raises(ssl.SSLError, match=word):
+            context.wrap_socket(plain, server_hostname=address[0])
+        assert served.process.stderr is not None
+        assert f"chmod 600 {key}" in served.process.stderr.readline()
+
+
 @pytest.mark.fault(45, figure="a page that came without TLS is another page; Secure and HSTS are set")
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="makes a certificate with openssl")
 def test_it_speaks_tls_with_a_given_certificate(tmp_path: Path) -> None:
-    certificate, key = tmp_path / "cert.pem", tmp_path / "key.pem"
-    make = "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 1 -subj /CN=localhost"
-    make += f" -addext subjectAltName=IP:127.0.0.1 -keyout {key} -out {certificate}"
-    subprocess.run(make.split(), check=True, capture_output=True)
+    certificate, key = certificate_of(tmp_path)
     options = ["--link=udpin:127.0.0.1:0", f"--cert={certificate}", f"--key={key}"]
     with serving(*options, data=tmp_path) as served:
         assert served.url.startswith("https://127.0.0.1:")
