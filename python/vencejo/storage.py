@@ -61,7 +61,7 @@ class StorageProblem:
     Attributes
     ----------
     what : str
-        ``"telemetry"``, ``"maps"``, ``"video"``, ``"draft"``, ``"tokens"`` or ``"signing"``.
+        ``"telemetry"``, ``"maps"``, ``"missions"``, ``"video"``, ``"draft"``, ``"tokens"`` or ``"signing"``.
     name : str or None
         Which camera or map source; ``None`` where there is one of its kind.
     fault : str

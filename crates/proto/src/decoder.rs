@@ -167,13 +167,11 @@ fn unknown(buffer: &[u8], len: usize, is_stream: bool) -> Front {
         let inner = &buffer[at..];
         match candidate(inner) {
             Ok(candidate) => match info(candidate.id) {
-                Some(info) if candidate.is_whole(inner) => {
-                    if checksum_is_right(inner, &candidate, info.extra_crc) {
-                        return Front::Garbage { bad_crc: false };
-                    }
+                Some(_) if !candidate.is_whole(inner) => may_cover = true,
+                Some(info) if checksum_is_right(inner, &candidate, info.extra_crc) => {
+                    return Front::Garbage { bad_crc: false };
                 }
-                Some(_) => may_cover = true,
-                None => {}
+                _ => {}
             },
             Err(Front::Incomplete) => may_cover |= matches!(inner[0], STX_V1 | STX_V2),
             Err(_) => {}

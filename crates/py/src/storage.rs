@@ -50,6 +50,7 @@ const fn serde_name(what: &vencejo_server::dto::storage::StorageClass) -> &'stat
     match what {
         StorageClass::Telemetry => "telemetry",
         StorageClass::Maps => "maps",
+        StorageClass::Missions => "missions",
         StorageClass::Video => "video",
         StorageClass::Draft => "draft",
         StorageClass::Tokens => "tokens",

@@ -33,7 +33,7 @@ pub fn stalled(since_s: f64) -> StorageProblem {
     StorageProblem { since_s, ..of(StorageClass::Maps, StorageFault::Stalled, text) }
 }
 
-/// What is wrong with the folders of maps, drafts and cameras, and since when as far as `known` tells. Looks at the disk.
+/// What is wrong with the folders of maps, missions, drafts and cameras, and since when as far as `known` tells. Looks at the disk.
 pub fn folder_problems(app: &App, known: &[StorageProblem]) -> Vec<StorageProblem> {
     let now_s = convert::seconds(app.now());
     let since = |mut problem: StorageProblem| {
@@ -95,7 +95,11 @@ fn found(app: &App) -> Vec<StorageProblem> {
         let text = format!("nothing is signed, and nothing is checked: {reason}");
         of(StorageClass::Signing, StorageFault::Unreadable { reason }, text)
     });
-    maps.chain(draft).chain(tokens).chain(signing).chain(video).collect()
+    let missions = app.station().missions_fault().map(|reason| {
+        let text = format!("a doubt about the mission on board ends with this program: {reason}");
+        of(StorageClass::Missions, StorageFault::Unwritable { reason }, text)
+    });
+    maps.chain(missions).chain(draft).chain(tokens).chain(signing).chain(video).collect()
 }
 
 const fn of(what: StorageClass, fault: StorageFault, text: String) -> StorageProblem {

@@ -162,11 +162,17 @@ struct Waiting {
 struct Desk {
     waiting: Mutex<Waiting>,
     news: Condvar,
+    /// Why the last record could not be written.
+    fault: Mutex<Option<String>>,
 }
 
 impl Desk {
     fn lock(&self) -> MutexGuard<'_, Waiting> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn fault(&self) -> MutexGuard<'_, Option<String>> {
+        self.fault.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -184,7 +190,6 @@ impl Records {
         let desk = Arc::new(Desk::default());
         let (theirs, into) = (desk.clone(), folder.clone());
         let thread = std::thread::Builder::new().name("vencejo records".to_owned()).spawn(move || {
-            let mut has_failed = false;
             loop {
                 let next = {
                     let mut waiting = theirs.lock();
@@ -197,14 +202,10 @@ impl Records {
                     }
                 };
                 let Some(((system, _), (ticket, stored))) = next else { return };
-                match write(&into, &stored) {
-                    Ok(()) => has_failed = false,
-                    Err(error) => {
-                        if !has_failed {
-                            tracing::error!(folder = %into.display(), %error, "what is known of a mission cannot be written down");
-                        }
-                        has_failed = true;
-                    }
+                let failed = write(&into, &stored).err().map(|error| error.to_string());
+                let before = std::mem::replace(&mut *theirs.fault(), failed.clone());
+                if let (Some(error), None) = (failed, before) {
+                    tracing::error!(folder = %into.display(), error, "what is known of a mission cannot be written down");
                 }
                 on_kept(system, ticket);
             }
@@ -215,6 +216,11 @@ impl Records {
     /// Where.
     pub(crate) fn folder(&self) -> &Path {
         &self.folder
+    }
+
+    /// Why the last record could not be written; it may be lost when the program ends.
+    pub(crate) fn fault(&self) -> Option<String> {
+        self.desk.fault().clone()
     }
 
     /// Has a record written soon. Never blocks for the disk.
@@ -328,6 +334,7 @@ mod tests {
         let records = records.expect("a thread");
         records.keep(SystemId(3), 5, stored(3));
         assert_eq!(kept.recv(), Ok(5), "who waits goes on");
+        assert!(records.fault().is_some(), "and it is told");
         records.close();
         std::fs::remove_dir_all(&folder).expect("removed");
     }

@@ -288,6 +288,11 @@ impl Station {
         self.shared.health.subscribe()
     }
 
+    /// Why what is known of the missions on board is not being written down.
+    pub fn missions_fault(&self) -> Option<String> {
+        self.shared.records().as_ref().and_then(Records::fault)
+    }
+
     /// Frames so far that were no message of the dialect, or held a value that it does not allow.
     pub fn undecodable_frames(&self) -> u64 {
         self.shared.undecodable.load(Ordering::Relaxed)

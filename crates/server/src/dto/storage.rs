@@ -29,6 +29,8 @@ pub enum StorageClass {
     Telemetry,
     /// Map tiles, offline areas, the list of sources.
     Maps,
+    /// What is known of the missions on board.
+    Missions,
     /// Recordings of cameras.
     Video,
     /// The draft of the plan.

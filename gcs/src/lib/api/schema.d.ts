@@ -5362,7 +5362,7 @@ export interface components {
          * @description What is kept on the server's disk.
          * @enum {string}
          */
-        StorageClass: "telemetry" | "maps" | "video" | "draft" | "tokens" | "signing";
+        StorageClass: "telemetry" | "maps" | "missions" | "video" | "draft" | "tokens" | "signing";
         /** @description Why something is not being kept. */
         StorageFault: {
             /**
