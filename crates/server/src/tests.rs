@@ -318,14 +318,20 @@ async fn a_mission_that_may_be_mixed_is_flown_only_by_name() {
     let cookie = Some(cookie.as_str());
     // An upload that begins and never ends.
     let begins = json!({"name": "MISSION_COUNT", "fields": {"count": 9}});
-    assert_eq!(server.ask("POST", "/vehicles/1/messages", cookie, Some(begins)).await.status, 200);
+    let asked = server.ask("POST", "/vehicles/1/messages", cookie, Some(begins.clone())).await.json();
+    let request =
+        Request::builder().method("POST").uri("/api/v1/vehicles/1/messages").header(header::HOST, "localhost");
+    let request =
+        request.header(header::COOKIE, cookie.expect("a session")).header(header::CONTENT_TYPE, "application/json");
+    let confirmation = asked["cause"]["confirmation"].as_str().expect("a confirmation");
+    let request = request.header(crate::extract::CONFIRMATION, confirmation).body(Body::from(begins.to_string()));
+    assert_eq!(server.send(request.expect("a request")).await.status, 200);
     let state = server.ask("GET", "/vehicles/1", cookie, None).await.json()["plan_states"]["mission"].clone();
     assert_eq!((&state["may_be_mixed"], &state["reason"]), (&json!(true), &json!("sent_elsewhere")));
     let raw = |name, fields| Some(json!({"name": name, "fields": fields}));
     let arming = json!({"command": 400, "param1": 1});
     for (path, body) in [
         ("arm", None),
-        ("arm", Some(json!({"force": true}))),
         ("mode", Some(json!({"mode": "AUTO"}))),
         ("mission/start", None),
         ("mission/resume", None),
