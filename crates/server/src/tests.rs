@@ -82,10 +82,24 @@ impl Plain {
 
     /// A request as a browser's own page makes it; `body` as JSON when there is one.
     pub async fn ask(&self, method: &str, path: &str, cookie: Option<&str>, body: Option<Value>) -> Answer {
+        self.ask_confirmed(method, path, cookie, body, None).await
+    }
+
+    /// The same, with a confirmation that the station gave out for it.
+    pub async fn ask_confirmed(
+        &self,
+        method: &str,
+        path: &str,
+        cookie: Option<&str>,
+        body: Option<Value>,
+        confirmation: Option<&str>,
+    ) -> Answer {
         let mut request =
             Request::builder().method(method).uri(format!("/api/v1{path}")).header(header::HOST, "localhost");
-        if let Some(cookie) = cookie {
-            request = request.header(header::COOKIE, cookie);
+        for (name, value) in [(header::COOKIE.as_str(), cookie), (crate::extract::CONFIRMATION, confirmation)] {
+            if let Some(value) = value {
+                request = request.header(name, value);
+            }
         }
         let request = match body {
             Some(body) => request.header(header::CONTENT_TYPE, "application/json").body(Body::from(body.to_string())),
@@ -319,13 +333,9 @@ async fn a_mission_that_may_be_mixed_is_flown_only_by_name() {
     // An upload that begins and never ends.
     let begins = json!({"name": "MISSION_COUNT", "fields": {"count": 9}});
     let asked = server.ask("POST", "/vehicles/1/messages", cookie, Some(begins.clone())).await.json();
-    let request =
-        Request::builder().method("POST").uri("/api/v1/vehicles/1/messages").header(header::HOST, "localhost");
-    let request =
-        request.header(header::COOKIE, cookie.expect("a session")).header(header::CONTENT_TYPE, "application/json");
-    let confirmation = asked["cause"]["confirmation"].as_str().expect("a confirmation");
-    let request = request.header(crate::extract::CONFIRMATION, confirmation).body(Body::from(begins.to_string()));
-    assert_eq!(server.send(request.expect("a request")).await.status, 200);
+    let confirmation = asked["cause"]["confirmation"].as_str();
+    let sent = server.ask_confirmed("POST", "/vehicles/1/messages", cookie, Some(begins), confirmation).await;
+    assert_eq!(sent.status, 200, "{}", sent.json());
     let state = server.ask("GET", "/vehicles/1", cookie, None).await.json()["plan_states"]["mission"].clone();
     assert_eq!((&state["may_be_mixed"], &state["reason"]), (&json!(true), &json!("sent_elsewhere")));
     let raw = |name, fields| Some(json!({"name": name, "fields": fields}));

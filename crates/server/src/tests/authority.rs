@@ -210,13 +210,8 @@ async fn what_is_dangerous_is_done_once_and_only_confirmed() {
     let server = Plain::new(station.clone(), None);
     let cookie = server.session(json!({"name": "Ana"})).await;
     let send = async |(method, path, body): &(&str, &str, Value), confirmation: Option<&str>| {
-        let mut request = Request::builder().method(*method).uri(format!("/api/v1/vehicles/1{path}"));
-        request = request.header(header::HOST, "localhost").header(header::COOKIE, &cookie);
-        if let Some(confirmation) = confirmation {
-            request = request.header(crate::extract::CONFIRMATION, confirmation);
-        }
-        let body = if body.is_null() { Body::empty() } else { Body::from(body.to_string()) };
-        server.send(request.header(header::CONTENT_TYPE, "application/json").body(body).expect("a request")).await
+        let body = (!body.is_null()).then(|| body.clone());
+        server.ask_confirmed(method, &format!("/vehicles/1{path}"), Some(&cookie), body, confirmation).await
     };
     let acts = [
         ("force-arm", ("POST", "/arm", json!({"force": true}))),
