@@ -241,6 +241,7 @@ class Server:
         hosts: Sequence[str],
         origins: Sequence[str],
         tls: tuple[str, str] | None,
+        plain_http: bool,
         on_board: bool,
         maps_folder: str | None,
         video_folder: str | None = None,

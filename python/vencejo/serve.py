@@ -116,6 +116,9 @@ class Server:
         Other web pages' origins that may use the API, such as ``"http://localhost:5173"``.
     certificate, key : path, optional
         PEM files of a certificate chain and its key, for TLS.
+    plain_http : bool, optional
+        Whether others may be let in without TLS, where whoever is in the network reads along, tokens too. Default False: an
+        address that others can reach needs ``certificate`` and ``key``.
     on_board : bool, optional
         On board a vehicle: our heartbeat is sent only while an operator's session is alive, because the autopilot's
         ground-station failsafe counts it.
@@ -135,7 +138,7 @@ class Server:
     InvalidRequest
         For an address that is none, or a certificate without key.
     VencejoError
-        When the address is taken, or the certificate or the tokens' file cannot be used. A disk that cannot be written is
+        When the address is taken or not to be listened on without TLS, or the certificate or the tokens' file cannot be used. A disk that cannot be written is
         no error: `storage_problems` tells.
     """
 
@@ -151,6 +154,7 @@ class Server:
         allow_origins: Iterable[str] = (),
         certificate: str | os.PathLike[str] | None = None,
         key: str | os.PathLike[str] | None = None,
+        plain_http: bool = False,
         on_board: bool = False,
         maps_folder: str | os.PathLike[str] | None = None,
         video_folder: str | os.PathLike[str] | None = None,
@@ -175,6 +179,7 @@ class Server:
             hosts=[*own_names, *allow_hosts],
             origins=list(allow_origins),
             tls=tls,
+            plain_http=plain_http,
             on_board=on_board,
             maps_folder=os.fspath(maps_folder if maps_folder is not None else default_maps_folder()),
             video_folder=os.fspath(video_folder if video_folder is not None else default_video_dir()),

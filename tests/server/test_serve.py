@@ -183,7 +183,7 @@ def test_the_description_is_served_as_committed(pilot: Client) -> None:
 
 @pytest.mark.fault(44, figure="viewer, operator, second operator and nobody at a served station; token file 0600")
 def test_beyond_loopback_a_token_decides(plane: str, tmp_path: Path) -> None:
-    with serving("--link", "udpin:127.0.0.1:0", "--host", "0.0.0.0", data=tmp_path) as served:
+    with serving("--link", "udpin:127.0.0.1:0", "--host", "0.0.0.0", "--plain-http", data=tmp_path) as served:
         kept = tmp_path / "server-tokens.json"
         assert stat.S_IMODE(kept.stat().st_mode) == 0o600
         tokens = json.loads(kept.read_text())
@@ -220,7 +220,7 @@ def test_it_says_where_it_is_and_ends_in_order(tmp_path: Path) -> None:
         _, errors = served.process.communicate(timeout=20)
         assert "Traceback" not in errors, errors
     command = [sys.executable, "-m", "vencejo.cli", "serve", "--port=0", "--host=0.0.0.0", "--no-record"]
-    command += ["--link=udpin:127.0.0.1:0"]
+    command += ["--link=udpin:127.0.0.1:0", "--plain-http"]
     env = {"VENCEJO_DATA": str(tmp_path), "PYTHONIOENCODING": "utf-8", "PATH": "/usr/bin:/bin", "HOME": str(tmp_path)}
     with subprocess.Popen(command, stdout=subprocess.PIPE, env=env) as process:
         assert process.stdout is not None
@@ -234,6 +234,7 @@ def test_it_says_where_it_is_and_ends_in_order(tmp_path: Path) -> None:
     ("options", "word"),
     [
         (["--host=no.such.host.invalid"], "no address"),
+        (["--host=0.0.0.0"], "--plain-http"),
         (["--cert=nothing.pem"], "key"),
         (["--cert=nothing.pem", "--key=nothing.pem"], "PEM"),
         (["--link=nonsense:"], "nonsense"),

@@ -43,7 +43,7 @@ pub struct PyServer {
 #[pymethods]
 impl PyServer {
     #[new]
-    #[pyo3(signature = (station, *, address, port, token_file, hosts, origins, tls, on_board, maps_folder, video_folder=None, draft_file=None, floors_mb=None))]
+    #[pyo3(signature = (station, *, address, port, token_file, hosts, origins, tls, plain_http, on_board, maps_folder, video_folder=None, draft_file=None, floors_mb=None))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of one constructor")]
     fn new(
         py: Python<'_>,
@@ -54,6 +54,7 @@ impl PyServer {
         hosts: Vec<String>,
         origins: Vec<String>,
         tls: Option<(String, String)>,
+        plain_http: bool,
         on_board: bool,
         maps_folder: Option<String>,
         video_folder: Option<String>,
@@ -69,6 +70,7 @@ impl PyServer {
             hosts,
             origins,
             tls: tls.map(|(certificate, key)| (certificate.into(), key.into())),
+            plain_http,
             on_board,
             maps_folder: maps_folder.map(Into::into),
             video_folder: video_folder.map(Into::into),

@@ -56,6 +56,8 @@ pub struct ServerConfig {
     pub origins: Vec<String>,
     /// Certificate chain and key, PEM files, for TLS.
     pub tls: Option<(PathBuf, PathBuf)>,
+    /// Whether others may be let in without TLS, where whoever is in the network reads along, tokens too.
+    pub plain_http: bool,
     /// On board a vehicle: our heartbeat is sent only while an operator's session is alive, because the autopilot's
     /// ground-station failsafe counts it.
     pub on_board: bool,
@@ -77,6 +79,7 @@ impl Default for ServerConfig {
             hosts: Vec::new(),
             origins: Vec::new(),
             tls: None,
+            plain_http: false,
             on_board: false,
             maps_folder: None,
             video_folder: None,
@@ -101,6 +104,12 @@ pub enum ServerError {
     /// An address that others reach, without tokens.
     #[error("{0} can be reached by others, so tokens are needed; say where to keep them, or listen on 127.0.0.1")]
     NoTokens(SocketAddr),
+    /// An address that others reach, without TLS, and nobody said that it may be.
+    #[error(
+        "{0} can be reached by others, and without TLS whoever is in the network reads along, tokens too; give a certificate and its key \
+         (--cert, --key), or allow it where everyone in the network is trusted (--plain-http)"
+    )]
+    NoTls(SocketAddr),
     /// The tokens cannot be read or made.
     #[error("the tokens in {}: {reason}", path.display())]
     Tokens {
@@ -163,6 +172,9 @@ impl Server {
     ) -> Result<Self, ServerError> {
         if config.token_file.is_none() && !config.bind.ip().is_loopback() {
             return Err(ServerError::NoTokens(config.bind));
+        }
+        if config.tls.is_none() && !config.plain_http && !config.bind.ip().is_loopback() {
+            return Err(ServerError::NoTls(config.bind));
         }
         let (tokens, token_fault) = match &config.token_file {
             None => (None, None),

@@ -645,13 +645,18 @@ async fn on_board_heartbeats_need_an_operator() {
     station.close().await;
 }
 
-// fault 40: 0.0.0.0 without tokens: refused
+// fault 40: 0.0.0.0 without tokens, or without TLS that nobody did without by name: refused
 #[tokio::test]
-async fn others_are_let_in_with_tokens_only() {
+async fn others_are_let_in_with_tokens_and_tls_only() {
     let station = station(true);
-    let config = ServerConfig { bind: SocketAddr::from(([0, 0, 0, 0], 0)), ..ServerConfig::default() };
-    let error = Server::start(station.clone(), config, &Handle::current()).await.expect_err("refused");
+    let open = ServerConfig { bind: SocketAddr::from(([0, 0, 0, 0], 0)), plain_http: true, ..ServerConfig::default() };
+    let error = Server::start(station.clone(), open.clone(), &Handle::current()).await.expect_err("refused");
     assert!(matches!(error, ServerError::NoTokens(_)), "{error}");
+    let tokens = std::env::temp_dir().join(format!("vencejo-no-tls-{}.json", std::process::id()));
+    let plain = ServerConfig { token_file: Some(tokens.clone()), plain_http: false, ..open };
+    let error = Server::start(station.clone(), plain, &Handle::current()).await.expect_err("refused");
+    assert!(matches!(error, ServerError::NoTls(_)) && error.to_string().contains("--plain-http"), "{error}");
+    assert!(!tokens.exists(), "nothing is left behind");
     let server = serve(&station, ServerConfig::default()).await;
     let config = ServerConfig { bind: server.address(), ..ServerConfig::default() };
     let error = Server::start(station.clone(), config, &Handle::current()).await.expect_err("taken");

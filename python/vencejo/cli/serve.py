@@ -82,6 +82,12 @@ def serve(
         Path | None, typer.Option("--cert", metavar="FILE", help="Certificate chain (PEM), for TLS.")
     ] = None,
     key: Annotated[Path | None, typer.Option("--key", metavar="FILE", help="Its key (PEM).")] = None,
+    plain_http: Annotated[
+        bool,
+        typer.Option(
+            "--plain-http", help="Let others in without TLS: everyone in the network can read along, tokens too."
+        ),
+    ] = False,
     rate: Annotated[
         float, typer.Option("--rate", metavar="HZ", min=4.0, max=50.0, help="How often vehicles tell their state.")
     ] = 10.0,
@@ -120,7 +126,8 @@ def serve(
     """Serve the ground station to browsers until Ctrl-C.
 
     On this machine everybody may use it. With another address, such as --host 0.0.0.0, browsers need a token: it is
-    made at the first start, kept in the data folder, and shown with its whole address and a QR code.
+    made at the first start, kept in the data folder, and shown with its whole address and a QR code. It also needs TLS
+    (--cert, --key), or to be told to do without it (--plain-http).
 
     Without --link, vehicles are heard on UDP port 14550. Who may send there is asked at the first start and kept; where
     nobody can be asked it is this machine alone. --listen machine, network (and the private networks that this machine is
@@ -130,7 +137,7 @@ def serve(
 
     Example: vencejo serve --listen network
 
-    Example: vencejo serve --link /dev/ttyACM0,115200 --host 0.0.0.0
+    Example: vencejo serve --link /dev/ttyACM0,115200 --host 0.0.0.0 --plain-http
 
     Example: vencejo serve --camera nose=/dev/video0 --camera belly=rtsp://192.168.1.10/live
     """
@@ -166,6 +173,7 @@ def serve(
             allow_origins=allow_origin or (),
             certificate=cert,
             key=key,
+            plain_http=plain_http,
             on_board=on_board is not None,
             maps_folder=maps,
             floors=floors,
@@ -207,8 +215,6 @@ def tell(server: Server, *, json: bool = False, ice: Mapping[str, str] | None = 
         for url in server.urls[1:]:
             print(f"Also at:     {url}")
         print(qr_code(operator), end="", flush=True)
-        if operator.startswith("http:"):
-            say("Without TLS others in the network can read along; give --cert and --key where that matters.")
     tell_ice(ice)
     say("Ctrl-C ends it.")
 
