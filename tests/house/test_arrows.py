@@ -117,6 +117,7 @@ def test_files_open_by_saying_what_they_own(tmp_path: Path, name: str, text: str
     assert arrows.opens_with_doc(path) is opens
 
 
+@pytest.mark.fault(20, figure="the crate that has MAVFTP can name no file")
 @pytest.mark.fault(61, figure="no state machine can read a clock")
 @pytest.mark.parametrize(
     ("code", "where"),

@@ -148,6 +148,7 @@ mod tests {
         assert_eq!(run(KeyGoal::NewKey, shows), (KeyEnd::Proven, 3, 2501));
     }
 
+    // fault 39: a change that does not show ends after 4.5 s
     #[test]
     fn a_key_that_does_not_show_is_given_up_within_five_seconds() {
         for goal in [KeyGoal::NewKey, KeyGoal::NoKey] {
