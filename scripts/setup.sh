@@ -5,7 +5,8 @@
 #   scripts/setup.sh demo     what `vencejo demo` needs, the camera's packages included
 #   scripts/setup.sh dev      that, the tools, the peers that the tests talk to, Chromium and MapServer
 #   scripts/setup.sh app      the web app (gcs/dist), which the native module carries
-#   scripts/setup.sh native   the Rust core as vencejo._native, and the `vencejo` command
+#   scripts/setup.sh native   the Rust core as vencejo._native, and the `vencejo` command; `native as-tested` builds it as `make test` does:
+#                             quickly, with assertions, and slower in use
 #   scripts/setup.sh ice      ZeroC Ice and what else the tests of the JdeRobot interfaces need
 #   scripts/setup.sh rust     only check that Rust and a C linker are there
 set -euo pipefail
@@ -207,17 +208,18 @@ app() {
     echo "$want" >.cache/app
 }
 
-native() {
-    local want
+native() { # release | as-tested
+    local want how=(--release)
+    [ "$1" = release ] || how=(--profile dev --features as-tested)
     want=$({ git ls-files -co --exclude-standard -- crates Cargo.toml Cargo.lock pyproject.toml; echo .cache/app; } \
-        | while read -r path; do if [ -f "$path" ]; then echo "$path"; fi; done | fingerprint)-$(rustc --version | sha256sum | cut -c1-12)
+        | while read -r path; do if [ -f "$path" ]; then echo "$path"; fi; done | fingerprint)-$(rustc --version | sha256sum | cut -c1-12)-$1
     if [ "$(cat "$STAMPS/native" 2>/dev/null)" = "$want" ] && [ -x "$VENV/bin/vencejo" ] \
         && compgen -G 'python/vencejo/_native*.so' >/dev/null; then
         return
     fi
     say "building the native module (the first time takes some minutes)"
     mkdir -p .cache
-    VIRTUAL_ENV=$PWD/$VENV "$VENV/bin/maturin" develop --release --quiet --locked >.cache/native.log 2>&1 \
+    VIRTUAL_ENV=$PWD/$VENV "$VENV/bin/maturin" develop "${how[@]}" --quiet --locked >.cache/native.log 2>&1 \
         || { cat .cache/native.log >&2; fail "the native module did not build"; }
     mkdir -p "$STAMPS"
     echo "$want" >"$STAMPS/native"
@@ -227,7 +229,7 @@ case "${1:-}" in
     demo) python_env demo ;;
     dev) need_chromium; need_mapserver; python_env dev ;;
     app) app; node_modules ;;
-    native) need_rust; native ;;
+    native) need_rust; native "${2:-release}" ;;
     ice) ice ;;
     rust) need_rust ;;
     *) fail "say what: demo, dev, app, native, ice or rust" ;;
