@@ -47,6 +47,8 @@ class Layout {
   insets = $state.raw<Insets>({ top: 0, right: 0, bottom: 0, left: 0 });
   /** Height of what lies in the middle of the map's upper edge. */
   badgeHeight_px = $state(0);
+  /** Width of the map's buttons, at its right edge. */
+  controlsWidth_px = $state(0);
 
   isNarrow = $derived(this.width_px < NARROW_PX);
   /** Between two docks no map would be left to work on: the right one covers the left one meanwhile. */
