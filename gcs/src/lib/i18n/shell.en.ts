@@ -33,7 +33,7 @@ export const shellEn = {
   'bar.lostDetail': 'Last heard {age} ago. Values are old; the position is estimated.',
   'bar.rival': 'Another vehicle {id}',
   'bar.rivalDetail':
-    'It is heard at {place} and uses the same number. Commands go to the one shown here alone; give the other another SYSID_THISMAV.',
+    'It is heard at {place} and uses the same number. Commands go to the one shown here alone; change SYSID_THISMAV of the other.',
   'bar.followRival': 'Follow that one',
   'bar.namesake': 'Another station with our address',
   'bar.namesakeDetail':

@@ -35,7 +35,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'bar.lostDetail': 'Última señal hace {age}. Los valores son antiguos; la posición es estimada.',
   'bar.rival': 'Otro vehículo {id}',
   'bar.rivalDetail':
-    'Se oye en {place} y usa el mismo número. Las órdenes van solo al que se muestra aquí; da al otro otro SYSID_THISMAV.',
+    'Se oye en {place} y usa el mismo número. Las órdenes van solo al que se muestra aquí; cambia el SYSID_THISMAV del otro.',
   'bar.followRival': 'Seguir a ese otro',
   'bar.namesake': 'Otra estación con nuestra dirección',
   'bar.namesakeDetail':
