@@ -22,7 +22,6 @@ import contextlib
 import os
 import time
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
-from types import TracebackType
 from typing import Any
 
 from vencejo import _native
@@ -108,6 +107,7 @@ async def connect(
     own_system_id: int = 255,
     own_component_id: int = 190,
     forward_to: Iterable[str] = (),
+    signing: bool | str | os.PathLike[str] = True,
 ) -> AsyncVehicle:
     """Connect to a vehicle and wait for its heartbeat; see `vencejo.connect`."""
     station = Station(
@@ -118,6 +118,7 @@ async def connect(
         message_rates=message_rates,
         record=record,
         forward_to=forward_to,
+        signing=signing,
     )
     try:
         return await wait_vehicle(station, system_id, timeout_s=timeout_s)
@@ -132,9 +133,7 @@ class AsyncVehicle(VehicleState):
     async def __aenter__(self) -> AsyncVehicle:
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *exception: object) -> None:
         await self.close()
 
     async def close(self) -> None:

@@ -14,10 +14,10 @@ Examples
 
 from __future__ import annotations
 
-from types import TracebackType
 from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
 
 from vencejo import _native
+from vencejo._closing import Closing
 
 if TYPE_CHECKING:
     from vencejo.vehicle import VehicleState
@@ -43,7 +43,7 @@ Danger: TypeAlias = Literal[
 _V = TypeVar("_V", bound="VehicleState")
 
 
-class Operator:
+class Operator(Closing):
     """Somebody who may act on a station's vehicles.
 
     Made by `Station.operator` (the program itself), `Station.add_operator` and `Server.operator`.
@@ -113,11 +113,3 @@ class Operator:
     def close(self) -> None:
         """Give control up; a session of a server ends. Can be called again."""
         self._native.close()
-
-    def __enter__(self) -> Operator:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

@@ -44,7 +44,7 @@ class Busy(VencejoError):
 class ControlHeld(VencejoError):
     """Somebody else holds control of the station: nothing was sent.
 
-    Ask for it, wait until it is given up, or take it over by name (`vencejo.station.Operator`).
+    Ask for it, wait until it is given up, or take it over by name (`vencejo.Operator`).
 
     Attributes
     ----------

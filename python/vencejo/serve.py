@@ -17,9 +17,9 @@ import socket
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
 
 from vencejo import _native
+from vencejo._closing import Closing
 from vencejo.control import Operator
 from vencejo.errors import InvalidRequest
 from vencejo.station import Station, default_record_dir
@@ -92,7 +92,7 @@ def has_app() -> bool:
     return _native.has_app()
 
 
-class Server:
+class Server(Closing):
     """A station's server, from its making until it is closed. The station goes on afterwards.
 
     One operator at a time holds control of the station (`vencejo.control`); others watch and may ask for it.
@@ -270,14 +270,6 @@ class Server:
     def close(self) -> None:
         """End all connections. Can be called again."""
         self._native.close()
-
-    def __enter__(self) -> Server:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _url(self, host: str) -> str:
         address = ipaddress.ip_address(host)

@@ -11,10 +11,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
-from types import TracebackType
 from typing import Any, NoReturn, cast
 
 from vencejo import _native
+from vencejo._closing import Closing
 from vencejo.control import Operator
 from vencejo.errors import ClosedError, InvalidRequest, VencejoError
 from vencejo.link import LinkInfo
@@ -71,7 +71,7 @@ def default_signing_dir() -> Path:
     return _data_dir() / "signing"
 
 
-class Station:
+class Station(Closing):
     """A ground station: some links, and the vehicles on them.
 
     Parameters
@@ -331,17 +331,12 @@ class Station:
         """Close all links and end the recording. What is under way ends with `ClosedError`. Can be called again."""
         self._native.close()
 
-    def __enter__(self) -> Station:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
 
 def _program() -> str:
-    return Path(sys.argv[0]).name if sys.argv and sys.argv[0] not in ("", "-c", "-m") else "program"
+    started = Path(sys.argv[0]) if sys.argv else Path()
+    # What is started by `-m` as a package is called as that is.
+    name = started.parent.name if started.name == "__main__.py" else started.name
+    return name if name not in ("", "-c", "-m") else "program"
 
 
 class _Elsewhere:
@@ -391,6 +386,7 @@ def connect(
     own_system_id: int = 255,
     own_component_id: int = 190,
     forward_to: Iterable[str] = (),
+    signing: bool | str | os.PathLike[str] = True,
 ) -> Vehicle:
     """Connect to a vehicle and wait for its heartbeat.
 
@@ -404,7 +400,7 @@ def connect(
         Which vehicle; the first that is heard when not given.
     timeout_s : float or None, optional
         How long to wait for it, default 30 s; ``None`` for ever.
-    rate_hz, message_rates, record, forward_to
+    rate_hz, message_rates, record, forward_to, signing
         See `Station`.
     own_system_id, own_component_id : int, optional
         Our MAVLink address, default 255/190.
@@ -429,6 +425,7 @@ def connect(
         message_rates=message_rates,
         record=record,
         forward_to=forward_to,
+        signing=signing,
     )
     try:
         return station.wait_vehicle(system_id, timeout_s=timeout_s)

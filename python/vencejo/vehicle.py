@@ -13,10 +13,11 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from types import MappingProxyType, SimpleNamespace, TracebackType
+from types import MappingProxyType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 from vencejo import _native
+from vencejo._closing import Closing
 from vencejo.control import Danger
 from vencejo.errors import CommandTimeout, InvalidRequest
 from vencejo.link import LinkInfo
@@ -503,7 +504,7 @@ class VehicleState:
         return f"<{type(self).__name__} {self.system_id}: {state}>"
 
 
-class Vehicle(VehicleState):
+class Vehicle(Closing, VehicleState):
     """A vehicle, for synchronous programs. Made by `vencejo.connect` or `Station.wait_vehicle`.
 
     Every method that waits can be interrupted with Ctrl-C; what it had begun is then cancelled.
@@ -521,14 +522,6 @@ class Vehicle(VehicleState):
     def close(self) -> None:
         """Close the station behind this vehicle, and with it all links."""
         self._station.close()
-
-    def __enter__(self) -> Vehicle:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _wait(self, pending: _native.Pending, progress: ProgressCallback | None = None) -> Any:
         try:

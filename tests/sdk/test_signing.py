@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from pymavlink import mavutil
-from vencejo import CommandTimeout, InvalidRequest, NotPossibleNow, Station, Vehicle
+from vencejo import CommandTimeout, InvalidRequest, NotPossibleNow, Station, Vehicle, connect
 from vencejo.sim import SimOptions, SimulatedPlane
 from vencejo.sim.world import World
 
@@ -25,8 +25,8 @@ def sim() -> Iterator[SimulatedPlane]:
 
 
 def at_usb(sim: SimulatedPlane, folder: Path) -> tuple[Station, Vehicle]:
-    station = Station(sim.links[0], signing=folder / "signing", record=folder / "telemetry")
-    return station, station.wait_vehicle()
+    vehicle = connect(sim.links[0], signing=folder / "signing", record=folder / "telemetry")
+    return vehicle.station, vehicle
 
 
 def over_the_air(sim: SimulatedPlane, folder: Path) -> tuple[Station, Vehicle]:

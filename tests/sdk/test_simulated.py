@@ -285,7 +285,9 @@ def test_closing_ends_what_is_under_way(link: str) -> None:
 
 
 async def test_asyncio_does_the_same(link: str) -> None:
-    async with await aio.connect(link, record=False) as plane:
+    async with await aio.connect(link, record=False, signing=False) as plane:
+        with pytest.raises(vencejo.VencejoError, match="folder"):
+            _ = plane.station.signing_keys
         await plane.set_mode("CRUISE")
         assert plane.telemetry.mode == "CRUISE"
         state = await plane.upload(MISSION, progress=lambda done, total: None)

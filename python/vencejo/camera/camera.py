@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from types import TracebackType
 from typing import Final
 
+from vencejo._closing import Closing
 from vencejo.camera import jpeg
 from vencejo.camera.address import NAME, SourceAddress, SourceKind, parse_source
 from vencejo.camera.aside import Aside
@@ -95,7 +95,7 @@ class CameraStatus:
     recording: Recording | None = None
 
 
-class Camera:
+class Camera(Closing):
     """A camera, from its making until it is closed.
 
     Parameters
@@ -386,14 +386,6 @@ class Camera:
         if threading.current_thread() is not self._thread:
             # A network that hangs is left to itself: the thread ends when it comes back from there.
             self._thread.join(1.0)
-
-    def __enter__(self) -> Camera:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def __repr__(self) -> str:
         return f"<Camera {self.name}: {self.source}, {self.status.state.value}>"

@@ -5,9 +5,9 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
-from types import TracebackType
 from typing import TYPE_CHECKING, Final
 
+from vencejo._closing import Closing
 from vencejo.camera.camera import WAKE_S, Camera, CameraState
 from vencejo.camera.errors import CameraError
 from vencejo.camera.frames import EncodedFrame
@@ -27,7 +27,7 @@ MAX_STILL_AGE_S: Final = 5.0
 """An older picture is no picture of now: no still is made of it."""
 
 
-class ServedCamera:
+class ServedCamera(Closing):
     """Serves a camera until it is closed; the camera itself goes on.
 
     Parameters
@@ -60,14 +60,6 @@ class ServedCamera:
         self._feed.close()
         if threading.current_thread() is not self._thread:
             self._thread.join(5.0)
-
-    def __enter__(self) -> ServedCamera:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _publish(self, frame: EncodedFrame) -> None:
         # The server is closed before the camera, at the end.

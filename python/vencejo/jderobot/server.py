@@ -5,12 +5,12 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Sequence
-from types import TracebackType
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vencejo._closing import Closing
 from vencejo.errors import InvalidRequest, VencejoError
 from vencejo.jderobot.access import ConnectionLimit, Gate, Presence, raise_file_limit
 from vencejo.jderobot.camera import Camera, FrameSource
@@ -39,7 +39,7 @@ _DISPATCH_THREADS: Final = 4
 """Requests are short; what takes long has threads of its own (`vencejo.jderobot.workers`)."""
 
 
-class IceServer:
+class IceServer(Closing):
     """The Ice interfaces of a station, from their making until they are closed. The station goes on afterwards.
 
     Parameters
@@ -215,14 +215,6 @@ class IceServer:
     def close(self) -> None:
         """End all connections; a vehicle that flies by velocity is stopped. Can be called again."""
         self._closing.close()
-
-    def __enter__(self) -> IceServer:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def _listening(adapter: Any) -> list[tuple[str, int]]:
