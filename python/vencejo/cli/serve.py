@@ -150,8 +150,10 @@ def serve(
     options = IceOptions(ice, ice_host, ice_missions, ice_dialect, ice_allow or (), ice_config, ice_set or ())
     settings = options.settings()
     system_id, component_id = (255, 190) if on_board is None else (on_board, ON_BOARD_COMPONENT)
-    if key is not None and key.exists() and key.stat().st_mode & 0o077:
-        say(f"Warning: others on this machine may read the TLS key {key}; run: chmod 600 {key}")
+    # A key that cannot be looked at is told of when it is to be read.
+    with contextlib.suppress(OSError):
+        if key is not None and key.stat().st_mode & 0o077:
+            say(f"Warning: others on this machine may read the TLS key {key}; run: chmod 600 {key}")
     with (
         Station(
             *(link or [default_link(listen, ask=not json)]),
