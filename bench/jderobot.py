@@ -69,13 +69,13 @@ def idle(addresses: list[tuple[str, int]], count: int) -> Iterator[None]:
         yield
 
 
-def measure(proxies: dict[str, str], pid: int, seconds: float) -> dict[str, float]:
+def measure(proxies: dict[str, str], pid: int, seconds: float, clients: int = CLIENTS) -> dict[str, float]:
     """Let the clients poll; what their calls took, and the driver's processor time."""
     command = [sys.executable, "-m", "bench.jderobot", POLLER, json.dumps(proxies), "--seconds", str(seconds)]
     before, begun = cpu_seconds(pid), time.monotonic()
-    clients = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT) for _ in range(CLIENTS)]
+    pollers = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT) for _ in range(clients)]
     took: list[float] = []
-    for client in clients:
+    for client in pollers:
         out, _ = client.communicate()
         took += json.loads(out)
     cpu = (cpu_seconds(pid) - before) / (time.monotonic() - begun)

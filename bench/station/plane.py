@@ -39,9 +39,9 @@ def frames_of(hz: int) -> list[tuple[float, Any]]:
     kept = []
     for place, message in enumerate(heard):
         count = seen[message.get_type()] = seen.get(message.get_type(), -1) + 1
-        fast = message.get_type() != "HEARTBEAT"
-        if not fast or count * hz // RECORDED_HZ != (count - 1) * hz // RECORDED_HZ:
-            kept.append((place / len(heard) * LAP_MS / 1000.0, message))
+        is_slow = message.get_type() == "HEARTBEAT"
+        times = 1 if is_slow else count * hz // RECORDED_HZ - (count - 1) * hz // RECORDED_HZ
+        kept += [(place / len(heard) * LAP_MS / 1000.0, message)] * times
     return kept
 
 
@@ -85,12 +85,15 @@ def fly(port: int, hz: int) -> None:
         while True:
             for lap_s, message in laps:
                 due = began + lap * LAP_MS / 1000.0 + lap_s
-                while (left := due - time.monotonic()) > 0:
-                    ready, _, _ = select.select([link, sys.stdin], [], [], left)
+                while True:
+                    left = due - time.monotonic()
+                    ready, _, _ = select.select([link, sys.stdin], [], [], max(0.0, left))
                     if sys.stdin in ready and not sys.stdin.read(1):
                         return
                     if link in ready:
                         answer(link, parser, writer, to)
+                    elif left <= 0.0:
+                        break
                 link.sendto(moved(message, lap, lap_s).pack(writer), to)
             lap += 1
 
@@ -109,7 +112,9 @@ def main() -> None:
     """Run it from the command line."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("port", type=int)
-    options.add_argument("--hz", type=int, default=RECORDED_HZ, help="messages of each stream a second, 1 to 50")
+    options.add_argument(
+        "--hz", type=int, default=RECORDED_HZ, help="messages of each stream a second; 50 are 1,000 of all"
+    )
     chosen = options.parse_args()
     fly(chosen.port, chosen.hz)
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import bz2
 import contextlib
 import os
 import re
+import resource
 import socket
 import struct
 import subprocess
@@ -192,6 +194,40 @@ def message(
     """A message of Ice's protocol; 0 is a request."""
     size = 14 + len(body) if size is None else size
     return magic + bytes([1, 0, 1, 0, kind, 2 if compressed else 0]) + struct.pack("<I", size) + body
+
+
+@contextlib.contextmanager
+def many_files(count: int) -> Iterator[None]:
+    """Let this process open so many files for the length of a block."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if soft < count:
+        assert hard == resource.RLIM_INFINITY or hard >= count, "this machine allows too few open files for the test"
+        resource.setrlimit(resource.RLIMIT_NOFILE, (count, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+REQUEST = struct.pack("<I", 1) + b"\x0eardrone_pose3d\x00" + b"\x00" + b"\x0dgetPose3DData" + b"\x02" + b"\x00"
+"""Request 1: identity, no facet, operation, idempotent, no context; the encapsulation follows."""
+EMPTY = struct.pack("<I", 6) + b"\x01\x01"
+MALFORMED = {
+    "http": b"GET / HTTP/1.1\r\nHost: x\r\n\r\n",
+    "magic": message(0, REQUEST + EMPTY, magic=b"IceQ"),
+    "small": message(0, b"", size=3),
+    "huge": message(0, REQUEST + EMPTY, size=0x7FFFFFFF),
+    "oversize": message(0, REQUEST + EMPTY, size=2 * 1024 * 1024),
+    "type": message(99, b"?" * 32),
+    "string": message(0, struct.pack("<I", 1) + b"\xff" + struct.pack("<I", 0x7FFFFFFF) + b"a" * 64),
+    "batch": message(1, struct.pack("<i", -5) + b"x" * 64),
+    "encapsulation": message(0, REQUEST + struct.pack("<I", 0x0FFFFFFF) + b"\x01\x01"),
+    # Eight megabytes in a few bytes, under their own size and under that of a small message.
+    "bomb": message(0, struct.pack("<I", 8 * 2**20) + bz2.compress(bytes(8 * 2**20)), compressed=True),
+    "disguised bomb": message(0, struct.pack("<I", 64 * 1024) + bz2.compress(bytes(8 * 2**20)), compressed=True),
+    "no bzip2": message(0, struct.pack("<I", 2**31 - 1) + b"BZh9" + bytes(64), compressed=True),
+}
+"""Messages that no client sends, by what is wrong with them."""
 
 
 class Relay:

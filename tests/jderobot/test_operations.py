@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import bz2
 import contextlib
 import json
 import math
 import queue
-import resource
 import socket
-import struct
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests.jderobot.support import (
+    EMPTY,
     INTERFACES,
+    MALFORMED,
     NODE,
     SLICE,
     Client,
@@ -28,7 +27,7 @@ from tests.jderobot.support import (
     driver,
     example,
     javascript,
-    message,
+    many_files,
     operations,
     raw,
 )
@@ -312,11 +311,6 @@ def test_the_examples(client: Client, language: str, tmp_path: Path) -> None:
 # Faults ------------------------------------------------------------------------------------------------------------
 
 
-REQUEST = struct.pack("<I", 1) + b"\x0eardrone_pose3d\x00" + b"\x00" + b"\x0dgetPose3DData" + b"\x02" + b"\x00"
-"""Request 1: identity, no facet, operation, idempotent, no context; the encapsulation follows."""
-EMPTY = struct.pack("<I", 6) + b"\x01\x01"
-
-
 def hangs_up(connection: socket.socket) -> bool:
     """Whether the server ends the connection, with or without a message first."""
     with contextlib.suppress(ConnectionError):
@@ -326,38 +320,7 @@ def hangs_up(connection: socket.socket) -> bool:
 
 
 @pytest.mark.fault(52, figure="bad magic and too large: that connection alone ends")
-@pytest.mark.parametrize(
-    "bytes_",
-    [
-        b"GET / HTTP/1.1\r\nHost: x\r\n\r\n",
-        message(0, REQUEST + EMPTY, magic=b"IceQ"),
-        message(0, b"", size=3),
-        message(0, REQUEST + EMPTY, size=0x7FFFFFFF),
-        message(0, REQUEST + EMPTY, size=2 * 1024 * 1024),
-        message(99, b"?" * 32),
-        message(0, struct.pack("<I", 1) + b"\xff" + struct.pack("<I", 0x7FFFFFFF) + b"a" * 64),
-        message(1, struct.pack("<i", -5) + b"x" * 64),
-        message(0, REQUEST + struct.pack("<I", 0x0FFFFFFF) + b"\x01\x01"),
-        # Eight megabytes in a few bytes, under their own size and under that of a small message.
-        message(0, struct.pack("<I", 8 * 2**20) + bz2.compress(bytes(8 * 2**20)), compressed=True),
-        message(0, struct.pack("<I", 64 * 1024) + bz2.compress(bytes(8 * 2**20)), compressed=True),
-        message(0, struct.pack("<I", 2**31 - 1) + b"BZh9" + bytes(64), compressed=True),
-    ],
-    ids=[
-        "http",
-        "magic",
-        "small",
-        "huge",
-        "oversize",
-        "type",
-        "string",
-        "batch",
-        "encapsulation",
-        "bomb",
-        "disguised bomb",
-        "no bzip2",
-    ],
-)
+@pytest.mark.parametrize("bytes_", MALFORMED.values(), ids=MALFORMED)
 def test_malformed_and_oversize_requests_end_their_connection_alone(client: Client, bytes_: bytes) -> None:
     pose = client.pose
     address = address_of(client.proxies["Pose3D"])
@@ -380,18 +343,6 @@ def test_objects_that_cannot_be_read_are_refused(client: Client) -> None:
     with pytest.raises(client.ice.OperationNotExistException):
         mission.ice_invoke("fly", client.ice.OperationMode.Normal, EMPTY)
     assert mission.getMissionData() is not None
-
-
-@contextlib.contextmanager
-def many_files(count: int) -> Iterator[None]:
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    if soft < count:
-        assert hard == resource.RLIM_INFINITY or hard >= count, "this machine allows too few open files for the test"
-        resource.setrlimit(resource.RLIMIT_NOFILE, (count, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
 @pytest.mark.fault(52, figure="1,000 connections: others and newcomers are served")

@@ -90,6 +90,20 @@ class Client:
         return operation.get("result")
 
 
+def frame(opcode: int, payload: bytes) -> bytes:
+    """A client's frame, which is masked."""
+    size = len(payload)
+    if size < 126:
+        head = bytes([0x80 | opcode, 0x80 | size])
+    elif size < 1 << 16:
+        head = bytes([0x80 | opcode, 0x80 | 126]) + struct.pack(">H", size)
+    else:
+        head = bytes([0x80 | opcode, 0x80 | 127]) + struct.pack(">Q", size)
+    mask = os.urandom(4)
+    masked = bytes(byte ^ mask[index % 4] for index, byte in enumerate(payload))
+    return head + mask + masked
+
+
 class WebSocket:
     """A WebSocket as RFC 6455 has it: texts out, texts in, pings answered."""
 
@@ -137,12 +151,12 @@ class WebSocket:
         while True:
             try:
                 opcode, payload = self._frame()
+                if opcode == 0x9:
+                    self._send(0xA, payload)
             except (ConnectionError, EOFError):
                 return None
             if opcode == 0x1:
                 return json.loads(payload)
-            if opcode == 0x9:
-                self._send(0xA, payload)
             if opcode == 0x8:
                 self.closed = (struct.unpack(">H", payload[:2])[0], payload[2:].decode())
                 return None
@@ -167,11 +181,25 @@ class WebSocket:
     def __exit__(self, *error: object) -> None:
         self.close()
 
+    def put(self, data: bytes) -> None:
+        """Send bytes as they are."""
+        self._socket.sendall(data)
+
+    def skim(self, most: int) -> int:
+        """Forget what has come, so many bytes at most; how many it were. OSError or EOFError when the connection is over."""
+        self._socket.setblocking(False)
+        try:
+            forgotten = len(self._socket.recv(most))
+        except BlockingIOError:
+            return 0
+        finally:
+            self._socket.settimeout(PATIENCE_S)
+        if not forgotten:
+            raise EOFError
+        return forgotten
+
     def _send(self, opcode: int, payload: bytes) -> None:
-        assert len(payload) < 126
-        mask = os.urandom(4)
-        masked = bytes(byte ^ mask[index % 4] for index, byte in enumerate(payload))
-        self._socket.sendall(bytes([0x80 | opcode, 0x80 | len(payload)]) + mask + masked)
+        self.put(frame(opcode, payload))
 
     def _frame(self) -> tuple[int, bytes]:
         first, length = self._exactly(2)

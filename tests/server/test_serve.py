@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gzip
 import http.client
 import json
@@ -20,9 +21,12 @@ from pathlib import Path
 import pytest
 from vencejo.serve import has_app
 
-from tests.server.client import Client, Served, WebSocket, serving
+from tests.faults.test_links import resident_bytes
+from tests.server.client import Client, Served, WebSocket, frame, serving
 from tests.support import ROOT, simulated_plane, wait_for
 
+MOST_OF_A_CLIENT = 4 << 20
+"""Bytes of our memory."""
 DEMO = ROOT / "python" / "vencejo" / "data" / "demo.waypoints"
 
 pytestmark = pytest.mark.e2e
@@ -127,10 +131,12 @@ def test_parameters_are_read_and_written(pilot: Client) -> None:
     assert pilot.ask("GET", "vehicles/1/params/NO_SUCH").status == 404
 
 
+@pytest.mark.fault(47, figure="20 browsers and one that does not read cost ≤ 4 MiB each")
 @pytest.mark.fault(63, figure="20 browsers and one that does not read: all are served, a command goes through")
 def test_twenty_browsers_and_one_that_does_not_read(served: Served, pilot: Client) -> None:
     counts = [0] * 20
     stop = threading.Event()
+    before = resident_bytes(served.process.pid)
 
     def follow(place: int) -> None:
         with WebSocket(served.client(name=f"browser {place}")) as socket:
@@ -149,15 +155,34 @@ def test_twenty_browsers_and_one_that_does_not_read(served: Served, pilot: Clien
     try:
         wait_for(lambda: min(counts) >= 20, "telemetry for everybody")
         began = time.monotonic()
-        pilot.done("POST", "vehicles/1/mission/current", {"item": 2})
+        pilot.done("POST", "vehicles/1/mode", {"mode": "RTL"})
         assert time.monotonic() - began < 10.0, "a command waits for nobody's browser"
         seen = min(counts)
         wait_for(lambda: min(counts) >= seen + 10, "telemetry after the command")
+        assert resident_bytes(served.process.pid) - before <= (len(counts) + 1) * MOST_OF_A_CLIENT
     finally:
         stop.set()
         for thread in threads:
             thread.join(30)
         idle.close()
+
+
+@pytest.mark.fault(47, figure="10 messages of 1 MiB: their connections end, ≤ 4 MiB each")
+def test_messages_of_a_megabyte_end_their_connection(served: Served, pilot: Client) -> None:
+    before = resident_bytes(served.process.pid)
+    message = frame(0x1, bytes(1 << 20))
+    with WebSocket(pilot) as reading, contextlib.ExitStack() as stack:
+        reading.until("hello")
+        rude = [stack.enter_context(WebSocket(pilot)) for _ in range(10)]
+        for each in rude:
+            with contextlib.suppress(OSError):  # it may have hung up before all was said
+                each.put(message)
+        for each in rude:
+            while each.take() is not None:
+                pass
+        reading.say(type="subscribe", vehicle=1, rate_hz=50)
+        reading.until("telemetry")
+    assert resident_bytes(served.process.pid) - before <= len(rude) * MOST_OF_A_CLIENT
 
 
 @pytest.mark.fault(42, figure="another Host 403")
