@@ -123,7 +123,8 @@ export const serverEn = {
   'problem.bad-item': 'Item {seq} ({command}) cannot be sent: {field} is {value}.',
   'problem.bad-plan': 'This is not a plan that a vehicle takes.',
   'problem.bad-file': 'This file cannot be read as a plan.',
-  'problem.bad-file.remedy': 'Files of QGroundControl (.plan) and Mission Planner (.waypoints) can be read.',
+  'problem.bad-file.remedy':
+    'Files of QGroundControl (.plan, .mission), Mission Planner and MAVProxy (.waypoints, .fen, .ral) can be read.',
   'problem.no-maps': 'This server has no maps.',
   'problem.no-source': 'There is no map source “{source}” (any more).',
   'problem.no-tile': 'There is no map here.',

@@ -126,7 +126,8 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.bad-item': 'El punto {seq} ({command}) no se puede enviar: {field} es {value}.',
   'problem.bad-plan': 'Esto no es un plan que admita un vehículo.',
   'problem.bad-file': 'Este fichero no se puede leer como plan.',
-  'problem.bad-file.remedy': 'Se leen ficheros de QGroundControl (.plan) y de Mission Planner (.waypoints).',
+  'problem.bad-file.remedy':
+    'Se leen ficheros de QGroundControl (.plan, .mission), de Mission Planner y de MAVProxy (.waypoints, .fen, .ral).',
   'problem.no-maps': 'Este servidor no tiene mapas.',
   'problem.no-source': 'No hay (o ya no hay) ninguna fuente de mapas «{source}».',
   'problem.no-tile': 'Aquí no hay mapa.',
