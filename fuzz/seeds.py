@@ -64,6 +64,22 @@ def main() -> None:
         "one.waypoints",
         b"QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t40.3\t-3.7\t600\t1\n1\t0\t3\t16\t0\t0\t0\t0\t40.4\t-3.7\t100\t1\n",
     )
+    put(
+        "plan_files",
+        "fence.waypoints",
+        b"QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t40\t-3\t600\t1\n"
+        + b"".join(b"%d\t0\t3\t5001\t3\t0\t0\t0\t40.%d\t-3.%d\t0\t1\n" % (i, i, i * i) for i in (1, 2, 3)),
+    )
+    put("plan_files", "rally.waypoints", b"QGC WPL 110\n0\t0\t3\t5100\t0\t0\t0\t0\t40.3\t-3.7\t100\t0\n")
+    put("plan_files", "fence.fen", b"#saved\n40.05 -3.05\n40 -3\n40.1 -3\n40.1 -3.1\n40 -3\n")
+    put("plan_files", "rally.ral", b"RALLY\t40.2\t-3.2\t60\t40\t0\t4\n")
+    put(
+        "plan_files",
+        "one.mission",
+        b'{"MAV_AUTOPILOT":3,"complexItems":[],"version":"1.0","items":[{"autoContinue":true,"command":177,"coordinate":[0,0,0],'
+        b'"frame":2,"id":1,"param1":1,"param2":2,"param3":0,"param4":0,"type":"missionItem"}],'
+        b'"plannedHomePosition":{"coordinate":[40,-3,600]}}',
+    )
     put("websocket", "subscribe", b'{"type":"subscribe","vehicle":1,"rate_hz":10}')
     put("bodies", "goto", b'{"lat_deg":40.3,"lon_deg":-3.7,"alt_m":100,"alt_frame":"home"}')
     put("bodies", "plan", b'{"items":[{"command":16,"frame":3,"params":[0,0,0,0,40.0,-3.0,100]}],"home":null}')

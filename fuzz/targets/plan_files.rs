@@ -12,8 +12,10 @@ fuzz_target!(|data: &[u8]| {
         let again = read_plan_json(text.as_bytes()).expect("what was written is read");
         assert_eq!(again.plan.mission.items.len(), file.plan.mission.items.len());
     }
-    if let Ok(mission) = read_waypoints(data) {
-        let again = read_waypoints(write_waypoints(&mission).as_bytes()).expect("what was written is read");
-        assert_eq!(again.items.len(), mission.items.len());
+    if let Ok(plan) = read_waypoints(data) {
+        let text = write_waypoints(&plan).expect("a file holds one list");
+        let again = read_waypoints(text.as_bytes()).expect("what was written is read");
+        assert_eq!(again.mission.items.len(), plan.mission.items.len());
+        assert_eq!((again.fence.zones.len(), again.rally.points.len()), (plan.fence.zones.len(), plan.rally.points.len()));
     }
 });

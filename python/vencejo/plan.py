@@ -424,6 +424,9 @@ class Plan:
     def load(cls, path: str | os.PathLike[str]) -> Plan:
         """Read a ``.waypoints`` (QGC WPL 110) or ``.plan`` (QGroundControl) file, told apart by content.
 
+        Older kinds are read too: QGroundControl's ``.mission``, and fences and rally points as lines of
+        points (``.fen``, ``.ral``). Surveys and corridors become the items that the file has for them.
+
         Raises
         ------
         FileFormatError
@@ -443,7 +446,7 @@ class Plan:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a ``.waypoints`` or ``.plan`` file; the name's ending says which.
 
-        A ``.waypoints`` file holds the mission alone.
+        A ``.waypoints`` file holds the mission alone; of a plan without one its fence, else its rally points.
 
         Raises
         ------

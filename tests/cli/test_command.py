@@ -115,7 +115,7 @@ def test_version() -> None:
         ("telemetry", "--groups", "attitude,nonsense"),
         ("telemetry", "--groups", ","),
         ("mission", "download", "mission.txtx"),
-        ("mission", "download", "fence.waypoints", "--kind", "fence"),
+        ("mission", "download", "plan.waypoints", "--kind", "all"),
         ("fly", str(demo_mission())),
     ],
     ids=" ".join,

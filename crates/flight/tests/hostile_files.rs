@@ -135,7 +135,7 @@ fn hostile_files_cost_little_and_the_largest_plan_fits() {
     let json = write_plan_json(&plan, &PlanSettings::default()).expect("written").into_bytes();
     let read = within("the largest plan", json.len(), || read_plan(&json, None).expect("read").plan);
     assert_eq!(read.mission.items.len(), MAX_ITEMS);
-    let text = write_waypoints(&plan.mission).into_bytes();
+    let text = write_waypoints(&plan).expect("written").into_bytes();
     let read = within("the largest mission", text.len(), || read_plan(&text, None).expect("read").plan);
     assert_eq!(read.mission.items.len(), MAX_ITEMS);
 }

@@ -150,10 +150,10 @@ fn format_plan_json(plan: PlanTuple, settings: SettingsTuple) -> PyResult<String
     write_plan_json(&plan_from_tuple(plan)?, &settings).map_err(|error| errors::raise("FileFormatError", error))
 }
 
-/// Writes a mission as `QGC WPL 110`.
+/// Writes a mission, else a fence, else rally points as `QGC WPL 110`.
 #[pyfunction]
 fn format_waypoints(plan: PlanTuple) -> PyResult<String> {
-    Ok(write_waypoints(&plan_from_tuple(plan)?.mission))
+    write_waypoints(&plan_from_tuple(plan)?).map_err(|error| errors::raise("FileFormatError", error))
 }
 
 /// What a check found: is it an error, code, figures by name, item from 1, message, remedy.

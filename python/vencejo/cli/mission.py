@@ -109,7 +109,7 @@ def download(
     system: SystemOption = None,
     timeout: TimeoutOption = 30.0,
 ) -> None:
-    """Read the mission from the vehicle into a file. A fence and rally points need a .plan file.
+    """Read the mission from the vehicle into a file. A .waypoints file holds one kind, a .plan file all.
 
     Example: vencejo mission download on-board.waypoints
 
@@ -117,8 +117,8 @@ def download(
     """
     if file.suffix.lower() not in (".plan", ".waypoints", ".txt"):
         raise Failed(f"{file}: a plan is saved as .plan or .waypoints; name the file so", Exit.USAGE)
-    if kind is not Kind.mission and file.suffix.lower() != ".plan":
-        raise Failed(f"{file}: a .waypoints file holds the mission alone; name it .plan", Exit.USAGE)
+    if kind is Kind.all and file.suffix.lower() != ".plan":
+        raise Failed(f"{file}: a .waypoints file holds a mission, a fence or rally points; name it .plan", Exit.USAGE)
     if file.exists() and not force:
         raise Failed(f"{file} exists; add --force to overwrite it")
     if not file.resolve().parent.is_dir():

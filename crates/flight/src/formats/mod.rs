@@ -5,6 +5,7 @@
 
 mod param_file;
 mod plan_json;
+mod point_lists;
 mod waypoints;
 
 pub use param_file::{ParamDialect, ParamEntry, read_params, write_params};
@@ -13,6 +14,7 @@ pub use waypoints::{read_waypoints, write_waypoints};
 
 use crate::error::{FlightError, Result};
 use crate::plan::{MAX_ITEMS, Plan};
+use point_lists::{PointList, point_list_of, read_fence_points, read_rally_points};
 
 /// Largest file that is read, bytes.
 pub const MAX_FILE_BYTES: usize = 16 * 1024 * 1024;
@@ -20,10 +22,12 @@ pub const MAX_FILE_BYTES: usize = 16 * 1024 * 1024;
 /// How a plan is written to a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PlanFormat {
-    /// `.plan`: JSON of QGroundControl, version 1. Mission, fence and rally.
+    /// `.plan`: JSON of QGroundControl, version 1. Mission, fence and rally. `.mission`, its ancestor, is read.
     QgcPlan,
-    /// `.waypoints`, `.txt`: "QGC WPL 110", tab-separated. Mission alone.
+    /// `.waypoints`, `.txt`: "QGC WPL 110", tab-separated. Mission, fence or rally.
     Waypoints,
+    /// `.fen`, `.ral`, `.txt`: a line for each point. Fence or rally of older programs; read, never written.
+    Points,
 }
 
 /// What a plan file says beside the plan. QGroundControl plans for these; no vehicle is told.
@@ -56,7 +60,7 @@ pub struct PlanFile {
 ///
 /// # Errors
 /// [`FlightError::BadFile`] when the file is too large, empty, not UTF-8 or of no known format, else as
-/// [`read_plan_json`] and [`read_waypoints`].
+/// [`read_plan_json`] and [`read_waypoints`], whose faults name the place.
 pub fn read_plan(bytes: &[u8], file_name: Option<&str>) -> Result<PlanFile> {
     let text = text_of(bytes)?;
     let start = text.trim_start();
@@ -65,10 +69,18 @@ pub fn read_plan(bytes: &[u8], file_name: Option<&str>) -> Result<PlanFile> {
     }
     if start.get(..7).is_some_and(|word| word.eq_ignore_ascii_case("QGC WPL")) {
         return Ok(PlanFile {
-            plan: Plan::from_mission(read_waypoints(bytes)?),
+            plan: read_waypoints(bytes)?,
             settings: PlanSettings::default(),
             format: PlanFormat::Waypoints,
         });
+    }
+    if let Some(list) = point_list_of(text) {
+        let mut plan = Plan::default();
+        match list {
+            PointList::Fence => plan.fence = read_fence_points(text)?,
+            PointList::Rally => plan.rally = read_rally_points(text)?,
+        }
+        return Ok(PlanFile { plan, settings: PlanSettings::default(), format: PlanFormat::Points });
     }
     let name = file_name.unwrap_or("the file");
     let found = match start.chars().next() {
@@ -115,6 +127,17 @@ fn shown(text: &str) -> String {
         short.push('…');
     }
     short
+}
+
+/// A number of a text file, or what is wrong with it.
+fn number(text: &str, column: &str) -> std::result::Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ if text.contains(',') => {
+            Err(format!("has \"{}\" as its {column}; write decimals with a point, not a comma", shown(text)))
+        }
+        _ => Err(format!("has \"{}\" as its {column}; a finite number belongs there", shown(text))),
+    }
 }
 
 /// Why a list of items is too long, if it is.

@@ -1,7 +1,9 @@
-//! `.plan`: the JSON of QGroundControl, plan version 1 (mission 2, geofence 2, rally points 2).
+//! `.plan`: the JSON of QGroundControl, plan version 1 (mission 2, geofence and rally points 1 and 2), and its `.mission` of 2016,
+//! which is a mission alone.
 //!
 //! Simple items are kept as they are. Complex items become the simple items that QGroundControl itself
 //! would upload: surveys and corridors carry them in the file, landing patterns are expanded here.
+//! Until 2017 an item had its place in a member of its own, until 2016 its parameters too; its own ids were called `id`.
 //! Format: <https://docs.qgroundcontrol.com/master/en/qgc-dev-guide/file_formats/plan.html>.
 
 use std::collections::HashMap;
@@ -29,7 +31,14 @@ const DEFAULT_VEHICLE: u8 = 1;
 const DEFAULT_CRUISE_M_S: f64 = 15.0;
 const DEFAULT_HOVER_M_S: f64 = 5.0;
 
+/// Version of the mission files of 2016.
+const MISSION_OF_2016: &str = "1.0";
+
+/// What to do about items that only QGroundControl can work out.
+const ITEMS_ELSEWHERE: &str = "its items are not in the file; send the plan from QGroundControl to a vehicle or a simulator, read it back there and save that";
+
 /// A value and where it stands in the file.
+#[derive(Clone)]
 struct Node<'a> {
     value: &'a Value,
     path: String,
@@ -98,6 +107,17 @@ impl<'a> Node<'a> {
 
     fn text(&self) -> Result<&'a str> {
         self.value.as_str().ok_or_else(|| self.wrong_kind("a text"))
+    }
+
+    /// A part that is only there to be empty need not say its version.
+    fn expect_version_if_any(&self, oldest: u32, newest: u32) -> Result<()> {
+        let Some(version) = self.member("version")? else { return Ok(()) };
+        match version.whole(u32::MAX)? {
+            found if (oldest..=newest).contains(&found) => Ok(()),
+            found => Err(version.bad(format!(
+                "is {found}; versions {oldest} and {newest} are read, so save the plan again with a current QGroundControl"
+            ))),
+        }
     }
 
     fn expect_version(&self, wanted: u32) -> Result<()> {
@@ -197,16 +217,25 @@ pub fn read_plan_json(bytes: &[u8]) -> Result<PlanFile> {
         problem: format!("is not JSON ({error}); the file is damaged or cut short, save the plan again"),
     })?;
     let root = Node { value: &value, path: ROOT.into() };
-    let file_type = root.required("fileType")?;
-    if file_type.text()? != "Plan" {
-        return Err(file_type.bad(format!(
-            "is \"{}\"; only files of type \"Plan\" hold a plan, choose another",
-            shown(file_type.text()?)
-        )));
+    let mission_node = match root.member("fileType")? {
+        // before plans there were missions
+        None if root.member("items")?.is_some() => root.clone(),
+        _ => {
+            let file_type = root.required("fileType")?;
+            if file_type.text()? != "Plan" {
+                return Err(file_type.bad(format!(
+                    "is \"{}\"; only files of type \"Plan\" hold a plan, choose another",
+                    shown(file_type.text()?)
+                )));
+            }
+            root.expect_version(1)?;
+            root.required("mission")?
+        }
+    };
+    let version = mission_node.required("version")?;
+    if version.value.as_str() != Some(MISSION_OF_2016) {
+        mission_node.expect_version(2)?;
     }
-    root.expect_version(1)?;
-    let mission_node = root.required("mission")?;
-    mission_node.expect_version(2)?;
     let small = |key: &str| -> Result<Option<u8>> {
         mission_node.member(key)?.map(|node| node.whole(255).map(|value| value as u8)).transpose()
     };
@@ -221,7 +250,7 @@ pub fn read_plan_json(bytes: &[u8]) -> Result<PlanFile> {
         cruise_speed_m_s: speed("cruiseSpeed")?,
         hover_speed_m_s: speed("hoverSpeed")?,
         vehicle_type: small("vehicleType")?,
-        firmware_type: small("firmwareType")?,
+        firmware_type: small("firmwareType")?.or(small("MAV_AUTOPILOT")?),
     };
     let plan = Plan {
         mission: read_mission(&mission_node)?,
@@ -242,8 +271,20 @@ struct Items {
 }
 
 fn read_mission(node: &Node<'_>) -> Result<Mission> {
+    if let Some(complex) = node.member("complexItems")?
+        && complex.list()?.len() > 0
+    {
+        return Err(complex.bad(format!("holds surveys; {ITEMS_ELSEWHERE}")));
+    }
     let home = match node.member("plannedHomePosition")? {
+        // an item with its coordinate, in 2016
+        Some(home) if home.value.is_object() => Some(home.required("coordinate")?),
+        home => home,
+    };
+    let home = match home {
         None => None,
+        // QGroundControl did not know where it was
+        Some(home) if home.list()?.any(|part| part.value.is_null()) => None,
         Some(home) => match home.coordinate()? {
             (point, Some(alt_amsl_m)) if (point.lat_deg(), point.lon_deg()) != (0.0, 0.0) => {
                 Some(Home { lat_deg: point.lat_deg(), lon_deg: point.lon_deg(), alt_amsl_m })
@@ -284,7 +325,7 @@ fn read_items(list: &Node<'_>, found: &mut Items) -> Result<()> {
     for node in list.list()? {
         let kind = node.required("type")?;
         match kind.text()? {
-            "SimpleItem" => read_simple(&node, found)?,
+            "SimpleItem" | "missionItem" => read_simple(&node, found)?,
             "ComplexItem" => read_complex(&node, found)?,
             other => {
                 return Err(
@@ -302,11 +343,7 @@ fn read_items(list: &Node<'_>, found: &mut Items) -> Result<()> {
 fn read_simple(node: &Node<'_>, found: &mut Items) -> Result<()> {
     let command = Command(node.required("command")?.whole(u32::from(u16::MAX))? as u16);
     let frame = MavFrame::from(node.required("frame")?.whole(255)? as u8);
-    let list = node.required("params")?;
-    let values = list.list()?;
-    if values.len() != 7 {
-        return Err(list.bad(format!("has {} values; an item has 7 parameters, null where unset", values.len())));
-    }
+    let (list, values) = seven_params(node)?;
     let mut params = [None; 7];
     for (param, value) in params.iter_mut().zip(values) {
         *param = if value.value.is_null() { None } else { Some(value.number()?) };
@@ -323,15 +360,40 @@ fn read_simple(node: &Node<'_>, found: &mut Items) -> Result<()> {
     }
     // item 0 on the wire is home
     let seq = found.items.len() + 1;
-    if let Some(id) = node.member("doJumpId")? {
+    if let Some(id) = node.member("doJumpId")?.map_or_else(|| node.member("id"), |id| Ok(Some(id)))? {
         let id = id.whole(u32::MAX)?;
         found.seq_of_id.entry(id).and_modify(|seq| *seq = None).or_insert(Some(seq));
     }
     if command == Command::DO_JUMP {
-        found.jumps.push((found.items.len(), list.path));
+        found.jumps.push((found.items.len(), list));
     }
     found.items.push(item);
     Ok(())
+}
+
+/// The parameters of an item and where they stand: a list of 7, or 4 with the place apart, each on its own in 2016.
+fn seven_params<'a>(node: &Node<'a>) -> Result<(String, Vec<Node<'a>>)> {
+    let (path, mut values) = match node.member("params")? {
+        None if node.member("param1")?.is_some() => {
+            let values = ["param1", "param2", "param3", "param4"].map(|key| node.required(key));
+            (join(&node.path, "param1"), values.into_iter().collect::<Result<Vec<_>>>()?)
+        }
+        _ => {
+            let list = node.required("params")?;
+            let values = list.list()?.collect();
+            (list.path, values)
+        }
+    };
+    if values.len() == 4
+        && let Some(coordinate) = node.member("coordinate")?
+    {
+        values.extend(coordinate.list()?);
+    }
+    if values.len() == 7 {
+        return Ok((path, values));
+    }
+    let problem = format!("has {} values; an item has 7 parameters, null where unset", values.len());
+    Err(FlightError::BadJson { path, problem })
 }
 
 fn read_complex(node: &Node<'_>, found: &mut Items) -> Result<()> {
@@ -345,10 +407,7 @@ fn read_complex(node: &Node<'_>, found: &mut Items) -> Result<()> {
             let items = transects.map_or(Ok(None), |transects| transects.member("Items"))?;
             match items {
                 Some(items) => read_items(&items, found),
-                None => Err(kind.bad(format!(
-                    "is \"{}\", whose items are not in the file; convert it to single waypoints in QGroundControl and save again",
-                    shown(name)
-                ))),
+                None => Err(kind.bad(format!("is \"{}\"; {ITEMS_ELSEWHERE}", shown(name)))),
             }
         }
     }
@@ -357,8 +416,10 @@ fn read_complex(node: &Node<'_>, found: &mut Items) -> Result<()> {
 /// A landing pattern as QGroundControl expands it: start of landing, speed, camera off, approach, landing.
 fn read_landing(node: &Node<'_>, land: Command, found: &mut Items) -> Result<()> {
     let version = node.required("version")?;
-    let relative = match version.whole(u32::MAX)? {
-        1 => {
+    let relative = match (version.whole(u32::MAX)?, node.member("altitudesAreRelative")?) {
+        // landing patterns of VTOLs are of version 1 and say it as those of version 2 do
+        (1 | 2, Some(relative)) => relative.flag()?,
+        (1, None) => {
             let loiter = node.required("loiterAltitudeRelative")?.flag()?;
             let landing = node.required("landAltitudeRelative")?.flag()?;
             if loiter != landing {
@@ -368,8 +429,8 @@ fn read_landing(node: &Node<'_>, land: Command, found: &mut Items) -> Result<()>
             }
             loiter
         }
-        2 => node.required("altitudesAreRelative")?.flag()?,
-        other => {
+        (2, None) => node.required("altitudesAreRelative")?.flag()?,
+        (other, _) => {
             return Err(version.bad(format!("is {other}; landing patterns of version 1 and 2 are read")));
         }
     };
@@ -409,6 +470,9 @@ fn read_landing(node: &Node<'_>, land: Command, found: &mut Items) -> Result<()>
     item.frame = frame;
     let mut landing = MissionItem::at(land, [0.0; 4], land_point.lat_deg(), land_point.lon_deg(), land_alt_m);
     landing.frame = frame;
+    if land == Command::NAV_VTOL_LAND {
+        landing.params[3] = None;
+    }
     for item in [&item, &landing] {
         item.check_sendable(MissionSeq(0)).map_err(|error| node.bad(error.to_string()))?;
     }
@@ -420,10 +484,11 @@ fn read_fence(node: &Node<'_>) -> Result<Fence> {
     let mut fence = Fence::default();
     let polygons = node.member("polygons")?;
     let circles = node.member("circles")?;
-    node.expect_version(2)?;
-    let mut vertices_left = crate::plan::MAX_ITEMS;
-    let mut add = |node: &Node<'_>, shape: FenceShape, items: usize| {
-        let zone = FenceZone { inclusion: node.required("inclusion")?.flag()?, shape };
+    node.expect_version_if_any(1, 2)?;
+    // one item is left for the return point
+    let mut vertices_left = crate::plan::MAX_ITEMS - 1;
+    let mut add = |node: &Node<'_>, inclusion: bool, shape: FenceShape, items: usize| {
+        let zone = FenceZone { inclusion, shape };
         vertices_left = vertices_left
             .checked_sub(items)
             .ok_or_else(|| node.bad("makes the fence larger than can be read; simplify it"))?;
@@ -435,12 +500,22 @@ fn read_fence(node: &Node<'_>) -> Result<Fence> {
         fence.zones.extend(single.zones);
         Ok::<_, FlightError>(())
     };
+    let inclusion = |zone: &Node<'_>| zone.required("inclusion")?.flag();
+    let corners =
+        |list: &Node<'_>| list.list()?.map(|corner| Ok(corner.coordinate()?.0)).collect::<Result<Vec<GeoPoint>>>();
+    // version 1 had one polygon, to stay inside
+    if let Some(polygon) = node.member("polygon")? {
+        let vertices = corners(&polygon)?;
+        let count = vertices.len();
+        if count > 0 {
+            add(&polygon, true, FenceShape::Polygon { vertices }, count)?;
+        }
+    }
     if let Some(polygons) = polygons {
         for polygon in polygons.list()? {
-            let corners = polygon.required("polygon")?;
-            let vertices = corners.list()?.map(|corner| Ok(corner.coordinate()?.0)).collect::<Result<Vec<_>>>()?;
+            let vertices = corners(&polygon.required("polygon")?)?;
             let count = vertices.len();
-            add(&polygon, FenceShape::Polygon { vertices }, count)?;
+            add(&polygon, inclusion(&polygon)?, FenceShape::Polygon { vertices }, count)?;
         }
     }
     if let Some(circles) = circles {
@@ -448,7 +523,7 @@ fn read_fence(node: &Node<'_>) -> Result<Fence> {
             let shape = circle.required("circle")?;
             let center = shape.required("center")?.coordinate()?.0;
             let radius_m = shape.required("radius")?.number()?;
-            add(&circle, FenceShape::Circle { center, radius_m }, 1)?;
+            add(&circle, inclusion(&circle)?, FenceShape::Circle { center, radius_m }, 1)?;
         }
     }
     fence.return_point = match node.member("breachReturn")? {
@@ -459,7 +534,7 @@ fn read_fence(node: &Node<'_>) -> Result<Fence> {
 }
 
 fn read_rally(node: &Node<'_>) -> Result<Rally> {
-    node.expect_version(2)?;
+    node.expect_version_if_any(1, 2)?;
     let Some(list) = node.member("points")? else { return Ok(Rally::default()) };
     let list_items = list.list()?;
     if let Some(problem) = too_many(list_items.len()) {

@@ -1,13 +1,18 @@
-//! "QGC WPL 110": a mission as lines of twelve columns, item 0 being home.
+//! "QGC WPL 110": a mission, a fence or rally points as lines of twelve columns, item 0 being home.
 //!
 //! Columns: index, current, frame, command, parameters 1 to 4, x (latitude), y (longitude), z (height),
 //! autocontinue (<https://mavlink.io/en/file_formats/#mission_plain_text_file>).
+//!
+//! What the page does not say and the programs that write it do: Mission Planner begins a fence or rally list with home too, at times
+//! twice, and home without a position has command 0; MAVProxy's fence and rally lists have no home, nor have missions that a companion
+//! wrote for PX4 (the first line is the take-off) or saved without item 0 (the first index is 1). Version 120, of old QGroundControl, never
+//! has home. All of them go by the order of the lines, not by the index.
 
 use std::fmt::Write as _;
 
 use crate::error::{FlightError, Result};
-use crate::formats::{shown, text_of, too_many};
-use crate::plan::{Command, Home, MavFrame, Mission, MissionItem};
+use crate::formats::{number, shown, text_of, too_many};
+use crate::plan::{Command, Fence, Home, MavFrame, Mission, MissionItem, Plan, PlanKind, Rally};
 
 const COLUMNS: [&str; 12] = [
     "index",
@@ -24,14 +29,23 @@ const COLUMNS: [&str; 12] = [
     "autocontinue",
 ];
 
-/// Reads a mission.
+/// A line that holds an item.
+struct Row {
+    line: usize,
+    index: usize,
+    item: MissionItem,
+}
+
+/// Reads a mission, a fence or rally points: what the commands are.
 ///
 /// Columns may be separated by tabs or spaces, lines end with LF or CRLF; empty lines and lines that begin
 /// with `#` are skipped. The altitude frame of each item is kept. "NaN" in parameters 1 to 4 means unset.
+/// The first line is home when its index is 0 and it is a waypoint; else there is none in the file. The order of the lines
+/// counts, their indices where a `DO_JUMP` means one.
 ///
 /// # Errors
 /// [`FlightError::BadLine`] with the line and what to do; [`FlightError::BadFile`] when it is no text file.
-pub fn read_waypoints(bytes: &[u8]) -> Result<Mission> {
+pub fn read_waypoints(bytes: &[u8]) -> Result<Plan> {
     let mut lines = text_of(bytes)?
         .lines()
         .enumerate()
@@ -42,13 +56,14 @@ pub fn read_waypoints(bytes: &[u8]) -> Result<Mission> {
         .next()
         .ok_or_else(|| FlightError::BadFile("the file holds nothing but comments; choose another".into()))?;
     let words: Vec<_> = header.split_whitespace().collect();
-    match words.as_slice() {
-        ["QGC", "WPL", "110"] => {}
+    let may_have_home = match words.as_slice() {
+        ["QGC", "WPL", "110"] => true,
+        ["QGC", "WPL", "120"] => false,
         ["QGC", "WPL", version] => {
             return Err(bad(
                 line,
                 format!(
-                    "is version {} of the format; only 110 is read, so save the mission again with a current ground station",
+                    "is version {} of the format; 110 and 120 are read, so save the mission again with a current ground station",
                     shown(version)
                 ),
             ));
@@ -56,37 +71,111 @@ pub fn read_waypoints(bytes: &[u8]) -> Result<Mission> {
         _ => {
             return Err(bad(line, format!("is \"{}\" where \"QGC WPL 110\" belongs", shown(header))));
         }
-    }
+    };
 
-    let mut mission = Mission::default();
-    for (row, (line, text)) in lines.enumerate() {
-        let item = read_row(text, row).map_err(|problem| bad(line, problem))?;
-        if row == 0 {
-            if item.command != Command::NAV_WAYPOINT {
-                return Err(bad(
-                    line,
-                    format!(
-                        "is {} where home belongs: the first line holds home as a waypoint (command 16); insert it",
-                        item.command
-                    ),
-                ));
-            }
-            mission.home = Home::from_item(&item);
-        } else {
-            mission.items.push(item);
+    let mut rows: Vec<Row> = Vec::new();
+    let mut home = None;
+    let mut is_home_in_file = false;
+    for (place, (line, text)) in lines.enumerate() {
+        let row = read_row(line, text, may_have_home && place == 0).map_err(|problem| bad(line, problem))?;
+        if may_have_home && place == 0 && row.index == 0 && row.item.command == Command::NAV_WAYPOINT {
+            home = Home::from_item(&row.item);
+            is_home_in_file = true;
+            continue;
         }
-        if let Some(problem) = too_many(mission.items.len()) {
+        rows.push(row);
+        if let Some(problem) = too_many(rows.len()) {
             return Err(bad(line, problem));
         }
     }
-    Ok(mission)
+    drop_second_home(&mut rows, home);
+    let kind = rows.first().map_or(PlanKind::Mission, |row| kind_of(row.item.command));
+    if let Some(row) = rows.iter().find(|row| kind_of(row.item.command) != kind) {
+        return Err(bad(
+            row.line,
+            format!(
+                "({}) belongs to the {} list, the lines before it to the {kind} list; a file holds one of them, so split it",
+                row.item.command,
+                kind_of(row.item.command),
+            ),
+        ));
+    }
+    let mut plan = Plan::from_mission(Mission { home, items: Vec::new() });
+    if kind == PlanKind::Mission {
+        follow_jumps(&mut rows, is_home_in_file)?;
+        plan.mission.items = rows.into_iter().map(|row| row.item).collect();
+        return Ok(plan);
+    }
+    let (numbers, items): (Vec<_>, Vec<_>) = rows.into_iter().map(|row| (row.line, row.item)).unzip();
+    let at_its_line = |error| match error {
+        FlightError::BadFence { index, problem } | FlightError::BadRally { index, problem } => {
+            bad(numbers.get(index).copied().unwrap_or_default(), problem)
+        }
+        other => other,
+    };
+    if kind == PlanKind::Fence {
+        plan.fence = Fence::from_items(&items).map_err(at_its_line)?;
+    } else {
+        plan.rally = Rally::from_items(&items).map_err(at_its_line)?;
+    }
+    Ok(plan)
+}
+
+/// The list to which a command belongs.
+fn kind_of(command: Command) -> PlanKind {
+    match command {
+        Command::NAV_FENCE_RETURN_POINT
+        | Command::NAV_FENCE_POLYGON_VERTEX_INCLUSION
+        | Command::NAV_FENCE_POLYGON_VERTEX_EXCLUSION
+        | Command::NAV_FENCE_CIRCLE_INCLUSION
+        | Command::NAV_FENCE_CIRCLE_EXCLUSION => PlanKind::Fence,
+        Command::NAV_RALLY_POINT => PlanKind::Rally,
+        _ => PlanKind::Mission,
+    }
+}
+
+/// Mission Planner writes home once more before a fence that it read together with home: that is no waypoint.
+fn drop_second_home(rows: &mut Vec<Row>, home: Option<Home>) {
+    const SAME_DEG: f64 = 1e-6;
+    let [first, second, ..] = rows.as_slice() else { return };
+    let is_home = first.item.command == Command::NAV_WAYPOINT
+        && home.is_some_and(|home| {
+            let near = |value: Option<f64>, deg: f64| value.is_some_and(|value| (value - deg).abs() < SAME_DEG);
+            near(first.item.lat_deg(), home.lat_deg) && near(first.item.lon_deg(), home.lon_deg)
+        });
+    if is_home && kind_of(second.item.command) != PlanKind::Mission {
+        rows.remove(0);
+    }
+}
+
+/// Jumps go to the index of a line; in a mission they go to a seq, which is 1 for the first item.
+///
+/// Lines whose index is not their place are read as they stand, as everybody does, unless a jump makes it matter which of the two is meant.
+fn follow_jumps(rows: &mut [Row], is_home_in_file: bool) -> Result<()> {
+    let Some(first) = rows.first().map(|row| row.index) else { return Ok(()) };
+    let expected = if is_home_in_file { 1 } else { first.min(1) };
+    let misnumbered = rows.iter().enumerate().find(|(place, row)| row.index != expected + place);
+    let misnumbered = misnumbered.map(|(place, row)| (row.line, row.index, expected + place));
+    for row in rows.iter_mut().filter(|row| row.item.command == Command::DO_JUMP) {
+        let Some(target) = row.item.params[0].as_mut() else { continue };
+        if let Some((line, index, expected)) = misnumbered {
+            return Err(bad(
+                row.line,
+                format!(
+                    "(DO_JUMP) jumps to {target}, but which item is that? Line {line} has index {index} where {expected} belongs; number the lines without gaps"
+                ),
+            ));
+        }
+        *target += (1 - expected) as f64;
+    }
+    Ok(())
 }
 
 fn bad(line: usize, problem: String) -> FlightError {
     FlightError::BadLine { line, problem }
 }
 
-fn read_row(text: &str, expected: usize) -> std::result::Result<MissionItem, String> {
+fn read_row(line: usize, text: &str, may_be_home: bool) -> std::result::Result<Row, String> {
     let columns: Vec<&str> = text.split_whitespace().take(COLUMNS.len() + 1).collect();
     if columns.len() != COLUMNS.len() {
         if text.matches(',').count() >= COLUMNS.len() - 1 {
@@ -110,12 +199,13 @@ fn read_row(text: &str, expected: usize) -> std::result::Result<MissionItem, Str
         Ok(value as u16)
     };
     let index = usize::from(whole(0, u16::MAX)?);
-    if index != expected {
-        return Err(format!("has index {index} where {expected} belongs; number the lines from 0 without gaps"));
-    }
     whole(1, 255)?;
     let frame = MavFrame::from(whole(2, 255)? as u8);
-    let command = Command(whole(3, u16::MAX)?);
+    let command = match Command(whole(3, u16::MAX)?) {
+        // Mission Planner's home that was never set
+        Command(0) if may_be_home && index == 0 => Command::NAV_WAYPOINT,
+        other => other,
+    };
     let autocontinue = whole(11, 255)? != 0;
     let mut params = [None; 7];
     for (position, param) in params.iter_mut().enumerate() {
@@ -126,7 +216,7 @@ fn read_row(text: &str, expected: usize) -> std::result::Result<MissionItem, Str
     let item = MissionItem { command, frame, params, autocontinue };
     // seq is not shown: the line is
     match item.check_sendable(vencejo_proto::MissionSeq(index as u16)) {
-        Ok(()) => Ok(item),
+        Ok(()) => Ok(Row { line, index, item }),
         Err(FlightError::BadItem { field, value, problem, .. }) => {
             Err(format!("({command}) has {value} as its {field}, {problem}"))
         }
@@ -134,30 +224,40 @@ fn read_row(text: &str, expected: usize) -> std::result::Result<MissionItem, Str
     }
 }
 
-fn number(text: &str, column: &str) -> std::result::Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ if text.contains(',') => {
-            Err(format!("has \"{}\" as its {column}; write decimals with a point, not a comma", shown(text)))
+/// Writes the mission of a plan; of one without a mission its fence, else its rally points.
+///
+/// An unknown home is written as 0/0, an unset parameter as it is sent: "NaN" where the command knows it (heading of a
+/// waypoint, take-off or landing), else 0.
+///
+/// # Errors
+/// [`FlightError::BadFile`] for a fence and rally points without a mission: a file holds one of the two.
+pub fn write_waypoints(plan: &Plan) -> Result<String> {
+    let Plan { mission, fence, rally } = plan;
+    let points = match (mission.items.is_empty(), fence.is_empty(), rally.points.is_empty()) {
+        (true, false, false) => {
+            return Err(FlightError::BadFile(
+                "a .waypoints file holds a mission, a fence or rally points, this is a fence with rally points; save it as .plan".into(),
+            ));
         }
-        _ => Err(format!("has \"{}\" as its {column}; a finite number belongs there", shown(text))),
-    }
-}
-
-/// Writes a mission. An unknown home is written as 0/0; unset parameters as 0, as ArduPilot takes them.
-#[must_use]
-pub fn write_waypoints(mission: &Mission) -> String {
+        (true, false, true) => fence.to_items(),
+        (true, true, false) => rally.to_items(),
+        _ => Vec::new(),
+    };
     let mut text = String::from("QGC WPL 110\n");
     let home = mission.home.unwrap_or(Home { lat_deg: 0.0, lon_deg: 0.0, alt_amsl_m: 0.0 }).to_item();
-    for (index, item) in std::iter::once(&home).chain(&mission.items).enumerate() {
+    for (index, item) in std::iter::once(&home).chain(&mission.items).chain(&points).enumerate() {
         let current = u8::from(index == 0);
         let _ = write!(text, "{index}\t{current}\t{}\t{}", item.frame.number(), item.command.0);
-        for param in item.params {
-            let _ = write!(text, "\t{}", param.unwrap_or(0.0));
+        for (place, param) in item.params.into_iter().enumerate() {
+            let _ = match param {
+                Some(value) => write!(text, "\t{value}"),
+                None if item.command.param_may_be_unset(place) => write!(text, "\tNaN"),
+                None => write!(text, "\t0"),
+            };
         }
         let _ = writeln!(text, "\t{}", u8::from(item.autocontinue));
     }
-    text
+    Ok(text)
 }
 
 #[cfg(test)]
@@ -173,7 +273,7 @@ pub(crate) mod tests {
 
     #[test]
     fn a_mission_is_read() {
-        let mission = read_waypoints(SAMPLE.as_bytes()).unwrap();
+        let mission = read_waypoints(SAMPLE.as_bytes()).unwrap().mission;
         assert_eq!(mission.home, Some(Home { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 600.0 }));
         assert_eq!(mission.items.len(), 3);
         assert_eq!(mission.items[0], MissionItem::takeoff(40.3332, -3.801_335_2, 60.0, 12.0));
@@ -209,11 +309,19 @@ pub(crate) mod tests {
             ("\t80\t1", "\t1e999\t1", "line 4: has \"1e999\" as its height"),
             ("\t80\t1", "\t80", "line 4: has 11 columns"),
             ("\t80\t1", "\t80\t1\t1", "line 4: has more than 12 columns"),
-            ("\n2\t", "\n7\t", "line 4: has index 7 where 2 belongs"),
+            (
+                "178\t0\t14",
+                "177\t1\t14\t0\t0\t0\t0\t0\t1\n7\t0\t2\t178\t0\t14",
+                "line 5: (DO_JUMP) jumps to 1, but which item is that? Line 6 has index 7 where 4",
+            ),
+            (
+                "2\t178\t0",
+                "3\t5100\t0",
+                "line 5: (NAV_RALLY_POINT) belongs to the rally list, the lines before it to the mission list",
+            ),
             ("\t10\t16", "\t10\t70000", "line 4: has 70000 as its command"),
             ("\t10\t16", "\t10\t16.5", "line 4: has 16.5 as its command"),
             ("\t10\t16", "\t8\t16", "line 4: (NAV_WAYPOINT) has 8 as its frame"),
-            ("\n0\t1\t0\t16", "\n0\t1\t0\t22", "line 2: is NAV_TAKEOFF where home belongs"),
         ];
         for (from, to, expected) in cases {
             assert!(SAMPLE.contains(from), "{from}");
@@ -262,12 +370,36 @@ pub(crate) mod tests {
         // fault 50 (256 cases): random missions written and read as .waypoints: equal
         #[test]
         fn a_mission_survives_the_file(mission in missions()) {
-            prop_assert_eq!(read_waypoints(write_waypoints(&mission).as_bytes()).unwrap(), mission);
+            let plan = Plan::from_mission(mission);
+            prop_assert_eq!(read_waypoints(write_waypoints(&plan).unwrap().as_bytes()).unwrap(), plan);
         }
 
         #[test]
-        fn any_text_is_read_or_refused(text in "(QGC WPL 110\n)?[0-9.,eE+\\-\t \nNa#]{0,400}") {
-            let _ = read_waypoints(text.as_bytes());
+        fn any_text_is_read_or_refused(text in "(QGC WPL 1[12]0\n|RALLY |[0-9]{2} [0-9]{2}\n)?[0-9.,eE+\\-\t \nNa#]{0,400}") {
+            let _ = crate::formats::read_plan(text.as_bytes(), None);
+        }
+
+        #[test]
+        fn any_rows_are_refused_or_keep_their_meaning(
+            version in "1[12]0",
+            rows in prop::collection::vec(
+                (0..4_u8, prop::sample::select(vec![0_u16, 16, 16, 22, 177, 5000, 5001, 5001, 5002, 5003, 5100]), 0..5_u8, "40|NaN|-?[0-9]{1,2}"), 0..9,
+            ),
+            is_numbered: bool,
+            first in 0..2_usize,
+        ) {
+            let mut text = format!("QGC WPL {version}\n");
+            for (place, (index, command, param, lat)) in rows.into_iter().enumerate() {
+                let index = if is_numbered { place + first } else { usize::from(index) };
+                let _ = writeln!(text, "{index} 0 3 {command} {param} 0 0 NaN {lat} -3 50 1");
+            }
+            if let Ok(plan) = read_waypoints(text.as_bytes()) {
+                let again = read_waypoints(write_waypoints(&plan).unwrap().as_bytes()).unwrap();
+                prop_assert_eq!(again.fence, plan.fence);
+                prop_assert_eq!(again.rally, plan.rally);
+                prop_assert_eq!(again.mission.items.len(), plan.mission.items.len());
+                prop_assert_eq!(again.mission.home, plan.mission.home);
+            }
         }
 
         // fault 53 (256 cases): any bytes as a plan

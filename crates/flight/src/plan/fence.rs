@@ -233,12 +233,15 @@ fn polygon(items: &[MissionItem]) -> std::result::Result<Vec<GeoPoint>, String> 
     let count = first.param(1).unwrap_or(0.0);
     if count.fract() != 0.0 || !(3.0..=MAX_VERTICES as f64).contains(&count) {
         return Err(format!(
-            "says that its polygon has {count} corners; a polygon has 3 to {MAX_VERTICES}, read the fence again"
+            "says that its polygon has {count} corners; a polygon has 3 to {MAX_VERTICES}, read or save the fence again"
         ));
     }
     let count = count as usize;
     let corners = items.get(..count).ok_or_else(|| {
-        format!("starts a polygon of {count} corners but only {} items are left; read the fence again", items.len())
+        format!(
+            "starts a polygon of {count} corners but only {} items are left; read or save the fence again",
+            items.len()
+        )
     })?;
     corners
         .iter()
@@ -246,7 +249,7 @@ fn polygon(items: &[MissionItem]) -> std::result::Result<Vec<GeoPoint>, String> 
         .map(|(offset, item)| {
             if item.command != first.command || item.param(1) != first.param(1) {
                 return Err(format!(
-                    "starts a polygon of {count} corners but corner {} is {} of {}; read the fence again",
+                    "starts a polygon of {count} corners but corner {} is {} of {}; read or save the fence again",
                     offset + 1,
                     item.command,
                     item.param(1).unwrap_or(0.0)

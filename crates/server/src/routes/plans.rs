@@ -227,7 +227,7 @@ async fn format_plan(
             "attachment; filename=\"mission.plan\"",
         ),
         PlanFormat::Waypoints => {
-            (write_waypoints(&plan.mission), "text/plain; charset=utf-8", "attachment; filename=\"mission.waypoints\"")
+            (write_waypoints(&plan)?, "text/plain; charset=utf-8", "attachment; filename=\"mission.waypoints\"")
         }
     };
     let headers = [
