@@ -79,8 +79,8 @@ faults: dev-env ## Write tests/faults/REPORT.md: which fault is proven by which 
 soak: dev-env native ## The long forms of the fault tests, hours of them (SOAK_S=259200 is three days)
 	VENCEJO_TEST_SEEDS=$(SOAK_TIMES) VENCEJO_TEST_KILLS=$(SOAK_TIMES) VENCEJO_TEST_FRAMES=$(SOAK_FRAMES) \
 	VENCEJO_TEST_HOURS=$(SOAK_HOURS) VENCEJO_TEST_CALLS=$(SOAK_CALLS) PROPTEST_CASES=$$(( 100 * $(SOAK_TIMES) )) \
-		cargo test $(CARGO_TEST) --lib --test frames -- --nocapture \
-		lossy:: faults:: mixed:: recorder::tests what_is_sent intact_frames every_whole no_bytes_panic no_payload_panics
+		cargo test $(CARGO_TEST) --lib --test frames --test plan_files -- --nocapture \
+		real_files lossy:: faults:: mixed:: recorder::tests what_is_sent intact_frames every_whole no_bytes_panic no_payload_panics
 	VENCEJO_TEST_FRAMES=$(SOAK_FRAMES) $(PY) -m pytest -q --timeout=0 tests/peers/test_c_parser.py
 	VENCEJO_SOAK_S=$(SOAK_S) VENCEJO_SOAK_TIMES=$(SOAK_TIMES) $(PY) -m pytest -q -s -m soak tests
 
