@@ -7,11 +7,12 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 import vencejo
 from vencejo import MissionItem, Plan, aio
+from vencejo.control import Danger
 
 from tests.support import HOME, simulated_plane, wait_for
 
@@ -153,7 +154,7 @@ def test_what_is_dangerous_is_confirmed_by_name(plane: vencejo.Vehicle) -> None:
             with pytest.raises(vencejo.ConfirmationNeeded, match=f"confirm='{act}'") as needed:
                 call(other)
             assert needed.value.act == act
-        with pytest.raises(vencejo.InvalidRequest, match="what can be confirmed"):
+        with pytest.raises(vencejo.InvalidRequest, match="what can be confirmed is " + ", ".join(get_args(Danger))):
             call("yes")
     assert plane.telemetry.is_armed is False
     assert len(plane.download()) == len(MISSION), "nothing was sent"
