@@ -26,6 +26,7 @@ WAITING = (
     "tests/jderobot/test_flights.py",
     "tests/flights",
     "tests/faults/test_links.py",
+    "tests/faults/test_clocks.py",
     "tests/sim/test_mavlink_flight.py",
     "tests/sim/test_flight_missions.py",
     "tests/sim/test_flight_commands.py",

@@ -13,7 +13,7 @@ import subprocess
 import sys
 import time
 import urllib.parse
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -65,9 +65,9 @@ class Client:
         finally:
             connection.close()
 
-    def done(self, method: str, path: str, body: Any = None) -> Any:
+    def done(self, method: str, path: str, body: Any = None, **headers: str) -> Any:
         """One request that must succeed; its JSON."""
-        answer = self.ask(method, path, body)
+        answer = self.ask(method, path, body, **headers)
         assert answer.status < 300, f"{method} {path}: {answer.status} {answer.body.decode()}"
         return answer.json if answer.body else None
 
@@ -78,9 +78,9 @@ class Client:
         self.cookie = answer.headers["set-cookie"].partition(";")[0]
         return answer.json
 
-    def operation(self, method: str, path: str, body: Any = None) -> Any:
+    def operation(self, method: str, path: str, body: Any = None, **headers: str) -> Any:
         """Start an operation and wait for its end; its result when it is done."""
-        operation = self.done(method, path, body)
+        operation = self.done(method, path, body, **headers)
         deadline = time.monotonic() + PATIENCE_S
         while operation["state"] == "running":
             assert time.monotonic() < deadline, operation
@@ -244,10 +244,12 @@ class Served:
 
 
 @contextlib.contextmanager
-def serving(*options: str, data: Path) -> Iterator[Served]:
-    """`vencejo serve` as a process of its own, on a free port, with a data folder of its own."""
-    command = [sys.executable, "-m", "vencejo.cli", "serve", "--port", "0", "--json", "--no-record", *options]
-    env = {**os.environ, "VENCEJO_DATA": str(data)}
+def serving(
+    *options: str, data: Path, under: Sequence[str] = (), env: Mapping[str, str] | None = None
+) -> Iterator[Served]:
+    """`vencejo serve` as a process of its own, on a free port, with a data folder of its own; `under` another program."""
+    command = [*under, sys.executable, "-m", "vencejo.cli", "serve", "--port=0", "--json", "--no-record", *options]
+    env = {**os.environ, "VENCEJO_DATA": str(data), **(env or {})}
     # without it a new installation begins with maps from the network, which no test reaches
     sources = data / "maps" / "sources.toml"
     if not sources.exists():

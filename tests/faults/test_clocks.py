@@ -1,0 +1,286 @@
+"""A wall clock that jumps under the whole program, as a person, a GPS, a time zone or a machine that slept makes it jump.
+
+`vencejo serve` runs under libfaketime, which changes what the process is told of the wall clock alone. That is a suspend, too: on Linux
+CLOCK_MONOTONIC "does not count time that the system is suspended" (clock_gettime(2)), so that the wall clock is the one thing that
+a process finds changed after one. The plane, a process of its own, keeps the true time.
+"""
+
+from __future__ import annotations
+
+import calendar
+import contextlib
+import itertools
+import os
+import random
+import socket
+import struct
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.server.client import Client, WebSocket, serving
+from tests.support import simulated_plane, wait_for
+
+LIBRARIES = ("/usr/lib/*/faketime/libfaketime.so.1", "/usr/lib*/faketime/libfaketime.so.1")
+HOUR_S = 3600
+JUMPS: dict[str, Callable[[int], int]] = {
+    "an hour ahead": lambda now_s: HOUR_S,
+    "an hour behind": lambda now_s: -HOUR_S,
+    "1970": lambda now_s: 10 - now_s,
+    "2040": lambda now_s: calendar.timegm((2040, 1, 1, 0, 0, 0)) - now_s,
+    # One second before the clocks of Europe/Madrid, where this process thinks that it is, go back from 3 to 2.
+    "daylight saving ends": lambda now_s: calendar.timegm((2026, 10, 25, 0, 59, 59)) - now_s,
+    "the true time": lambda now_s: 0,
+}
+"""By how many seconds the clock is wrong from now on, in whole seconds of 1970."""
+VALID_S = 15.0
+"""How long a confirmation is good for."""
+
+
+def library() -> Path:
+    """Libfaketime (Debian's package of this name)."""
+    for pattern in LIBRARIES:
+        for path in sorted(Path("/").glob(pattern[1:])):
+            return path
+    pytest.fail("no libfaketime: sudo apt-get install -y libfaketime")
+
+
+class Clock:
+    """The wall clock of the processes that are started with `env`."""
+
+    def __init__(self, folder: Path) -> None:
+        self._file = folder / "faketime"
+        self.set(0)
+        self.env = {
+            "LD_PRELOAD": str(library()),
+            "FAKETIME_TIMESTAMP_FILE": str(self._file),
+            "FAKETIME_NO_CACHE": "1",
+            "DONT_FAKE_MONOTONIC": "1",
+            # The kernel's own times of files do not jump with a process's clock.
+            "NO_FAKE_STAT": "1",
+            "TZ": "Europe/Madrid",
+        }
+
+    def set(self, offset_s: int) -> None:
+        """Put it so many seconds ahead, at once."""
+        beside = self._file.with_suffix(".new")
+        beside.write_text(f"{offset_s:+d}\n", encoding="ascii")
+        beside.replace(self._file)
+
+
+class Tap(threading.Thread):
+    """A UDP port that hears what the station sends to everybody, and notes when its heartbeats came."""
+
+    def __init__(self) -> None:
+        super().__init__(name="tap", daemon=True)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.bind(("127.0.0.1", 0))
+        self.port = int(self._socket.getsockname()[1])
+        self.heartbeats: list[float] = []
+        self.start()
+
+    def run(self) -> None:
+        while frame := self._socket.recv(2048):
+            if frame[0] == 0xFD and int.from_bytes(frame[7:10], "little") == 0:
+                self.heartbeats.append(time.monotonic())
+
+    def hear(self, count: int, since: int) -> None:
+        """Wait for so many more heartbeats than there were."""
+        wait_for(lambda: len(self.heartbeats) >= since + count, "our heartbeats", 10.0)
+
+    def close(self) -> None:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as last:
+            last.sendto(b"", self._socket.getsockname())
+        self.join(10)
+        self._socket.close()
+
+
+class Watcher(threading.Thread):
+    """A browser that only looks: everything that the WebSocket said."""
+
+    def __init__(self, client: Client) -> None:
+        super().__init__(name="watcher", daemon=True)
+        self._socket = WebSocket(client)
+        self._socket.say(type="subscribe", vehicle=1, rate_hz=10)
+        self.said: list[dict[str, Any]] = []
+        self.is_over = False
+        self.start()
+
+    def run(self) -> None:
+        with contextlib.suppress(OSError):
+            while (message := self._socket.take()) is not None:
+                self.said.append(message)
+        self.is_over = True
+
+    def hear(self, kind: str, count: int, since: int) -> None:
+        """Wait for so many messages of a type after the first ones."""
+        wait_for(lambda: sum(m["type"] == kind for m in self.said[since:]) >= count, f"{count} of {kind}", 10.0)
+
+    def check(self) -> None:
+        """Nothing was lost, stale, restarted or closed."""
+        assert not self.is_over, "the WebSocket ended"
+        said = list(self.said)
+        events = [m["kind"] for m in said if m["type"] == "event"]
+        assert not {"lost", "regained", "rebooted", "contested", "streams_fell_back"} & set(events), events
+        ages = [each["age_s"] for m in said if m["type"] == "vehicles" for each in m["vehicles"]]
+        assert ages
+        assert max(ages) < 3.5, f"stale: {max(ages)} s"
+        assert all(m["has_control"] for m in said if m["type"] in {"hello", "control"})
+        assert [m for m in said if m["type"] == "storage" and m["problems"]] == []
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+def mission(number: int) -> bytes:
+    """A mission that no other number has, as a file."""
+    home = "0\t1\t0\t16\t0\t0\t0\t0\t40.3332\t-3.7978\t600\t1"
+    items = [
+        f"{at}\t0\t3\t16\t0\t0\t0\t0\t{40.33 + at / 1e3}\t{-3.79 + number / 1e4}\t{100 + number}\t1"
+        for at in range(1, 6)
+    ]
+    return "\n".join(["QGC WPL 110", home, *items, ""]).encode()
+
+
+def times_of(tlog: bytes) -> list[int]:
+    """The times of a recording, in microseconds since 1970, read by its layout alone (MAVLink 2 frames)."""
+    times, at = [], 0
+    while at + 18 <= len(tlog):
+        (stamp,) = struct.unpack_from(">Q", tlog, at)
+        magic, length, flags = tlog[at + 8 : at + 11]
+        assert magic == 0xFD, (at, tlog[at : at + 16])
+        assert flags & 1 == 0, "signatures are taken off what is recorded"
+        times.append(stamp)
+        at += 8 + 12 + length
+    return times
+
+
+@contextlib.contextmanager
+def signed_flight(tmp_path: Path, clock: Clock) -> Iterator[tuple[Client, Tap, Path, str]]:
+    """A served station, under the clock, that talks with a signing plane over UDP; gives an operator's client and more."""
+    data, tap = tmp_path / "data", Tap()
+    options = ("--record", "--token", f"--link=udpout:127.0.0.1:{tap.port}", "--telemetry-floor=0")
+    with contextlib.closing(tap), serving(*options, data=data, env=clock.env) as served:
+        token = served.token("operator")
+        client = served.client(token=token, name="pilot")
+        link = client.done("POST", "links", {"address": "udpin:127.0.0.1:0", "accept_unsigned": False})
+
+        def address() -> str | None:
+            links = {each["id"]: each for each in client.done("GET", "links")}
+            return links[link["id"]]["local_address"]  # type: ignore[no-any-return]
+
+        wait_for(lambda: address() is not None, "the link")
+        # A plane's first link is its USB, where it believes what is not signed.
+        with simulated_plane(f"--link=udpout:{address()}"):
+            wait_for(lambda: client.done("GET", "vehicles") != [], "the plane")
+            change = {"act": "set_up", "confirm_system_id": 1, "any_link": True}
+            assert client.done("POST", "vehicles/1/signing", change)["must_sign"] is True
+            yield client, tap, data, token
+
+
+def confirmation(client: Client) -> dict[str, str]:
+    """Ask for an act that must be confirmed; what it wants."""
+    asked = client.ask("DELETE", "vehicles/1/plan/fence")
+    assert asked.status == 428, asked.body
+    return {"Vencejo-Confirmation": asked.json["cause"]["confirmation"]}
+
+
+def jump_and_look(clock: Clock, client: Client, tap: Tap, watcher: Watcher, token: str, jump: str, number: int) -> None:
+    """Make one jump, and look at everything that waits for a time."""
+    given = confirmation(client)
+    session = client.done("GET", "session")["session"]
+    before = client.done("GET", "recorder")
+    signing = client.done("GET", "vehicles/1/signing")
+    now_s = time.time()
+    offset_s = JUMPS[jump](int(now_s))
+    clock.set(offset_s)
+    beats, said = len(tap.heartbeats), len(watcher.said)
+
+    plan = client.ask("POST", "plan/parse?name=m.waypoints", mission(number)).json
+    base = (client.done("GET", "draft")["current"] or {"revision": 0})["revision"]
+    draft = client.done("PUT", "draft", {"base": base, "author": "test", "plan": plan})
+    assert draft["revision"] == base + 1
+    assert abs(draft["saved_unix_s"] - now_s - offset_s) < 60, "the station's clock did jump"
+
+    client.operation("DELETE", "vehicles/1/plan/fence", **given)  # with a confirmation of before
+    client.operation("PUT", "vehicles/1/plan/mission", plan)
+    assert client.done("GET", "vehicles/1")["plan_states"]["mission"]["state"] == "verified"
+
+    mine = client.done("GET", "session")
+    assert (mine["session"], mine["has_control"]) == (session, True)
+    other = Client(client.url)
+    assert other.open_session(token=token)["role"] == "operator"
+    other.done("DELETE", "session")
+
+    tap.hear(1, beats)
+    watcher.hear("telemetry", 3, said)
+    watcher.hear("vehicles", 1, said)
+    watcher.check()
+    after = client.done("GET", "recorder")
+    assert (after["file"], after["dropped"], after["problem"]) == (before["file"], 0, None)
+    assert after["frames"] > before["frames"]
+    signs = client.done("GET", "vehicles/1/signing")
+    assert signs["verified"] > signing["verified"]
+    refused = {name: count for name, count in signs.items() if name.startswith("refused_")}
+    assert refused == {name: signing[name] for name in refused}, "none of the plane's frames was refused"
+
+
+def through_the_jumps(tmp_path: Path, jumps: list[str], *, outlives: bool) -> None:
+    """Fly through jumps of the clock; with `outlives` wait after each whether a confirmation lives longer than it should."""
+    clock = Clock(tmp_path)
+    with signed_flight(tmp_path, clock) as (client, tap, data, token):
+        tap.hear(1, 0)
+        watcher = Watcher(client)
+        began, began_unix_s = time.monotonic(), time.time()
+        watcher.hear("vehicles", 1, 0)
+        for number, jump in enumerate(jumps):
+            jump_and_look(clock, client, tap, watcher, token, jump, number)
+            if outlives:
+                # Asked for at the time that the next jump leaves behind.
+                given = confirmation(client)
+                until = time.monotonic() + VALID_S
+                clock.set(JUMPS[jumps[number - 1]](int(time.time())))
+                wait_for(lambda until=until: time.monotonic() > until, "it expires", VALID_S + 10)  # type: ignore[misc]
+                assert client.ask("DELETE", "vehicles/1/plan/fence", **given).status == 412, "it lived too long"
+                watcher.check()
+        ended = time.monotonic()
+        file = data / "telemetry" / client.done("GET", "recorder")["file"]
+        watcher.close()
+    beats = [at for at in tap.heartbeats if began <= at <= ended]
+    assert max(b - a for a, b in itertools.pairwise(beats)) < 2.0, "our heartbeat is awaited each second"
+    assert abs(len(beats) - (ended - began)) <= 2 + 0.01 * len(beats), "once a second, no more and no less"
+
+    times = times_of(file.read_bytes())
+    flight = [each for each in times if each >= began_unix_s * 1e6]
+    assert len(flight) > 100
+    assert max(abs(b - a) for a, b in itertools.pairwise(flight)) < 1_500_000, (
+        "no gap, and no step back as the clock makes"
+    )
+    assert abs((flight[-1] - flight[0]) / 1e6 - (ended - began)) < 3.0, "as long as it took"
+    assert [path.name for path in file.parent.iterdir()] == [file.name], "one recording"
+
+
+@pytest.mark.fault(
+    61,
+    figure="serve and a signing plane: ± 1 h, 1970, 2040, the end of daylight saving, back: nothing lost, late or twice",
+)
+@pytest.mark.e2e
+def test_a_clock_that_jumps_ends_nothing(tmp_path: Path) -> None:
+    through_the_jumps(tmp_path, list(JUMPS), outlives=False)
+
+
+@pytest.mark.fault(
+    61, figure="the same by the hour, and no confirmation that outlives its 15 s when the clock goes back"
+)
+@pytest.mark.soak
+@pytest.mark.timeout(0)
+def test_a_clock_that_jumps_again_and_again(tmp_path: Path) -> None:
+    """VENCEJO_SOAK_S says how long; each jump takes some 17 s."""
+    seconds = float(os.environ.get("VENCEJO_SOAK_S", "3600"))
+    choose = random.Random(61)
+    jumps = list(JUMPS) + choose.choices(list(JUMPS), k=max(0, round(seconds / 17) - len(JUMPS)))
+    through_the_jumps(tmp_path, jumps, outlives=True)
