@@ -77,6 +77,7 @@ faults: dev-env ## Write tests/faults/REPORT.md: which fault is proven by which 
 	@$(PY) scripts/fault_report.py
 
 soak: dev-env native ## The long forms of the fault tests, hours of them (SOAK_S=259200 is three days)
+	@scripts/setup.sh soak
 	VENCEJO_TEST_SEEDS=$(SOAK_TIMES) VENCEJO_TEST_KILLS=$(SOAK_TIMES) VENCEJO_TEST_FRAMES=$(SOAK_FRAMES) \
 	VENCEJO_TEST_HOURS=$(SOAK_HOURS) VENCEJO_TEST_CALLS=$(SOAK_CALLS) PROPTEST_CASES=$$(( 100 * $(SOAK_TIMES) )) \
 		cargo test $(CARGO_TEST) --lib --test frames --test plan_files -- --nocapture \

@@ -3,11 +3,12 @@
 # (.venv) with locked packages, and the native module. Does nothing when nothing changed.
 #
 #   scripts/setup.sh demo     what `vencejo demo` needs, the camera's packages included
-#   scripts/setup.sh dev      that, the tools, the peers that the tests talk to, Chromium and MapServer
+#   scripts/setup.sh dev      that, the tools, the peers that the tests talk to, Chromium, MapServer and libfaketime
 #   scripts/setup.sh app      the web app (gcs/dist), which the native module carries
 #   scripts/setup.sh native   the Rust core as vencejo._native, and the `vencejo` command; `native as-tested` builds it as `make test` does:
 #                             quickly, with assertions, and slower in use
 #   scripts/setup.sh ice      ZeroC Ice and what else the tests of the JdeRobot interfaces need
+#   scripts/setup.sh soak     what `make soak` needs beside that: strace
 #   scripts/setup.sh rust     only check that Rust and a C linker are there
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -95,6 +96,11 @@ need_chromium() {
 need_mapserver() {
     if [ -x /usr/lib/cgi-bin/mapserv ] || command -v mapserv >/dev/null; then return; fi
     apt cgi-mapserver
+}
+
+# The clock that tests/faults/test_clocks.py moves.
+need_faketime() {
+    compgen -G '/usr/lib/*/faketime/libfaketime.so.1' >/dev/null || compgen -G '/usr/lib*/faketime/libfaketime.so.1' >/dev/null || apt libfaketime
 }
 
 # Hash of the content of the files named on standard input, one a line.
@@ -227,10 +233,11 @@ native() { # release | as-tested
 
 case "${1:-}" in
     demo) python_env demo ;;
-    dev) need_chromium; need_mapserver; python_env dev ;;
+    dev) need_chromium; need_mapserver; need_faketime; python_env dev ;;
+    soak) command -v strace >/dev/null || apt strace ;;
     app) app; node_modules ;;
     native) need_rust; native "${2:-release}" ;;
     ice) ice ;;
     rust) need_rust ;;
-    *) fail "say what: demo, dev, app, native, ice or rust" ;;
+    *) fail "say what: demo, dev, app, native, ice, soak or rust" ;;
 esac
