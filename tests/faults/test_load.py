@@ -141,13 +141,13 @@ def pilot_of(served: Served) -> Iterator[Pilot]:
         yield Pilot(served, client, socket)
 
 
-ABUSES = {"frames": 16, "messages": 64, "slow readers": 96}
+ABUSES = {"frames": 16, "messages": 64, "slow readers": 96, "sockets": 500}
 """How many do it at once."""
 
 
 @pytest.mark.fault(
     47,
-    figure="1 MiB frames, 10,000 messages a second, 96 slow readers: 99 % of others' requests ≤ 100 ms; ≤ 4 MiB each",
+    figure="1 MiB frames, 10,000 messages a second, 96 slow readers, 500 sockets: 99 % of others' requests ≤ 100 ms; ≤ 4 MiB each",
 )
 @pytest.mark.parametrize("abuse", ABUSES)
 def test_others_are_served_while_websockets_are_abused(abuse: str, tmp_path: Path) -> None:

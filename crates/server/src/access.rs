@@ -5,7 +5,7 @@ use std::net::{IpAddr, SocketAddr};
 
 use axum::extract::{ConnectInfo, Request, State};
 use axum::http::uri::Authority;
-use axum::http::{HeaderMap, HeaderName, HeaderValue, Uri, header};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
@@ -148,8 +148,12 @@ fn host_of(authority: &str) -> Option<&str> {
 /// Checks where each request comes from, and puts the headers on each answer.
 pub async fn guard(State(app): State<App>, request: Request, next: Next) -> Response {
     let is_api = request.uri().path().starts_with("/api/");
+    let mut answering = None;
     if let Some(ConnectInfo(Caller { connection, .. })) = request.extensions().get() {
-        connection.asked();
+        answering = connection.asked();
+        if answering.is_none() {
+            return StatusCode::SERVICE_UNAVAILABLE.into_response();
+        }
         if !connection.has_session()
             && app.access().cookie(request.headers()).is_some_and(|it| app.sessions().knows(it))
         {
@@ -171,7 +175,10 @@ pub async fn guard(State(app): State<App>, request: Request, next: Next) -> Resp
     if app.access().is_tls {
         headers.insert(header::STRICT_TRANSPORT_SECURITY, HeaderValue::from_static("max-age=31536000"));
     }
-    response
+    match answering {
+        Some(answering) => answering.until_sent(response),
+        None => response,
+    }
 }
 
 #[cfg(test)]

@@ -1,15 +1,17 @@
 //! The server's door: how many connections there are at once, from whom, and which of them makes room for another.
 //!
-//! A connection is counted before it is accepted; while all places are taken by people with a session, further ones wait
+//! A connection is counted before it is accepted; while all places are taken by people who are being served, further ones wait
 //! outside, where they cost no descriptor of ours. One that has not shown a session yet is only tolerated: when its address or
-//! the whole server is full, the oldest of those makes room. So whoever opens connections and says nothing shuts nobody out.
+//! the whole server is full, the oldest of those makes room, and after them the one with a session that has rested for longest:
+//! its last request is answered, and it is no WebSocket. So whoever opens connections and asks for nothing shuts nobody out.
 
+mod answering;
 mod descriptors;
 mod stream;
 
 use std::io;
 use std::net::IpAddr;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -18,6 +20,7 @@ use axum_server::{AddrListener, Address};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Notify;
 
+pub use answering::Answering;
 pub use descriptors::Descriptors;
 pub use stream::Guarded;
 
@@ -33,6 +36,9 @@ const LOOPBACK_SHARE: f64 = 0.75;
 const ASK_WITHIN: Duration = Duration::from_secs(10);
 /// How long a client may take nothing of what is sent to it. What the system holds back for it comes on top.
 const STALL: Duration = Duration::from_secs(20);
+
+/// In place of a number of requests: none is begun any more.
+const ENDED: usize = usize::MAX;
 
 /// How many connections, and how patient we are with each.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,6 +77,12 @@ pub struct Connection {
     from: IpAddr,
     has_asked: AtomicBool,
     has_session: AtomicBool,
+    /// Requests that are being answered, of which a WebSocket is one without an end; or [`ENDED`].
+    under_way: AtomicUsize,
+    /// When the last of them was over: of two connections the one with the smaller number has rested for longer.
+    rests_since: AtomicU64,
+    /// Told when it could make room.
+    freed: Arc<Notify>,
     /// It is to end: told once, to its stream.
     end: Notify,
     is_ending: AtomicBool,
@@ -82,12 +94,16 @@ impl Connection {
         self.from
     }
 
-    /// A whole request has come.
-    pub fn asked(&self) {
+    /// A whole request has come. `None`: too late, the connection has made room for another, and nothing is to be done for it.
+    pub fn asked(self: &Arc<Self>) -> Option<Answering> {
         self.has_asked.store(true, Ordering::Relaxed);
+        // ENDED is the number after which there is none.
+        let begun =
+            self.under_way.fetch_update(Ordering::SeqCst, Ordering::SeqCst, |count: usize| count.checked_add(1));
+        begun.is_ok().then(|| Answering::new(self.clone()))
     }
 
-    /// A request has shown a session: this connection makes room for nobody any more.
+    /// A request has shown a session: this connection makes room for nobody while it is served.
     pub fn showed_session(&self) {
         self.has_session.store(true, Ordering::Relaxed);
     }
@@ -101,6 +117,19 @@ impl Connection {
         !self.has_session() && !self.is_ending.load(Ordering::Relaxed)
     }
 
+    fn rests(&self) -> bool {
+        self.under_way.load(Ordering::SeqCst) == 0 && !self.is_ending.load(Ordering::Relaxed)
+    }
+
+    /// Ends it if it rests; whether it did. A request that comes at the same moment is either answered or not begun.
+    fn make_room_at_rest(&self) -> bool {
+        let is_ended = self.under_way.compare_exchange(0, ENDED, Ordering::SeqCst, Ordering::SeqCst).is_ok();
+        if is_ended {
+            self.make_room();
+        }
+        is_ended
+    }
+
     fn make_room(&self) {
         self.is_ending.store(true, Ordering::Relaxed);
         self.end.notify_one();
@@ -110,9 +139,9 @@ impl Connection {
 /// Why a newcomer has no place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum NoPlace {
-    /// All places are taken by people with a session: it waits.
+    /// All places are taken by people who are being served: it waits.
     Full,
-    /// Its address has too many that all have sessions.
+    /// Its address has too many that are all being served.
     TooMany,
 }
 
@@ -120,7 +149,7 @@ enum NoPlace {
 #[derive(Debug, Default)]
 struct Places {
     taken: Mutex<Vec<Arc<Connection>>>,
-    freed: Notify,
+    freed: Arc<Notify>,
 }
 
 impl Places {
@@ -136,7 +165,8 @@ impl Places {
                 let taken = self.taken();
                 // One over the limit is on its way out already while its successor comes in.
                 if taken.len() < limits.places
-                    || (taken.len() == limits.places && taken.iter().any(|connection| connection.may_make_room()))
+                    || (taken.len() == limits.places
+                        && taken.iter().any(|taken| taken.may_make_room() || taken.rests()))
                 {
                     return;
                 }
@@ -145,7 +175,7 @@ impl Places {
         }
     }
 
-    /// Gives a newcomer its place, if need be that of the oldest that has shown no session.
+    /// Gives a newcomer its place, if need be that of the oldest that has shown no session, or has rested for longest.
     fn enter(&self, address: IpAddr, limits: &DoorLimits) -> Result<Arc<Connection>, NoPlace> {
         let from = network_of(address);
         let most = if address.to_canonical().is_loopback() { limits.of_loopback } else { limits.per_address };
@@ -155,17 +185,31 @@ impl Places {
         let own = taken.iter().filter(staying).filter(|connection| connection.from == from).count();
         if own >= most || all >= limits.places {
             let may = |connection: &&Arc<Connection>| own < most || connection.from == from;
-            match taken.iter().filter(may).find(|connection| connection.may_make_room()) {
-                Some(oldest) => oldest.make_room(),
+            let made_room = match taken.iter().filter(may).find(|connection| connection.may_make_room()) {
+                Some(oldest) => {
+                    oldest.make_room();
+                    true
+                }
+                None => {
+                    let mut resting: Vec<_> =
+                        taken.iter().filter(may).filter(|connection| connection.rests()).collect();
+                    resting.sort_by_key(|connection| connection.rests_since.load(Ordering::Relaxed));
+                    resting.into_iter().any(|connection| connection.make_room_at_rest())
+                }
+            };
+            if !made_room {
                 // With others here it has its share; alone, it waits for a place like anybody.
-                None if own >= most && (own < all || all < limits.places) => return Err(NoPlace::TooMany),
-                None => return Err(NoPlace::Full),
+                let has_its_share = own >= most && (own < all || all < limits.places);
+                return Err(if has_its_share { NoPlace::TooMany } else { NoPlace::Full });
             }
         }
         let connection = Arc::new(Connection {
             from,
             has_asked: AtomicBool::new(false),
             has_session: AtomicBool::new(false),
+            under_way: AtomicUsize::new(0),
+            rests_since: AtomicU64::new(0),
+            freed: self.freed.clone(),
             end: Notify::new(),
             is_ending: AtomicBool::new(false),
         });
@@ -253,7 +297,7 @@ impl AddrListener<Guarded<TcpStream>, Caller> for Door {
                 match self.places.enter(address.ip(), &self.limits) {
                     Ok(connection) => break Some(connection),
                     Err(NoPlace::TooMany) => break None,
-                    // Who was to make room has shown a session since.
+                    // Who was to make room is being served since.
                     Err(NoPlace::Full) => self.places.wait_for_room(&self.limits).await,
                 }
             };

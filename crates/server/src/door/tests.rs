@@ -69,7 +69,7 @@ async fn half_a_request_from_each_of_many_shuts_nobody_out() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn those_with_a_session_make_room_for_nobody() {
+async fn those_who_are_served_make_room_for_nobody() {
     let (station, server) = serve(limits(2)).await;
     let (ana, luis) = (cookie(&server, "ana"), cookie(&server, "luis"));
     let mut first = connect_to(&server, "/api/v1/ws", &ana, None).await.expect("a WebSocket");
@@ -90,6 +90,28 @@ async fn those_with_a_session_make_room_for_nobody() {
     assert!(!newcomer.is_finished());
     drop(second);
     assert!(newcomer.await.expect("ended").starts_with(b"HTTP/1.1 200"));
+    server.close().await;
+    station.close().await;
+}
+
+// fault 47: connections with a session that ask for nothing more make room
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn whoever_has_been_answered_makes_room_for_a_newcomer() {
+    let (station, server) = serve(limits(3)).await;
+    let (ana, luis) = (cookie(&server, "ana"), cookie(&server, "luis"));
+    let mut socket = connect_to(&server, "/api/v1/ws", &ana, None).await.expect("a WebSocket");
+    let mut resting = Vec::new();
+    for _ in 0..2 {
+        let request = format!("GET /api/v1/session HTTP/1.1\r\nHost: localhost\r\nCookie: {luis}\r\n\r\n");
+        let mut stream = says(&server, &request).await;
+        let mut answer = [0; 12];
+        stream.read_exact(&mut answer).await.expect("an answer");
+        assert_eq!(&answer, b"HTTP/1.1 200");
+        resting.push(stream);
+    }
+    assert!(is_answered(&server).await);
+    rest(&mut resting[0]).await;
+    assert!(matches!(futures_next(&mut socket).await, Some(Ok(Message::Text(_)))), "a WebSocket is served on");
     server.close().await;
     station.close().await;
 }
@@ -262,20 +284,28 @@ fn one_address_takes_no_more_than_its_share() {
     let places = Arc::new(Places::default());
     let limits = DoorLimits::of(64);
     let address = |last: u8| IpAddr::from([192, 0, 2, last]);
-    let mut taken = Vec::new();
+    let (mut taken, mut served) = (Vec::new(), Vec::new());
     for _ in 0..1000 {
         let connection = places.enter(address(1), &limits).expect("the oldest makes room");
         connection.showed_session();
+        served.push(connection.asked());
         taken.push(connection);
         if taken.len() == limits.per_address {
             break;
         }
     }
-    assert!(places.enter(address(1), &limits).is_err(), "all of them have sessions");
+    assert!(places.enter(address(1), &limits).is_err(), "all of them are being served");
     assert!(places.enter("::ffff:192.0.2.1".parse().expect("an address"), &limits).is_err(), "the same in IPv6");
     assert!(places.enter(address(2), &limits).is_ok());
     places.leave(&taken[0]);
+    let newcomer = places.enter(address(1), &limits).expect("a free place");
+    newcomer.showed_session();
+    served.push(newcomer.asked());
+    assert!(places.enter(address(1), &limits).is_err());
+    // Of those that rest the one makes room that has rested for longest, and begins nothing more.
+    (served[5], served[3]) = (None, None);
     assert!(places.enter(address(1), &limits).is_ok());
+    assert!(taken[5].asked().is_none() && taken[3].asked().is_some());
     let v6 = |text: &str| network_of(text.parse().expect("an address"));
     assert_eq!(v6("2001:db8:1:2:3:4:5:6"), v6("2001:db8:1:2::1"));
     assert_ne!(v6("2001:db8:1:2::1"), v6("2001:db8:1:3::1"));

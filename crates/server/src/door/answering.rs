@@ -1,0 +1,71 @@
+//! A request that is being answered: until then its connection makes room for nobody.
+
+use std::pin::Pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::task::{Context, Poll};
+
+use axum::body::{Body, Bytes, HttpBody};
+use axum::http::StatusCode;
+use axum::response::Response;
+use http_body::{Frame, SizeHint};
+
+use super::Connection;
+
+/// How many answers have ended, of all connections.
+static ENDS: AtomicU64 = AtomicU64::new(1);
+
+/// A request under way. Dropped, it is over.
+#[derive(Debug)]
+pub struct Answering(Arc<Connection>);
+
+impl Answering {
+    pub(super) fn new(connection: Arc<Connection>) -> Self {
+        Self(connection)
+    }
+
+    /// Goes on until the answer has been sent; with a WebSocket for as long as the connection lives.
+    pub fn until_sent(self, response: Response) -> Response {
+        if response.status() == StatusCode::SWITCHING_PROTOCOLS {
+            self.0.under_way.fetch_add(1, Ordering::SeqCst);
+            return response;
+        }
+        response.map(|body| Body::new(Answer { body, _answering: self }))
+    }
+}
+
+impl Drop for Answering {
+    fn drop(&mut self) {
+        let Self(connection) = self;
+        connection.rests_since.store(ENDS.fetch_add(1, Ordering::Relaxed), Ordering::Relaxed);
+        connection.under_way.fetch_sub(1, Ordering::SeqCst);
+        // Somebody may wait for a place.
+        connection.freed.notify_one();
+    }
+}
+
+/// The body of an answer.
+struct Answer {
+    body: Body,
+    _answering: Answering,
+}
+
+impl HttpBody for Answer {
+    type Data = Bytes;
+    type Error = axum::Error;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
+        Pin::new(&mut self.body).poll_frame(context)
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.body.is_end_stream()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.body.size_hint()
+    }
+}
