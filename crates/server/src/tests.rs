@@ -2,6 +2,7 @@
 
 mod authority;
 mod bodies;
+mod pressure;
 mod storage;
 
 use std::net::SocketAddr;
@@ -14,6 +15,7 @@ use axum::body::Body;
 use axum::http::{Method, Request, header};
 use http_body_util::BodyExt;
 use serde_json::{Value, json};
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpStream, UdpSocket};
 use tokio::runtime::Handle;
 use tokio::sync::mpsc;
@@ -44,6 +46,7 @@ pub fn station(heartbeat: bool) -> Station {
 
 /// The handlers without a socket.
 pub struct Plain {
+    app: App,
     router: Router,
     _ended: mpsc::Receiver<()>,
 }
@@ -68,7 +71,8 @@ impl Plain {
         let bound = SocketAddr::from(([127, 0, 0, 1], 8765));
         let access =
             Access { tokens: tokens.map(Into::into), bound, is_tls: false, hosts: Vec::new(), origins: Vec::new() };
-        Self { router: routes::router(App::new(station, access, false, alive)), _ended }
+        let app = App::new(station, access, false, alive);
+        Self { router: routes::router(app.clone()), app, _ended }
     }
 
     pub async fn send(&self, request: Request<Body>) -> Answer {
@@ -131,6 +135,11 @@ impl Drop for Double {
 }
 
 async fn double(station: &Station) -> Double {
+    double_of(station, 1).await
+}
+
+/// The same, with so many components that all say heartbeats.
+async fn double_of(station: &Station, components: u8) -> Double {
     let link = station.open_link("udpin:127.0.0.1:0", LinkOptions::default()).expect("a link");
     let local = loop {
         let is_up = station.links().iter().any(|(info, _)| matches!(info.state, LinkState::Up { .. }));
@@ -143,16 +152,16 @@ async fn double(station: &Station) -> Double {
     socket.connect(local).await.expect("connected");
     let heartbeats = Arc::new(AtomicU32::new(0));
     let heard = Arc::default();
-    let task = tokio::spawn(fly(socket, heartbeats.clone(), Arc::clone(&heard)));
+    let task = tokio::spawn(fly(socket, components, heartbeats.clone(), Arc::clone(&heard)));
     station.wait_vehicle(None).wait().await.expect("open").expect("heard");
     Double { heartbeats, heard, task }
 }
 
-async fn fly(socket: UdpSocket, heartbeats: Arc<AtomicU32>, heard: Arc<Mutex<Vec<String>>>) {
+async fn fly(socket: UdpSocket, components: u8, heartbeats: Arc<AtomicU32>, heard: Arc<Mutex<Vec<String>>>) {
     let mut sequence = 0_u8;
-    let mut frame = |message: &Message| {
+    let mut frame_of = |component: u8, message: &Message| {
         sequence = sequence.wrapping_add(1);
-        let header = Header { sequence, source: Address::new(1, 1), version: MavVersion::V2 };
+        let header = Header { sequence, source: Address::new(1, component), version: MavVersion::V2 };
         message.encode(header).bytes().to_vec()
     };
     let mut beats = tokio::time::interval(Duration::from_millis(50));
@@ -162,8 +171,10 @@ async fn fly(socket: UdpSocket, heartbeats: Arc<AtomicU32>, heard: Arc<Mutex<Vec
         tokio::select! {
             _ = beats.tick() => {
                 let heartbeat = Heartbeat { mav_type: 1, autopilot: 3, mavlink_version: 3, system_status: 3, ..Heartbeat::default() };
-                // The station may be gone by the end of a test.
-                let _ = socket.send(&frame(&Message::Heartbeat(heartbeat))).await;
+                for component in 1..=components {
+                    // The station may be gone by the end of a test.
+                    let _ = socket.send(&frame_of(component, &Message::Heartbeat(heartbeat))).await;
+                }
             }
             Ok(length) = socket.recv(&mut buffer) => {
                 decoder.push(&buffer[..length]);
@@ -183,11 +194,11 @@ async fn fly(socket: UdpSocket, heartbeats: Arc<AtomicU32>, heard: Arc<Mutex<Vec
                         Ok(Message::CommandLong(command)) if command.command == 400 => {
                             let text = "DO_LAND_START set and RTL_AUTOLAND disabled".to_owned();
                             let text = StatusText { severity: 2, text, id: 0, chunk_seq: 0 };
-                            let _ = socket.send(&frame(&Message::StatusText(text))).await;
+                            let _ = socket.send(&frame_of(1, &Message::StatusText(text))).await;
                             let ack = CommandAck {
                                 command: 400, result: 4, progress: 0, result_param2: 0, target: received.source(),
                             };
-                            let _ = socket.send(&frame(&Message::CommandAck(ack))).await;
+                            let _ = socket.send(&frame_of(1, &Message::CommandAck(ack))).await;
                         }
                         _ => {}
                     }
@@ -470,6 +481,11 @@ async fn plans_in_files_and_on_the_wire_are_the_same() {
 
 pub type Ws = WebSocketStream<TcpStream>;
 
+/// What a WebSocket may run over.
+pub trait Stream: AsyncRead + AsyncWrite + Unpin {}
+
+impl<S: AsyncRead + AsyncWrite + Unpin> Stream for S {}
+
 async fn connect(server: &Server, cookie: &str, origin: Option<&str>) -> Result<Ws, u16> {
     connect_to(server, "/api/v1/ws", cookie, origin).await
 }
@@ -492,7 +508,7 @@ pub async fn connect_to(server: &Server, path: &str, cookie: &str, origin: Optio
 }
 
 /// The next message of a type; `None` when the connection ended.
-async fn next(socket: &mut Ws, kind: &str) -> Option<Value> {
+async fn next<S: Stream>(socket: &mut WebSocketStream<S>, kind: &str) -> Option<Value> {
     let find = async {
         loop {
             match futures_next(socket).await {
@@ -516,13 +532,18 @@ async fn next(socket: &mut Ws, kind: &str) -> Option<Value> {
     timeout(PATIENCE, find).await.unwrap_or_else(|_| panic!("no {kind}"))
 }
 
-pub async fn futures_next(socket: &mut Ws) -> Option<Result<WsMessage, tokio_tungstenite::tungstenite::Error>> {
+pub async fn futures_next<S: Stream>(
+    socket: &mut WebSocketStream<S>,
+) -> Option<Result<WsMessage, tokio_tungstenite::tungstenite::Error>> {
     use std::pin::Pin;
     std::future::poll_fn(|context| futures_core::Stream::poll_next(Pin::new(&mut *socket), context)).await
 }
 
 /// Sends a message; fails when the connection is gone.
-pub async fn put(socket: &mut Ws, message: WsMessage) -> Result<(), tokio_tungstenite::tungstenite::Error> {
+pub async fn put<S: Stream>(
+    socket: &mut WebSocketStream<S>,
+    message: WsMessage,
+) -> Result<(), tokio_tungstenite::tungstenite::Error> {
     use std::pin::Pin;
 
     use futures_sink::Sink;
@@ -531,7 +552,7 @@ pub async fn put(socket: &mut Ws, message: WsMessage) -> Result<(), tokio_tungst
     std::future::poll_fn(|context| Sink::poll_flush(Pin::new(&mut *socket), context)).await
 }
 
-async fn say(socket: &mut Ws, message: Value) {
+async fn say<S: Stream>(socket: &mut WebSocketStream<S>, message: Value) {
     put(socket, WsMessage::text(message.to_string())).await.expect("sent");
 }
 
@@ -542,7 +563,10 @@ pub async fn serve(station: &Station, config: ServerConfig) -> Server {
 
 /// A session as the server's own state makes it, without HTTP.
 pub fn cookie(server: &Server, name: &str) -> String {
-    let app = server.app();
+    cookie_of(server.app(), name)
+}
+
+fn cookie_of(app: &App, name: &str) -> String {
     let now = app.now();
     let role = crate::dto::Role::Operator;
     app.change_sessions(|sessions| sessions.open(name.to_owned(), role, Some(name), now)).expect("a place");

@@ -190,16 +190,7 @@ impl Client {
         self.greet(socket).await?;
         let mut pings = pings();
         loop {
-            while let Some(outgoing) = self.outbox.take() {
-                let text = match outgoing {
-                    Outgoing::Message(text) => text,
-                    Outgoing::Control => match self.control() {
-                        Some(control) => json(&control),
-                        None => return Ok(End::NoSession),
-                    },
-                };
-                self.send(socket, Message::Text(text)).await?;
-            }
+            self.send_waiting(socket).await?;
             let due = self.subscriptions.values().map(|subscription| subscription.due);
             let due = due.chain(self.messages.values().map(|subscription| subscription.look)).min();
             tokio::select! {
@@ -224,6 +215,27 @@ impl Client {
                 }
             }
         }
+    }
+
+    /// Sends what must not be lost: control, texts and events, lists and states.
+    async fn send_waiting(&self, socket: &mut WebSocket) -> Result<(), End> {
+        while let Some(outgoing) = self.outbox.take() {
+            let text = match outgoing {
+                Outgoing::Message(text) => text,
+                Outgoing::Control => json(&self.control().ok_or(End::NoSession)?),
+            };
+            self.send(socket, Message::Text(text)).await?;
+        }
+        Ok(())
+    }
+
+    /// Sends telemetry, of which nothing goes before what waits by then.
+    async fn send_after_waiting(&self, socket: &mut WebSocket, texts: Vec<Utf8Bytes>) -> Result<(), End> {
+        for text in texts {
+            self.send_waiting(socket).await?;
+            self.send(socket, Message::Text(text)).await?;
+        }
+        Ok(())
     }
 
     async fn greet(&self, socket: &mut WebSocket) -> Result<(), End> {
@@ -365,10 +377,7 @@ impl Client {
             }
             subscription.look = subscription.due.min(now + LOOK_INTERVAL);
         }
-        for text in texts {
-            self.send(socket, Message::Text(text)).await?;
-        }
-        Ok(())
+        self.send_after_waiting(socket, texts).await
     }
 
     /// Sends what changed of every vehicle that is due.
@@ -394,10 +403,7 @@ impl Client {
             let time_s = convert::seconds(taken_at);
             texts.push(json(&ServerMessage::Telemetry { vehicle: *vehicle, time_s, groups, progress }));
         }
-        for text in texts {
-            self.send(socket, Message::Text(text)).await?;
-        }
-        Ok(())
+        self.send_after_waiting(socket, texts).await
     }
 }
 

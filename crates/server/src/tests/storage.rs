@@ -167,7 +167,8 @@ fn damaged_tokens_are_set_aside_and_wrong_ones_are_refused() {
 async fn the_draft_of_a_plan_is_shared_and_a_race_for_it_is_told() {
     let station = station(true);
     let server = serve(&station, ServerConfig::default()).await;
-    let plain = Plain { router: routes::router(server.app().clone()), _ended: mpsc::channel(1).1 };
+    let plain =
+        Plain { app: server.app().clone(), router: routes::router(server.app().clone()), _ended: mpsc::channel(1).1 };
     let ana = cookie(&server, "ana");
     let ben = cookie(&server, "ben");
     let mut socket = connect(&server, &ben, None).await.expect("a WebSocket");
