@@ -5,13 +5,11 @@ use std::time::Duration;
 use vencejo_flight::plan::{MissionItem, PlanKind};
 use vencejo_proto::{MavVersion, MissionItemInt, MissionSeq, MonoTime};
 
-use super::{by_items, has, mission};
+use super::{LIMIT, by_items, has, mission};
 use crate::transfer::testing::{Faults, MockPlane, OldPlane, PLANE, Running, STATION, World, run};
 use crate::transfer::{
     ItemForm, NoPlanKinds, PlanClear, PlanDownload, PlanRoute, PlanUpload, Transfer, TransferConfig, TransferError,
 };
-
-const LIMIT: Duration = Duration::from_secs(600);
 
 fn old() -> TransferConfig {
     TransferConfig::old_ardupilot(PLANE, STATION)

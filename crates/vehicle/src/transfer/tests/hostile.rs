@@ -11,7 +11,7 @@ use vencejo_proto::ftp::{FtpOpcode, FtpPayload};
 use vencejo_proto::param::ParamName;
 use vencejo_proto::{Message, MissionAck, MissionItemFloat, MissionItemInt, MonoTime};
 
-use super::{by_ftp, by_items, mission};
+use super::{LIMIT, by_ftp, by_items, mission};
 use crate::transfer::testing::{PLANE, STATION};
 use crate::transfer::{
     FtpGet, ItemForm, ParamList, ParamSet, PlanClear, PlanDownload, PlanUpload, Transfer, TransferConfig,
@@ -20,8 +20,6 @@ use crate::transfer::{
 
 /// Most messages that one call may put out: a window of items, or of requests, and a good-bye.
 const BURST: usize = 80;
-/// Whatever is said to it, a transfer of a handful of items ends by then.
-const ENDS: Duration = Duration::from_secs(600);
 
 fn message() -> impl Strategy<Value = Message> {
     let small = 0u16..14;
@@ -137,7 +135,7 @@ fn feed<T: Transfer>(mut transfer: T, messages: &[(u16, Message)]) {
         now = now.max(at);
         transfer.on_time(now);
         calls += 1;
-        assert!(calls < 20_000 && now.as_duration() < ENDS, "it does not end ({calls} calls, {now})");
+        assert!(calls < 20_000 && now.as_duration() < LIMIT, "it does not end ({calls} calls, {now})");
     }
     assert_eq!(transfer.deadline(), None);
 }

@@ -16,7 +16,7 @@ use vencejo_proto::ftp::{FtpOpcode, FtpPayload};
 use vencejo_proto::param::{Param, ParamName, ParamValue};
 use vencejo_proto::{Address, Message, MissionAck, MissionItemInt, MonoTime};
 
-use super::{by_ftp, by_items, has, mission};
+use super::{LIMIT, by_ftp, by_items, has, mission, ms};
 use crate::transfer::testing::{Endpoint, Faults, MockPlane, PLANE, RIVAL, Running, STATION, World, run, seeds};
 use crate::transfer::{
     DownloadedPlan, FtpGet, ParamList, ParamRead, ParamSet, PlanClear, PlanDownload, PlanUpload, Transfer,
@@ -27,14 +27,8 @@ use crate::transfer::{
 const SEEDS: u64 = 200;
 /// How often an upload may begin anew until it is there.
 const RESTARTS: usize = 3;
-/// A transfer that fails does so by then, however it goes wrong on the way.
-const LIMIT: Duration = Duration::from_secs(600);
 /// A link that is gone is told by then (tests/faults, row 3).
 const GONE: Duration = Duration::from_secs(15);
-
-fn ms(ms: u64) -> Duration {
-    Duration::from_millis(ms)
-}
 
 type UploadWorld = World<Running<PlanUpload>, MockPlane>;
 type Uploaded = Result<VerifiedPlan, TransferError>;

@@ -4,10 +4,10 @@
 use std::time::Duration;
 
 use vencejo_flight::plan::PlanKind;
-use vencejo_proto::dialect::{MavMessage, MavMissionType};
+use vencejo_proto::dialect::{MISSION_COUNT_DATA, MISSION_REQUEST_INT_DATA, MavMessage, MavMissionType};
 use vencejo_proto::{Address, Message, MissionAck, MissionItemInt, MonoTime};
 
-use super::{by_items, has};
+use super::{LIMIT, by_items, has};
 use crate::transfer::testing::{Endpoint, Faults, MockPlane, PLANE, RIVAL, Running, STATION, World, run};
 use crate::transfer::{PlanDownload, PlanUpload, TransferConfig, TransferError};
 
@@ -43,19 +43,11 @@ impl Endpoint for Twisted {
         self.plane.wakes_at()
     }
 
-    #[allow(deprecated, reason = "ArduPilot asks with MISSION_REQUEST")]
     fn next_output(&mut self) -> Option<Message> {
         loop {
             let mut message = self.plane.next_output()?;
             if let (true, Message::Dialect(MavMessage::MISSION_REQUEST(asked))) = (self.asks_for_integers, &message) {
-                message = Message::Dialect(MavMessage::MISSION_REQUEST_INT(
-                    vencejo_proto::dialect::MISSION_REQUEST_INT_DATA {
-                        seq: asked.seq,
-                        target_system: asked.target_system,
-                        target_component: asked.target_component,
-                        mission_type: asked.mission_type,
-                    },
-                ));
+                message = request(asked.seq, Address::new(asked.target_system, asked.target_component));
             }
             match (self.twist)(&mut message, self.count) {
                 Said::AsItIs => return Some(message),
@@ -70,7 +62,6 @@ impl Endpoint for Twisted {
 }
 
 /// The item that a message of the vehicle asks for.
-#[allow(deprecated, reason = "ArduPilot asks with MISSION_REQUEST")]
 fn asked(message: &Message) -> Option<u16> {
     match message {
         Message::Dialect(MavMessage::MISSION_REQUEST(asked)) => Some(asked.seq),
@@ -79,13 +70,14 @@ fn asked(message: &Message) -> Option<u16> {
     }
 }
 
-#[allow(deprecated, reason = "ArduPilot asks with MISSION_REQUEST")]
-fn ask_for(message: &mut Message, seq: u16) {
-    match message {
-        Message::Dialect(MavMessage::MISSION_REQUEST(asked)) => asked.seq = seq,
-        Message::Dialect(MavMessage::MISSION_REQUEST_INT(asked)) => asked.seq = seq,
-        _ => {}
-    }
+/// What PX4 asks for an item with.
+fn request(seq: u16, of: Address) -> Message {
+    Message::Dialect(MavMessage::MISSION_REQUEST_INT(MISSION_REQUEST_INT_DATA {
+        seq,
+        target_system: of.system.0,
+        target_component: of.component.0,
+        mission_type: MavMissionType::MAV_MISSION_TYPE_MISSION,
+    }))
 }
 
 fn is_count(message: &Message) -> bool {
@@ -104,14 +96,6 @@ fn answer(result: u8) -> Message {
     Message::MissionAck(MissionAck { target: STATION, result, mission_type: 0, opaque_id: 0 })
 }
 
-fn set_count(message: &mut Message, to: u16) -> Said {
-    if let Message::Dialect(MavMessage::MISSION_COUNT(count)) = message {
-        count.count = to;
-        return Said::Changed;
-    }
-    Said::AsItIs
-}
-
 fn drop_if(is_it: bool) -> Said {
     if is_it { Said::Not } else { Said::AsItIs }
 }
@@ -122,6 +106,29 @@ fn replace_if(is_it: bool, message: &mut Message, with: Message) -> Said {
         return Said::Changed;
     }
     Said::AsItIs
+}
+
+/// An item, or the request for one, under a number that there is not.
+fn misnumber_if(is_it: bool, message: &mut Message) -> Said {
+    match message {
+        Message::MissionItemInt(item) if is_it => item.seq = 999,
+        Message::Dialect(MavMessage::MISSION_REQUEST(asked)) if is_it => asked.seq = 999,
+        Message::Dialect(MavMessage::MISSION_REQUEST_INT(asked)) if is_it => asked.seq = 999,
+        _ => return Said::AsItIs,
+    }
+    Said::Changed
+}
+
+fn change_count(message: &mut Message, change: fn(&mut MISSION_COUNT_DATA)) -> Said {
+    let Message::Dialect(MavMessage::MISSION_COUNT(count)) = message else { return Said::AsItIs };
+    change(count);
+    Said::Changed
+}
+
+fn change_end(message: &mut Message, change: fn(&mut MissionAck)) -> Said {
+    let Message::MissionAck(ack) = message else { return Said::AsItIs };
+    change(ack);
+    Said::Changed
 }
 
 /// How a transfer has to end.
@@ -135,6 +142,10 @@ enum End {
     Refused,
 }
 
+/// `MAV_MISSION_ERROR`, `MAV_MISSION_NO_SPACE`.
+const ERROR: u8 = 1;
+const NO_SPACE: u8 = 4;
+
 const READS: [(&str, Twist, End); 14] = [
     ("the list is not answered", |m, _| drop_if(is_count(m)), End::Error),
     ("the list is not answered the first time", |m, n| drop_if(n == 0 && is_count(m)), End::Well),
@@ -142,42 +153,16 @@ const READS: [(&str, Twist, End); 14] = [
     ("item 0 does not come the first time", |m, n| drop_if(n == 0 && is_item(m, 0)), End::Well),
     ("item 1 never comes", |m, _| drop_if(is_item(m, 1)), End::Error),
     ("item 1 does not come the first time", |m, n| drop_if(n == 0 && is_item(m, 1)), End::Well),
-    (
-        "item 0 comes under a number that there is not",
-        |m, _| match m {
-            Message::MissionItemInt(item) if item.seq == 0 => {
-                item.seq = 999;
-                Said::Changed
-            }
-            _ => Said::AsItIs,
-        },
-        End::Error,
-    ),
-    (
-        "item 1 comes under a number that there is not",
-        |m, _| match m {
-            Message::MissionItemInt(item) if item.seq == 1 => {
-                item.seq = 999;
-                Said::Changed
-            }
-            _ => Said::AsItIs,
-        },
-        End::Error,
-    ),
-    ("an error in place of item 0", |m, _| replace_if(is_item(m, 0), m, answer(4)), End::Error),
-    ("an error in place of item 1", |m, _| replace_if(is_item(m, 1), m, answer(4)), End::Error),
-    ("an error in place of the list", |m, _| replace_if(is_count(m), m, answer(4)), End::Refused),
-    ("none", |m, _| set_count(m, 0), End::Well),
-    ("sixty-five thousand", |m, _| set_count(m, 65_535), End::Error),
+    ("item 0 comes under a number that there is not", |m, _| misnumber_if(is_item(m, 0), m), End::Error),
+    ("item 1 comes under a number that there is not", |m, _| misnumber_if(is_item(m, 1), m), End::Error),
+    ("an error in place of item 0", |m, _| replace_if(is_item(m, 0), m, answer(ERROR)), End::Error),
+    ("an error in place of item 1", |m, _| replace_if(is_item(m, 1), m, answer(ERROR)), End::Error),
+    ("an error in place of the list", |m, _| replace_if(is_count(m), m, answer(ERROR)), End::Refused),
+    ("none", |m, _| change_count(m, |count| count.count = 0), End::Well),
+    ("sixty-five thousand", |m, _| change_count(m, |count| count.count = 65_535), End::Error),
     (
         "the list of the fence",
-        |m, _| match m {
-            Message::Dialect(MavMessage::MISSION_COUNT(count)) => {
-                count.mission_type = MavMissionType::MAV_MISSION_TYPE_FENCE;
-                Said::Changed
-            }
-            _ => Said::AsItIs,
-        },
+        |m, _| change_count(m, |count| count.mission_type = MavMissionType::MAV_MISSION_TYPE_FENCE),
         End::Error,
     ),
 ];
@@ -187,74 +172,33 @@ const WRITES: [(&str, Twist, End); 16] = [
     ("the count is not answered the first time", |m, n| drop_if(n == 0 && asked(m) == Some(0)), End::Well),
     ("item 1 is never asked for", |m, _| drop_if(asked(m) == Some(1)), End::Error),
     ("item 1 is not asked for the first time", |m, n| drop_if(n == 0 && asked(m) == Some(1)), End::Well),
+    ("an item that there is not in place of item 0", |m, _| misnumber_if(asked(m) == Some(0), m), End::Error),
+    ("an item that there is not in place of item 1", |m, _| misnumber_if(asked(m) == Some(1), m), End::Error),
     (
-        "an item that there is not is asked for in place of item 0",
-        |m, _| {
-            let is_it = asked(m) == Some(0);
-            if is_it {
-                ask_for(m, 999);
-            }
-            if is_it { Said::Changed } else { Said::AsItIs }
-        },
-        End::Error,
+        "an error in place of the request for item 0",
+        |m, _| replace_if(asked(m) == Some(0), m, answer(ERROR)),
+        End::Refused,
     ),
     (
-        "an item that there is not is asked for in place of item 1",
-        |m, _| {
-            let is_it = asked(m) == Some(1);
-            if is_it {
-                ask_for(m, 999);
-            }
-            if is_it { Said::Changed } else { Said::AsItIs }
-        },
-        End::Error,
+        "an error in place of the request for item 1",
+        |m, _| replace_if(asked(m) == Some(1), m, answer(ERROR)),
+        End::Refused,
     ),
-    ("an error in place of the request for item 0", |m, _| replace_if(asked(m) == Some(0), m, answer(4)), End::Refused),
-    ("an error in place of the request for item 1", |m, _| replace_if(asked(m) == Some(1), m, answer(4)), End::Refused),
-    ("no room in place of the request for item 1", |m, _| replace_if(asked(m) == Some(1), m, answer(4)), End::Refused),
+    (
+        "no room in place of the request for item 1",
+        |m, _| replace_if(asked(m) == Some(1), m, answer(NO_SPACE)),
+        End::Refused,
+    ),
     // It has all of it, as reading back shows.
     ("the end is not told", |m, _| drop_if(is_good_end(m)), End::Well),
-    ("the end is an error", |m, _| replace_if(is_good_end(m), m, answer(4)), End::Refused),
+    ("no room in place of the end", |m, _| replace_if(is_good_end(m), m, answer(NO_SPACE)), End::Refused),
     ("the end is told after item 0", |m, _| replace_if(asked(m).is_some_and(|seq| seq > 0), m, answer(0)), End::Error),
     ("the end is told in place of the first request", |m, _| replace_if(asked(m).is_some(), m, answer(0)), End::Error),
-    (
-        "the end is told to another station",
-        |m, _| match m {
-            Message::MissionAck(ack) => {
-                ack.target = RIVAL;
-                Said::Changed
-            }
-            _ => Said::AsItIs,
-        },
-        End::Well,
-    ),
-    (
-        "the end is told of the fence",
-        |m, _| match m {
-            Message::MissionAck(ack) => {
-                ack.mission_type = 1;
-                Said::Changed
-            }
-            _ => Said::AsItIs,
-        },
-        End::Well,
-    ),
+    ("the end is told to another station", |m, _| change_end(m, |ack| ack.target = RIVAL), End::Well),
+    ("the end is told of the fence", |m, _| change_end(m, |ack| ack.mission_type = 1), End::Well),
     (
         "requests are for another station",
-        |m, _| {
-            if let Some(seq) = asked(m) {
-                *m = Message::Dialect(MavMessage::MISSION_REQUEST_INT(
-                    vencejo_proto::dialect::MISSION_REQUEST_INT_DATA {
-                        seq,
-                        target_system: RIVAL.system.0,
-                        target_component: RIVAL.component.0,
-                        mission_type: MavMissionType::MAV_MISSION_TYPE_MISSION,
-                    },
-                ));
-                return Said::Changed;
-            }
-            Said::AsItIs
-        },
+        |m, _| asked(m).map_or(Said::AsItIs, |seq| replace_if(true, m, request(seq, RIVAL))),
         End::Error,
     ),
 ];
@@ -300,7 +244,7 @@ fn each_misbehaviour_ends_as_it_has_to() {
             let download = PlanDownload::new(&config, PlanKind::Mission, MonoTime::ZERO);
             let twisted = Twisted { plane, twist, count: 0, asks_for_integers };
             let mut world = World::new(Running::new(download), twisted, Faults::default(), 1);
-            let (result, took) = run(&mut world, Duration::from_secs(120));
+            let (result, took) = run(&mut world, LIMIT);
             check(&format!("{name}, reading, {what}"), end, &result, took);
             assert!(world.plane.count > 0, "{what}: it happened");
             if let Ok(plan) = result {
@@ -316,7 +260,7 @@ fn each_misbehaviour_ends_as_it_has_to() {
             let upload = PlanUpload::new(&config, PlanKind::Mission, items.clone(), MonoTime::ZERO);
             let twisted = Twisted { plane, twist, count: 0, asks_for_integers };
             let mut world = World::new(Running::new(upload), twisted, Faults::default(), 1);
-            let (result, took) = run(&mut world, Duration::from_secs(120));
+            let (result, took) = run(&mut world, LIMIT);
             check(&format!("{name}, writing, {what}"), end, &result, took);
             assert!(world.plane.count > 0, "{what}: it happened");
             if result.is_ok() {

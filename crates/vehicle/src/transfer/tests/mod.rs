@@ -15,6 +15,13 @@ use vencejo_proto::{MissionItemInt, MissionSeq};
 use super::testing::{PLANE, STATION};
 use super::{FtpSessions, TransferConfig};
 
+/// A transfer that fails does so by then, however it goes wrong on the way.
+const LIMIT: Duration = Duration::from_secs(600);
+
+fn ms(ms: u64) -> Duration {
+    Duration::from_millis(ms)
+}
+
 /// An ArduPilot with MAVFTP, whose round trip is known as TIMESYNC would have measured it.
 fn by_ftp(round_trip: Duration, seed: u32) -> TransferConfig {
     TransferConfig {

@@ -6,11 +6,9 @@ use std::time::Duration;
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::param::{Param, ParamName, ParamValue};
 
-use super::{by_ftp, by_items, has, mission};
+use super::{LIMIT, by_ftp, by_items, has, mission, ms};
 use crate::transfer::testing::{Faults, MockPlane, Running, World, run};
 use crate::transfer::{ParamList, PlanDownload, PlanRoute, PlanUpload, TransferConfig};
-
-const LIMIT: Duration = Duration::from_secs(300);
 
 fn upload(config: &TransferConfig, count: u16, faults: Faults, seed: u64) -> Duration {
     upload_to(MockPlane::new(), config, count, faults, seed)
@@ -52,10 +50,6 @@ fn list_from(mut plane: MockPlane, config: &TransferConfig, faults: Faults, seed
     assert_eq!(read.len(), 1399);
     assert!(read.iter().zip(&world.plane.params).all(|(a, b)| a.name == b.name));
     took
-}
-
-fn ms(ms: u64) -> Duration {
-    Duration::from_millis(ms)
 }
 
 #[test]

@@ -9,7 +9,7 @@ use vencejo_proto::param::{ParamName, ParamType, ParamValue, decode_packed_param
 use vencejo_proto::plan_file::{decode_plan_file, encode_plan_file};
 use vencejo_proto::{Header, MavVersion, Message, MissionItemInt, MonoTime};
 
-use super::{by_ftp, by_items};
+use super::{LIMIT, by_ftp, by_items};
 use crate::transfer::items::{ItemDownload, ItemUpload, ItemsSent};
 use crate::transfer::testing::{
     Endpoint, Faults, MockPlane, PLANE, Recording, Running, STATION, World, recorded, run, tlog,
@@ -18,7 +18,6 @@ use crate::transfer::{
     ItemForm, ParamList, ParamRead, ParamSet, PlanClear, PlanRoute, PlanUpload, Transfer, TransferError,
 };
 
-const LIMIT: Duration = Duration::from_secs(60);
 /// `mission.dat` as it was uploaded.
 const MISSION_FILE: &[u8] = include_bytes!("../../../../../tests/fixtures/captures/mission.dat");
 
