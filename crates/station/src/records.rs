@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use vencejo_proto::SystemId;
@@ -151,19 +152,55 @@ fn write(folder: &Path, stored: &StoredRecord) -> std::io::Result<()> {
     vencejo_store::write(&path, to_text(stored).as_bytes(), Access::Owner)
 }
 
-/// What waits to be written: the newest of each vehicle, so that a slow disk has at most one for each to write.
+/// How often what could not be written is tried again.
+const TRY_AGAIN: Duration = Duration::from_secs(5);
+
+/// The vehicle that a record is of, and the record with its ticket.
+type Key = (SystemId, VehicleKey);
+type Ticketed = (u64, StoredRecord);
+/// The newest record of each vehicle: a slow disk has at most one for each to write.
+type Newest = BTreeMap<Key, Ticketed>;
+
 #[derive(Default)]
 struct Waiting {
-    records: BTreeMap<(SystemId, VehicleKey), (u64, StoredRecord)>,
+    records: Newest,
+    /// What should be on the disk and could not be written.
+    unwritten: Newest,
+    /// Why, of the last of it.
+    fault: String,
     is_closing: bool,
+    is_last_try: bool,
+}
+
+impl Waiting {
+    /// Has what could not be written tried again, unless something newer of the same vehicle waits.
+    fn try_again(&mut self) {
+        for (key, record) in &self.unwritten {
+            self.records.entry(key.clone()).or_insert_with(|| record.clone());
+        }
+    }
+
+    /// A record is on the disk: it may take the others too now.
+    fn on_written(&mut self, key: &Key) {
+        self.unwritten.remove(key);
+        self.try_again();
+    }
+
+    /// A record could not be written; whether it is the first.
+    fn on_fault(&mut self, key: Key, record: Ticketed, fault: String) -> bool {
+        let is_first = self.unwritten.is_empty();
+        if self.unwritten.len() < MAX_RECORDS || self.unwritten.contains_key(&key) {
+            self.unwritten.insert(key, record);
+        }
+        self.fault = fault;
+        is_first
+    }
 }
 
 #[derive(Default)]
 struct Desk {
     waiting: Mutex<Waiting>,
     news: Condvar,
-    /// Why the last record could not be written.
-    fault: Mutex<Option<String>>,
 }
 
 impl Desk {
@@ -171,8 +208,30 @@ impl Desk {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn fault(&self) -> MutexGuard<'_, Option<String>> {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner)
+    /// The next record to be written, waited for; `None` at the end, when each has been tried a last time.
+    fn next(&self) -> Option<(Key, Ticketed)> {
+        let mut waiting = self.lock();
+        loop {
+            if let Some(next) = waiting.records.pop_first() {
+                return Some(next);
+            }
+            if waiting.is_closing {
+                if waiting.is_last_try {
+                    return None;
+                }
+                waiting.is_last_try = true;
+                waiting.try_again();
+            } else if waiting.unwritten.is_empty() {
+                waiting = self.news.wait(waiting).unwrap_or_else(PoisonError::into_inner);
+            } else {
+                let (woken, timeout) =
+                    self.news.wait_timeout(waiting, TRY_AGAIN).unwrap_or_else(PoisonError::into_inner);
+                waiting = woken;
+                if timeout.timed_out() {
+                    waiting.try_again();
+                }
+            }
+        }
     }
 }
 
@@ -190,22 +249,15 @@ impl Records {
         let desk = Arc::new(Desk::default());
         let (theirs, into) = (desk.clone(), folder.clone());
         let thread = std::thread::Builder::new().name("vencejo records".to_owned()).spawn(move || {
-            loop {
-                let next = {
-                    let mut waiting = theirs.lock();
-                    loop {
-                        match waiting.records.pop_first() {
-                            Some(next) => break Some(next),
-                            None if waiting.is_closing => break None,
-                            None => waiting = theirs.news.wait(waiting).unwrap_or_else(PoisonError::into_inner),
+            while let Some((key, (ticket, stored))) = theirs.next() {
+                let system = key.0;
+                match write(&into, &stored) {
+                    Ok(()) => theirs.lock().on_written(&key),
+                    Err(error) => {
+                        if theirs.lock().on_fault(key, (ticket, stored), error.to_string()) {
+                            tracing::error!(folder = %into.display(), %error, "what is known of a mission cannot be written down");
                         }
                     }
-                };
-                let Some(((system, _), (ticket, stored))) = next else { return };
-                let failed = write(&into, &stored).err().map(|error| error.to_string());
-                let before = std::mem::replace(&mut *theirs.fault(), failed.clone());
-                if let (Some(error), None) = (failed, before) {
-                    tracing::error!(folder = %into.display(), error, "what is known of a mission cannot be written down");
                 }
                 on_kept(system, ticket);
             }
@@ -218,9 +270,10 @@ impl Records {
         &self.folder
     }
 
-    /// Why the last record could not be written; it may be lost when the program ends.
+    /// Why a record is not on the disk that should be; it is lost when the program ends before that is mended.
     pub(crate) fn fault(&self) -> Option<String> {
-        self.desk.fault().clone()
+        let waiting = self.desk.lock();
+        (!waiting.unwritten.is_empty()).then(|| waiting.fault.clone())
     }
 
     /// Has a record written soon. Never blocks for the disk.
@@ -297,6 +350,31 @@ mod tests {
         records.keep(SystemId(1), 3, StoredRecord { record: PlanRecord::default(), ..stored(1) });
         records.close();
         assert_eq!(read_all(&folder), [stored(2)]);
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[test]
+    fn what_could_not_be_written_is_when_the_disk_takes_it() {
+        let folder = folder("tried-again");
+        std::fs::write(&folder, b"in the way").expect("written");
+        let (sender, kept) = mpsc::channel();
+        let on_kept = move |system, ticket| sender.send((system, ticket)).expect("the test listens");
+        let records = Records::start(folder.clone(), on_kept).expect("a thread");
+        records.keep(SystemId(1), 1, stored(1));
+        assert_eq!(kept.recv(), Ok((SystemId(1), 1)), "who waits goes on");
+        assert!(records.fault().is_some());
+        std::fs::remove_file(&folder).expect("removed");
+        records.keep(SystemId(2), 2, stored(2));
+        assert_eq!(kept.recv(), Ok((SystemId(2), 2)));
+        assert_eq!(kept.recv(), Ok((SystemId(1), 1)), "tried again with the first that is written");
+        assert_eq!(records.fault(), None);
+        std::fs::remove_dir_all(&folder).expect("removed");
+        std::fs::write(&folder, b"in the way").expect("written");
+        records.keep(SystemId(3), 3, stored(3));
+        assert_eq!(kept.recv(), Ok((SystemId(3), 3)));
+        std::fs::remove_file(&folder).expect("removed");
+        records.close();
+        assert_eq!(read_all(&folder), [stored(3)], "and a last time at the end");
         std::fs::remove_dir_all(&folder).expect("removed");
     }
 
