@@ -216,7 +216,7 @@ impl VehicleHandle {
         despite_mixed_plan: bool,
         confirmation: Option<&str>,
     ) -> Result<SendReport, StationError> {
-        let danger = |telemetry: &Telemetry, now| Danger::of_message(message, telemetry, now);
+        let danger = |telemetry: &Telemetry, now| Danger::of_message(message, self.system, telemetry, now);
         self.admit(danger, || format!("{message:?}"), confirmation)?;
         self.station.shared.send(self.system, message, despite_mixed_plan)
     }

@@ -17,7 +17,7 @@ const MAX_WAITING: usize = 64;
 /// How long the owner may take to read the vehicle's state: two heartbeats and a bit.
 const ASK_WAIT: Duration = Duration::from_millis(2_500);
 
-/// Numbers of commands (`MAV_CMD`) that this crate sends.
+/// Numbers of commands (`MAV_CMD`) that this crate sends, holds back or has confirmed.
 #[allow(missing_docs, reason = "the names are MAVLink's")]
 pub mod cmd {
     pub const NAV_RETURN_TO_LAUNCH: u16 = 20;
@@ -25,28 +25,56 @@ pub mod cmd {
     pub const DO_SET_MODE: u16 = 176;
     pub const DO_CHANGE_SPEED: u16 = 178;
     pub const DO_SET_HOME: u16 = 179;
+    pub const DO_FLIGHTTERMINATION: u16 = 185;
     pub const DO_CHANGE_ALTITUDE: u16 = 186;
-    pub const DO_LAND_START: u16 = 189;
     pub const DO_RETURN_PATH_START: u16 = 188;
+    pub const DO_LAND_START: u16 = 189;
     pub const DO_GO_AROUND: u16 = 191;
     pub const DO_REPOSITION: u16 = 192;
     pub const DO_PAUSE_CONTINUE: u16 = 193;
-    pub const DO_AUX_FUNCTION: u16 = 218;
-    pub const DO_FLIGHTTERMINATION: u16 = 185;
     pub const DO_FENCE_ENABLE: u16 = 207;
     pub const DO_PARACHUTE: u16 = 208;
+    pub const DO_AUX_FUNCTION: u16 = 218;
+    pub const DO_ENGINE_CONTROL: u16 = 223;
     pub const DO_SET_MISSION_CURRENT: u16 = 224;
     pub const PREFLIGHT_STORAGE: u16 = 245;
     pub const PREFLIGHT_REBOOT_SHUTDOWN: u16 = 246;
+    pub const MISSION_START: u16 = 300;
     pub const COMPONENT_ARM_DISARM: u16 = 400;
     pub const GET_HOME_POSITION: u16 = 410;
     pub const SET_MESSAGE_INTERVAL: u16 = 511;
     pub const REQUEST_MESSAGE: u16 = 512;
     pub const REQUEST_AUTOPILOT_CAPABILITIES: u16 = 520;
-    pub const MISSION_START: u16 = 300;
+    pub const STORAGE_FORMAT: u16 = 526;
     pub const DO_JUMP_TAG: u16 = 601;
+    pub const DO_SET_SAFETY_SWITCH_STATE: u16 = 5300;
+    pub const FLASH_BOOTLOADER: u16 = 42650;
+    pub const DEBUG_TRAP: u16 = 42700;
     pub const GUIDED_CHANGE_ALTITUDE: u16 = 43001;
     pub const GUIDED_CHANGE_HEADING: u16 = 43002;
+}
+
+/// Numbers of ArduPilot's auxiliary functions (`RC_Channel::AUX_FUNC`), of those that arm, end a flight or move in the mission.
+pub(crate) mod aux {
+    pub(crate) const FENCE: u32 = 11;
+    pub(crate) const AUTO: u32 = 16;
+    pub(crate) const PARACHUTE_RELEASE: u32 = 22;
+    pub(crate) const PARACHUTE_3POS: u32 = 23;
+    pub(crate) const MISSION_RESET: u32 = 24;
+    pub(crate) const MOTOR_ESTOP: u32 = 31;
+    /// Before ArduPilot 4.2.
+    pub(crate) const ARMDISARM_OLD: u32 = 41;
+    pub(crate) const CLEAR_WP: u32 = 58;
+    pub(crate) const DISARM: u32 = 81;
+    pub(crate) const ARMDISARM: u32 = 153;
+    pub(crate) const ARMDISARM_AIRMODE: u32 = 154;
+    pub(crate) const ARM_EMERGENCY_STOP: u32 = 165;
+    pub(crate) const ICE_START_STOP: u32 = 179;
+}
+
+/// A number as vehicles read it from a float of a command.
+pub(crate) fn whole(param: f32) -> u32 {
+    param as u32
 }
 
 /// A command by number, shown by name.

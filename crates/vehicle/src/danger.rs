@@ -4,14 +4,18 @@
 use std::fmt;
 
 use vencejo_flight::plan::PlanKind;
-use vencejo_proto::{Address, FieldValue, Header, MavVersion, Message, MonoTime, decode_fields};
+use vencejo_proto::{Address, FieldValue, Header, MavVersion, Message, MonoTime, SystemId, decode_fields};
 
-use crate::command::cmd;
+use crate::command::{aux, cmd, whole};
 use crate::request::Request;
 use crate::telemetry::{LOST_AFTER, Telemetry};
 
-/// Below this ground speed a vehicle that does not say whether it flies is taken to stand.
+/// Below this ground speed a fixed wing that does not say whether it flies is taken to stand…
 const STANDS_BELOW_M_S: f64 = 3.0;
+/// …unless it has this airspeed: against a strong wind it flies without moving over the ground.
+const MAY_FLY_FROM_M_S: f64 = 6.0;
+/// `MAV_TYPE_FIXED_WING`: what hovers has no ground speed that tells.
+const FIXED_WING: u8 = 1;
 
 /// An act that a person has to confirm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -19,7 +23,7 @@ const STANDS_BELOW_M_S: f64 = 3.0;
 pub enum Danger {
     /// Arms in spite of the vehicle's own checks.
     ForceArm,
-    /// Stops the motors whatever the vehicle does.
+    /// Stops the motors whatever the vehicle does: by force, by the emergency stop, by the safety switch, by the engine's control.
     ForceDisarm,
     /// Disarms a vehicle that flies, or that is not known to stand.
     DisarmInFlight,
@@ -33,9 +37,9 @@ pub enum Danger {
     Reboot,
     /// Switches the fence off, or what it does.
     FenceOff,
-    /// Puts parameters or stored data of the vehicle back to what the factory set.
+    /// Puts parameters of the vehicle back to what the factory set, or erases what it has stored.
     Erase,
-    /// Writes to the vehicle's files by hand.
+    /// Writes to the vehicle's files, or its bootloader, by hand.
     WriteFiles,
 }
 
@@ -89,7 +93,7 @@ impl Danger {
             Self::ClearAll => "removes mission, fence and rally points on board",
             Self::Reboot => "restarts or switches off the autopilot",
             Self::FenceOff => "switches the fence off",
-            Self::Erase => "puts the vehicle's parameters or stored data back",
+            Self::Erase => "resets the vehicle's parameters or erases what it has stored",
             Self::WriteFiles => "writes to the vehicle's files",
         }
     }
@@ -119,9 +123,12 @@ impl Danger {
         }
     }
 
-    /// What is dangerous about a raw message to a vehicle that last said this.
+    /// What is dangerous about a raw message that goes out by way of this vehicle, which last said this.
     #[must_use]
-    pub fn of_message(message: &Message, telemetry: &Telemetry, now: MonoTime) -> Option<Self> {
+    pub fn of_message(message: &Message, vehicle: SystemId, telemetry: &Telemetry, now: MonoTime) -> Option<Self> {
+        // To others, or to all: what this one says of itself tells nothing of them.
+        let others = Telemetry::default();
+        let telemetry = if message.target().system == Some(vehicle) { telemetry } else { &others };
         match message {
             Message::CommandLong(command) => of_command(command.command, &command.params, telemetry, now),
             Message::CommandInt(command) => of_command(command.command, &command.params, telemetry, now),
@@ -148,10 +155,13 @@ fn may_fly(telemetry: &Telemetry, now: MonoTime) -> bool {
     {
         return !is_on_ground;
     }
-    let stands = telemetry
-        .hud
-        .is_some_and(|hud| is_fresh(hud.at) && hud.value.groundspeed_m_s.is_some_and(|speed| speed < STANDS_BELOW_M_S));
-    !stands
+    let is_fixed_wing = telemetry.heartbeat.is_some_and(|heartbeat| heartbeat.value.mav_type == FIXED_WING);
+    let stands = telemetry.hud.is_some_and(|hud| {
+        is_fresh(hud.at)
+            && hud.value.groundspeed_m_s.is_some_and(|speed| speed < STANDS_BELOW_M_S)
+            && hud.value.airspeed_m_s.is_none_or(|speed| speed < MAY_FLY_FROM_M_S)
+    });
+    !(is_fixed_wing && stands)
 }
 
 /// What is dangerous about a command. A value that is left to the vehicle (NaN) may be any.
@@ -170,11 +180,44 @@ fn of_command(command: u16, params: &[f32], telemetry: &Telemetry, now: MonoTime
         }
         cmd::DO_FLIGHTTERMINATION | cmd::DO_PARACHUTE => Some(Danger::Terminate),
         cmd::DO_FENCE_ENABLE => (param(1) != 1.0).then_some(Danger::FenceOff),
-        cmd::PREFLIGHT_REBOOT_SHUTDOWN => Some(Danger::Reboot),
+        cmd::DO_SET_MODE => of_mode(whole(param(1)), whole(param(2))),
+        cmd::DO_SET_SAFETY_SWITCH_STATE => (param(1) != 1.0).then_some(Danger::ForceDisarm),
+        cmd::DO_ENGINE_CONTROL => (param(1) != 1.0).then_some(Danger::ForceDisarm),
+        cmd::DO_AUX_FUNCTION => of_aux_function(whole(param(1)), whole(param(2)), telemetry, now),
+        cmd::PREFLIGHT_REBOOT_SHUTDOWN | cmd::DEBUG_TRAP => Some(Danger::Reboot),
+        cmd::STORAGE_FORMAT => Some(Danger::Erase),
+        cmd::FLASH_BOOTLOADER => Some(Danger::WriteFiles),
         // Only writing (1) of what is there harms nothing; reading back (0) drops what was not written.
         cmd::PREFLIGHT_STORAGE => {
             ([param(1), param(2)].iter().any(|value| !matches!(value, 0.0 | 1.0))).then_some(Danger::Erase)
         }
+        _ => None,
+    }
+}
+
+/// `MAV_MODE_FLAG_DECODE_POSITION_SAFETY`: to ArduPilot no mode, but its safety switch, where 0 alone lets the outputs work.
+const SAFETY_FLAG: u32 = 128;
+
+/// What is dangerous about a mode.
+fn of_mode(base_mode: u32, custom_mode: u32) -> Option<Danger> {
+    (base_mode == SAFETY_FLAG && custom_mode != 0).then_some(Danger::ForceDisarm)
+}
+
+/// Positions of the switch of an auxiliary function; 1 is in the middle.
+const LOW: u32 = 0;
+const HIGH: u32 = 2;
+
+/// What is dangerous about an auxiliary function in a position of its switch.
+fn of_aux_function(function: u32, position: u32, telemetry: &Telemetry, now: MonoTime) -> Option<Danger> {
+    match (function, position) {
+        (aux::FENCE, position) => (position != HIGH).then_some(Danger::FenceOff),
+        (aux::PARACHUTE_RELEASE | aux::PARACHUTE_3POS, HIGH) => Some(Danger::Terminate),
+        (aux::MOTOR_ESTOP, HIGH) | (aux::ARM_EMERGENCY_STOP | aux::ICE_START_STOP, LOW) => Some(Danger::ForceDisarm),
+        // In the air too: ArduPlane looks whether it flies for COMPONENT_ARM_DISARM alone.
+        (aux::DISARM, HIGH) | (aux::ARMDISARM_OLD | aux::ARMDISARM | aux::ARMDISARM_AIRMODE, LOW) => {
+            may_fly(telemetry, now).then_some(Danger::DisarmInFlight)
+        }
+        (aux::CLEAR_WP, HIGH) => Some(Danger::Clear(PlanKind::Mission)),
         _ => None,
     }
 }
@@ -205,7 +248,14 @@ const FTP_READS: [u8; 8] = [0, 1, 2, 3, 4, 5, 14, 15];
 fn of_dialect(message: &Message) -> Option<Danger> {
     let is_of_interest = matches!(
         message.name(),
-        "MISSION_CLEAR_ALL" | "MISSION_COUNT" | "PARAM_SET" | "PARAM_EXT_SET" | "FILE_TRANSFER_PROTOCOL"
+        "MISSION_CLEAR_ALL"
+            | "MISSION_COUNT"
+            | "MISSION_WRITE_PARTIAL_LIST"
+            | "PARAM_SET"
+            | "PARAM_EXT_SET"
+            | "FILE_TRANSFER_PROTOCOL"
+            | "SET_MODE"
+            | "LOG_ERASE"
     );
     if !is_of_interest {
         return None;
@@ -226,12 +276,17 @@ fn of_dialect(message: &Message) -> Option<Danger> {
     };
     match message.name() {
         // A list that is announced by hand replaces what is there, whatever its length.
-        "MISSION_CLEAR_ALL" | "MISSION_COUNT" => Some(match number("mission_type") {
+        "MISSION_CLEAR_ALL" | "MISSION_COUNT" | "MISSION_WRITE_PARTIAL_LIST" => Some(match number("mission_type") {
             Some(0.0) => Danger::Clear(PlanKind::Mission),
             Some(1.0) => Danger::Clear(PlanKind::Fence),
             Some(2.0) => Danger::Clear(PlanKind::Rally),
             _ => Danger::ClearAll,
         }),
+        "SET_MODE" => {
+            let number = |name: &str| number(name).map_or(0, |value| value as u32);
+            of_mode(number("base_mode"), number("custom_mode"))
+        }
+        "LOG_ERASE" => Some(Danger::Erase),
         "PARAM_SET" => {
             let value = number("param_value").unwrap_or(f64::NAN);
             // PX4 and some ArduPilots send whole numbers as the bits of a float: both readings count.
@@ -266,6 +321,7 @@ mod tests {
     use super::*;
 
     const NOW: MonoTime = MonoTime::ZERO;
+    const ONE: SystemId = SystemId(1);
 
     /// What an armed plane says that is on the ground, in the air, or does not tell.
     fn armed(landed: MavLandedState) -> Telemetry {
@@ -297,8 +353,8 @@ mod tests {
         let found = [
             Danger::of_request(&Request::RawCommandLong(long), telemetry, NOW),
             Danger::of_request(&Request::RawCommandInt(int), telemetry, NOW),
-            Danger::of_message(&Message::CommandLong(long), telemetry, NOW),
-            Danger::of_message(&Message::CommandInt(int), telemetry, NOW),
+            Danger::of_message(&Message::CommandLong(long), ONE, telemetry, NOW),
+            Danger::of_message(&Message::CommandInt(int), ONE, telemetry, NOW),
         ];
         assert!(found.iter().all(|danger| *danger == found[0]), "command {command}: {found:?}");
         found[0]
@@ -308,7 +364,7 @@ mod tests {
         let fields: BTreeMap<_, _> = fields.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
         let (id, payload) = encode_fields(name, &fields).expect("a message");
         let message = Message::from_payload(MavVersion::V2, id, &payload).expect("decodes");
-        Danger::of_message(&message, &flying(), NOW)
+        Danger::of_message(&message, ONE, &flying(), NOW)
     }
 
     #[test]
@@ -328,6 +384,25 @@ mod tests {
             (246, &[1.0], Some(Danger::Reboot)),
             (245, &[2.0], Some(Danger::Erase)),
             (245, &[1.0, 1.0], None),
+            (176, &[128.0, 1.0], Some(Danger::ForceDisarm)),
+            (176, &[1.0, 10.0], None),
+            (5300, &[0.0], Some(Danger::ForceDisarm)),
+            (5300, &[1.0], None),
+            (223, &[0.0], Some(Danger::ForceDisarm)),
+            (223, &[1.0], None),
+            (218, &[31.0, 2.0], Some(Danger::ForceDisarm)),
+            (218, &[165.0, 0.0], Some(Danger::ForceDisarm)),
+            (218, &[81.0, 2.0], Some(Danger::DisarmInFlight)),
+            (218, &[153.0, 0.0], Some(Danger::DisarmInFlight)),
+            (218, &[153.0, 2.0], None),
+            (218, &[11.0, 0.0], Some(Danger::FenceOff)),
+            (218, &[11.0, 2.0], None),
+            (218, &[22.0, 2.0], Some(Danger::Terminate)),
+            (218, &[58.0, 2.0], Some(Danger::Clear(PlanKind::Mission))),
+            (218, &[9.0, 2.0], None),
+            (526, &[1.0, 1.0], Some(Danger::Erase)),
+            (42_650, &[], Some(Danger::WriteFiles)),
+            (42_700, &[32_451.0], Some(Danger::Reboot)),
             (178, &[1.0, 20.0], None),
         ] {
             assert_eq!(spelled(command, params, &flying()), expected, "{command} {params:?}");
@@ -343,14 +418,25 @@ mod tests {
         assert_eq!(of(&landed(), NOW), None);
         assert_eq!(of(&unknown, NOW), Some(Danger::DisarmInFlight));
         assert_eq!(of(&landed(), NOW + LOST_AFTER * 2), Some(Danger::DisarmInFlight), "that was long ago");
-        let mut slow = unknown;
-        slow.apply(
-            &Message::Dialect(MavMessage::VFR_HUD(VFR_HUD_DATA { groundspeed: 0.4, ..Default::default() })),
-            NOW,
-        );
-        assert_eq!(of(&slow, NOW), None);
+        let with = |groundspeed: f32, airspeed: f32, mav_type: u8| {
+            let mut telemetry = unknown;
+            let heartbeat = Heartbeat { mav_type, autopilot: 3, base_mode: 0x80, ..Heartbeat::default() };
+            telemetry.apply(&Message::Heartbeat(heartbeat), NOW);
+            let hud = VFR_HUD_DATA { groundspeed, airspeed, ..Default::default() };
+            telemetry.apply(&Message::Dialect(MavMessage::VFR_HUD(hud)), NOW);
+            of(&telemetry, NOW)
+        };
+        assert_eq!(with(0.4, 2.0, 1), None);
+        assert_eq!(with(0.4, 12.0, 1), Some(Danger::DisarmInFlight), "against a strong wind");
+        assert_eq!(with(0.4, 0.0, 2), Some(Danger::DisarmInFlight), "a copter hovers");
         assert_eq!(of(&Telemetry::new(), NOW), Some(Danger::DisarmInFlight));
         assert_eq!(spelled(400, &[0.0], &landed()), None);
+        let to = |system: u8| {
+            let target = Address::new(system, 1);
+            let command = CommandLong { target, command: 400, confirmation: 0, params: [0.0; 7] };
+            Danger::of_message(&Message::CommandLong(command), ONE, &landed(), NOW)
+        };
+        assert_eq!((to(1), to(2), to(0)), (None, Some(Danger::DisarmInFlight), Some(Danger::DisarmInFlight)));
     }
 
     #[test]
@@ -373,13 +459,23 @@ mod tests {
             ("WP_RADIUS", 0.0, None),
         ] {
             assert_eq!(set(name, value), expected, "{name} = {value}");
-            let fields = [("param_id", FieldValue::Text(name.to_owned())), ("param_value", FieldValue::Float(value))];
+            let fields = [
+                ("param_id", FieldValue::Text(name.to_owned())),
+                ("param_type", FieldValue::Unsigned(9)),
+                ("param_value", FieldValue::Float(value)),
+            ];
             assert_eq!(raw("PARAM_SET", &fields), expected, "PARAM_SET {name} = {value}");
         }
         let kind = |number: u64| [("mission_type", FieldValue::Unsigned(number))];
         assert_eq!(raw("MISSION_CLEAR_ALL", &kind(0)), Some(Danger::Clear(PlanKind::Mission)));
         assert_eq!(raw("MISSION_CLEAR_ALL", &kind(255)), Some(Danger::ClearAll));
         assert_eq!(raw("MISSION_COUNT", &kind(1)), Some(Danger::Clear(PlanKind::Fence)));
+        assert_eq!(raw("MISSION_WRITE_PARTIAL_LIST", &kind(0)), Some(Danger::Clear(PlanKind::Mission)));
+        assert_eq!(raw("LOG_ERASE", &[]), Some(Danger::Erase));
+        let mode =
+            |base, custom| [("base_mode", FieldValue::Unsigned(base)), ("custom_mode", FieldValue::Unsigned(custom))];
+        assert_eq!(raw("SET_MODE", &mode(128, 1)), Some(Danger::ForceDisarm), "the safety switch");
+        assert_eq!(raw("SET_MODE", &mode(1, 10)), None);
         let ftp = |opcode: u64| {
             let bytes = [0, 0, 0, opcode].map(FieldValue::Unsigned).to_vec();
             raw("FILE_TRANSFER_PROTOCOL", &[("payload", FieldValue::List(bytes))])

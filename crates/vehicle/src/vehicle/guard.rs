@@ -7,7 +7,7 @@ use vencejo_proto::{Message, MonoTime, StatusText};
 
 use super::Vehicle;
 use super::steps::{Fallback, Step};
-use crate::command::{CommandMessage, cmd};
+use crate::command::{CommandMessage, aux, cmd, whole};
 use crate::error::VehicleError;
 use crate::modes::{FlightMode, ModeFamily};
 use crate::telemetry::Severity;
@@ -35,16 +35,6 @@ impl Act {
 const AUTO_FLAG: u32 = 4;
 /// `MAV_MODE_FLAG_CUSTOM_MODE_ENABLED`.
 const CUSTOM_FLAG: u32 = 1;
-/// Numbers of ArduPilot's auxiliary functions (`RC_Channel::AUX_FUNC`): mode AUTO; arm or disarm, by three of them; the mission
-/// from its beginning.
-const AUX_AUTO: u32 = 16;
-const AUX_ARM: [u32; 3] = [41, 153, 154];
-const AUX_MISSION_RESET: u32 = 24;
-
-/// A number as vehicles read it from a float of a command.
-fn whole(param: f32) -> u32 {
-    param as u32
-}
 
 fn mode_follows(family: ModeFamily, base_mode: u32, custom_mode: u32) -> bool {
     if base_mode & CUSTOM_FLAG == 0 {
@@ -76,9 +66,10 @@ fn act_of_command(family: ModeFamily, command: u16, params: &[f32]) -> Option<Ac
             Some(Act::Jump)
         }
         cmd::DO_AUX_FUNCTION if whole(param(2)) > 0 => match whole(param(1)) {
-            AUX_AUTO => Some(Act::FollowMission),
-            AUX_MISSION_RESET => Some(Act::Jump),
-            function => AUX_ARM.contains(&function).then_some(Act::Arm),
+            aux::AUTO => Some(Act::FollowMission),
+            aux::MISSION_RESET => Some(Act::Jump),
+            aux::ARMDISARM_OLD | aux::ARMDISARM | aux::ARMDISARM_AIRMODE | aux::ARM_EMERGENCY_STOP => Some(Act::Arm),
+            _ => None,
         },
         _ => None,
     }
