@@ -28,9 +28,9 @@ impl PyOperator {
         Self { operator, station, session: None }
     }
 
-    /// One that a server shows as a session; `None` when that is gone.
-    pub fn of_session(session: Session, station: Station) -> Option<Self> {
-        Some(Self { operator: session.to_station()?, station, session: Some(session) })
+    /// One that a server shows as a session.
+    pub fn of_session(session: Session, station: Station) -> Self {
+        Self { operator: session.to_station(), station, session: Some(session) }
     }
 
     /// To act in its name.

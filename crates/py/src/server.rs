@@ -112,7 +112,7 @@ impl PyServer {
     /// An operator's session of this program, by name.
     fn operator(&self, name: &str) -> PyResult<PyOperator> {
         let operator = self.server.operator(name);
-        let operator = operator.and_then(|session| PyOperator::of_session(session, self.station.clone()));
+        let operator = operator.map(|session| PyOperator::of_session(session, self.station.clone()));
         operator.ok_or_else(|| errors::raise("Busy", "all places for sessions are taken; close one"))
     }
 

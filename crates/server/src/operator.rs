@@ -5,19 +5,18 @@ use std::sync::Arc;
 
 use crate::access::random_secret;
 use crate::dto::Role;
-use crate::sessions::SessionId;
 use crate::state::App;
 
 /// A session of this very program. It ends when it is closed or dropped.
 pub struct Operator {
     app: App,
-    id: SessionId,
     secret: String,
+    operator: Arc<vencejo_station::Operator>,
 }
 
 impl fmt::Debug for Operator {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Operator({})", self.id)
+        fmt::Debug::fmt(&self.operator, f)
     }
 }
 
@@ -26,47 +25,20 @@ impl Operator {
     pub(crate) fn open(app: App, name: &str) -> Option<Self> {
         let secret = random_secret().ok()?;
         let now = app.now();
-        let id = app.change_sessions(|sessions| {
+        let operator = app.change_sessions(|sessions| {
             sessions.open(secret.clone(), Role::Operator, Some(name), now)?;
             let (id, _) = sessions.find(&secret, now)?;
             // It is there for as long as this is, as a page is while its WebSocket is open.
             sessions.socket_opened(id, now);
             sessions.keep(id);
-            Some(id)
+            sessions.operator(id)
         })?;
-        Some(Self { app, id, secret })
+        Some(Self { app, secret, operator })
     }
 
-    /// Who it is to the station, to act in its name. `None` when the session is gone.
-    pub fn to_station(&self) -> Option<Arc<vencejo_station::Operator>> {
-        self.app.sessions().operator(self.id)
-    }
-
-    /// Whether it holds control.
-    pub fn has_control(&self) -> bool {
-        self.app.sessions().has_control(self.id)
-    }
-
-    /// Name of the session that holds control.
-    pub fn holder(&self) -> Option<String> {
-        self.app.sessions().holder_name()
-    }
-
-    /// Name of the session that asks for control.
-    pub fn requested_by(&self) -> Option<String> {
-        self.app.sessions().info(self.id)?.requested_by
-    }
-
-    /// Takes control if nobody else has it; whether it has it now.
-    pub fn take(&self) -> bool {
-        let now = self.app.now();
-        self.app.change_sessions(|sessions| sessions.take(self.id, now)).is_ok()
-    }
-
-    /// Gives control up: to the session that asks for it, else to nobody.
-    pub fn release(&self) {
-        let now = self.app.now();
-        self.app.change_sessions(|sessions| sessions.release(self.id, now));
+    /// Who it is to the station, to act in its name.
+    pub fn to_station(&self) -> Arc<vencejo_station::Operator> {
+        self.operator.clone()
     }
 
     /// Ends the session, and gives control up if it holds it. May be called again.
@@ -95,7 +67,8 @@ mod tests {
     async fn it_holds_control_as_others_do_and_gives_it_to_who_asks() {
         let station = station(true);
         let server = serve(&station, ServerConfig::default()).await;
-        let demo = server.operator("demo").expect("a place");
+        let session = server.operator("demo").expect("a place");
+        let demo = session.to_station();
         assert!(demo.has_control());
         let app = server.app();
         let late = MonoTime::from_micros((app.now().as_duration() + Duration::from_secs(3600)).as_micros() as u64);
@@ -106,13 +79,13 @@ mod tests {
         let secret = ana.split('=').next_back().expect("a secret").to_owned();
         let (id, _) = app.sessions().find(&secret, now).expect("open");
         app.change_sessions(|sessions| sessions.request(id, now)).expect("asked");
-        assert_eq!(demo.requested_by().as_deref(), Some("ana"));
-        demo.release();
-        assert_eq!((demo.has_control(), demo.holder().as_deref(), demo.take()), (false, Some("ana"), false));
+        assert_eq!(demo.control().requested_by().as_deref(), Some("ana"));
+        demo.release(now);
+        assert_eq!(demo.take(now), Err(vencejo_station::Held("ana".into())));
         app.change_sessions(|sessions| sessions.release(id, now));
-        assert!(demo.take());
-        demo.close();
-        demo.close();
+        assert_eq!(demo.take(now), Ok(()));
+        session.close();
+        session.close();
         assert_eq!(app.sessions().holder_name(), None);
         server.close().await;
         station.close().await;

@@ -243,7 +243,7 @@ impl Sessions {
             name: session.name.clone(),
             role: session.role,
             has_control: self.has_control(id),
-            holder: self.control.holder(),
+            holder: self.holder_name(),
             requested_by: self.control.requested_by(),
         })
     }
