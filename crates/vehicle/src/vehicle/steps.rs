@@ -545,13 +545,20 @@ impl Context<'_> {
                 }),
             }),
             Request::RawCommandLong(mut long) => {
-                no_infinities(&long.params)?;
+                raw_numbers(&long.params)?;
+                if takes_position(long.command) {
+                    raw_position(f64::from(long.params[4]), f64::from(long.params[5]))?;
+                }
                 long.target = self.or_vehicle(long.target);
                 Step::command(CommandMessage::Long(long))
             }
             Request::RawCommandInt(mut int) => {
-                no_infinities(&int.params)?;
-                no_infinities(&[int.z])?;
+                raw_numbers(&int.params)?;
+                raw_numbers(&[int.z])?;
+                if takes_position(int.command) && is_global(int.frame) {
+                    let degrees = |scaled| if scaled == i32::MAX { f64::NAN } else { f64::from(scaled) / 1e7 };
+                    raw_position(degrees(int.x), degrees(int.y))?;
+                }
                 int.target = self.or_vehicle(int.target);
                 Step::command(CommandMessage::Int(int))
             }
@@ -610,11 +617,43 @@ fn message_number(message_id: u32) -> Result<f32, VehicleError> {
     Ok(message_id as f32)
 }
 
-fn no_infinities(params: &[f32]) -> Result<(), VehicleError> {
-    match params.iter().find(|param| param.is_infinite()) {
-        Some(param) => Err(invalid("a command's parameter", param, "a number, or NaN where MAVLink allows it")),
+/// The parameters of a command that goes out as it was asked for. ArduPilot makes whole numbers of 32 bits of them without looking
+/// (`convert_COMMAND_LONG_loc_param` and the handlers behind it), which C++ leaves undefined for what does not fit: in its simulator,
+/// where such faults are trapped, that ends the autopilot.
+fn raw_numbers(params: &[f32]) -> Result<(), VehicleError> {
+    // The least is a whole 32-bit float, the largest is not.
+    let fits = |param: f32| param.is_nan() || (i32::MIN as f32..-(i32::MIN as f32)).contains(&param);
+    match params.iter().find(|param| !fits(**param)) {
+        Some(param) => {
+            let expected = "-2147483648 to below 2147483648, or NaN where MAVLink allows it";
+            Err(invalid("a command's parameter", param, expected))
+        }
         None => Ok(()),
     }
+}
+
+/// The position of such a command, degrees; NaN where it has none.
+fn raw_position(lat_deg: f64, lon_deg: f64) -> Result<(), VehicleError> {
+    for (field, value, limit, expected) in [
+        ("lat_deg", lat_deg, 90.0, "a latitude, -90 to 90 degrees, or NaN"),
+        ("lon_deg", lon_deg, 180.0, "a longitude, -180 to 180 degrees, or NaN"),
+    ] {
+        if value.abs() > limit {
+            return Err(invalid(field, value, expected));
+        }
+    }
+    Ok(())
+}
+
+/// Whether parameters 5 and 6 of a command are a latitude and a longitude.
+fn takes_position(command: u16) -> bool {
+    // Those that are no items of a mission: DO_REPOSITION, DO_SET_GLOBAL_ORIGIN, EXTERNAL_POSITION_ESTIMATE.
+    matches!(command, cmd::DO_REPOSITION | 611 | 43003) || Command(command).info().is_some_and(|info| info.has_position)
+}
+
+/// Whether x and y of a frame are degrees (MAV_FRAME).
+fn is_global(frame: u8) -> bool {
+    matches!(frame, 0 | 3 | 5 | 6 | 10 | 11)
 }
 
 fn height(field: &'static str, alt_m: f64) -> Result<f32, VehicleError> {
