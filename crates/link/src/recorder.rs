@@ -420,13 +420,18 @@ struct OpenFile {
     bytes: u64,
     begun_at: MonoTime,
     begun_unix_us: u64,
+    newest_us: u64,
 }
 
 impl OpenFile {
-    fn unix_us(&self, at: MonoTime) -> u64 {
+    /// The time of the next entry, never less than that of the last: what is received and what is sent come from several
+    /// threads, whose moments overtake each other by some 0.1 ms on the way here. Some readers take the lowest two bits as the
+    /// number of the link.
+    fn next_unix_us(&mut self, at: MonoTime, link: LinkId) -> u64 {
         let base = i128::from(self.begun_unix_us);
         let offset = i128::from(at.as_micros()) - i128::from(self.begun_at.as_micros());
-        u64::try_from(base + offset).unwrap_or(0)
+        self.newest_us = self.newest_us.max(u64::try_from(base + offset).unwrap_or(0) & !3);
+        self.newest_us | u64::from(link.0.wrapping_sub(1) & 3)
     }
 }
 
@@ -498,9 +503,7 @@ impl Writer {
         };
         self.batch.clear();
         for noted in frames {
-            // Some readers take the lowest two bits as the number of the link.
-            let unix_us = (open.unix_us(noted.at) & !3) | u64::from(noted.link.0.wrapping_sub(1) & 3);
-            write_entry(&mut self.batch, unix_us, &noted.frame);
+            write_entry(&mut self.batch, open.next_unix_us(noted.at, noted.link), &noted.frame);
         }
         if let Err(error) = open.file.write_all(&self.batch) {
             return Err((error, frames.len() as u64));
@@ -552,7 +555,7 @@ impl Writer {
                 if self.now.state.problem().is_none() {
                     self.enter(RecorderState::Recording { file: name.clone() }, now);
                 }
-                self.open = Some(OpenFile { name, file, bytes: 0, begun_at: now, begun_unix_us });
+                self.open = Some(OpenFile { name, file, bytes: 0, begun_at: now, begun_unix_us, newest_us: 0 });
                 self.enforce_quota();
             }
             Err(error) => self.fail(&error, now),

@@ -670,6 +670,22 @@ fn a_kill_at_any_moment_loses_less_than_a_second_and_the_next_session_begins_at_
     assert!(worst.1 <= Duration::from_secs(2), "{:?}", worst.1);
 }
 
+// fault 61: what overtakes on its way to the recorder turns no time back
+#[test]
+fn the_times_of_a_recording_only_rise() {
+    let clock = Arc::new(ManualClock::default());
+    let disk = SharedDisk::new();
+    let (mut writer, _) = Writer::new(Box::new(disk.clone()), RecorderConfig::default(), clock.clone());
+    writer.on_frames(&VecDeque::new(), 0);
+    let moments_us = [500_u64, 260, 499, 501, 504, 100, 508];
+    let noted = |us| Noted { at: MonoTime::from_micros(us), link: LinkId(1), frame: heartbeat(1, 1, 0) };
+    clock.advance_ms(1);
+    writer.on_frames(&moments_us.into_iter().map(noted).collect(), 0);
+    let bytes = disk.0.lock().unwrap().files["2026-11-21T08-00-00Z.tlog"].clone();
+    let times: Vec<_> = TlogReader::new(&bytes[..]).map(|entry| entry.unwrap().unix_us - WALL_START_US).collect();
+    assert_eq!(times, [500, 500, 500, 500, 504, 504, 508]);
+}
+
 // fault 61: ± 1 h, 1970, an hour asleep: recording without a stop, times in order
 #[test]
 fn a_clock_that_jumps_neither_stops_the_recorder_nor_turns_its_times_back() {
