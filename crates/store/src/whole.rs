@@ -227,14 +227,16 @@ fn temporary_name(name: &OsStr) -> OsString {
     temporary
 }
 
-/// Removes what a crash left of earlier writings of a file. Another process may be writing: only what is old goes.
+/// Removes what a crash left of earlier writings of a file. Another process may be writing: only what is old goes, and nothing
+/// of a process that lives, since a clock that was set, or a machine that slept, makes every file look old.
 fn remove_leftovers(folder: &Path, name: &OsStr) {
     let begin = format!(".{}.", name.to_string_lossy());
     let Ok(files) = fs::read_dir(folder) else { return };
     for file in files.flatten() {
         let found = file.file_name();
         let found = found.to_string_lossy();
-        if !found.starts_with(&begin) || !found.ends_with(TEMPORARY) {
+        let Some(rest) = found.strip_prefix(&begin).and_then(|rest| rest.strip_suffix(TEMPORARY)) else { continue };
+        if rest.split('-').next().is_some_and(is_alive) {
             continue;
         }
         let age = file.metadata().and_then(|about| about.modified()).ok().and_then(|at| at.elapsed().ok());
@@ -242,6 +244,11 @@ fn remove_leftovers(folder: &Path, name: &OsStr) {
             let _ = fs::remove_file(file.path());
         }
     }
+}
+
+/// Whether a process of this number is there, as far as the system shows it (Linux does).
+fn is_alive(process: &str) -> bool {
+    process.parse::<u32>().is_ok_and(|process| Path::new("/proc").join(process.to_string()).exists())
 }
 
 #[cfg(test)]
@@ -337,7 +344,8 @@ mod tests {
     #[test]
     fn leftovers_of_a_crash_go_when_they_are_old() {
         let folder = Scratch::new("leftovers");
-        let (old, young, other) = (".a.1-1.tmp", ".a.2-1.tmp", ".b.1-1.tmp");
+        // No process has numbers so large: Linux ends at 2^22.
+        let (old, young, other) = (".a.4294967001-1.tmp", ".a.4294967002-1.tmp", ".b.4294967001-1.tmp");
         for name in [old, young, other] {
             fs::write(folder.path().join(name), "half").expect("written");
         }
@@ -347,5 +355,19 @@ mod tests {
         }
         write(&folder.path().join("a"), b"whole", Access::Owner).expect("written");
         assert_eq!(folder.names(), [young, other, "a"]);
+    }
+
+    // fault 61: a clock an hour ahead takes no file away from whoever is writing it
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_a_living_process_writes_is_no_leftover_however_old_it_looks() {
+        let folder = Scratch::new("alive");
+        let being_written = format!(".a.{}-7000.tmp", std::process::id());
+        let path = folder.path().join(&being_written);
+        fs::write(&path, "half").expect("written");
+        let file = File::options().write(true).open(&path).expect("opened");
+        file.set_modified(std::time::SystemTime::now() - 2 * LEFTOVER).expect("set");
+        write(&folder.path().join("a"), b"whole", Access::Owner).expect("written");
+        assert_eq!(folder.names(), [being_written.as_str(), "a"]);
     }
 }
