@@ -25,7 +25,7 @@ use tokio_tungstenite::tungstenite::Message as WsMessage;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::{WebSocketStream, client_async};
 use tower::ServiceExt;
-use vencejo_link::{LinkOptions, LinkState};
+use vencejo_link::{LinkOptions, LinkState, RecorderState};
 use vencejo_proto::{Address, CommandAck, FrameDecoder, Header, Heartbeat, MavVersion, Message, StatusText};
 use vencejo_station::{Station, StationConfig};
 
@@ -824,8 +824,16 @@ async fn recordings_are_listed_and_read_and_nothing_else_is() {
         let found = listed.as_array().expect("a list").iter().find(|one| one["name"] == old).expect("listed").clone();
         assert_eq!(found["is_kept"], is_kept);
     }
-    station.close().await;
+    let begun = async {
+        while !matches!(station.recorder().expect("one").1.state, RecorderState::Recording { .. }) {
+            tokio::time::sleep(Duration::from_millis(5)).await;
+        }
+    };
+    timeout(PATIENCE, begun).await.expect("it records");
     std::fs::remove_dir_all(&folder).expect("removed");
+    let listed = server.ask("GET", "/recordings", None, None).await;
+    assert_eq!((listed.status, listed.json()), (200, json!([])), "a folder that is not there yet holds none");
+    station.close().await;
     std::fs::remove_file(folder.with_file_name("vencejo-secret.tlog")).expect("removed");
 }
 

@@ -73,9 +73,16 @@ async fn listed(app: &App) -> Result<(PathBuf, Vec<Recording>), Problem> {
     };
     let read = move || -> io::Result<(PathBuf, Vec<Recording>)> {
         let mut found = Vec::new();
-        for entry in std::fs::read_dir(&folder)? {
+        let entries = match std::fs::read_dir(&folder) {
+            Ok(entries) => entries,
+            // The recorder makes it with its first file.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((folder, found)),
+            Err(error) => return Err(error),
+        };
+        for entry in entries {
             let entry = entry?;
-            let metadata = entry.metadata()?;
+            // One that the recorder has just deleted is none.
+            let Ok(metadata) = entry.metadata() else { continue };
             let Ok(name) = entry.file_name().into_string() else { continue };
             if !metadata.is_file() || std::path::Path::new(&name).extension().is_none_or(|kind| kind != EXTENSION) {
                 continue;
