@@ -3,10 +3,12 @@
 //!
 //! The limits of [`crate::memory`] are meant to make this needless; it is for what nobody thought of, so that a file which ends the
 //! process does so once, and not again at each start. A note costs two small writes and is not forced to the disk: it has to
-//! outlive the process, not the power.
+//! outlive the process, not the power. One that does outlive the power accuses nothing: the machine was started since, and
+//! whatever was read then did not end the process.
 
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -123,8 +125,14 @@ fn folder(maps: &Path) -> PathBuf {
     maps.join("reading")
 }
 
+/// Which start of the machine this is; empty where the system does not tell. A lock file holds it.
+fn this_boot() -> String {
+    std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default()
+}
+
 /// Takes over the notes of processes that are gone, and begins our own.
 fn collect(maps: &Path) -> std::io::Result<(Run, HashMap<String, String>)> {
+    let this_boot = this_boot();
     let base = folder(maps);
     let kept = base.join("aside");
     vencejo_store::make_folder(&kept)?;
@@ -133,11 +141,17 @@ fn collect(maps: &Path) -> std::io::Result<(Run, HashMap<String, String>)> {
         if lock.extension().is_none_or(|end| end != "run") {
             continue;
         }
-        let file = OpenOptions::new().write(true).open(&lock)?;
+        let mut file = OpenOptions::new().read(true).write(true).open(&lock)?;
         if !vencejo_store::lock::try_hold(&file)? {
             continue;
         }
+        let mut boot = String::new();
+        let is_of_this_boot =
+            Read::by_ref(&mut file).take(MAX_NOTE).read_to_string(&mut boot).is_ok() && boot == this_boot;
         let run = Run { folder: lock.with_extension(""), lock, _file: file };
+        if !is_of_this_boot {
+            continue;
+        }
         for note in std::fs::read_dir(&run.folder).into_iter().flatten().flatten() {
             let id = note.file_name().to_string_lossy().into_owned();
             tracing::error!(source = id, "the program ended while this map source was read; it is set aside");
@@ -156,10 +170,11 @@ fn collect(maps: &Path) -> std::io::Result<(Run, HashMap<String, String>)> {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let name = format!("{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
     let (own, lock) = (base.join(&name), base.join(format!("{name}.run")));
-    let file = OpenOptions::new().write(true).create(true).truncate(false).open(&lock)?;
+    let mut file = OpenOptions::new().write(true).create(true).truncate(false).open(&lock)?;
     if !vencejo_store::lock::try_hold(&file)? {
         return Err(std::io::Error::other("another process has the same number"));
     }
+    file.write_all(this_boot.as_bytes())?;
     std::fs::create_dir_all(&own)?;
     Ok((Run { folder: own, lock, _file: file }, aside))
 }
@@ -186,6 +201,10 @@ mod tests {
 
     /// Ends as a process does that is killed: nothing is tidied up, and the system gives the lock back.
     fn kill(asides: &Asides) {
+        kill_at(asides, &this_boot());
+    }
+
+    fn kill_at(asides: &Asides, boot: &str) {
         let Some(run) = asides.lock().run.take() else { return };
         let (folder, lock) = (run.folder.clone(), run.lock.clone());
         let notes: Vec<_> = std::fs::read_dir(&folder)
@@ -195,7 +214,7 @@ mod tests {
             .collect();
         drop(run);
         std::fs::create_dir_all(&folder).expect("a folder");
-        std::fs::write(lock, b"").expect("written");
+        std::fs::write(lock, boot).expect("written");
         for (name, bytes) in notes {
             std::fs::write(folder.join(name), bytes).expect("written");
         }
@@ -233,5 +252,21 @@ mod tests {
         fourth.close();
         drop((reading, fourth));
         assert!(!Asides::open(folder.path()).has(&source("bad")), "an end in good order");
+    }
+
+    // fault 57: a power cut while a map is read sets no map aside
+    #[test]
+    fn what_was_read_when_the_power_went_is_read_again() {
+        let folder = Folder::new();
+        for boot in ["5b1e7a3c-0000-4000-8000-000000000000\n", "half of a", "\0\0\0\0"] {
+            let first = Asides::open(folder.path());
+            let reading = first.reading(&source("fine"));
+            kill_at(&first, boot);
+            drop((reading, first));
+            let second = Asides::open(folder.path());
+            assert!(!second.has(&source("fine")), "{boot:?}");
+            let left: Vec<_> = std::fs::read_dir(super::folder(folder.path())).expect("there").flatten().collect();
+            assert_eq!(left.len(), 3, "only what is set aside, and the second's own: {left:?}");
+        }
     }
 }
