@@ -1012,12 +1012,12 @@ fn what_is_sent_is_finite_and_in_range() {
             7 => {
                 let params = std::array::from_fn(|_| number(1.0) as f32);
                 let command = [Command::NAV_LOITER_UNLIM.0, cmd::DO_SET_HOME][round % 2];
-                Request::RawCommandLong(CommandLong { target: Address::default(), command, confirmation: 0, params })
+                Request::RawCommandLong(CommandLong { target: Address::new(0, 0), command, confirmation: 0, params })
             }
             _ => {
                 let params = std::array::from_fn(|_| number(1.0) as f32);
                 let (x, y, z) = (number(40e7) as i32, number(-3e7) as i32, number(80.0) as f32);
-                let (target, command, frame) = (Address::default(), cmd::DO_REPOSITION, 3);
+                let (target, command, frame) = (Address::new(0, 0), cmd::DO_REPOSITION, 3);
                 Request::RawCommandInt(CommandInt {
                     target,
                     frame,
