@@ -172,7 +172,8 @@ class Event:
     Attributes
     ----------
     kind : str
-        Such as ``"mode"``, ``"armed"``, ``"disarmed"``, ``"text"``, ``"item_reached"``, ``"lost"``, ``"regained"``.
+        Such as ``"mode"``, ``"armed"``, ``"disarmed"``, ``"text"``, ``"item_reached"``, ``"lost"``, ``"regained"``,
+        ``"unreached"`` (heard, but it does not hear us), ``"reached"``.
     time_s : float
         On the clock of `Telemetry.time_s`.
     detail : mapping of str to object
@@ -329,6 +330,15 @@ class VehicleState:
         """The link that it is reached over, with the counts of this vehicle alone; ``None`` when it is heard on none."""
         info = self._native.link()
         return None if info is None else LinkInfo(**info)
+
+    @property
+    def is_reached(self) -> bool | None:
+        """Whether it hears us; ``None`` when that is not known.
+
+        ``False``: it is heard, but has answered nothing of ours for 4.5 s, asked again and again. The link works in one
+        direction only, or the vehicle takes nothing without a signing key that we lack.
+        """
+        return self._native.is_reached()
 
     @property
     def rival(self) -> str | None:

@@ -55,6 +55,7 @@ ROUTES: dict[str, tuple[str, ...]] = {
     "Vehicle.set_mode": ("POST /mode",),
     "Vehicle.set_velocity": ("POST /velocity",),
     "Vehicle.remove_signing": ("POST /signing",),
+    "Vehicle.is_reached": ("GET /api/v1/vehicles",),
     "Vehicle.rival": ("GET /api/v1/vehicles",),
     "Vehicle.rotate_signing": ("POST /signing",),
     "Vehicle.set_up_signing": ("POST /signing",),

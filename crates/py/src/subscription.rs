@@ -156,6 +156,8 @@ fn event_tuple<'py>(
     let kind = match event {
         VehicleEvent::Lost => "lost",
         VehicleEvent::Regained => "regained",
+        VehicleEvent::Unreached => "unreached",
+        VehicleEvent::Reached => "reached",
         VehicleEvent::Rebooted => "rebooted",
         VehicleEvent::ModeChanged { from, to } => {
             detail.set_item("from", from.map(|from| from.to_string()))?;

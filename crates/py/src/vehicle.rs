@@ -464,6 +464,10 @@ impl PyVehicle {
         self.start_confirmed(py, Request::Reboot, confirm)
     }
 
+    fn is_reached(&self) -> Option<bool> {
+        self.vehicle.is_reached()
+    }
+
     fn rival(&self) -> Option<String> {
         self.vehicle.rival()
     }

@@ -112,6 +112,7 @@ pub(crate) fn vehicle_summary(vehicle: &VehicleHandle) -> dto::VehicleSummary {
         link: link.as_ref().map(|link| link.id),
         loss_pct: link.as_ref().and_then(|link| link.loss_pct),
         round_trip_ms: link.as_ref().and_then(|link| link.round_trip_ms),
+        is_reached: vehicle.is_reached(),
         rival: vehicle.rival(),
     }
 }

@@ -197,6 +197,7 @@ fn kind_of(cause: &Cause) -> (StatusCode, &'static str) {
         Cause::HomeUnknown => (StatusCode::CONFLICT, "Home is not known"),
         Cause::Rebooted => (StatusCode::CONFLICT, "The vehicle restarted"),
         Cause::Cancelled => (StatusCode::CONFLICT, "Cancelled"),
+        Cause::Unreached { .. } => (StatusCode::GATEWAY_TIMEOUT, "The vehicle does not hear us"),
         Cause::NoProgress { .. } => (StatusCode::GATEWAY_TIMEOUT, "The transfer got nowhere"),
         Cause::PlanRefused { .. } => (StatusCode::CONFLICT, "The vehicle refused the plan"),
         Cause::PlanMismatch { .. } => (StatusCode::CONFLICT, "The vehicle holds another plan"),
@@ -371,6 +372,7 @@ pub fn from_transfer(error: &TransferError) -> Problem {
         TransferError::Timeout { step, waited } => {
             Cause::TransferTimeout { step: (*step).to_owned(), waited_s: waited.as_secs_f64() }
         }
+        TransferError::Unreached { waited } => Cause::Unreached { waited_s: waited.as_secs_f64() },
         TransferError::NoProgress { step, attempts } => {
             Cause::NoProgress { step: (*step).to_owned(), attempts: *attempts }
         }

@@ -509,6 +509,8 @@ impl App {
             }
             VehicleEvent::Lost => ("lost", BTreeMap::new()),
             VehicleEvent::Regained => ("regained", BTreeMap::new()),
+            VehicleEvent::Unreached => ("unreached", BTreeMap::new()),
+            VehicleEvent::Reached => ("reached", BTreeMap::new()),
             VehicleEvent::Rebooted => ("rebooted", BTreeMap::new()),
             VehicleEvent::ModeChanged { from, to } => {
                 let from = from.map(|from| ("from", text(from.to_string())));

@@ -600,6 +600,18 @@ impl Shared {
         }
     }
 
+    /// Whether a vehicle hears us. Of a recording nobody can say.
+    pub(crate) fn is_reached(&self, system: SystemId) -> Option<bool> {
+        let now = self.clock.now();
+        let reached = self.core().vehicles.get(system)?.is_reached(now);
+        reached.filter(|_| !self.is_replayed(system))
+    }
+
+    /// Whether a vehicle comes from a recording, which answers nothing.
+    fn is_replayed(&self, system: SystemId) -> bool {
+        self.hub.links_of(system).first().is_some_and(|(link, _)| self.hub.is_replay(*link))
+    }
+
     /// Where else a vehicle's id is used, in words.
     pub(crate) fn rival(&self, system: SystemId) -> Option<String> {
         let now = self.clock.now();
@@ -716,7 +728,15 @@ impl Shared {
                         finisher.finish(result.map_err(StationError::from));
                     }
                 }
+                Output::Event(VehicleEvent::Unreached | VehicleEvent::Reached) if self.is_replayed(system) => {}
                 Output::Event(event) => {
+                    match event {
+                        VehicleEvent::Unreached => {
+                            tracing::warn!(vehicle = %system, "the vehicle is heard, but answers nothing: it does not hear us");
+                        }
+                        VehicleEvent::Reached => tracing::info!(vehicle = %system, "the vehicle answers again"),
+                        _ => {}
+                    }
                     if let Some(watchers) = core.watchers.get(&system) {
                         watchers.subscriptions.on_event(&Observed { event, at: now });
                         watchers.changes.notify();

@@ -254,6 +254,12 @@ impl VehicleHandle {
         Err(StationError::NeedsConfirmation { challenge: Box::new(challenge) })
     }
 
+    /// Whether it hears us. `false`: it is heard, but answers nothing of ours, so the link works in one direction only. `None`: not
+    /// known, because it is not heard or was asked nothing, or because it is a recording.
+    pub fn is_reached(&self) -> Option<bool> {
+        self.station.shared.is_reached(self.system)
+    }
+
     /// Where another vehicle is heard that uses the same system id, in words. That one is not followed, and nothing is sent to it.
     pub fn rival(&self) -> Option<String> {
         self.station.shared.rival(self.system)

@@ -56,6 +56,7 @@
 //! | [`command`] | commands and their acknowledgement |
 //! | [`streams`] | which messages are asked for, how often |
 //! | [`timesync`] | round trip and clock offset |
+//! | `reach` | whether the vehicle hears us |
 //! | [`progress`] | where the vehicle stands in its mission |
 //! | [`signing`] | giving it a signing key and taking it away |
 //! | [`heartbeat`] | our own heartbeat; whose heartbeat makes a vehicle |
@@ -73,6 +74,7 @@ mod plan_record;
 mod plan_state;
 mod preparation;
 pub mod progress;
+mod reach;
 pub mod registry;
 mod request;
 pub mod signing;
@@ -89,6 +91,7 @@ pub use plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
 pub use plan_state::{PlanState, Unknown};
 pub use preparation::FlightPreparation;
 pub use progress::MissionProgress;
+pub use reach::UNREACHED_AFTER;
 pub use registry::{RegistryEvent, RegistryOutput, Vehicles};
 pub use request::{AltFrame, ModeChoice, Output, Reply, Request, RequestId, SpeedKind, Turn, VehicleEvent};
 pub use sources::{SourceId, Sources, Taken};

@@ -351,6 +351,10 @@ pub enum VehicleEvent {
     Lost,
     /// The vehicle is heard again.
     Regained,
+    /// The vehicle is heard, but has answered nothing of ours for 4.5 s, asked again and again: the uplink is dead.
+    Unreached,
+    /// The vehicle answers again.
+    Reached,
     /// The autopilot restarted; telemetry from before is forgotten, plans are unknown, rates are asked again.
     Rebooted,
     /// The mode changed (or was heard for the first time).

@@ -11,8 +11,9 @@ use vencejo_proto::{Address, Message, MonoTime};
 
 /// How often the round trip is measured.
 pub const TIMESYNC_PERIOD: Duration = Duration::from_secs(2);
-/// Requests whose answers are still awaited; older ones are given up.
-const MAX_OUTSTANDING: usize = 8;
+/// Requests whose answers are still awaited; older ones are given up. As many as are sent within [`MAX_ROUND_TRIP`] when answers
+/// are late ([`crate::UNREACHED_AFTER`]).
+const MAX_OUTSTANDING: usize = 64;
 /// An answer that took longer is no answer.
 const MAX_ROUND_TRIP: Duration = Duration::from_secs(10);
 /// How far the vehicle's clock may go back between two answers by rounding.
@@ -106,9 +107,11 @@ impl TimeSync {
 
     /// A request, when one is due.
     pub fn on_time(&mut self, now: MonoTime) -> Option<Message> {
-        if now < self.next {
-            return None;
-        }
+        (now >= self.next).then(|| self.ask(now))
+    }
+
+    /// A request, before its time.
+    pub fn ask(&mut self, now: MonoTime) -> Message {
         self.next = now + TIMESYNC_PERIOD;
         if self.outstanding.len() == MAX_OUTSTANDING {
             self.outstanding.pop_front();
@@ -116,7 +119,7 @@ impl TimeSync {
         // 0 would look like no time at all.
         let sent_ns = our_ns(now).max(1);
         self.outstanding.push_back(sent_ns);
-        Some(self.message(0, sent_ns))
+        self.message(0, sent_ns)
     }
 
     /// When [`Self::on_time`] is wanted.

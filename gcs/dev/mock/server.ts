@@ -1,5 +1,5 @@
 // Stands in for the server in the browser, for `npm run dev:mock` and for screenshots: answers requests, speaks on a
-// WebSocket. `?scene=` chooses what is to be seen: lost, away, refused, mixed, elsewhere, watching, two, none,
+// WebSocket. `?scene=` chooses what is to be seen: lost, away, refused, mixed, elsewhere, oneway, watching, two, none,
 // token.
 import type {
   ClientMessage,
@@ -43,6 +43,7 @@ const summary = (system_id: number): VehicleSummary => ({
   link: 1,
   loss_pct: scene === 'lost' ? 31 : 0.4,
   round_trip_ms: 38 + 9 * Math.sin(time_s()),
+  is_reached: scene !== 'oneway',
   rival: null,
 });
 

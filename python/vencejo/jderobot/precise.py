@@ -89,11 +89,13 @@ class States:
         link = vehicle.link
         loss = None if link is None else link.loss_pct
         round_trip = None if link is None else link.round_trip_ms
+        reached = vehicle.is_reached
         return self._precise.Navigation(
             systemId=vehicle.system_id,
             at=self.moment(telemetry),
             linkLossPct=self._unset if loss is None else loss,
             linkRoundTripMs=self._unset if round_trip is None else round_trip,
+            isReached=self._unset if reached is None else reached,
             **self._known(
                 telemetry.heartbeat, heartbeatAgeS="age_s", mode="mode", isArmed="is_armed", mavType="mav_type"
             ),

@@ -345,6 +345,11 @@ pub enum Cause {
         /// For how long.
         waited_s: f64,
     },
+    /// The vehicle is heard, but does not hear us.
+    Unreached {
+        /// For how long nothing was answered.
+        waited_s: f64,
+    },
     /// The vehicle answers, but the transfer gets nowhere.
     NoProgress {
         /// What was being done, in English.

@@ -105,7 +105,8 @@ pub enum ServerMessage {
     Event {
         /// The vehicle.
         vehicle: u8,
-        /// `lost`, `regained`, `rebooted`, `mode`, `armed`, `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`,
+        /// `lost`, `regained`, `unreached` (it is heard, but does not hear us), `reached`, `rebooted`,
+        /// `mode`, `armed`, `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`,
         /// `target_elsewhere` (it flies to somewhere else than its plan says, an alarm), `target_as_planned`, `home`,
         /// `streams_fell_back`, `contested`, `uncontested`.
         kind: String,

@@ -34,6 +34,10 @@ pub struct VehicleSummary {
     /// Round trip of the newest TIMESYNC exchange.
     #[schema(required = true)]
     pub round_trip_ms: Option<f64>,
+    /// Whether it hears us: false when it is heard but answers nothing of ours, so that the link works in one direction only; null
+    /// when that is not known.
+    #[schema(required = true)]
+    pub is_reached: Option<bool>,
     /// Where another vehicle with the same system id is heard. It is not followed, and nothing is sent to it.
     #[schema(required = true)]
     pub rival: Option<String>,

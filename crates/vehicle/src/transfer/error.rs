@@ -27,6 +27,16 @@ pub enum TransferError {
         /// For how long.
         waited: Duration,
     },
+    /// The vehicle is heard, but does not hear us: it answered neither this nor anything else.
+    #[error(
+        "nothing that was sent was answered for {:.1} s, though the vehicle is heard: it does not hear us; check transmitter, \
+         antenna and cable of this side and the signing key, then try again",
+        waited.as_secs_f64()
+    )]
+    Unreached {
+        /// For how long.
+        waited: Duration,
+    },
     /// The vehicle answers, but the transfer gets nowhere.
     #[error("{step}: given up after {attempts} attempts; try again, or look for another station that transfers too")]
     NoProgress {
@@ -274,6 +284,7 @@ impl TransferError {
             Self::Cancelled,
             Self::OnlyMission { kind: PlanKind::Fence, reason: NoPlanKinds::OldFirmware },
             Self::IntegerItemsIgnored,
+            Self::Unreached { waited: Duration::from_millis(4_500) },
         ]
     }
 }
@@ -306,13 +317,14 @@ mod tests {
             TransferError::Cancelled => 16,
             TransferError::OnlyMission { .. } => 17,
             TransferError::IntegerItemsIgnored => 18,
+            TransferError::Unreached { .. } => 19,
         }
     }
 
     #[test]
     fn each_kind_has_an_example_and_says_something() {
         let examples = TransferError::examples();
-        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=18).collect());
+        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=19).collect());
         assert!(examples.iter().all(|error| !error.to_string().is_empty()));
     }
 }

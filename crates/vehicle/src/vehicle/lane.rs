@@ -28,6 +28,9 @@ pub(super) struct Lane {
     pub plan_before: Option<PlanBefore>,
     /// Another station changed the plan while it was read.
     pub is_disturbed: bool,
+    pub began: MonoTime,
+    /// Whether the vehicle has answered anything of it.
+    pub is_answered: bool,
 }
 
 impl Lane {

@@ -11,6 +11,7 @@ use super::steps::Effect;
 use super::{Told, Vehicle};
 use crate::error::VehicleError;
 use crate::plan_state::{PlanState, Unknown};
+use crate::reach::Reach;
 use crate::request::{Output, Reply, VehicleEvent};
 use crate::telemetry::{BootEvent, Group, boot_ms_of};
 use crate::timesync::TimeSyncEvent;
@@ -28,6 +29,7 @@ impl Vehicle {
             return self.on_other_component(from, message, now);
         }
         self.hear(now);
+        self.note_answer(message, now);
         if let Some(boot_ms) = boot_ms_of(message)
             && let Some(BootEvent::Rebooted { since }) = self.boot.observe(boot_ms, now)
         {
@@ -62,6 +64,7 @@ impl Vehicle {
 
     pub(super) fn hear(&mut self, now: MonoTime) {
         self.heard_at = now;
+        self.reach.on_heard(now);
         if self.is_lost {
             self.is_lost = false;
             self.streams.on_regained(now);
@@ -139,6 +142,8 @@ impl Vehicle {
             Some(TimeSyncEvent::Answer(answer)) => self.outputs.push_back(Output::Send(answer)),
             Some(TimeSyncEvent::Measured { has_gone_back, .. }) => {
                 self.commands.set_round_trip(self.timesync.round_trip());
+                let is_news = self.reach.on_timesync(self.timesync.round_trip(), now);
+                self.tell_reached(is_news);
                 if has_gone_back {
                     self.boot.reset();
                     self.on_restart(now, now);
@@ -258,6 +263,7 @@ impl Vehicle {
     pub fn on_replaced(&mut self, now: MonoTime) {
         self.boot.reset();
         self.timesync.forget_clock();
+        self.reach = Reach::default();
         self.restarted_at = None;
         self.on_restart(now, now);
         self.on_board_replaced(now);

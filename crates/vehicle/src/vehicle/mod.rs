@@ -10,11 +10,13 @@
 //! | `guard` | what may not go out while the mission may be mixed |
 //! | `target` | whether the plane flies to where its plan says |
 //! | `lane` | the transfer that runs |
+//! | `hearing` | whether it hears us: what is an answer, and what ends when nothing is |
 //! | `tell` | messages without COMMAND_ACK that stand in for a command on old firmware |
 //! | `age` | what the firmware is too old for |
 
 mod age;
 mod guard;
+mod hearing;
 mod lane;
 mod listen;
 mod onboard;
@@ -38,6 +40,7 @@ use crate::command::{CommandConfig, Commands};
 use crate::modes::{FlightMode, ModeFamily};
 use crate::plan_state::{PlanState, PlanStates};
 use crate::progress::{MissionProgress, ProgressTracker};
+use crate::reach::Reach;
 use crate::request::{Output, VehicleEvent};
 use crate::streams::{StreamConfig, Streams};
 use crate::telemetry::{BootClock, LOST_AFTER, LandedState, StatusLog, Telemetry};
@@ -100,6 +103,7 @@ pub struct Vehicle {
     texts: StatusLog,
     boot: BootClock,
     timesync: TimeSync,
+    reach: Reach,
     commands: Commands,
     streams: Streams,
     tracker: ProgressTracker,
@@ -137,6 +141,7 @@ impl Vehicle {
             texts: StatusLog::default(),
             boot: BootClock::default(),
             timesync: TimeSync::new(our, address, now),
+            reach: Reach::default(),
             commands: Commands::new(our, config.commands),
             streams: Streams::new(address, config.streams.clone()),
             tracker: ProgressTracker::default(),
@@ -227,6 +232,13 @@ impl Vehicle {
         now.since(self.heard_at) <= LOST_AFTER
     }
 
+    /// Whether it hears us. `false`: it is heard, but has answered nothing of ours for [`crate::UNREACHED_AFTER`]. `None`: not
+    /// known, because it is not heard, or was asked nothing that it answers.
+    #[must_use]
+    pub fn is_reached(&self, now: MonoTime) -> Option<bool> {
+        self.reach.is_reached(now).filter(|_| self.is_heard(now))
+    }
+
     /// Round trip by TIMESYNC, smoothed; `None` before the first answer.
     #[must_use]
     pub fn round_trip(&self) -> Option<Duration> {
@@ -261,7 +273,7 @@ impl Vehicle {
         let lanes = [&self.transfer, &self.param].into_iter().flatten().filter_map(|lane| lane.machine.deadline());
         let lost = (!self.is_lost).then(|| self.lost_at());
         let machines = [self.commands.deadline(), self.streams.deadline(), self.texts.deadline()];
-        [Some(self.timesync.deadline()), lost, self.on_board_deadline()]
+        [Some(self.timesync.deadline()), lost, self.on_board_deadline(), self.reach_deadline()]
             .into_iter()
             .chain(machines)
             .flatten()
@@ -329,6 +341,7 @@ impl Vehicle {
     pub fn on_time(&mut self, now: MonoTime) {
         if !self.is_lost && now >= self.lost_at() {
             self.is_lost = true;
+            self.reach.on_lost();
             self.event(VehicleEvent::Lost);
         }
         while let Some(text) = self.texts.release(now) {
@@ -337,8 +350,10 @@ impl Vehicle {
         }
         // A lost vehicle is asked too: its answer is the first sign of life on a silent link.
         if let Some(request) = self.timesync.on_time(now) {
+            self.reach.on_timesync_asked(now);
             self.outputs.push_back(Output::Send(request));
         }
+        self.look_whether_reached(now);
         if let Some(request) = self.streams.on_time(&mut self.commands, now) {
             self.outputs.push_back(Output::Send(request));
         }
@@ -352,6 +367,7 @@ impl Vehicle {
             }
         }
         self.pump(now);
+        self.end_unreached(now);
         self.end_waits(now);
         self.on_board_time(now);
         self.pump(now);

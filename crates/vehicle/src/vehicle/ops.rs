@@ -355,7 +355,10 @@ impl Vehicle {
 
     pub(super) fn on_command_output(&mut self, output: CommandOutput, now: MonoTime) {
         match output {
-            CommandOutput::Send(message) => self.outputs.push_back(Output::Send(message)),
+            CommandOutput::Send(message) => {
+                self.reach.on_question(now);
+                self.outputs.push_back(Output::Send(message));
+            }
             CommandOutput::Progress { id, percent } => {
                 if let Some(op) = self.op_commanding(id) {
                     let id = self.ops[op].id;

@@ -48,6 +48,7 @@ impl Vehicle {
     pub(super) fn tell(&mut self, index: usize, mut command: Commanding, message: Message, now: MonoTime) {
         command.last_sent = now;
         let wants_ack = matches!(message, Message::MissionItemFloat(_));
+        self.reach.on_question(now);
         self.outputs.push_back(super::Output::Send(message.clone()));
         let (retry_at, until) = (now + self.tell_again_after(), now + EFFECT_WITHIN);
         let telling = Telling { command, message, wants_ack, has_ack: false, attempts: 1, retry_at, until };

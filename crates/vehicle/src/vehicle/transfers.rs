@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use vencejo_flight::plan::{Mission, PlanKind, items_from_wire};
 use vencejo_proto::param::ParamEncoding;
-use vencejo_proto::{MissionItemInt, MonoTime};
+use vencejo_proto::{Message, MissionItemInt, MonoTime};
 
 use super::Vehicle;
 use super::lane::{Lane, Machine, PlanBefore, Yield};
@@ -103,7 +103,7 @@ impl Vehicle {
             }
         };
         let is_single = matches!(machine, Machine::Read(_) | Machine::Set(_));
-        let lane = Some(Lane { id, machine, plan_before, is_disturbed: false });
+        let lane = Some(Lane { id, machine, plan_before, is_disturbed: false, began: now, is_answered: false });
         if is_single { self.param = lane } else { self.transfer = lane }
     }
 
@@ -116,7 +116,13 @@ impl Vehicle {
             let Some(running) = lane else { continue };
             while let Some(output) = running.machine.poll_output() {
                 self.outputs.push_back(match output {
-                    TransferOutput::Send(message) => Output::Send(message),
+                    TransferOutput::Send(message) => {
+                        // MISSION_ACK is itself an answer.
+                        if !matches!(message, Message::MissionAck(_)) {
+                            self.reach.on_question(now);
+                        }
+                        Output::Send(message)
+                    }
                     TransferOutput::Progress { done, total } => Output::Progress { id: running.id, done, total },
                 });
             }

@@ -2151,6 +2151,14 @@ export interface components {
              */
             waited_s: number;
         } | {
+            /** @enum {string} */
+            code: "unreached";
+            /**
+             * Format: double
+             * @description For how long nothing was answered.
+             */
+            waited_s: number;
+        } | {
             /**
              * Format: int32
              * @description How often it was begun.
@@ -5108,7 +5116,8 @@ export interface components {
                 [key: string]: components["schemas"]["EventDetail"];
             };
             /**
-             * @description `lost`, `regained`, `rebooted`, `mode`, `armed`, `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`,
+             * @description `lost`, `regained`, `unreached` (it is heard, but does not hear us), `reached`, `rebooted`,
+             *     `mode`, `armed`, `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`,
              *     `target_elsewhere` (it flies to somewhere else than its plan says, an alarm), `target_as_planned`, `home`,
              *     `streams_fell_back`, `contested`, `uncontested`.
              */
@@ -5574,6 +5583,11 @@ export interface components {
             autopilot: number | null;
             /** @description Whether the motors can run. */
             is_armed: boolean | null;
+            /**
+             * @description Whether it hears us: false when it is heard but answers nothing of ours, so that the link works in one direction only; null
+             *     when that is not known.
+             */
+            is_reached: boolean | null;
             /**
              * Format: int32
              * @description The link that it is reached over.

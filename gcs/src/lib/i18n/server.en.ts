@@ -98,6 +98,9 @@ export const serverEn = {
   'problem.cancelled': 'Cancelled.',
   'problem.transfer-timeout': 'The vehicle fell silent for {waited_s} s during the transfer.',
   'problem.transfer-timeout.remedy': 'What it has now is unknown. Try again when the link is better.',
+  'problem.unreached': 'Nothing was answered for {waited_s} s: the vehicle is heard, but it does not hear us.',
+  'problem.unreached.remedy':
+    'Check transmitter, antenna and cable here, and the signing key. Try again when it answers.',
   'problem.no-progress': 'The vehicle answers, but the transfer gets nowhere ({attempts} attempts).',
   'problem.no-progress.remedy': 'Try again when the link is better.',
   'problem.plan-refused': 'The vehicle refused the {plan}: {result}.',

@@ -101,6 +101,9 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.cancelled': 'Cancelado.',
   'problem.transfer-timeout': 'El vehículo ha callado {waited_s} s durante la transferencia.',
   'problem.transfer-timeout.remedy': 'No se sabe qué tiene ahora. Inténtalo de nuevo cuando el enlace mejore.',
+  'problem.unreached': 'Nada ha tenido respuesta en {waited_s} s: al vehículo se le oye, pero no nos oye.',
+  'problem.unreached.remedy':
+    'Revisa aquí el transmisor, la antena y el cable, y la clave de firma. Inténtalo de nuevo cuando conteste.',
   'problem.no-progress': 'El vehículo responde, pero la transferencia no avanza ({attempts} intentos).',
   'problem.no-progress.remedy': 'Inténtalo de nuevo cuando el enlace mejore.',
   'problem.plan-refused': 'El vehículo ha rechazado la {plan}: {result}.',

@@ -31,6 +31,10 @@ export const shellEn = {
   'problem.noAnswer': 'The station does not answer.',
   'bar.serverAway': 'Vencejo is away',
   'bar.lostDetail': 'Last heard {age} ago. Values are old; the position is estimated.',
+  'bar.unreached': 'One way',
+  'bar.unreachedTitle': 'Heard, but it does not hear us',
+  'bar.unreachedDetail':
+    'It answers nothing that is sent. Check transmitter, antenna and cable here, and the signing key. Be ready to take over by radio control.',
   'bar.rival': 'Another vehicle {id}',
   'bar.rivalDetail':
     'It is heard at {place} and uses the same number. Commands go to the one shown here alone; change SYSID_THISMAV of the other.',

@@ -33,6 +33,10 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'problem.noAnswer': 'La estación no responde.',
   'bar.serverAway': 'Vencejo no responde',
   'bar.lostDetail': 'Última señal hace {age}. Los valores son antiguos; la posición es estimada.',
+  'bar.unreached': 'Un solo sentido',
+  'bar.unreachedTitle': 'Se le oye, pero no nos oye',
+  'bar.unreachedDetail':
+    'No contesta a nada de lo que se le envía. Revisa aquí el transmisor, la antena y el cable, y la clave de firma. Prepárate para tomar el mando con la emisora.',
   'bar.rival': 'Otro vehículo {id}',
   'bar.rivalDetail':
     'Se oye en {place} y usa el mismo número. Las órdenes van solo al que se muestra aquí; cambia el SYSID_THISMAV del otro.',

@@ -59,6 +59,8 @@ export class Vehicle {
   groups = $state.raw<TelemetryGroups>({});
   heardAt_ms = $state.raw<Readonly<Partial<Record<GroupName, number>>>>({});
   progress = $state.raw<MissionProgress | null>(null);
+  /** Whether it hears us; null when that is not known. */
+  isReached = $state<boolean | null>(null);
   /** Where another vehicle with the same system id is heard; commands do not go there. */
   rival = $state<string | null>(null);
   planStates = $state.raw<Readonly<Record<PlanKind, PlanState>> | null>(null);
@@ -177,6 +179,7 @@ export class Vehicle {
     if (summary.age_s !== null) this.#hear(now_ms - summary.age_s * 1000);
     const { link, loss_pct, round_trip_ms } = summary;
     this.link = { id: link, loss_pct, round_trip_ms };
+    this.isReached = summary.is_reached;
     this.rival = summary.rival;
     // Without news of the vehicle there is nothing new to plot of its link.
     if (summary.age_s !== null && summary.age_s < 2) this.sensors.takeLink(now_ms / 1000, this.link);

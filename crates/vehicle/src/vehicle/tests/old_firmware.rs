@@ -339,3 +339,36 @@ fn mavlink_1_alone_is_no_reason_for_floats_but_one_against_fences() {
     station.vehicle.on_protocol_version(MavVersion::V2);
     assert_eq!(station.vehicle.no_plan_kinds(), None);
 }
+
+// fault 11: ArduPlane 3.x, which knows no TIMESYNC: not called unreached while it answers other things; told ≤ 5 s when it does not, and back at the next answer
+#[test]
+fn an_old_plane_that_knows_no_timesync_is_reached_while_it_answers_anything() {
+    for (faults, seed) in
+        [(Faults::default(), 1), (Faults::loss(0.2), 2), (Faults::round_trip(Duration::from_secs(1)), 3)]
+    {
+        let mut world = connect(OldPlane::new(), faults, seed);
+        wait(&mut world, 60_000);
+        for _ in 0..3 {
+            let result = ask(&mut world, upload(PlanKind::Mission, mission()));
+            assert!(seed == 2 || result.is_ok(), "{result:?}");
+            wait(&mut world, 30_000);
+        }
+        assert!(!world.station.events.contains(&VehicleEvent::Unreached), "seed {seed}");
+    }
+    for request in [upload(PlanKind::Mission, mission()), ARM] {
+        let mut world = connected();
+        wait(&mut world, 30_000);
+        assert_eq!(world.station.vehicle.is_reached(world.now), None, "nothing was asked for long");
+        world.faults.is_deaf = true;
+        wait(&mut world, 30_000);
+        assert!(!world.station.events.contains(&VehicleEvent::Unreached), "nobody asked it anything");
+        let now = world.now;
+        start(&mut world, request);
+        let is_told = |station: &mut Station, _: &mut OldPlane| station.events.contains(&VehicleEvent::Unreached);
+        assert!(world.run(now + Duration::from_secs(5), is_told), "told within 5 s");
+        world.faults.is_deaf = false;
+        let now = world.now;
+        let is_back = |station: &mut Station, _: &mut OldPlane| station.events.contains(&VehicleEvent::Reached);
+        assert!(world.run(now + Duration::from_secs(1), is_back), "back within a second");
+    }
+}

@@ -1,0 +1,103 @@
+//! Whether the vehicle hears us: what of its messages is an answer to us, what is asked when none comes, and what then ends.
+
+use vencejo_proto::dialect::MavMessage;
+use vencejo_proto::{Message, MonoTime};
+
+use super::Vehicle;
+use crate::command::{CommandMessage, cmd};
+use crate::reach::Probe;
+use crate::request::{Output, VehicleEvent};
+use crate::transfer::{ItemForm, TransferError, TransferOutput};
+
+impl Vehicle {
+    /// Whether it says of itself that it is too old to answer TIMESYNC.
+    fn is_of_old(&self) -> bool {
+        self.item_form() == ItemForm::Float
+    }
+
+    /// When [`Self::look_whether_reached`] or [`Self::end_unreached`] is wanted.
+    pub(super) fn reach_deadline(&self) -> Option<MonoTime> {
+        let of_old = self.is_of_old();
+        let lanes = [&self.transfer, &self.param].into_iter().flatten().filter(|lane| !lane.is_answered);
+        let given_up = lanes.filter_map(|lane| self.reach.gives_up_at(lane.began));
+        [self.reach.probe_at(of_old), self.reach.verdict_at(of_old)].into_iter().flatten().chain(given_up).min()
+    }
+
+    /// Asks again when an answer is late, and says so when none came for long.
+    pub(super) fn look_whether_reached(&mut self, now: MonoTime) {
+        let of_old = self.is_of_old();
+        let question = match self.reach.due_probe(of_old, now) {
+            Some(Probe::TimeSync) => Some(self.timesync.ask(now)),
+            // Each version acknowledges it, also one that does not know it; it changes nothing.
+            Some(Probe::Command) => {
+                let params = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+                let command = CommandMessage::long(self.address, cmd::REQUEST_AUTOPILOT_CAPABILITIES, params);
+                Some(command.to_message())
+            }
+            None => None,
+        };
+        self.outputs.extend(question.map(Output::Send));
+        if self.reach.turns_unreached(of_old, now) {
+            self.event(VehicleEvent::Unreached);
+        }
+    }
+
+    /// Notes what shows that we are heard. TIMESYNC is known by its own time and noted where that is read.
+    pub(super) fn note_answer(&mut self, message: &Message, now: MonoTime) {
+        let is_plan_or_file = matches!(
+            message,
+            Message::MissionAck(_)
+                | Message::MissionItemInt(_)
+                | Message::MissionItemFloat(_)
+                | Message::Dialect(
+                    MavMessage::MISSION_REQUEST_INT(_)
+                        | MavMessage::MISSION_REQUEST(_)
+                        | MavMessage::MISSION_COUNT(_)
+                        | MavMessage::FILE_TRANSFER_PROTOCOL(_)
+                        | MavMessage::PARAM_ERROR(_)
+                )
+        );
+        let is_command = matches!(message, Message::CommandAck(_));
+        let is_param = matches!(message, Message::Dialect(MavMessage::PARAM_VALUE(_)));
+        if !(is_plan_or_file || is_command || is_param) || !message.target().includes(self.our) {
+            return;
+        }
+        // Parameters go to everybody, also what others asked for.
+        if is_param && self.transfer.is_none() && self.param.is_none() {
+            return;
+        }
+        if !is_command {
+            for lane in [&mut self.transfer, &mut self.param].into_iter().flatten() {
+                lane.is_answered = true;
+            }
+        }
+        let is_news = if is_command { self.reach.on_command_answered(now) } else { self.reach.on_answer(now) };
+        self.tell_reached(is_news);
+    }
+
+    pub(super) fn tell_reached(&mut self, is_news: bool) {
+        if is_news {
+            self.event(VehicleEvent::Reached);
+        }
+    }
+
+    /// Ends transfers of which the vehicle has answered nothing, once it is known that it does not hear us. One that is in its
+    /// middle goes on: the vehicle may hold half of it.
+    pub(super) fn end_unreached(&mut self, now: MonoTime) {
+        for is_single in [false, true] {
+            let slot = if is_single { &mut self.param } else { &mut self.transfer };
+            let is_over = |began| self.reach.gives_up_at(began).is_some_and(|at| now >= at);
+            let Some(mut lane) = slot.take_if(|lane| !lane.is_answered && is_over(lane.began)) else { continue };
+            // Should it hear us after all, it is not to wait for the rest.
+            lane.machine.cancel(now);
+            while let Some(output) = lane.machine.poll_output() {
+                if let TransferOutput::Send(message) = output {
+                    self.outputs.push_back(Output::Send(message));
+                }
+            }
+            let waited = now.since(lane.began);
+            self.on_transfer_ended(lane, Err(TransferError::Unreached { waited }), now);
+            self.pump(now);
+        }
+    }
+}
