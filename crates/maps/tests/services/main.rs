@@ -862,10 +862,11 @@ async fn a_source_whose_reading_ended_the_process_is_set_aside_and_told() {
         assert!(std::time::Instant::now() < limit, "no note");
         tokio::task::yield_now().await;
     };
-    // What a process leaves behind that ends there: its notes, and a lock that nobody holds.
+    // What a process leaves behind that ends there: its notes, and a lock that nobody holds with the start of the machine in it.
+    let boot = std::fs::read("/proc/sys/kernel/random/boot_id").unwrap_or_default();
     std::fs::create_dir_all(reading.join("gone")).expect("a folder");
     std::fs::write(reading.join("gone/a"), left).expect("written");
-    std::fs::write(reading.join("gone.run"), b"").expect("written");
+    std::fs::write(reading.join("gone.run"), boot).expect("written");
     drop(std::fs::OpenOptions::new().write(true).open(&file).expect("opened"));
     first.await.expect("started").close();
 
