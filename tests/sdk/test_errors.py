@@ -51,6 +51,7 @@ CLASSES = {
     "Vehicle.Cancelled": vencejo.Cancelled,
     "Transfer.Timeout": vencejo.TransferError,
     "Transfer.NoProgress": vencejo.TransferError,
+    "Transfer.Unreached": vencejo.TransferError,
     "Transfer.Refused": vencejo.TransferError,
     "Transfer.NotAsSent": vencejo.PlanMismatch,
     "Transfer.Unverified": vencejo.TransferError,
