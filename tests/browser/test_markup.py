@@ -53,9 +53,9 @@ FOREIGN = """(ours) => [...document.querySelectorAll('script, iframe, object, em
 
 
 def chunks(text: str, number: int) -> list[mavlink.MAVLink_statustext_message]:
-    """A text as a vehicle sends it: in pieces of fifty bytes."""
+    """A text as a vehicle sends it: in pieces of fifty bytes, the last one shorter, by which its end is known."""
     data = text.encode("utf-8", "replace")
-    pieces = [data[at : at + CHUNK] for at in range(0, len(data), CHUNK)] or [b""]
+    pieces = [data[at : at + CHUNK] for at in range(0, len(data) + 1, CHUNK)]
     return [mavlink.MAVLink_statustext_message(6, piece, number, place) for place, piece in enumerate(pieces)]
 
 

@@ -4,7 +4,7 @@ import type { Options } from '$lib/api/http';
 import { problemFrom } from '$lib/api/problem';
 
 import { parse, Socket, type SocketState } from '$lib/api/socket';
-import type { LinkInfo, Problem, ServerMessage, Session, StorageProblem } from '$lib/api/types';
+import type { LinkInfo, Problem, ServerMessage, Session, StatusText, StorageProblem } from '$lib/api/types';
 import { SvelteMap } from 'svelte/reactivity';
 import { clock } from './clock.svelte';
 import { Operations } from './operations.svelte';
@@ -30,7 +30,7 @@ export interface Answer {
   repeat: (more: Acting) => void;
 }
 
-class Station {
+export class Station {
   socketState = $state<SocketState>('connecting');
   session = $state.raw<Session | null>(null);
   version = $state<string | null>(null);
@@ -49,6 +49,8 @@ class Station {
   readonly #answers = new SvelteMap<string, Answer>();
   #token: string | null = null;
   readonly #subscribed = new Map<number, number>();
+  /** What is told of a vehicle while its whole state is asked for; of the two, this is the newer. */
+  readonly #meanwhile = new Map<number, ServerMessage[]>();
 
   readonly #socket = new Socket({
     address: (signal) => this.#openSession(signal),
@@ -169,6 +171,7 @@ class Station {
 
   receive(message: ServerMessage): void {
     const now_ms = performance.now();
+    if ('vehicle' in message && message.vehicle !== null) this.#meanwhile.get(message.vehicle)?.push(message);
     switch (message.type) {
       case 'hello': {
         this.version = message.version;
@@ -248,16 +251,32 @@ class Station {
 
   /** Subscribes to a vehicle and reads what is told only when asked. */
   async #meet(vehicle: Vehicle): Promise<void> {
-    this.#subscribe(vehicle.systemId);
+    const id = vehicle.systemId;
+    this.#subscribe(id);
+    const meanwhile: ServerMessage[] = [];
+    this.#meanwhile.set(id, meanwhile);
     try {
-      const [state, texts] = await Promise.all([api.vehicle(vehicle.systemId), api.texts(vehicle.systemId)]);
+      const [state, texts] = await Promise.all([api.vehicle(id), api.texts(id)]);
+      this.#isMet(id, meanwhile);
       const now_ms = performance.now();
-      vehicle.applyState(state, now_ms);
+      const isListed = ({ time_s, text }: StatusText) =>
+        texts.some((one) => one.time_s === time_s && one.text === text);
+      const told = meanwhile.filter((message) => message.type === 'telemetry');
+      vehicle.applyState(state, now_ms, told);
       vehicle.setTexts(texts, now_ms);
+      for (const message of meanwhile) {
+        if (message.type === 'plan_state' || (message.type === 'text' && !isListed(message))) this.receive(message);
+      }
     } catch {
       // The server is away again; the next connection asks anew.
-      this.#subscribed.delete(vehicle.systemId);
+      this.#subscribed.delete(id);
+      this.#isMet(id, meanwhile);
     }
+  }
+
+  /** Keeps nothing more for one who asked, unless another asked since. */
+  #isMet(id: number, meanwhile: ServerMessage[]): void {
+    if (this.#meanwhile.get(id) === meanwhile) this.#meanwhile.delete(id);
   }
 
   #subscribe(id: number): void {

@@ -53,6 +53,12 @@ export interface TelemetryChange {
   heardAt_ms: Partial<Record<GroupName, number>>;
 }
 
+/** What a message tells of telemetry. */
+interface Told {
+  groups: TelemetryChanges;
+  progress?: MissionProgress | null;
+}
+
 export class Vehicle {
   readonly systemId: number;
   /** The newest of every group; replaced, never changed, at most once a frame. */
@@ -185,8 +191,13 @@ export class Vehicle {
     if (summary.age_s !== null && summary.age_s < 2) this.sensors.takeLink(now_ms / 1000, this.link);
   }
 
-  applyState(state: VehicleState, now_ms: number): void {
-    this.apply({ groups: state.telemetry, progress: state.progress, heardAt_ms: heardAt(state.telemetry, now_ms) });
+  /** Takes over the whole state, except what was `told` since it was asked for: that is newer. */
+  applyState(state: VehicleState, now_ms: number, told: readonly Told[] = []): void {
+    const groups: TelemetryChanges = Object.fromEntries(
+      Object.entries(state.telemetry).filter(([name]) => !told.some((message) => name in message.groups)),
+    );
+    const progress = told.some((message) => message.progress != null) ? null : state.progress;
+    this.apply({ groups, progress, heardAt_ms: heardAt(groups, now_ms) });
     this.planStates = state.plan_states;
     this.modeNames = state.mode_names;
     if (state.flies_arcs !== this.route.fliesArcs) this.route = { ...this.route, fliesArcs: state.flies_arcs };

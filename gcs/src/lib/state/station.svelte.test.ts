@@ -1,0 +1,51 @@
+import { afterEach, expect, it, vi } from 'vitest';
+import type { VehicleState } from '$lib/api/types';
+import { telemetryAt } from '../../../dev/mock/flight';
+import { Station, api } from './station.svelte';
+import { vehicles } from './vehicles.svelte';
+
+const { groups, progress } = telemetryAt(100);
+const unknown = { state: 'unknown', count: null, hash: null, may_be_mixed: false, detail: '' } as const;
+const mixed = { ...unknown, may_be_mixed: true };
+
+afterEach(() => {
+  vi.restoreAllMocks();
+  vi.unstubAllGlobals();
+  vi.useRealTimers();
+});
+
+it('does not lose what is told while it asks for the whole state', async () => {
+  vi.useFakeTimers();
+  vi.stubGlobal('document', { hidden: true });
+  const summary = { system_id: 9, age_s: 0, link: 1, loss_pct: 0, round_trip_ms: 1, is_reached: true, rival: null };
+  const state = {
+    telemetry: { heartbeat: groups.heartbeat, wind: groups.wind },
+    progress,
+    plan_states: { mission: unknown, fence: unknown, rally: unknown },
+    mode_names: [],
+    flies_arcs: false,
+    time_s: 10,
+  } as unknown as VehicleState;
+  let answer!: (state: VehicleState) => void;
+  vi.spyOn(api, 'vehicle').mockReturnValue(new Promise((resolve) => (answer = resolve)));
+  vi.spyOn(api, 'texts').mockResolvedValue([
+    { time_s: 8, severity: 6, text: 'before' },
+    { time_s: 9, severity: 6, text: 'in both' },
+  ]);
+  const station = new Station();
+  station.receive({ type: 'vehicles', vehicles: [summary] } as unknown as Parameters<Station['receive']>[0]);
+  const vehicle = vehicles.ensure(9);
+  const heartbeat = { ...groups.heartbeat!, mode: 'RTL' };
+  for (const [time_s, text] of [
+    [9, 'in both'],
+    [11, 'afterwards'],
+  ] as const)
+    station.receive({ type: 'text', vehicle: 9, time_s, severity: 4, text });
+  station.receive({ type: 'plan_state', vehicle: 9, kind: 'mission', state: mixed });
+  station.receive({ type: 'telemetry', vehicle: 9, time_s: 11, groups: { heartbeat } });
+  answer(state);
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(vehicle.texts.map(({ text }) => text)).toEqual(['before', 'in both', 'afterwards']);
+  expect(vehicle.planStates).toMatchObject({ mission: mixed, fence: unknown });
+  expect(vehicle.mode).toBe('RTL');
+});
