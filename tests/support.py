@@ -31,7 +31,7 @@ def simulated_plane(*options: str, link: str = "tcp:127.0.0.1:0") -> Iterator[st
             process.terminate()
 
 
-def wait_for(condition: Callable[[], bool], what: str, timeout_s: float = 30.0) -> None:
+def wait_for(condition: Callable[[], bool], what: str, timeout_s: float = 120.0) -> None:
     """Wait until a condition holds; the time-out only ends a test that has failed."""
     deadline = time.monotonic() + timeout_s
     while not condition():

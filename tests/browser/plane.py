@@ -16,7 +16,7 @@ from vencejo.sim.world import World
 from tests.support import HOME
 
 LAT, LON, _ = HOME
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 
 
 def offset(north_m: float, east_m: float) -> tuple[float, float]:

@@ -17,7 +17,7 @@ from tests.browser.texts import Language
 
 FLIGHT_MS = 120_000
 """A flight longer than this is a failure."""
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 PANELS = ("fly", "instruments", "plan", "numbers", "sensors", "messages", "settings")
 
 

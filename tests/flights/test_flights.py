@@ -72,7 +72,7 @@ def ready(plane: vencejo.Vehicle) -> None:
     """Wait until the vehicle's own checks pass, as a person does before arming."""
     plane.wait_until(
         lambda telemetry: telemetry.sys_status is not None and telemetry.sys_status.is_ready_to_arm is True,
-        timeout_s=60.0,
+        timeout_s=FLIGHT_TIMEOUT_S,
         what="passing the pre-arm checks",
     )
 
@@ -93,7 +93,7 @@ def test_e1_a_mission_that_another_program_loaded_is_followed(plane: vencejo.Veh
         load_with_pymavlink(rival, plan)
         rival.mav.command_long_send(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)
         plane.wait_until(
-            lambda telemetry: telemetry.is_armed is True, timeout_s=30.0, what="arming by the other station"
+            lambda telemetry: telemetry.is_armed is True, timeout_s=FLIGHT_TIMEOUT_S, what="arming by the other station"
         )
         assert plane.plan_state().state == "unknown", "another station changed the mission"
         with Flight(plane) as flight:
@@ -124,7 +124,7 @@ def test_e2_a_mission_is_sent_to_a_plane_in_the_air(plane: vencejo.Vehicle) -> N
     plane.arm()
     plane.wait_until(
         lambda telemetry: telemetry.position is not None and (telemetry.position.alt_rel_home_m or 0.0) > 50.0,
-        timeout_s=60.0,
+        timeout_s=FLIGHT_TIMEOUT_S,
         what="climbing",
     )
     plan = Plan(items=(*waypoints(), MissionItem.loiter(*offset(300, 0), alt_rel_home_m=80.0)))

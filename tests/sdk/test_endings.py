@@ -21,7 +21,7 @@ from vencejo import aio, recording
 from tests.faults.mock import MockPlane
 from tests.support import ROOT, wait_for
 
-LIMIT_S = 30
+LIMIT_S = 120
 
 
 @pytest.fixture

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, get_args
@@ -328,15 +327,13 @@ def test_a_vehicle_that_falls_silent_is_noticed_and_comes_back() -> None:
             events: list[str] = []
             subscription = plane.on_event(lambda event: events.append(event.kind))
             wait_for(lambda: plane.telemetry.attitude is not None, "telemetry")
-        wait_for(lambda: "lost" in events, "noticing the loss", timeout_s=20.0)
+        wait_for(lambda: "lost" in events, "noticing the loss")
         heartbeat = plane.telemetry.heartbeat
         assert heartbeat is not None
         assert heartbeat.freshness != "fresh"
         assert station.links[0].state == "connecting"
-        before = time.monotonic()
         with simulated_plane(link=link):
-            wait_for(lambda: "regained" in events, "coming back", timeout_s=20.0)
-            assert time.monotonic() - before < 20.0
+            wait_for(lambda: "regained" in events, "coming back")
             wait_for(lambda: plane.telemetry.attitude is not None, "streams asked again")
             assert plane.plan_state().state == "unknown"
         subscription.close()

@@ -6,7 +6,6 @@ import json
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -27,14 +26,12 @@ def test_serve_starts_where_nothing_can_be_written_and_says_so(tmp_path: Path) -
         assert process.stdout is not None
         assert process.stderr is not None
         try:
-            started = time.monotonic()
             client = Client(json.loads(process.stdout.readline())["url"])
             said = ""
             while any(words not in said for words in ("not being recorded", "none are kept", "in memory alone")):
                 line = process.stderr.readline()
                 assert line, said
                 said += line
-            assert time.monotonic() - started < 30.0
             assert said.count("Warning: ") == 3
             told = {(problem["what"], problem["fault"]["kind"]) for problem in client.done("GET", "storage")}
             assert told == {(what, "unwritable") for what in ("telemetry", "maps", "draft")}
