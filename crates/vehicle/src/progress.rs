@@ -45,6 +45,8 @@ pub(crate) struct Changes {
 /// Follows a mission by the vehicle's messages.
 #[derive(Debug, Default)]
 pub(crate) struct ProgressTracker {
+    /// Fingerprint of the mission that is followed; none while it has not been read.
+    mission: Option<u64>,
     current: Option<u16>,
     reached: Vec<u16>,
     is_complete: bool,
@@ -56,6 +58,15 @@ impl ProgressTracker {
     /// The mission was replaced, or the vehicle restarted.
     pub fn reset(&mut self) {
         *self = Self { was_armed: self.was_armed, ..Self::default() };
+    }
+
+    /// The mission on board is known now. To learn what is flown already is no other flight; what another station has put in the
+    /// place of a known one is, and so is what we have sent.
+    pub fn on_mission(&mut self, hash: u64, is_sent: bool) {
+        if is_sent || self.mission.is_some_and(|mission| mission != hash) {
+            self.reset();
+        }
+        self.mission = Some(hash);
     }
 
     pub fn on_current(&mut self, current: &MissionCurrent) -> Changes {

@@ -13,8 +13,8 @@ use rand::{Rng, SeedableRng};
 use vencejo_flight::plan::{Command, Home, MissionItem, PlanKind};
 use vencejo_proto::dialect::{
     ATTITUDE_DATA, AUTOPILOT_VERSION_DATA, EXTENDED_SYS_STATE_DATA, GLOBAL_POSITION_INT_DATA, HOME_POSITION_DATA,
-    MISSION_COUNT_DATA, MISSION_CURRENT_DATA, MavLandedState, MavMessage, MavProtocolCapability, MissionState,
-    SET_POSITION_TARGET_LOCAL_NED_DATA, TIMESYNC_DATA,
+    MISSION_COUNT_DATA, MISSION_CURRENT_DATA, MISSION_ITEM_REACHED_DATA, MavLandedState, MavMessage,
+    MavProtocolCapability, MissionState, SET_POSITION_TARGET_LOCAL_NED_DATA, TIMESYNC_DATA,
 };
 use vencejo_proto::param::{Param, ParamName, ParamType, ParamValue};
 use vencejo_proto::{
@@ -667,6 +667,38 @@ fn another_stations_plan_makes_ours_unknown() {
         let told = VehicleEvent::PlanStateChanged { kind: PlanKind::Mission, state: told };
         assert_eq!(world.station.events.iter().filter(|event| **event == told).count(), 1);
     }
+}
+
+#[test]
+fn what_was_reached_before_the_mission_is_read_stays_reached() {
+    let reaches = |world: &mut Pair, seq: u16| {
+        let reached = MISSION_ITEM_REACHED_DATA { seq };
+        world.plane.out.push_back(Message::Dialect(MavMessage::MISSION_ITEM_REACHED(reached)));
+        wait(world, 500);
+        world.station.vehicle.progress().reached.iter().map(|seq| seq.0).collect::<Vec<_>>()
+    };
+    let is_replaced = |world: &mut Pair| {
+        wait(world, 6_000);
+        let ack = MissionAck { target: RIVAL, result: 0, mission_type: 0, opaque_id: 0 };
+        world.plane.out.push_back(Message::MissionAck(ack));
+        wait(world, 500);
+    };
+    let read = Request::DownloadPlan { kind: PlanKind::Mission };
+    let mut world = connected();
+    ask(&mut world, Request::ClearPlan { kind: PlanKind::Mission }).expect("cleared");
+    let mut sender = connected();
+    ask(&mut sender, upload()).expect("uploaded");
+    world.plane.services.plans.clone_from(&sender.plane.services.plans);
+    is_replaced(&mut world);
+    assert_eq!(reaches(&mut world, 1), [1]);
+    ask(&mut world, read.clone()).expect("read");
+    assert_eq!(reaches(&mut world, 2), [1, 2], "to learn what it flies is no other flight");
+    world.plane.services.plans[0].pop();
+    is_replaced(&mut world);
+    ask(&mut world, read).expect("read");
+    assert_eq!(reaches(&mut world, 3), [3], "of another mission");
+    ask(&mut world, upload()).expect("uploaded");
+    assert_eq!(reaches(&mut world, 1), [1]);
 }
 
 #[test]

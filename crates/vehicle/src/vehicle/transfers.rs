@@ -225,8 +225,12 @@ impl Vehicle {
             PlanKind::Fence | PlanKind::Rally => read,
         };
         if kind == PlanKind::Mission {
-            if self.plans.get(kind) != state {
-                self.tracker.reset();
+            match state {
+                PlanState::Verified { hash, .. } | PlanState::Differs { hash, .. } => {
+                    self.tracker.on_mission(hash, is_ours);
+                }
+                PlanState::Empty => self.tracker.reset(),
+                PlanState::Unknown(_) => {}
             }
             self.mission = (!items.is_empty()).then(|| Arc::new(mission.clone()));
         }
