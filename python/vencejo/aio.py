@@ -47,6 +47,8 @@ from vencejo.vehicle import (
 __all__ = ["AsyncParameters", "AsyncVehicle", "connect", "wait_vehicle"]
 
 _POLL_S = 0.02
+_LOOK_S = 1.0
+"""How often a loop that waits looks whether Ctrl-C was pressed."""
 
 
 async def _finished(pending: _native.Pending, progress: ProgressCallback | None = None) -> Any:
@@ -68,6 +70,13 @@ async def _finished(pending: _native.Pending, progress: ProgressCallback | None 
             progress(*step)
             told = step
 
+    def look() -> None:
+        # A signal that comes after Python has looked and before `select` sleeps, between which it may wait for the GIL, is
+        # handled when the loop wakes for something else.
+        nonlocal looking
+        looking = loop.call_later(_LOOK_S, look)
+
+    looking = loop.call_later(_LOOK_S, look)
     try:
         while progress is not None and not ended.is_set():
             tell()
@@ -80,6 +89,8 @@ async def _finished(pending: _native.Pending, progress: ProgressCallback | None 
     except BaseException:
         pending.cancel()
         raise
+    finally:
+        looking.cancel()
     return pending.wait(0.0)
 
 
