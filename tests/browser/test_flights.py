@@ -64,7 +64,7 @@ async def test_e1_a_mission_that_another_program_loaded_is_followed(open_station
             await expect(station.page.get_by_text(station.text("fly.ready"), exact=True)).to_be_visible()
             rival = mavutil.mavlink_connection(plane.link, source_system=250, source_component=190)
             try:
-                assert rival.wait_heartbeat(timeout=30) is not None
+                assert rival.wait_heartbeat(timeout=120) is not None
                 load_with_pymavlink(rival, plan)
                 rival.mav.command_long_send(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)
                 await expect(station.bar("bar.motors")).to_contain_text("Armed")

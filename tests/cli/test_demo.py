@@ -67,7 +67,7 @@ def test_a_visitor_gets_control_and_then_the_plane(tmp_path: Path) -> None:
                     value: dict[str, Any] = json.loads(line)
                     if wanted(value):
                         return value
-                raise AssertionError(process.communicate(timeout=20)[1])
+                raise AssertionError(process.communicate(timeout=120)[1])
 
             visitor = Client(until(lambda told: "url" in told)["url"])
             visitor.open_session(name="visitor")

@@ -96,7 +96,7 @@ class Running:
             value: dict[str, Any] = json.loads(line)
             if wanted(value):
                 return value
-        _, errors = self.process.communicate(timeout=20)
+        _, errors = self.process.communicate(timeout=120)
         raise AssertionError(f"it ended with {self.process.returncode}: {errors}")
 
     def end(self, number: int | None = None) -> tuple[int, str, str]:

@@ -14,7 +14,7 @@ def load_with_pymavlink(rival: mavutil.mavfile, plan: Plan) -> None:
     rival.mav.mission_count_send(1, 1, len(items), 0)
     while True:
         request = rival.recv_match(
-            type=["MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_ACK"], blocking=True, timeout=10
+            type=["MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_ACK"], blocking=True, timeout=60
         )
         assert request is not None, "the plane stopped asking for items"
         if request.get_type() == "MISSION_ACK":

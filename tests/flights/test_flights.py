@@ -89,7 +89,7 @@ def test_e1_a_mission_that_another_program_loaded_is_followed(plane: vencejo.Veh
     link = plane.station.links[0].address
     rival = mavutil.mavlink_connection(link, source_system=250, source_component=190)
     try:
-        assert rival.wait_heartbeat(timeout=30) is not None
+        assert rival.wait_heartbeat(timeout=120) is not None
         load_with_pymavlink(rival, plan)
         rival.mav.command_long_send(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)
         plane.wait_until(

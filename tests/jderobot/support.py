@@ -182,7 +182,7 @@ def operations() -> set[str]:
 
 def raw(address: tuple[str, int]) -> socket.socket:
     """A connection by Ice's protocol alone, its greeting read."""
-    connection = socket.create_connection(address, timeout=30)
+    connection = socket.create_connection(address, timeout=120)
     greeting = connection.recv(14)
     assert greeting == b"IceP\x01\x00\x01\x00\x03\x00" + struct.pack("<I", 14), "ValidateConnection (Ice protocol 1.0)"
     return connection

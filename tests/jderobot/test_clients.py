@@ -149,7 +149,7 @@ def test_datagrams_are_no_endpoints() -> None:
 
 def page_is_answered(port: int, origin: str) -> bool:
     """Whether ``ice_ping`` by a page of this origin has the answer "done", by RFC 6455 and Ice's protocol alone."""
-    with socket.create_connection(("127.0.0.1", port), timeout=30) as page, page.makefile("rb") as stream:
+    with socket.create_connection(("127.0.0.1", port), timeout=120) as page, page.makefile("rb") as stream:
         key = base64.b64encode(os.urandom(16)).decode()
         page.sendall(
             f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nOrigin: {origin}\r\n"

@@ -111,7 +111,7 @@ def wait_true_at_rest(client: Client, rival: Any) -> None:
     rival.mav.request_data_stream_send(1, 1, 0, 10, 1)
 
     def newest(name: str) -> Any:
-        message = rival.recv_match(type=name, blocking=True, timeout=30)
+        message = rival.recv_match(type=name, blocking=True, timeout=120)
         assert message is not None, name
         while (newer := rival.recv_match(type=name)) is not None:
             message = newer
@@ -140,7 +140,7 @@ def test_e1_a_mission_that_another_program_loaded_is_followed(flight: tuple[str,
     plan = Plan(items=(MissionItem.takeoff(*place(0, -250), alt_rel_home_m=50.0), *circuit))
     rival = mavutil.mavlink_connection(link, source_system=250, source_component=190)
     try:
-        assert rival.wait_heartbeat(timeout=30) is not None
+        assert rival.wait_heartbeat(timeout=120) is not None
         load_with_pymavlink(rival, plan)
         wait_true_at_rest(client, rival)
         rival.mav.command_long_send(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)

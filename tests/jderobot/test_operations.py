@@ -255,7 +255,7 @@ def test_telemetry_and_events_are_pushed(client: Client, way: str) -> None:
 
     def next_of(kind: str, wanted: Callable[[Any], bool] = lambda _: True) -> Any:
         while True:
-            found, value = calls.get(timeout=30.0)
+            found, value = calls.get(timeout=120)
             if found == kind and wanted(value):
                 return value
 

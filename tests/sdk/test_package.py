@@ -170,7 +170,7 @@ def test_ctrl_c_ends_a_wait(waiting: str) -> None:
             assert process.stdout is not None
             assert process.stdout.readline() == "waiting\n"
             os.kill(process.pid, signal.SIGINT)
-            _, said = process.communicate(timeout=30)
+            _, said = process.communicate(timeout=120)
         finally:
             process.kill()
     assert "KeyboardInterrupt" in said

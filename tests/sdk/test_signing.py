@@ -65,12 +65,12 @@ def test_a_key_is_given_used_changed_and_taken_away(
     # pymavlink, with the key, hears signatures that it finds right, and is heard; without it, is not.
     other = mavutil.mavlink_connection(sim.links[1], source_system=254, dialect="ardupilotmega")
     try:
-        assert other.wait_heartbeat(timeout=20) is not None
+        assert other.wait_heartbeat(timeout=120) is not None
         other.mav.param_request_read_send(1, 1, b"AIRSPEED_CRUISE", -1)
         wait_for(lambda: on_board(sim).rejected > 0, "the plane ignores it")
         other.setup_signing(secrets[0])
         other.mav.param_request_read_send(1, 1, b"AIRSPEED_CRUISE", -1)
-        assert other.recv_match(type="PARAM_VALUE", blocking=True, timeout=20) is not None
+        assert other.recv_match(type="PARAM_VALUE", blocking=True, timeout=120) is not None
         assert other.mav.signing.goodsig_count > 0
         assert other.mav.signing.badsig_count == 0
     finally:

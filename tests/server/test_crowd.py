@@ -27,7 +27,7 @@ def test_half_sent_bodies_leave_the_planes_link_its_descriptors(tmp_path: Path) 
     """256 descriptors, 245 half-sent bodies: the link to the plane comes back, and people are answered."""
     with contextlib.ExitStack() as stack:
         plane = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
-        plane.settimeout(20.0)
+        plane.settimeout(120.0)
         command = [sys.executable, "-m", "vencejo.cli", "serve", "--json", "--port", "0", "--no-record"]
         command += ["--link", f"tcp:127.0.0.1:{plane.getsockname()[1]}"]
         served = stack.enter_context(

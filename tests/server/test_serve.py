@@ -242,7 +242,7 @@ def test_it_says_where_it_is_and_ends_in_order(tmp_path: Path) -> None:
                 pass
             assert socket.closed is not None
             assert socket.closed[0] == 1001
-        _, errors = served.process.communicate(timeout=20)
+        _, errors = served.process.communicate(timeout=120)
         assert "Traceback" not in errors, errors
     command = [sys.executable, "-m", "vencejo.cli", "serve", "--port=0", "--host=0.0.0.0", "--no-record"]
     command += ["--link=udpin:127.0.0.1:0", "--plain-http"]
@@ -338,7 +338,7 @@ def test_a_client_refuses_what_is_no_tls_of_its_station(
             context.set_ciphers("ALL:@SECLEVEL=0")
             context.minimum_version = context.maximum_version = version
         address = ("127.0.0.1", int(served.url.rpartition(":")[2]))
-        with socket.create_connection(address, timeout=30) as plain, pytest.raises(ssl.SSLError, match=word):
+        with socket.create_connection(address, timeout=120) as plain, pytest.raises(ssl.SSLError, match=word):
             context.wrap_socket(plain, server_hostname=address[0])
         assert served.process.stderr is not None
         assert f"chmod 600 {key}" in served.process.stderr.readline()
@@ -353,7 +353,7 @@ def test_it_speaks_tls_with_a_given_certificate(tmp_path: Path) -> None:
         assert served.url.startswith("https://127.0.0.1:")
         port = int(served.url.rpartition(":")[2])
         context = ssl.create_default_context(cafile=str(certificate))
-        connection = http.client.HTTPSConnection("127.0.0.1", port, context=context, timeout=30)
+        connection = http.client.HTTPSConnection("127.0.0.1", port, context=context, timeout=120)
         connection.request("POST", "/api/v1/session", headers={"Origin": served.url})
         response = connection.getresponse()
         assert response.status == 200

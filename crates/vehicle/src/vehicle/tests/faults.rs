@@ -77,19 +77,23 @@ fn an_uplink_that_is_dead_is_told_within_five_seconds() {
     assert!(latest <= Duration::from_secs(5), "{latest:?}");
 }
 
-// fault 11: 6 transfers by 2 routes, begun before and after it is known: each ends as not reached ≤ 5 s after it began
-#[test]
-fn a_transfer_over_a_dead_uplink_ends_within_five_seconds() {
-    let transfers = [
+/// One of each kind.
+fn transfers() -> [Request; 6] {
+    [
         upload(),
         Request::DownloadPlan { kind: PlanKind::Mission },
         Request::ClearPlan { kind: PlanKind::Mission },
         Request::ParamList,
         Request::ParamRead { name: "TKOFF_ALT".into() },
         Request::ParamSet { name: "TKOFF_ALT".into(), value: 60.0 },
-    ];
+    ]
+}
+
+// fault 11: 6 transfers by 2 routes, begun before and after it is known: each ends as not reached ≤ 5 s after it began
+#[test]
+fn a_transfer_over_a_dead_uplink_ends_within_five_seconds() {
     let mut slowest = Duration::ZERO;
-    for request in transfers {
+    for request in transfers() {
         for has_ftp in [true, false] {
             for before_ms in [0, 700, 1_900, 8_000, 20_000] {
                 let mut world = connected();
@@ -195,18 +199,11 @@ fn a_link_that_is_dark_both_ways_is_not_a_dead_uplink() {
     }
 }
 
-// fault 15: 5 transfers by 2 routes, a restart at 15 steps each: seen ≤ 2 s after the first word, plan unknown, each transfer ends
+// fault 15: 6 transfers by 2 routes, a restart at 15 steps each: seen ≤ 2 s after the first word, plan unknown, each transfer ends
 #[test]
 fn a_restart_at_any_step_of_any_transfer_is_seen_and_voids_the_plan() {
-    let transfers = [
-        upload(),
-        Request::DownloadPlan { kind: PlanKind::Mission },
-        Request::ClearPlan { kind: PlanKind::Mission },
-        Request::ParamList,
-        Request::ParamSet { name: "TKOFF_ALT".into(), value: 60.0 },
-    ];
     let (mut latest, mut interrupted) = (Duration::ZERO, 0);
-    for request in transfers {
+    for request in transfers() {
         for has_ftp in [true, false] {
             for step in 0..15 {
                 let mut world = World::new(Station::new(), Plane::new(), Faults::default(), step);
