@@ -70,13 +70,15 @@ async def _finished(pending: _native.Pending, progress: ProgressCallback | None 
             progress(*step)
             told = step
 
+    looking: asyncio.TimerHandle
+
     def look() -> None:
         # A signal that comes after Python has looked and before `select` sleeps, between which it may wait for the GIL, is
         # handled when the loop wakes for something else.
         nonlocal looking
         looking = loop.call_later(_LOOK_S, look)
 
-    looking = loop.call_later(_LOOK_S, look)
+    look()
     try:
         while progress is not None and not ended.is_set():
             tell()
