@@ -154,6 +154,7 @@ def test_an_error_in_a_callback_is_told_and_the_calls_go_on(mock: MockPlane, mon
 
     with vencejo.connect(mock.link, record=False) as plane, plane.on_message(fail):
         wait_for(lambda: len(told) > 1, "two errors")
+    wait_for(lambda: callers() == 0, "the thread's end: what it tells later belongs to no other test")
     assert (told[0].exc_type, told[0].object) == (ValueError, fail)
 
 
