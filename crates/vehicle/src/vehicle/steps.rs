@@ -435,10 +435,17 @@ impl Context<'_> {
                     Turn::Clockwise => (radius, f32::NAN),
                     Turn::CounterClockwise => (-radius, f32::NAN),
                 };
-                let flags = if change_mode { REPOSITION_CHANGE_MODE } else { 0.0 };
+                // Who is in GUIDED needs no leave to enter it: what is repeated then takes the vehicle from no pilot.
+                let guided = Action::Guided.mode(self.family()?);
+                let enters = change_mode && guided.is_none_or(|guided| self.telemetry.mode() != Some(guided));
+                let flags = if enters { REPOSITION_CHANGE_MODE } else { 0.0 };
                 let params = [speed, flags, radius, yaw];
                 let place = (lat_deg, lon_deg, alt_m);
-                Step::command(self.at_position(cmd::DO_REPOSITION, alt_frame.mav_frame(), params, place)?)
+                let step = Step::command(self.at_position(cmd::DO_REPOSITION, alt_frame.mav_frame(), params, place)?);
+                match guided.filter(|_| enters) {
+                    Some(guided) => step.proved_by(Effect::Mode(guided)),
+                    None => step,
+                }
             }
             Request::ChangeSpeed { kind, speed_m_s } => {
                 let speed = in_range("speed_m_s", speed_m_s, 0.1..=200.0, "0.1 to 200 m/s")?;

@@ -246,6 +246,17 @@ impl Plane {
                 }
                 0
             }
+            // As ArduPilot: in GUIDED, or with the leave to enter it.
+            cmd::DO_REPOSITION => {
+                let guided = if self.mav_type == 2 { 4 } else { 15 };
+                if p[1] != 1.0 && self.mode != guided {
+                    return 4;
+                }
+                if !self.is_lazy {
+                    self.mode = guided;
+                }
+                0
+            }
             cmd::SET_MESSAGE_INTERVAL => {
                 self.streams_asked += 1;
                 self.is_streaming = true;
@@ -286,11 +297,7 @@ impl Plane {
                 self.current = 9;
                 0
             }
-            cmd::DO_REPOSITION
-            | cmd::DO_CHANGE_SPEED
-            | cmd::DO_CHANGE_ALTITUDE
-            | cmd::DO_SET_HOME
-            | cmd::DO_GO_AROUND => 0,
+            cmd::DO_CHANGE_SPEED | cmd::DO_CHANGE_ALTITUDE | cmd::DO_SET_HOME | cmd::DO_GO_AROUND => 0,
             // Only in GUIDED; FAILED elsewhere.
             cmd::GUIDED_CHANGE_ALTITUDE | cmd::GUIDED_CHANGE_HEADING => {
                 if self.mode == 15 {
@@ -333,6 +340,7 @@ impl Endpoint for Plane {
                 let [p1, p2, p3, p4, ..] = long.params;
                 self.command(from, long.command, [p1, p2, p3, p4]);
             }
+            Message::CommandInt(_) if self.deaf > 0 => self.deaf -= 1,
             Message::CommandInt(int) => {
                 self.ints.push(*int);
                 self.command(from, int.command, int.params);
@@ -519,6 +527,38 @@ fn a_mode_that_the_pilot_changed_meanwhile_is_not_changed_back() {
     let error = end(&mut world, id, 30).expect_err("overtaken");
     assert!(matches!(&error, VehicleError::NotConfirmed { observed, .. } if observed == "mode MANUAL"), "{error}");
     assert_eq!(count(&world, cmd::DO_SET_MODE), 0, "not repeated");
+}
+
+#[test]
+fn a_go_to_has_entered_guided_and_takes_it_from_nobody() {
+    let go = || reposition(40.34, -3.79, 80.0);
+    let leaves = |world: &Pair| world.plane.ints.iter().map(|int| int.params[1] == 1.0).collect::<Vec<_>>();
+    let mut world = connected();
+    assert_eq!(ask(&mut world, go()), Ok(Reply::Done));
+    assert_eq!(world.station.vehicle.telemetry().mode().and_then(|mode| mode.name()), Some("GUIDED"), "it shows it");
+    // In GUIDED it needs no leave; so what is repeated cannot take the plane back from a pilot.
+    world.plane.deaf = 1;
+    assert_eq!(ask(&mut world, go()), Ok(Reply::Done));
+    assert_eq!(leaves(&world), [true, false]);
+    world.plane.deaf = 1;
+    let id = start(&mut world, go());
+    wait(&mut world, 100);
+    world.plane.mode = 0;
+    let refused = end(&mut world, id, 30);
+    assert!(matches!(refused, Err(VehicleError::CommandRefused { .. })), "{refused:?}");
+    assert_eq!(world.plane.mode, 0);
+    // Nor does one that is to enter it.
+    wait(&mut world, 2_000);
+    world.plane.deaf = 1;
+    let id = start(&mut world, go());
+    wait(&mut world, 100);
+    world.plane.mode = 5;
+    assert!(matches!(end(&mut world, id, 30), Err(VehicleError::NotConfirmed { .. })));
+    assert_eq!((leaves(&world), world.plane.mode), (vec![true, false, false], 5));
+    // Accepted and not done is not done.
+    world.plane.is_lazy = true;
+    wait(&mut world, 2_000);
+    assert!(matches!(ask(&mut world, go()), Err(VehicleError::NotConfirmed { .. })));
 }
 
 // fault 22: 1 of 10 sent, 9 told that it is under way
