@@ -253,6 +253,7 @@ pub struct Door {
     listener: TcpListener,
     places: Arc<Places>,
     limits: DoorLimits,
+    turned_away: AtomicU64,
 }
 
 impl Door {
@@ -262,7 +263,12 @@ impl Door {
     /// When the runtime cannot take the socket.
     pub fn new(listener: std::net::TcpListener, limits: DoorLimits) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
-        Ok(Self { listener: TcpListener::from_std(listener)?, places: Arc::default(), limits })
+        Ok(Self {
+            listener: TcpListener::from_std(listener)?,
+            places: Arc::default(),
+            limits,
+            turned_away: AtomicU64::new(0),
+        })
     }
 }
 
@@ -302,7 +308,11 @@ impl AddrListener<Guarded<TcpStream>, Caller> for Door {
                 }
             };
             let Some(connection) = entered else {
-                tracing::warn!(%address, "turned away: too many connections from there");
+                let count = self.turned_away.fetch_add(1, Ordering::Relaxed) + 1;
+                // The 1st, 2nd, 4th, 8th…: a flood must not fill the log.
+                if count.is_power_of_two() {
+                    tracing::warn!(%address, count, "turned away: too many connections from there");
+                }
                 continue;
             };
             let place = Place { places: self.places.clone(), connection: connection.clone() };
