@@ -29,7 +29,7 @@ FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?=
 SCREENSHOT_ARGS ?=
 
-.PHONY: help demo test lint soak faults fuzz audit fmt bench screenshots wheel lock clean demo-env rust-env dev-env app native
+.PHONY: help demo test lint soak faults fuzz sanitize audit fmt bench screenshots wheel lock clean demo-env rust-env dev-env app native
 
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -90,6 +90,9 @@ audit: dev-env ## Licences, sources, duplicates and known faults of everything t
 
 fuzz: rust-env ## Every fuzz target for FUZZ_SECONDS, 60 by default (fuzz/README.md)
 	@scripts/fuzz.sh $(FUZZ_SECONDS) $(FUZZ_TARGETS)
+
+sanitize: rust-env ## The tests of what reads other people's bytes under AddressSanitizer, and Miri where it is installed
+	@scripts/sanitize.sh
 
 fmt: dev-env ## Format Rust and Python
 	cargo fmt --all

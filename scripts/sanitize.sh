@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# Runs the tests of the crates that read bytes of others under AddressSanitizer (with leaks), and under Miri where that is installed.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+crates=(-p vencejo-proto -p vencejo-flight -p vencejo-vehicle)
+
+# The sanitizer's runtime comes with stable Rust; its switch has to be asked for. With a target named, build scripts go without it.
+host=$(rustc -vV | sed -n 's/^host: //p')
+RUSTC_BOOTSTRAP=1 RUSTFLAGS=-Zsanitizer=address CARGO_INCREMENTAL=0 \
+  cargo test --quiet --locked "${crates[@]}" --lib --tests --target "$host" --target-dir .cache/sanitize
+
+if cargo +nightly miri --version >/dev/null 2>&1; then
+  # Files and clocks of the machine are read by some tests; a hundredth of the random cases takes as long as all do otherwise.
+  MIRIFLAGS=-Zmiri-disable-isolation PROPTEST_CASES=2 \
+    cargo +nightly miri test --locked "${crates[@]}" --lib --target-dir .cache/miri
+else
+  printf 'sanitize: Miri is not installed, so it was not tried: rustup +nightly component add miri rust-src\n' >&2
+fi
