@@ -186,12 +186,14 @@ class StationPage:
             }"""
         )
 
-    async def eventually(self, holds: Callable[[], Awaitable[bool]], what: str, timeout_s: float = PATIENCE_S) -> None:
+    async def eventually(
+        self, holds: Callable[[], Awaitable[bool]], what: str, timeout_s: float = PATIENCE_S, every_s: float = 0.02
+    ) -> None:
         """Wait until a condition of the page holds, looking at it frame by frame."""
         deadline = time.monotonic() + timeout_s
         while not await holds():
             assert time.monotonic() < deadline, f"{what}: not within {timeout_s:g} s"
-            await asyncio.sleep(0.02)
+            await asyncio.sleep(every_s)
 
     # --- Doing --------------------------------------------------------------------------------------------------------
 
@@ -379,7 +381,8 @@ class StationPage:
                 found is not None and int(found[1]) >= number
             )
 
-        await self.eventually(is_there, f"item {number}", FLIGHT_MS / 1000)
+        # For long: each look costs the page, which draws the flight meanwhile.
+        await self.eventually(is_there, f"item {number}", FLIGHT_MS / 1000, every_s=0.15)
 
 
 def is_same_view(a: MapScale, b: MapScale) -> bool:

@@ -45,7 +45,7 @@ async def see_truth(station: StationPage, truth: Truth) -> None:
             and max(angles) <= ANGLE_TOLERANCE_DEG
         )
 
-    await station.eventually(is_true, f"the numbers show {truth}", 4.0)
+    await station.eventually(is_true, f"the numbers show {truth}")
 
 
 async def test_e1_a_mission_that_another_program_loaded_is_followed(open_station: OpenStation, serve: Serve) -> None:
