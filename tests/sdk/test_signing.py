@@ -92,8 +92,13 @@ def test_a_key_is_given_used_changed_and_taken_away(
     station, vehicle = over_the_air(sim, tmp_path)
     with station:
         assert holds(vehicle), "after a restart of ours"
-        vehicle.reboot(confirm="reboot")
-        assert holds(vehicle), "and of the vehicle's"
+        events: list[str] = []
+        with vehicle.on_event(lambda event: events.append(event.kind)):
+            vehicle.reboot(confirm="reboot")
+            assert holds(vehicle), "and of the vehicle's"
+            wait_for(lambda: "rebooted" in events, "its restart")
+        # It answers before its first heartbeat, and until that it is not known to stand disarmed.
+        vehicle.wait_until(lambda telemetry: telemetry.is_armed is False, timeout_s=120.0)
         assert not vehicle.remove_signing(any_link=True).must_sign
         assert on_board(sim).key is None
         assert holds(vehicle)
