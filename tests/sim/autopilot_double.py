@@ -75,6 +75,10 @@ class DoubleAutopilot:
     def say(self, text: str, severity: Severity = Severity.INFO) -> None:
         self._events.append(StatusText(severity, text))
 
+    @property
+    def flight_mode(self) -> Mode:
+        return self.mode
+
     def snapshot(self) -> Snapshot:
         c = self.config
         total = max(0, len(self.plan.mission) - 1)

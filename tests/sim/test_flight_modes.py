@@ -450,6 +450,18 @@ def remove_mission(flight: Flight, following: Sequence[StoredItem] = ()) -> None
     flight.plan.mission_revision += 1
 
 
+def test_a_mission_that_replaces_another_can_be_started_at_once() -> None:
+    """Within the tenth of a second in which it is looked after: a fast link brings, checks and starts it in less."""
+    flight = airborne()
+    plane = flight.plane
+    plane.step()
+    remove_mission(flight, mission(waypoint(1, 500, 0, 80.0), waypoint(2, 500, 500, 80.0)))
+    assert plane.set_mission_current(1) is MavResult.ACCEPTED
+    assert plane.set_mode(Mode.AUTO) is MavResult.ACCEPTED
+    flight.run(1)
+    assert (plane.mode.number, plane.mission.current_seq) == (Mode.AUTO, 1)
+
+
 def landed(*, land_start: bool) -> Flight:
     """A plane that has flown its mission and disarmed itself in AUTO, at the landing."""
     approach = at(3, Cmd.DO_LAND_START, 0, 450, 40.0) if land_start else waypoint(3, 0, 450, 40.0)

@@ -1010,6 +1010,11 @@ class Autopilot:
 
     # telemetry
 
+    @property
+    def flight_mode(self) -> Mode:
+        """The present mode."""
+        return self.mode.number
+
     def snapshot(self) -> Snapshot:
         """The present instant."""
         est, body, sensors, tick = self.est, self.body, self.sensors, self._tick
@@ -1028,7 +1033,7 @@ class Autopilot:
         target_lat_lon = (None, None) if target is None else self.frame.to_earth(target.n_m, target.e_m)
         return Snapshot(
             time_s=self.time_s,
-            mode=self.mode.number,
+            mode=self.flight_mode,
             armed=self.armed,
             system_state=self._system_state(),
             landed_state=self._landed_state(),

@@ -10,7 +10,7 @@ height above home; NED is north, east, down; body axes are forward, right, down.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum, IntEnum
 from typing import Literal, NamedTuple, Protocol, TypeAlias
 
@@ -463,7 +463,6 @@ class RepositionTarget:
     speed_m_s: float | None = None
     change_mode: bool = True
     """MAV_DO_REPOSITION_FLAGS_CHANGE_MODE; without it, refused unless already in GUIDED."""
-    extras: Mapping[str, float] = field(default_factory=dict)
 
 
 class Outlook(NamedTuple):
@@ -494,7 +493,12 @@ class AutopilotPort(Protocol):
         ...
 
     def snapshot(self) -> Snapshot:
-        """The present instant; cheap enough for every step, built on demand."""
+        """The present instant, all of it: costs twice what a step does, so not to be asked for in each."""
+        ...
+
+    @property
+    def flight_mode(self) -> Mode:
+        """The snapshot's ``mode`` alone."""
         ...
 
     def events(self) -> list[Event]:
@@ -504,7 +508,7 @@ class AutopilotPort(Protocol):
     # commands: each answers a MAV_RESULT, and the texts that ArduPlane would send appear in events()
 
     def arm(self, *, force: bool = False) -> MavResult:
-        """COMPONENT_ARM_DISARM 1; ``force`` is the magic 2989."""
+        """COMPONENT_ARM_DISARM 1; ``force`` is the magic 2989 or 21196."""
         ...
 
     def disarm(self, *, force: bool = False) -> MavResult:

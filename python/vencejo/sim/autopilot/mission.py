@@ -135,6 +135,7 @@ class MissionRunner:
 
     def start_or_resume(self, *, restart: bool) -> None:
         """Enter AUTO: go on where the mission was, or from the beginning."""
+        self._forget_removed()
         if restart or self.state is RunState.COMPLETE or self.nav is None or self.nav.seq >= len(self._plan.mission):
             self._start()
             return
@@ -192,21 +193,15 @@ class MissionRunner:
 
     def notice_change(self) -> bool:
         """Stop and forget the command that was flown when the mission was removed; True when the mission changed."""
+        self._forget_removed()
         revision = self._plan.mission_revision
-        if revision == self._revision:
-            return False
+        is_new = revision != self._revision
         self._revision = revision
-        clears = self._plan.mission_clears
-        if clears != self._clears:
-            self._clears = clears
-            # AP_Mission::clear. That it was landing it does not forget, nor its jumps.
-            self.nav = self._do = None
-            self._nav_loaded = self._do_loaded = False
-            self.state = RunState.STOPPED
-        return True
+        return is_new
 
     def set_current(self, seq: int) -> bool:
         """Go to an item; False when there is none."""
+        self._forget_removed()
         self.in_landing_sequence = self.in_return_path = False
         self._forget_way()
         items = self._plan.mission
@@ -321,6 +316,15 @@ class MissionRunner:
         return False
 
     # inside
+
+    def _forget_removed(self) -> None:
+        """AP_Mission::clear, which acts before whatever is asked next. That it was landing it does not forget, nor its jumps."""
+        clears = self._plan.mission_clears
+        if clears != self._clears:
+            self._clears = clears
+            self.nav = self._do = None
+            self._nav_loaded = self._do_loaded = False
+            self.state = RunState.STOPPED
 
     def _running(self) -> bool:
         return self.state is RunState.RUNNING

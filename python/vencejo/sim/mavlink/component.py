@@ -401,7 +401,7 @@ class PlaneComponent:
         if is_due:
             self._heartbeat_due_us = now_us + _HEARTBEAT_US
         # A new mode is told at once (ArduPlane's set_mode()), and the beat goes on as before.
-        mode = self.snapshot().mode
+        mode = self.autopilot.flight_mode
         if is_due or mode is not self._mode_told:
             self._mode_told = mode
             self._broadcast(build(0, self.snapshot(), self._context()))
