@@ -25,13 +25,13 @@ from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from vencejo import _native
-from vencejo.control import Danger
 from vencejo.errors import CommandTimeout, InvalidRequest
 from vencejo.plan import Home, Plan
 from vencejo.signing import SigningInfo
 from vencejo.station import Station
 from vencejo.telemetry import Telemetry
 from vencejo.vehicle import (
+    Danger,
     MavlinkMessage,
     Parameter,
     PlanKind,

@@ -14,33 +14,15 @@ Examples
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
+from typing import TypeVar
 
 from vencejo import _native
 from vencejo._closing import Closing
+from vencejo.vehicle import VehicleState
 
-if TYPE_CHECKING:
-    from vencejo.vehicle import VehicleState
+__all__ = ["Operator"]
 
-__all__ = ["Danger", "Operator"]
-
-Danger: TypeAlias = Literal[
-    "force-arm",
-    "force-disarm",
-    "disarm-in-flight",
-    "terminate",
-    "clear-mission",
-    "clear-fence",
-    "clear-rally",
-    "clear-all",
-    "reboot",
-    "fence-off",
-    "erase",
-    "write-files",
-]
-"""What can end a flight or destroy what is on board, by the names with which a program confirms it."""
-
-_V = TypeVar("_V", bound="VehicleState")
+_V = TypeVar("_V", bound=VehicleState)
 
 
 class Operator(Closing):

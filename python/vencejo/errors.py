@@ -11,10 +11,7 @@ True
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from vencejo.plan import Finding
+from vencejo.findings import Finding
 
 
 class VencejoError(Exception):
@@ -105,6 +102,8 @@ class CommandRefused(VencejoError):
         What the vehicle said about it in STATUSTEXT messages, for instance its pre-arm failures.
     cure_mode : str or None
         The mode that cures a refusal to arm, where a mode does; `Vehicle.prepare_flight` changes to it.
+    remedies : tuple[str, ...]
+        What to do about the reasons, in English, where that is known.
     """
 
     def __init__(
@@ -114,12 +113,14 @@ class CommandRefused(VencejoError):
         result: str = "",
         reasons: tuple[str, ...] = (),
         cure_mode: str | None = None,
+        remedies: tuple[str, ...] = (),
     ) -> None:
         super().__init__(message)
         self.command = command
         self.result = result
         self.reasons = reasons
         self.cure_mode = cure_mode
+        self.remedies = remedies
 
 
 class CommandTimeout(VencejoError, TimeoutError):

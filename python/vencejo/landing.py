@@ -27,10 +27,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vencejo import _native
+from vencejo._given import NUMBER, check
 from vencejo.plan import Command, GeoPoint, MissionItem, Plan
-
-_NAV_LAST = 95
-"""MAV_CMD_NAV_LAST: commands above it are flown to nowhere."""
 
 __all__ = ["Landing", "LandingCaution", "Wind", "design_landing", "landing_item"]
 
@@ -49,6 +47,9 @@ class Wind:
 
     from_deg: float
     speed_m_s: float
+
+    def __post_init__(self) -> None:
+        check(self, from_deg=NUMBER, speed_m_s=NUMBER)
 
     @property
     def is_calm(self) -> bool:
@@ -214,7 +215,7 @@ def landing_item(plan: Plan) -> int | None:
     starts = [number for number, item in before if item.command == Command.DO_LAND_START]
     if starts:
         return starts[-1]
-    ways = [(number, item) for number, item in before if item.command <= _NAV_LAST]
+    ways = [(number, item) for number, item in before if item.is_nav]
     if ways and ways[-1][1].command != Command.NAV_TAKEOFF and ways[-1][1].lat_deg:
         return ways[-1][0]
     return land + 1

@@ -1,6 +1,7 @@
 """Plans: missions, fences and rally points, as files and as the vehicle has them.
 
-A `Plan` is an immutable value. Items never include home: the first item is item 1 on an ArduPilot vehicle,
+A `Plan` is an immutable value, and so is what it consists of; a field of another type than the one that belongs there is a
+`TypeError` where it is given. Items never include home: the first item is item 1 on an ArduPilot vehicle,
 whose item 0 is home.
 
 Examples
@@ -23,14 +24,15 @@ from __future__ import annotations
 
 import enum
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, field, replace
 from pathlib import Path
-from typing import Literal, TypeAlias
 
 from vencejo import _native
 from vencejo._files import read_bounded
+from vencejo._given import FLAG, NONE, NUMBER, WHOLE, check, check_each
 from vencejo.errors import FileFormatError, PlanRefused
+from vencejo.findings import Finding
 from vencejo.storage import write_file
 
 __all__ = [
@@ -46,16 +48,6 @@ __all__ = [
     "PlanSettings",
     "Polygon",
     "RallyPoint",
-]
-
-NativeItem: TypeAlias = tuple[int, int, tuple[float | None, ...], bool]
-NativeZone: TypeAlias = tuple[bool, list[tuple[float, float]], float | None]
-NativePlan: TypeAlias = tuple[
-    tuple[float, float, float] | None,
-    list[NativeItem],
-    list[NativeZone],
-    tuple[float, float, float] | None,
-    list[tuple[float, float, float, int]],
 ]
 
 
@@ -109,6 +101,9 @@ class GeoPoint:
     lat_deg: float
     lon_deg: float
 
+    def __post_init__(self) -> None:
+        check(self, lat_deg=NUMBER, lon_deg=NUMBER)
+
 
 @dataclass(frozen=True)
 class Home:
@@ -125,6 +120,9 @@ class Home:
     lat_deg: float
     lon_deg: float
     alt_amsl_m: float
+
+    def __post_init__(self) -> None:
+        check(self, lat_deg=NUMBER, lon_deg=NUMBER, alt_amsl_m=NUMBER)
 
 
 @dataclass(frozen=True)
@@ -150,9 +148,15 @@ class MissionItem:
     autocontinue: bool = True
 
     def __post_init__(self) -> None:
-        if len(self.params) != 7:
-            raise ValueError(f"a mission item has seven parameters, not {len(self.params)}; use None for absent ones")
-        object.__setattr__(self, "params", tuple(self.params))
+        check(self, command=WHOLE, frame=WHOLE, autocontinue=FLAG)
+        if not (0 <= self.command <= 0xFFFF and 0 <= self.frame <= 0xFF):
+            raise ValueError(
+                f"command {self.command}, frame {self.frame}: a MAV_CMD is 0 to 65535, a MAV_FRAME 0 to 255"
+            )
+        params = check_each(self, "params", *NUMBER, NONE)
+        if len(params) != 7:
+            raise ValueError(f"a mission item has seven parameters, not {len(params)}; use None for absent ones")
+        object.__setattr__(self, "params", params)
 
     @property
     def name(self) -> str:
@@ -163,6 +167,11 @@ class MissionItem:
     def has_position(self) -> bool:
         """Whether the command uses latitude, longitude and altitude."""
         return _native.command_has_position(self.command)
+
+    @property
+    def is_nav(self) -> bool:
+        """Whether the mission stands at it until it is done; ``False`` for an action beside the flying."""
+        return _native.command_is_nav(self.command)
 
     @property
     def lat_deg(self) -> float | None:
@@ -303,6 +312,10 @@ class Polygon:
     points: tuple[GeoPoint, ...]
     inclusion: bool = True
 
+    def __post_init__(self) -> None:
+        check(self, inclusion=FLAG)
+        object.__setattr__(self, "points", check_each(self, "points", GeoPoint))
+
 
 @dataclass(frozen=True)
 class Circle:
@@ -311,6 +324,9 @@ class Circle:
     center: GeoPoint
     radius_m: float
     inclusion: bool = True
+
+    def __post_init__(self) -> None:
+        check(self, center=(GeoPoint,), radius_m=NUMBER, inclusion=FLAG)
 
 
 @dataclass(frozen=True)
@@ -327,6 +343,10 @@ class Fence:
     zones: tuple[Polygon | Circle, ...] = ()
     return_point: RallyPoint | None = None
 
+    def __post_init__(self) -> None:
+        check(self, return_point=(RallyPoint, NONE))
+        object.__setattr__(self, "zones", check_each(self, "zones", Polygon, Circle))
+
 
 @dataclass(frozen=True)
 class RallyPoint:
@@ -337,35 +357,10 @@ class RallyPoint:
     alt_m: float
     frame: int = Frame.GLOBAL_RELATIVE_ALT
 
-
-@dataclass(frozen=True)
-class Finding:
-    """Something that a check of a plan found.
-
-    Attributes
-    ----------
-    severity : {"error", "warning"}
-        A plan with an error is not sent.
-    code : str
-        Stable name of the finding.
-    item : int or None
-        The item concerned, counted from 1.
-    message, remedy : str
-        What is wrong, and what to do about it, in English.
-    figures : mapping of str to bool, int, float, str or None
-        What the sentences tell, by name; a name ends in its unit, as in ``length_m``. ``None`` is not known, or without limit.
-        `schemas/openapi.json` lists them for each code (``FindingKind``).
-    """
-
-    severity: Literal["error", "warning"]
-    code: str
-    item: int | None
-    message: str
-    remedy: str
-    figures: Mapping[str, bool | int | float | str | None] = field(default_factory=dict, hash=False)
-
-    def __str__(self) -> str:
-        return f"{self.message}: {self.remedy}" if self.remedy else self.message
+    def __post_init__(self) -> None:
+        check(self, lat_deg=NUMBER, lon_deg=NUMBER, alt_m=NUMBER, frame=WHOLE)
+        if not 0 <= self.frame <= 0xFF:
+            raise ValueError(f"a rally point in frame {self.frame}: a MAV_FRAME is 0 to 255")
 
 
 @dataclass(frozen=True)
@@ -386,6 +381,10 @@ class PlanSettings:
     hover_speed_m_s: float | None = None
     vehicle_type: int | None = None
     firmware_type: int | None = None
+
+    def __post_init__(self) -> None:
+        speed, kind = (*NUMBER, NONE), (*WHOLE, NONE)
+        check(self, cruise_speed_m_s=speed, hover_speed_m_s=speed, vehicle_type=kind, firmware_type=kind)
 
 
 @dataclass(frozen=True)
@@ -411,8 +410,9 @@ class Plan:
     settings: PlanSettings = field(default_factory=PlanSettings)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "items", tuple(self.items))
-        object.__setattr__(self, "rally", tuple(self.rally))
+        check(self, home=(Home, NONE), fence=(Fence,), settings=(PlanSettings,))
+        object.__setattr__(self, "items", check_each(self, "items", MissionItem))
+        object.__setattr__(self, "rally", check_each(self, "rally", RallyPoint))
 
     def __iter__(self) -> Iterator[MissionItem]:
         return iter(self.items)
@@ -479,12 +479,7 @@ class Plan:
             Errors first.
         """
         at = None if position is None else (position.lat_deg, position.lon_deg)
-        found = _native.check_plan(self._to_native(), at, on_ground)
-        findings = [
-            Finding("error" if is_error else "warning", code, item, message, remedy, figures)
-            for is_error, code, figures, item, message, remedy in found
-        ]
-        return tuple(sorted(findings, key=lambda finding: finding.severity != "error"))
+        return findings_of(_native.check_plan(self._to_native(), at, on_ground))
 
     def require_sound(
         self, *, position: GeoPoint | Home | None = None, on_ground: bool | None = None
@@ -495,18 +490,14 @@ class Plan:
         ------
         PlanRefused
         """
-        findings = self.check(position=position, on_ground=on_ground)
-        errors = [str(finding) for finding in findings if finding.severity == "error"]
-        if errors:
-            raise PlanRefused("the plan was not sent: " + "; ".join(errors), findings)
-        return findings
+        return refuse_errors(self.check(position=position, on_ground=on_ground))
 
     @property
     def length_m(self) -> float | None:
         """Length of the mission's way in metres, circles included; ``None`` when it has no end or no position."""
         return _native.mission_length_m(self._to_native())
 
-    def _to_native(self) -> NativePlan:
+    def _to_native(self) -> _native._Plan:
         back = self.fence.return_point
         return (
             _home_tuple(self.home),
@@ -517,7 +508,7 @@ class Plan:
         )
 
     @classmethod
-    def _from_native(cls, native: NativePlan) -> Plan:
+    def _from_native(cls, native: _native._Plan) -> Plan:
         home, items, zones, return_point, rally = native
         return cls(
             items=tuple(MissionItem(*item) for item in items),
@@ -529,17 +520,34 @@ class Plan:
         )
 
 
+def findings_of(found: Sequence[_native._Finding]) -> tuple[Finding, ...]:
+    """Findings as the core gives them, errors first."""
+    findings = (
+        Finding("error" if is_error else "warning", code, item, message, remedy, figures)
+        for is_error, code, figures, item, message, remedy in found
+    )
+    return tuple(sorted(findings, key=lambda finding: finding.severity != "error"))
+
+
+def refuse_errors(findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    """The findings, when there is no error among them; else `PlanRefused`."""
+    errors = [str(finding) for finding in findings if finding.severity == "error"]
+    if errors:
+        raise PlanRefused("the plan was not sent: " + "; ".join(errors), findings)
+    return findings
+
+
 def _home_tuple(home: Home | None) -> tuple[float, float, float] | None:
     return None if home is None else (home.lat_deg, home.lon_deg, home.alt_amsl_m)
 
 
-def _zone_tuple(zone: Polygon | Circle) -> NativeZone:
+def _zone_tuple(zone: Polygon | Circle) -> _native._Zone:
     if isinstance(zone, Circle):
         return (zone.inclusion, [(zone.center.lat_deg, zone.center.lon_deg)], zone.radius_m)
     return (zone.inclusion, [(point.lat_deg, point.lon_deg) for point in zone.points], None)
 
 
-def _zone(zone: NativeZone) -> Polygon | Circle:
+def _zone(zone: _native._Zone) -> Polygon | Circle:
     inclusion, points, radius_m = zone
     corners = _points(points)
     if radius_m is not None:

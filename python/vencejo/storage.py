@@ -6,6 +6,7 @@ import os
 from dataclasses import dataclass
 
 from vencejo import _native
+from vencejo._given import WHOLE, check
 from vencejo.errors import InvalidRequest
 
 __all__ = ["Floors", "StorageProblem", "create_file", "install_file", "make_folder", "sync_folder", "write_file"]
@@ -45,6 +46,7 @@ class Floors:
     telemetry_mb: int = _TELEMETRY_MB
 
     def __post_init__(self) -> None:
+        check(self, maps_mb=WHOLE, video_mb=WHOLE, telemetry_mb=WHOLE)
         if any(mb < 0 for mb in self._mb):
             raise InvalidRequest(f"floors go from 0 to 10000000 MB, not {min(self._mb)}")
         _native.check_floors_mb(self._mb)

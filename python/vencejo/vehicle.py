@@ -14,15 +14,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType, SimpleNamespace
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 from vencejo import _native
 from vencejo._closing import Closing
-from vencejo.control import Danger
 from vencejo.errors import CommandTimeout, InvalidRequest
+from vencejo.findings import Finding
 from vencejo.link import LinkInfo
-from vencejo.mavlink import decode_payload, encode_payload, field_names
-from vencejo.plan import Finding, GeoPoint, Home, Plan
+from vencejo.plan import Home, Plan, findings_of, refuse_errors
 from vencejo.signing import SigningInfo
 from vencejo.telemetry import Telemetry
 
@@ -39,6 +38,22 @@ __all__ = [
     "StatusText",
     "Vehicle",
 ]
+
+Danger: TypeAlias = Literal[
+    "force-arm",
+    "force-disarm",
+    "disarm-in-flight",
+    "terminate",
+    "clear-mission",
+    "clear-fence",
+    "clear-rally",
+    "clear-all",
+    "reboot",
+    "fence-off",
+    "erase",
+    "write-files",
+]
+"""What can end a flight or destroy what is on board, by the names with which a program confirms it."""
 
 PlanKind = Literal["mission", "fence", "rally"]
 ProgressCallback = Callable[[int, int], None]
@@ -212,8 +227,13 @@ class MavlinkMessage:
 
     @cached_property
     def fields(self) -> Mapping[str, Any]:
-        """The fields as the message definition names them, in the units of the wire; read at first use."""
-        return MappingProxyType(decode_payload(self.id, self.payload))
+        """The fields as the message definition names them, in the units and the order of the wire; read at first use.
+
+        Enums and bit masks are integers, texts are without what follows their first zero, arrays are lists. ``payload`` alone for
+        a message that the dialect does not have.
+        """
+        fields = _native.message_fields(self.id, self.payload)
+        return MappingProxyType({"payload": self.payload} if fields is None else fields)
 
 
 @dataclass(frozen=True)
@@ -409,34 +429,32 @@ class VehicleState:
         """Send any message of the dialect: the escape hatch.
 
         Fields are named as in the message definition, in the units of the wire; those not given are 0. The vehicle is
-        put into ``target_system`` and ``target_component`` when these are not given. There is no answer and no check of its
-        values; one that is dangerous has to be confirmed, and what arms, follows the mission or jumps in it is held back while
-        that may be mixed (`PlanState.may_be_mixed`), unless it is `despite_mixed_plan`.
+        put into ``target_system`` and ``target_component`` when these are not given. There is no answer. Of its values
+        only those are refused that no autopilot can take: numbers beyond 32 bits, positions that are not on Earth, heights
+        beyond -1,000 to 100,000 m, and a new height of 0, which ArduPlane takes for none. One that is dangerous has to be
+        confirmed, and what arms, follows the mission or jumps in it is held back while that may be mixed
+        (`PlanState.may_be_mixed`), unless it is `despite_mixed_plan`.
 
         Raises
         ------
         InvalidRequest
-            For a message or field that the dialect does not have.
+            For a message or field that the dialect does not have, or a value that is refused.
         NotPossibleNow
             While the mission may be mixed.
         """
-        system, component = self._native.address()
-        known = field_names(name)
-        addressed = {"target_system": system, "target_component": component}
-        fields = {**{key: value for key, value in addressed.items() if key in known}, **fields}
-        self._native.send_payload(*encode_payload(name, fields), confirm, despite_mixed_plan)
-
-    def _planned_position(self) -> GeoPoint | None:
-        position, home = self.telemetry.position, self.telemetry.home
-        if home is not None:
-            return GeoPoint(home.lat_deg, home.lon_deg)
-        if position is None or position.lat_deg is None or position.lon_deg is None:
-            return None
-        return GeoPoint(position.lat_deg, position.lon_deg)
+        self._native.send_message(name, fields, confirm, despite_mixed_plan)
 
     def check_plan(self, plan: Plan) -> tuple[Finding, ...]:
-        """Check a plan against where this vehicle is. Errors first."""
-        return plan.check(position=self._planned_position(), on_ground=self.telemetry.is_on_ground)
+        """Check a plan that this vehicle is to fly as it is now. Errors first.
+
+        It knows the vehicle's position and home, whether it stands on the ground, whether it can hover, and what of its
+        parameters was read.
+        """
+        return findings_of(self._native.check_plan(plan._to_native(), False))
+
+    def _require_sound(self, plan: Plan) -> None:
+        """Refuse a plan with an error; it may wait on board until the plane flies."""
+        refuse_errors(findings_of(self._native.check_plan(plan._to_native(), True)))
 
     # Each operation as it starts; the front doors below only differ in how they wait for the end.
 
@@ -456,8 +474,10 @@ class VehicleState:
         return self._native.reposition(lat_deg, lon_deg, alt_m, frame, radius_m, clockwise, speed_m_s, change_mode)
 
     def _upload(self, plan: Plan, kind: PlanKind, check: bool, while_heard: bool = False) -> _native.Pending:
+        if not isinstance(plan, Plan):
+            raise TypeError(f"a Plan is uploaded, not a {type(plan).__name__}; Plan.load reads one from a file")
         if check and kind == "mission":
-            plan.require_sound(position=self._planned_position(), on_ground=None)
+            self._require_sound(plan)
         pending = self._native.upload(kind, plan._to_native())
         if while_heard:
             watch = self.on_event(lambda event: pending.cancel() if event.kind == "lost" else None)
@@ -691,7 +711,7 @@ class Vehicle(Closing, VehicleState):
         self._wait(self._native.change_speed("groundspeed", groundspeed_m_s))
 
     def set_altitude(self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None) -> None:
-        """Change the height of the present target."""
+        """Change the height of the present target. Not to 0, which ArduPlane takes for none."""
         self._wait(self._native.change_altitude(*_frame_of(alt_rel_home_m, alt_amsl_m, None)))
 
     def fly_course(self, course_deg: float, *, accel_m_s2: float = 5.0) -> None:

@@ -157,7 +157,7 @@ async def test_e4_take_off_and_landing(open_station: OpenStation, serve: Serve) 
             await station.click_map(offset(180, -200))
             await station.choose_tool("kind.land")
             await station.click_map(offset(0, 0))
-            # The approach is laid out by itself: an entry and a final point before the landing, no height to tune.
+            # The approach is laid out by itself: a circle down to the height of the final leg, which a return finds too.
             await expect(station.items).to_have_count(5)
             await expect(station.items.last).to_contain_text(station.text("kind.land"))
             await expect(panel.get_by_text(station.text("plan.checks.ok"), exact=True)).to_be_visible()

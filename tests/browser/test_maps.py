@@ -359,7 +359,7 @@ async def test_a_key_is_never_shown_again(open_station: OpenStation, served: Ser
         await expect(panel.get_by_text(station.text("maps.keyKept"), exact=True)).to_be_visible()
         # saved without typing it: it is kept
         await press(station, panel, "maps.save").click()
-        await expect(panel.get_by_role("radio", name="Keyed")).to_be_visible()
+        await expect(panel.get_by_role("radio", name="Keyed", exact=True)).to_be_visible()
         answers = [await one.text() for one in responses if "/api/v1/maps/" in one.url]
         assert answers
         assert not any(key in answer for answer in answers)

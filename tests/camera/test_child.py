@@ -71,9 +71,7 @@ def test_a_picture_that_claims_much_harms_nobody() -> None:
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the limit is Linux's")
 def test_the_child_gets_no_more_memory_than_it_is_given() -> None:
-    program = (
-        "from vencejo.camera.child import ROOM, limit_memory; limit_memory(); bytearray(ROOM // 2); bytearray(2 * ROOM)"
-    )
+    program = "from vencejo.camera.worker import ROOM, limit_memory; limit_memory(); bytearray(ROOM // 2); bytearray(2 * ROOM)"
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=False)
     assert ended.returncode == 1
     assert "MemoryError" in ended.stderr

@@ -142,8 +142,9 @@ def test_every_exception_has_an_exit_code() -> None:
 
 
 def test_errors_tell_what_the_vehicle_said() -> None:
-    refused = vencejo.CommandRefused("not armed", reasons=("Compass not healthy", "not armed"))
-    assert describe_error(refused) == (Exit.FAILED, "not armed\n  Compass not healthy")
+    told = ("Compass not healthy", "not armed")
+    refused = vencejo.CommandRefused("not armed", reasons=told, remedies=("calibrate it",))
+    assert describe_error(refused) == (Exit.FAILED, "not armed\n  Compass not healthy\n  To do: calibrate it")
     mismatch = vencejo.PlanMismatch("not verified", differences=("item 2: altitude 80, kept 79",))
     assert describe_error(mismatch)[1].endswith("\n  item 2: altitude 80, kept 79")
     assert describe_error(FileNotFoundError(2, "No such file", "x.param")) == (1, "x.param: No such file")
@@ -223,6 +224,15 @@ def test_a_plan_that_cannot_be_read(tmp_path: Path) -> None:
         assert result.exit_code == 1
         assert "line 2" in result.stderr, result.stderr
         assert "Traceback" not in result.stderr
+
+
+def test_a_file_with_a_fence_alone_is_not_flown_and_says_how_it_is_sent(tmp_path: Path) -> None:
+    fence = tmp_path / "fence.waypoints"
+    fence.write_text("QGC WPL 110\n0 0 0 5003 500 0 0 0 40 -3 0 0\n", encoding="utf-8")
+    for words in (["fly", "--yes"], ["mission", "upload"]):
+        result = run(*words, str(fence), "--link", "udpin:127.0.0.1:0")
+        assert result.exit_code == 1
+        assert f"holds no mission, but a fence: vencejo mission upload {fence} --kind fence" in result.stderr
 
 
 def test_a_plan_with_an_error_is_not_flown(tmp_path: Path) -> None:

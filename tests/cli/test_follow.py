@@ -169,6 +169,16 @@ def test_a_mission_without_a_landing_ends_in_the_air(mode: str) -> None:
     assert mode in follower.outcome.text
 
 
+def test_a_px4_flies_its_mission_in_a_mode_of_another_name() -> None:
+    follower = Follower(circuit())
+    follower.step(flying(100.0, mode="AUTO_MISSION", **ON_GROUND), progress(1), [])
+    follower.step(flying(110.0, mode="AUTO_MISSION"), progress(2, reached=(1,)), [])
+    notes = follower.step(flying(120.0, mode="POSCTL"), progress(2), [])
+    assert "POSCTL" in notes[0].text
+    notes = follower.step(flying(130.0, mode="AUTO_MISSION"), progress(2), [])
+    assert "back in AUTO_MISSION" in notes[0].text
+
+
 def test_an_old_completion_does_not_count() -> None:
     follower = Follower(circuit(lands=False))
     follower.step(flying(100.0, state="complete"), progress(4, is_complete=True), [])

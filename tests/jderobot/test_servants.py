@@ -27,10 +27,11 @@ from vencejo.jderobot.marks import Marks, Taken
 from vencejo.jderobot.mission import Mission, MissionOfPoses
 from vencejo.jderobot.navdata import Navdata, State, state_of
 from vencejo.jderobot.pose import Pose3D
-from vencejo.jderobot.precise import Control, Missions, States
+from vencejo.jderobot.precise import Control, Missions
 from vencejo.jderobot.runtime import load
 from vencejo.jderobot.settings import MissionPolicy
 from vencejo.jderobot.stamp import age_text, stamped
+from vencejo.jderobot.states import States
 from vencejo.jderobot.subject import Subject
 from vencejo.jderobot.workers import Workers
 
@@ -383,6 +384,9 @@ class Flier:
         if what == self.fails_at:
             assert self.error is not None
             raise self.error
+
+    def _require_sound(self, plan: vencejo.Plan) -> None:
+        plan.require_sound()
 
     def upload(self, plan: vencejo.Plan, *, while_heard: bool) -> Any:
         assert while_heard, "one that comes back must not get what has failed"
@@ -860,6 +864,10 @@ def telemetry(landed: str | None, mode: str) -> Any:
         ("in air", "AUTO", State.TO_POINT),
         ("in air", "LOITER", State.HOVERING),
         ("in air", "FBWA", State.FLYING),
+        ("in air", "AUTO_TAKEOFF", State.TAKING_OFF),
+        ("in air", "AUTO_MISSION", State.TO_POINT),
+        ("in air", "AUTO_RTL", State.TO_POINT),
+        ("in air", "AUTO_LOITER", State.HOVERING),
         ("landing", "AUTO", State.LANDING),
     ],
 )

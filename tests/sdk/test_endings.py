@@ -211,6 +211,11 @@ def test_what_is_given_out_cannot_be_changed(mock: MockPlane) -> None:
             plane.telemetry.heartbeat.mode = "AUTO"  # type: ignore[union-attr, misc]
 
 
+def fence_of_two_corners() -> vencejo.Plan:
+    corners = (vencejo.GeoPoint(40.33, -3.80), vencejo.GeoPoint(40.34, -3.79))
+    return vencejo.Plan(fence=vencejo.Fence(zones=(vencejo.Polygon(points=corners),)))
+
+
 @pytest.mark.parametrize(
     "call",
     [
@@ -226,6 +231,7 @@ def test_what_is_given_out_cannot_be_changed(mock: MockPlane) -> None:
         lambda plane: plane.set_current_item(-1),
         lambda plane: plane.start_mission(from_item=70_000),
         lambda plane: plane.send_message("ATTITUDE", roll="much"),
+        lambda plane: plane.upload(fence_of_two_corners(), kind="fence", check=False),
         lambda plane: plane.set_message_rate("ATTITUDE", 1e9),
         lambda plane: plane.set_mode(""),
     ],

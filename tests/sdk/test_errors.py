@@ -50,6 +50,7 @@ CLASSES = {
     "Vehicle.MessageNotReceived": vencejo.CommandTimeout,
     "Vehicle.Cancelled": vencejo.Cancelled,
     "Transfer.Timeout": vencejo.TransferError,
+    "Transfer.FtpAbsent": vencejo.TransferError,
     "Transfer.NoProgress": vencejo.TransferError,
     "Transfer.Unreached": vencejo.TransferError,
     "Transfer.Refused": vencejo.TransferError,
@@ -102,6 +103,7 @@ def test_attributes() -> None:
     assert refused.command == "COMPONENT_ARM_DISARM"
     assert refused.result == "FAILED"
     assert refused.reasons == ("PreArm: GPS 1: not healthy",)
+    assert refused.remedies == ("wait until the GPS has a 3D fix, under open sky",)
     assert refused.cure_mode is None
     late = example("Vehicle.NotConfirmed")
     assert isinstance(late, vencejo.CommandTimeout)

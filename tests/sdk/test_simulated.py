@@ -11,7 +11,7 @@ from typing import Any, get_args
 import pytest
 import vencejo
 from vencejo import MissionItem, Plan, aio
-from vencejo.control import Danger
+from vencejo.vehicle import Danger
 
 from tests.support import HOME, simulated_plane, wait_for
 

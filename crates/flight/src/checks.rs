@@ -10,8 +10,8 @@ pub use finding::{Datum, FenceFault, Figure, Finding, FindingCode, FindingKind, 
 use crate::geodesy::{GeoPoint, LocalFrame, distance_m, wrap_180_deg};
 use crate::landing::STEEP_SLOPE;
 use crate::plan::{
-    Category, Command, FenceShape, FenceZone, Home, MavFrame, MissionItem, Plan, ShapeFault, Storage, Support, Unit,
-    Wanted, ardupilot_stored,
+    Command, FenceShape, FenceZone, Home, MavFrame, MissionItem, Plan, ShapeFault, Storage, Support, Unit, Wanted,
+    ardupilot_stored,
 };
 use crate::progress::{alt_amsl_m, jump_index, target};
 
@@ -109,8 +109,14 @@ struct Check<'a> {
     findings: Vec<Finding>,
 }
 
+/// Whether the plane flies, or lands, at an item. What only waits or runs a script may come before the take-off and after the
+/// landing (`AP_Mission::is_takeoff_next`).
+fn is_flown(item: &MissionItem) -> bool {
+    is_nav(item) && !matches!(item.command, Command::NAV_DELAY | Command::NAV_SCRIPT_TIME)
+}
+
 fn is_nav(item: &MissionItem) -> bool {
-    item.command.info().is_some_and(|info| info.category == Category::Nav && info.support != Support::Ignored)
+    item.command.is_nav() && item.command.info().is_none_or(|info| info.support != Support::Ignored)
 }
 
 impl<'a> Check<'a> {
@@ -183,20 +189,22 @@ impl<'a> Check<'a> {
             let (unit, label) = (param.unit.symbol(), param.label);
             let below = param.min.is_some_and(|min| value < min);
             let above = param.max.is_some_and(|max| value > max);
-            if (below || above) && param.storage != Storage::Dropped {
+            let kept = stored.params[number].unwrap_or(0.0);
+            let sign_alone = matches!(param.storage, Storage::LoiterSign | Storage::YawSign | Storage::Positive);
+            let is_kept = sign_alone || (kept - value).abs() <= 0.01 * value.abs();
+            let is_unused = param.storage == Storage::Dropped;
+            if (below || above) && !is_unused {
                 let (min, max) = (param.min, param.max);
-                self.error(about, FindingKind::ParamOutOfRange { param: number + 1, label, value, unit, min, max });
+                let found = FindingKind::ParamOutOfRange { param: number + 1, label, value, unit, min, max };
+                // What the vehicle takes as it is may be meant; what it keeps as something else is not.
+                self.add(if is_kept { Severity::Warning } else { Severity::Error }, about, found);
                 continue;
             }
             if position || param.storage == Storage::Two {
                 continue;
             }
-            let kept = stored.params[number].unwrap_or(0.0);
             let measured = !matches!(param.unit, Unit::Choice | Unit::Flag | Unit::Degrees);
-            let is_unused = param.storage == Storage::Dropped;
-            let matters = if is_unused { measured && value != 0.0 } else { (kept - value).abs() > 0.01 * value.abs() };
-            let sign_alone = matches!(param.storage, Storage::LoiterSign | Storage::YawSign | Storage::Positive);
-            if matters && !sign_alone {
+            if if is_unused { measured && value != 0.0 } else { !is_kept } {
                 self.warn(about, FindingKind::ParamChanged { param: number + 1, label, value, kept, unit, is_unused });
             }
         }
@@ -207,13 +215,19 @@ impl<'a> Check<'a> {
             return;
         }
         let about = Some((index, item));
-        let must_lie_somewhere = !item.command.may_stay_in_place();
+        // DO_SET_HOME takes the plane's own position when parameter 1 is 1, else the one that is given.
+        let is_home_elsewhere = item.command == Command::DO_SET_HOME && item.param(1) != Some(1.0);
+        let must_lie_somewhere = is_home_elsewhere || !item.command.may_stay_in_place();
         let (has_lat, has_lon) = (item.lat_deg().is_some(), item.lon_deg().is_some());
         // Where the place may be left out, half of one is none either: the other half would be sent as 0°.
         if must_lie_somewhere && !(has_lat && has_lon) || has_lat != has_lon {
             self.error(about, FindingKind::MissingPosition { missing: Missing::Place });
         } else if must_lie_somewhere && (item.lat_deg(), item.lon_deg()) == (Some(0.0), Some(0.0)) {
-            self.error(about, FindingKind::ZeroCoordinates {});
+            // ArduPlane puts the position where it is then for 0/0 (`Plane::set_next_WP`): to land or lower a payload there can be
+            // meant, to fly there cannot.
+            let is_here = item.command.is_landing() || item.command == Command::NAV_PAYLOAD_PLACE;
+            let severity = if is_here { Severity::Warning } else { Severity::Error };
+            self.add(severity, about, FindingKind::ZeroCoordinates { is_here });
         }
         // Left out it would be sent as 0 m: a take-off to the height of home.
         if (item.command.is_destination() || item.command.is_takeoff()) && item.alt_m().is_none() {
@@ -242,9 +256,11 @@ impl<'a> Check<'a> {
 
     /// Beginning, end and landing sequences.
     fn flow(&mut self) {
-        let nav: Vec<(usize, &MissionItem)> = self.items_of_mission().filter(|(_, item)| is_nav(item)).collect();
+        let nav: Vec<(usize, &MissionItem)> = self.items_of_mission().filter(|(_, item)| is_flown(item)).collect();
+        // A plane that waits for a height is carried up by a balloon.
         if let Some(first) = nav.first().copied()
             && !first.1.command.is_takeoff()
+            && first.1.command != Command::NAV_ALTITUDE_WAIT
         {
             match self.context.on_ground {
                 Some(true) => self.error(Some(first), FindingKind::NoTakeoff {}),

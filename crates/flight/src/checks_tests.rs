@@ -165,6 +165,60 @@ fn beginning_and_end() {
 }
 
 #[test]
+fn what_waits_or_acts_needs_no_takeoff_before_it() {
+    let delay = || MissionItem::action(Command::NAV_DELAY, [60.0, -1.0, -1.0, -1.0]);
+    let script = || MissionItem::action(Command::NAV_SCRIPT_TIME, [1.0, 5.0, 0.0, 0.0]);
+    let servo = || MissionItem::action(Command::DO_SET_SERVO, [7.0, 1_500.0, 0.0, 0.0]);
+    // nothing is flown
+    assert_eq!(found(&plan(vec![servo(), delay(), script()])), []);
+    // waiting on the ground, and after the landing
+    let mut items = sound();
+    items.insert(0, delay());
+    items.push(delay());
+    assert_eq!(found(&plan(items)), []);
+    // carried up by a balloon
+    let mut items = sound();
+    items[0] = MissionItem::action(Command::NAV_ALTITUDE_WAIT, [8_000.0, 50.0, 0.0, 0.0]);
+    assert_eq!(found(&plan(items)), []);
+}
+
+#[test]
+fn what_an_arduplane_takes_is_no_error() {
+    use FindingCode::{IgnoredCommand, ParamOutOfRange, ZeroCoordinates};
+    use Severity::Warning;
+    // 16 bits of metres, flown as they are
+    let mut items = sound();
+    items[6].params[0] = Some(630.0);
+    assert_eq!(found(&plan(items)), []);
+    // kept as it is, though no value of a compass
+    let mut items = sound();
+    items.insert(2, MissionItem::action(Command::CONDITION_YAW, [640.0, 0.0, 1.0, 0.0]));
+    assert_eq!(found(&plan(items)), [(IgnoredCommand, Warning, Some(2)), (ParamOutOfRange, Warning, Some(2))]);
+    // any number above 0 says yes
+    check(
+        |items| {
+            let point = at(45.0, 900.0);
+            items.insert(3, MissionItem::loiter_turns(point.lat_deg(), point.lon_deg(), 100.0, 1.0, 80.0));
+            items[3].params[3] = Some(2.0);
+        },
+        ParamOutOfRange,
+        Warning,
+        Some(3),
+    );
+    // where the plane is then
+    check(|items| items[6].params[4..6].fill(Some(0.0)), ZeroCoordinates, Warning, Some(6));
+    let home = |how| MissionItem {
+        frame: MavFrame::Global,
+        ..MissionItem::at(Command::DO_SET_HOME, [how, 0.0, 0.0, 0.0], 0.0, 0.0, 600.0)
+    };
+    let mut items = sound();
+    items.insert(2, home(1.0));
+    assert_eq!(found(&plan(items)), []);
+    // but home is not to be in the Atlantic
+    check(|items| items.insert(2, home(0.0)), ZeroCoordinates, Severity::Error, Some(2));
+}
+
+#[test]
 fn jumps() {
     use FindingCode::*;
     use Severity::{Error, Warning};
@@ -280,8 +334,8 @@ fn two_hundred_unsafe_plans_are_refused_with_the_reason() {
             for at in
                 (0..whole.len()).filter(|at| whole[*at].has_position() && whole[*at].command != Command::DO_LAND_START)
             {
-                // At 0/0 a take-off goes straight on.
-                if name == "0/0" && whole[at].command.is_takeoff() {
+                // At 0/0 a take-off goes straight on, and a landing is where the plane is then.
+                if name == "0/0" && (whole[at].command.is_takeoff() || whole[at].command.is_landing()) {
                     continue;
                 }
                 let mut items = whole.clone();

@@ -77,10 +77,47 @@ pub enum FlightError {
     },
     /// A landing that cannot be designed as it is asked for.
     #[error("landing: {0}")]
-    BadLanding(String),
+    BadLanding(LandingProblem),
     /// A file that cannot be read as a whole.
     #[error("{0}")]
     BadFile(String),
+}
+
+/// Why a landing cannot be designed.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum LandingProblem {
+    /// An option is out of its range.
+    #[error("{option} is {value}: it goes from {low} to {high}")]
+    OutOfRange {
+        /// Its name.
+        option: &'static str,
+        /// What was given.
+        value: f64,
+        /// The least.
+        low: f64,
+        /// The most.
+        high: f64,
+    },
+    /// Neither course, nor where the plane comes from, nor wind.
+    #[error(
+        "nothing says in which direction to land: give the runway's course, a place at least {nearest_m} m away that the plane comes from, or the wind"
+    )]
+    NoDirection {
+        /// How far away that place must lie at least, m.
+        nearest_m: f64,
+    },
+    /// It would not get to the point, or not slowly enough.
+    #[error(
+        "with {wind_m_s:.0} m/s of wind a plane of {airspeed_m_s:.0} m/s does not come in on course {course_deg:.0}: land faster, into the wind, or later"
+    )]
+    TooMuchWind {
+        /// The wind's speed, m/s.
+        wind_m_s: f64,
+        /// The plane's, m/s.
+        airspeed_m_s: f64,
+        /// Course of the final leg, degrees from true north.
+        course_deg: f64,
+    },
 }
 
 /// Result with [`FlightError`].

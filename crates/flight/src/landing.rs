@@ -22,7 +22,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::error::{FlightError, Result};
+use crate::error::{FlightError, LandingProblem, Result};
 use crate::geodesy::{GeoPoint, direct, distance_m, inverse, wrap_180_deg, wrap_360_deg};
 use crate::guidance::l1::L1Params;
 use crate::plan::MissionItem;
@@ -270,7 +270,7 @@ pub fn design_landing(point: GeoPoint, options: &LandingOptions) -> Result<Landi
 /// Whatever can be out of its range, and its range.
 fn check(options: &LandingOptions) -> Result<()> {
     let wind = options.wind.unwrap_or(Wind { from_deg: 0.0, speed_m_s: 0.0 });
-    for (name, value, low, high) in [
+    for (option, value, low, high) in [
         ("course_deg", options.course_deg.unwrap_or(0.0), -360.0, 360.0),
         ("wind from_deg", wind.from_deg, -360.0, 360.0),
         ("wind speed_m_s", wind.speed_m_s, 0.0, 60.0),
@@ -282,7 +282,7 @@ fn check(options: &LandingOptions) -> Result<()> {
     ] {
         // NaN is in no range.
         if !(low..=high).contains(&value) {
-            return Err(FlightError::BadLanding(format!("{name} is {value}: it goes from {low} to {high}")));
+            return Err(FlightError::BadLanding(LandingProblem::OutOfRange { option, value, low, high }));
         }
     }
     Ok(())
@@ -298,9 +298,7 @@ fn course(point: GeoPoint, options: &LandingOptions) -> Result<(f64, LandingDire
     if let Some(wind) = options.wind.filter(|wind| wind.speed_m_s >= CALM_M_S) {
         return Ok((wrap_360_deg(wind.from_deg), LandingDirection::IntoWind));
     }
-    Err(FlightError::BadLanding(format!(
-        "nothing says in which direction to land: give the runway's course, a place at least {NEAREST_FROM_M} m away that the plane comes from, or the wind"
-    )))
+    Err(FlightError::BadLanding(LandingProblem::NoDirection { nearest_m: NEAREST_FROM_M }))
 }
 
 /// Headwind and groundspeed on a course, m/s.
@@ -312,10 +310,7 @@ fn along_leg(airspeed_m_s: f64, wind: Wind, course_deg: f64) -> Result<(f64, f64
     if ahead > 0.0 && groundspeed_m_s >= MIN_GROUNDSPEED_M_S {
         Ok((headwind_m_s, groundspeed_m_s))
     } else {
-        Err(FlightError::BadLanding(format!(
-            "with {:.0} m/s of wind a plane of {airspeed_m_s:.0} m/s does not come in on course {course_deg:.0}: land faster, into the wind, or later",
-            wind.speed_m_s
-        )))
+        Err(FlightError::BadLanding(LandingProblem::TooMuchWind { wind_m_s: wind.speed_m_s, airspeed_m_s, course_deg }))
     }
 }
 

@@ -65,4 +65,4 @@ pub mod landing;
 pub mod plan;
 pub mod progress;
 
-pub use error::{FlightError, Result};
+pub use error::{FlightError, LandingProblem, Result};

@@ -98,8 +98,8 @@ fn destination(mission: &Mission, index: usize, options: &ProgressOptions) -> Op
 
 /// The place of an item that a plane flies to; what an ArduPlane stores and passes over has none.
 pub(crate) fn target(item: &MissionItem) -> Option<GeoPoint> {
-    let info = item.command.info()?;
-    if info.is_destination && info.support != Support::Ignored { item.point() } else { None }
+    let is_passed_over = item.command.info().is_some_and(|info| info.support == Support::Ignored);
+    item.point().filter(|_| item.command.is_destination() && !is_passed_over)
 }
 
 /// The place of an item that this vehicle flies to.

@@ -204,6 +204,19 @@ fn samples() -> Vec<(&'static str, String, &'static str)> {
             "home 40 -3 600 | 16/3,0,0,0,0,40.1,-3,50 16/3,0,0,0,0,40.2,-3,50 20/3,0,0,0,0,0,0,0 | |",
         ),
         sample(
+            "lines that somebody deleted: a jump goes to the item that it went to before",
+            "QGC WPL 110\n0 0 0 16 0 0 0 0 40 -3 600 1\n2 0 3 16 0 0 0 0 40.1 -3 50 1\n5 0 3 16 0 0 0 0 40.2 -3 50 1\n6 0 3 177 5 2 0 0 0 0 0 1\n9 0 3 177 2 -1 0 0 0 0 0 1\n",
+            "home 40 -3 600 | 16/3,0,0,0,0,40.1,-3,50 16/3,0,0,0,0,40.2,-3,50 177/3,2,2,0,0,0,0,0 177/3,1,-1,0,0,0,0,0 | |",
+        ),
+        (
+            "a script, all three lists in one file; a jump counts the items of its list",
+            format!(
+                "QGC WPL 110\n0 1 0 16 0 0 0 0 40 -3 600 1\n1 0 3 {FENCE_ROWS}4 0 3 16 0 0 0 0 40.1 -3 50 1 # north\n\
+                 5 0 3 5100 0 0 0 0 40.2 -3.2 100 1\n6 0 2 177 4 2 0 0 0 0 0 1\n"
+            ),
+            "home 40 -3 600 | 16/3,0,0,0,0,40.1,-3,50 177/2,1,2,0,0,0,0,0 | in [40 -3, 40.1 -3, 40.1 -3.1] | 40.2 -3.2 100/3",
+        ),
+        sample(
             "APM Planner, fence",
             "#saved by APM Planner 1.3\n40.05 -3.05\n40 -3\n40.1 -3\n40.1 -3.1\n40 -3\n",
             " | | in [40 -3, 40.1 -3, 40.1 -3.1] return 40.05 -3.05 0 |",
@@ -233,7 +246,7 @@ fn samples() -> Vec<(&'static str, String, &'static str)> {
     ]
 }
 
-// fault 50 (20 dialects): short files as QGroundControl (2016 to now), Mission Planner, APM Planner, MAVProxy and scripts write them: as meant, and the same after writing
+// fault 50 (22 dialects): short files as QGroundControl (2016 to now), Mission Planner, APM Planner, MAVProxy and scripts write them: as meant, and the same after writing
 #[test]
 fn each_dialect_is_read_as_it_is_meant_and_keeps_its_meaning() {
     let mut formats = 0;
@@ -242,8 +255,8 @@ fn each_dialect_is_read_as_it_is_meant_and_keeps_its_meaning() {
         assert_eq!(told(&file.plan), said, "{who}");
         formats += keeps_its_meaning(who, &file.plan, &file.settings);
     }
-    // two for each but rally points above the sea, which .plan cannot say; the one with three parts is four files
-    assert_eq!(formats, 2 * 20 - 2 + 2);
+    // two for each but rally points above the sea, which .plan cannot say; those with three parts are four files
+    assert_eq!(formats, 2 * 22 - 2 + 2 * 2);
 }
 
 #[test]
@@ -256,12 +269,16 @@ fn what_cannot_be_meant_is_refused_with_its_place() {
     };
     for (text, expected) in [
         (
-            wpl("1 0 3 16 0 0 0 0 40 -3 50 1\n3 0 3 177 1 2 0 0 0 0 0 1\n"),
-            "line 4: (DO_JUMP) jumps to 1, but which item",
+            wpl("2 0 3 16 0 0 0 0 40 -3 50 1\n1 0 3 177 2 2 0 0 0 0 0 1\n"),
+            "line 4: (DO_JUMP) jumps to 2, but which item",
         ),
         (
-            wpl("1 0 3 16 0 0 0 0 40.1 -3 50 1\n2 0 3 5100 0 0 0 0 40 -3 50 1\n"),
-            "line 4: (NAV_RALLY_POINT) belongs to the rally list",
+            wpl("1 0 3 16 0 0 0 0 40 -3 50 1\n3 0 3 177 2 2 0 0 0 0 0 1\n"),
+            "line 4: (DO_JUMP) jumps to 2, but no item of the mission has that index",
+        ),
+        (
+            wpl("1 0 3 5100 0 0 0 0 40 -3 50 1\n2 0 3 177 1 2 0 0 0 0 0 1\n"),
+            "line 4: (DO_JUMP) jumps to 1, but no item of the mission",
         ),
         (
             wpl("1 0 3 5001 4 0 0 0 40 -3 0 1\n2 0 3 5001 4 0 0 0 40 -3 0 1\n"),

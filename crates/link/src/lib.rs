@@ -41,7 +41,7 @@
 //! # Links
 //!
 //! [`LinkAddress`] reads every link string of the MAVLink family. [`Hub::open`] returns at once; the [`LinkHandle`]
-//! tells the [`LinkState`] and closes the link. A link that breaks is opened again, after 0.25 s at first and 5 s at
+//! tells the [`LinkState`] and closes the link. A link that breaks is opened again, after 0.25 s at first and 1.5 s at
 //! most, for ever. Garbage is counted and skipped.
 //!
 //! A tee for other ground stations is one more link, opened with [`LinkOptions::tee`].

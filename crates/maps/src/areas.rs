@@ -12,7 +12,7 @@ use tokio::sync::{Semaphore, watch};
 use tokio::task::JoinSet;
 use utoipa::ToSchema;
 
-use crate::cache::Cache;
+use crate::cache::{Cache, counted};
 use crate::cover::{self, Shape};
 use crate::error::{MapError, Result};
 use crate::grid::TileId;
@@ -210,19 +210,11 @@ fn areas_of(cache: &Cache, source: &str) -> Result<Vec<Area>> {
         let mut query = reader.prepare_cached(&format!("SELECT {COLUMNS} FROM areas ORDER BY created_s, id"))?;
         let mut areas: Vec<Area> =
             query.query_map([], |row| read_area(row, source))?.collect::<rusqlite::Result<_>>()?;
-        let mut counts = reader.prepare_cached("SELECT state, COUNT(*) FROM area_tiles WHERE area=? GROUP BY state")?;
         for area in &mut areas {
-            let rows = counts.query_map([&area.id], |row| Ok((row.get::<_, i64>(0)?, row.get::<_, i64>(1)?)))?;
-            for row in rows {
-                let (state, number) = row?;
-                let number = number.cast_unsigned();
-                area.tiles += number;
-                match state {
-                    DONE => area.done = number,
-                    FAILED => area.failed = number,
-                    _ => {}
-                }
-            }
+            let [open, done, failed] =
+                [OPEN, DONE, FAILED].map(|state| counted(reader, &format!("area/{}/{state}", area.id)));
+            (area.done, area.failed) = (done?, failed?);
+            area.tiles = open? + area.done + area.failed;
         }
         Ok(areas)
     })

@@ -10,7 +10,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use bytes::Bytes;
-use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params};
+use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, TransactionBehavior, params};
 
 use crate::error::{MapError, Result};
 use crate::grid::TileId;
@@ -47,6 +47,52 @@ const TABLES: &str = "
         level INTEGER NOT NULL, col INTEGER NOT NULL, row INTEGER NOT NULL, area TEXT NOT NULL, state INTEGER NOT NULL,
         PRIMARY KEY (level, col, row, area)) WITHOUT ROWID;
     CREATE INDEX IF NOT EXISTS area_tiles_by_state ON area_tiles (area, state);
+";
+
+/// How much there is, kept by the database itself as rows come and go, whoever writes them: to count half a million of them
+/// each time that somebody asks would keep a core busy. Names: `images`, `pinned` (different tiles that areas keep), and
+/// `area/ID/STATE` (tiles of an area).
+const COUNTS: &str = "
+    CREATE TABLE counts (name TEXT PRIMARY KEY, number INTEGER NOT NULL) WITHOUT ROWID;
+    CREATE TRIGGER image_in AFTER INSERT ON images BEGIN
+        UPDATE counts SET number=number+1 WHERE name='images';
+    END;
+    CREATE TRIGGER image_out AFTER DELETE ON images BEGIN
+        UPDATE counts SET number=number-1 WHERE name='images';
+    END;
+    CREATE TRIGGER area_tile_in AFTER INSERT ON area_tiles BEGIN
+        INSERT INTO counts VALUES ('area/' || new.area || '/' || new.state, 1) ON CONFLICT DO UPDATE SET number=number+1;
+    END;
+    CREATE TRIGGER area_tile_out AFTER DELETE ON area_tiles BEGIN
+        UPDATE counts SET number=number-1 WHERE name='area/' || old.area || '/' || old.state;
+    END;
+    CREATE TRIGGER area_tile_marked AFTER UPDATE OF state ON area_tiles WHEN new.state<>old.state BEGIN
+        UPDATE counts SET number=number-1 WHERE name='area/' || old.area || '/' || old.state;
+        INSERT INTO counts VALUES ('area/' || new.area || '/' || new.state, 1) ON CONFLICT DO UPDATE SET number=number+1;
+    END;
+    CREATE TRIGGER pinned_in AFTER INSERT ON area_tiles WHEN new.state=1 BEGIN
+        UPDATE counts SET number=number+1 WHERE name='pinned' AND NOT EXISTS (SELECT 1 FROM area_tiles AS other WHERE
+            other.level=new.level AND other.col=new.col AND other.row=new.row AND other.area<>new.area AND other.state=1);
+    END;
+    CREATE TRIGGER pinned_out AFTER DELETE ON area_tiles WHEN old.state=1 BEGIN
+        UPDATE counts SET number=number-1 WHERE name='pinned' AND NOT EXISTS (SELECT 1 FROM area_tiles AS other WHERE
+            other.level=old.level AND other.col=old.col AND other.row=old.row AND other.area<>old.area AND other.state=1);
+    END;
+    CREATE TRIGGER pinned_marked AFTER UPDATE OF state ON area_tiles WHEN (new.state=1)<>(old.state=1) BEGIN
+        UPDATE counts SET number=number+iif(new.state=1, 1, -1) WHERE name='pinned' AND NOT EXISTS (SELECT 1 FROM area_tiles
+            AS other WHERE other.level=new.level AND other.col=new.col AND other.row=new.row AND other.area<>new.area
+            AND other.state=1);
+    END;
+    CREATE TRIGGER area_out AFTER DELETE ON areas BEGIN
+        DELETE FROM counts WHERE number=0 AND name IN ('area/' || old.id || '/0', 'area/' || old.id || '/1', 'area/' || old.id || '/2');
+    END;
+";
+
+/// Counts what is there already, in a cache that an older Vencejo made.
+const COUNT_ALL: &str = "
+    INSERT INTO counts SELECT 'images', COUNT(*) FROM images
+        UNION ALL SELECT 'pinned', COUNT(*) FROM (SELECT DISTINCT level, col, row FROM area_tiles WHERE state=1)
+        UNION ALL SELECT 'area/' || area || '/' || state, COUNT(*) FROM area_tiles GROUP BY area, state;
 ";
 
 /// A tile as it is kept.
@@ -315,8 +361,7 @@ impl Cache {
         let aim = max_bytes / 10 * 9;
         while bytes > aim {
             let writer = self.writer();
-            let tiles: i64 = writer.query_row("SELECT COUNT(*) FROM images", [], |row| row.get(0))?;
-            let mean = bytes / tiles.max(1).cast_unsigned() + 1;
+            let mean = bytes / counted(&writer, "images")?.max(1) + 1;
             let gone = writer.execute(
                 "DELETE FROM images WHERE id IN (SELECT id FROM images AS old WHERE NOT EXISTS (SELECT 1 FROM area_tiles AS kept \
                  WHERE kept.level=old.level AND kept.col=old.col AND kept.row=old.row) ORDER BY used_s LIMIT ?)",
@@ -370,14 +415,7 @@ impl Cache {
     pub fn fill(&self) -> Result<Fill> {
         let bytes = self.bytes()?;
         self.read(|reader| {
-            let count = |sql: &str| reader.query_row(sql, [], |row| row.get::<_, i64>(0)).map(i64::cast_unsigned);
-            Ok(Fill {
-                tiles: count("SELECT COUNT(*) FROM images")?,
-                bytes,
-                pinned_tiles: count(
-                    "SELECT COUNT(*) FROM (SELECT DISTINCT level, col, row FROM area_tiles WHERE state=1)",
-                )?,
-            })
+            Ok(Fill { tiles: counted(reader, "images")?, bytes, pinned_tiles: counted(reader, "pinned")? })
         })
     }
 
@@ -417,6 +455,17 @@ impl Cache {
     }
 }
 
+/// A number that the database keeps ([`COUNTS`]); 0 of what never was.
+pub(crate) fn counted(connection: &Connection, name: &str) -> rusqlite::Result<u64> {
+    let mut query = connection.prepare_cached("SELECT number FROM counts WHERE name=?")?;
+    let number: Option<i64> = query.query_row([name], |row| row.get(0)).optional()?;
+    Ok(number.unwrap_or_default().max(0).cast_unsigned())
+}
+
+fn has_counts(connection: &Connection) -> rusqlite::Result<bool> {
+    connection.prepare("SELECT 1 FROM sqlite_master WHERE type='table' AND name='counts'")?.exists([])
+}
+
 /// Why a file cannot be used as a cache.
 enum Unready {
     /// It is no database, or one that was damaged: by power that failed, or a card that is worn.
@@ -438,7 +487,7 @@ impl From<rusqlite::Error> for Unready {
 
 /// Opens the connection that writes, with its tables.
 fn prepare(path: &Path) -> std::result::Result<Connection, Unready> {
-    let writer = Connection::open(path)?;
+    let mut writer = Connection::open(path)?;
     writer.busy_timeout(Duration::from_secs(10))?;
     // Readers do not wait for the writer; a power cut may lose the last tiles, never the file.
     writer.pragma_update(None, "journal_mode", "WAL")?;
@@ -452,6 +501,13 @@ fn prepare(path: &Path) -> std::result::Result<Connection, Unready> {
         return Err(Unready::Other(MapError::storage(reason)));
     }
     writer.execute_batch(TABLES)?;
+    // Another process may be about to do the same.
+    let transaction = writer.transaction_with_behavior(TransactionBehavior::Immediate)?;
+    if !has_counts(&transaction)? {
+        transaction.execute_batch(COUNTS)?;
+        transaction.execute_batch(COUNT_ALL)?;
+    }
+    transaction.commit()?;
     writer.pragma_update(None, "user_version", SCHEMA)?;
     Ok(writer)
 }
@@ -465,6 +521,11 @@ fn open_frozen(path: &Path) -> rusqlite::Result<Connection> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX | OpenFlags::SQLITE_OPEN_URI;
     let reader = Connection::open_with_flags(address.as_str(), flags)?;
     reader.query_row("SELECT COUNT(*) FROM areas", [], |_| Ok(()))?;
+    if !has_counts(&reader)? {
+        // An older Vencejo made it, and nothing of it changes any more: they are kept in memory.
+        reader.execute_batch("CREATE TEMP TABLE counts (name TEXT PRIMARY KEY, number INTEGER NOT NULL);")?;
+        reader.execute_batch(COUNT_ALL)?;
+    }
     Ok(reader)
 }
 
@@ -586,6 +647,98 @@ mod tests {
         assert_eq!(cache.fill().expect("read").tiles, 1);
         assert!(matches!(cache.put(tile(2), &kept(5, 100)), Err(MapError::Storage(_))));
         cache.flush().expect("nothing is noted");
+    }
+
+    /// What a cache says of how much it has, beside what it has.
+    fn assert_counts_are_right(cache: &Cache) {
+        cache
+            .read(|reader| {
+                let count = |sql: &str| reader.query_row(sql, [], |row| row.get::<_, i64>(0)).map(i64::cast_unsigned);
+                assert_eq!(counted(reader, "images")?, count("SELECT COUNT(*) FROM images")?);
+                let pinned = "SELECT COUNT(*) FROM (SELECT DISTINCT level, col, row FROM area_tiles WHERE state=1)";
+                assert_eq!(counted(reader, "pinned")?, count(pinned)?);
+                for (area, state) in ["a", "b"].into_iter().flat_map(|area| [0, 1, 2].map(|state| (area, state))) {
+                    let tiles =
+                        count(&format!("SELECT COUNT(*) FROM area_tiles WHERE area='{area}' AND state={state}"))?;
+                    assert_eq!(counted(reader, &format!("area/{area}/{state}"))?, tiles, "{area} {state}");
+                }
+                Ok(())
+            })
+            .expect("read");
+    }
+
+    #[test]
+    fn counts_are_kept_and_not_made_when_asked_for() {
+        let folder = Folder::new();
+        let path = folder.path().join("a.mbtiles");
+        let cache = Cache::open(&path, 1 << 30).expect("a cache");
+        let run = |sql: &str| {
+            cache.writer().execute_batch(sql).expect(sql);
+            assert_counts_are_right(&cache);
+        };
+        for column in 0..5 {
+            cache.put(tile(column), &kept(5, 0)).expect("kept");
+        }
+        // Once more is no other tile.
+        cache.put(tile(1), &kept(7, 1)).expect("kept");
+        assert_eq!(cache.fill().expect("read").tiles, 5);
+        run(
+            "INSERT INTO areas (id, name, shape, min_level, max_level, state, created_s) VALUES ('a', '', '', 0, 1, 'running', 0)",
+        );
+        for column in 0..6 {
+            run(&format!("INSERT INTO area_tiles VALUES (10, {column}, 3, 'a', 0)"));
+        }
+        // Two areas that share tiles keep each of them once.
+        run("INSERT OR IGNORE INTO area_tiles VALUES (10, 1, 3, 'b', 1), (10, 2, 3, 'b', 1), (10, 1, 3, 'b', 1)");
+        run("UPDATE area_tiles SET state=1 WHERE area='a' AND col<3");
+        run("UPDATE area_tiles SET state=2 WHERE area='a' AND col=3");
+        run("UPDATE area_tiles SET state=2 WHERE area='a' AND col=1");
+        run("UPDATE area_tiles SET state=0 WHERE area='a' AND state=2");
+        assert_eq!(cache.fill().expect("read").pinned_tiles, 3);
+        run("DELETE FROM images WHERE col=4");
+        run("DELETE FROM area_tiles WHERE area='a'");
+        run("DELETE FROM areas WHERE id='a'");
+        let left = cache.read(|reader| {
+            reader.query_row("SELECT COUNT(*) FROM counts WHERE name LIKE 'area/a/%'", [], |row| row.get(0))
+        });
+        assert_eq!(left, Ok(0));
+        // No row is looked at to tell how many there are.
+        cache
+            .writer()
+            .execute("UPDATE counts SET number=7000 WHERE name IN ('images', 'pinned')", [])
+            .expect("changed");
+        let fill = cache.fill().expect("read");
+        assert_eq!((fill.tiles, fill.pinned_tiles), (7000, 7000));
+    }
+
+    #[test]
+    fn an_older_cache_is_counted_once() {
+        let folder = Folder::new();
+        let path = folder.path().join("a.mbtiles");
+        let older = |path: &Path| {
+            let cache = Cache::open(path, 1 << 30).expect("a cache");
+            cache.put(tile(1), &kept(5, 0)).expect("kept");
+            cache
+                .writer()
+                .execute_batch(
+                    "INSERT INTO area_tiles VALUES (10, 1, 3, 'a', 1), (10, 2, 3, 'a', 0), (10, 1, 3, 'b', 1);
+                     DROP TRIGGER image_in; DROP TRIGGER image_out; DROP TRIGGER area_tile_in; DROP TRIGGER area_tile_out;
+                     DROP TRIGGER area_tile_marked; DROP TRIGGER pinned_in; DROP TRIGGER pinned_out; DROP TRIGGER pinned_marked;
+                     DROP TRIGGER area_out; DROP TABLE counts; PRAGMA wal_checkpoint(TRUNCATE);",
+                )
+                .expect("as it was");
+        };
+        older(&path);
+        let cache = Cache::open(&path, 1 << 30).expect("a cache");
+        assert_counts_are_right(&cache);
+        cache.put(tile(2), &kept(5, 0)).expect("kept");
+        let fill = cache.fill().expect("read");
+        assert_eq!((fill.tiles, fill.pinned_tiles), (2, 1));
+        // Also where nothing can be written any more.
+        let path = folder.path().join("b.mbtiles");
+        older(&path);
+        let reader = open_frozen(&path).expect("readable");
+        assert_eq!((counted(&reader, "images"), counted(&reader, "area/a/0")), (Ok(1), Ok(1)));
     }
 
     #[test]

@@ -270,7 +270,7 @@ impl Remote<'_> {
     }
 
     fn error(&self, reason: impl Into<String>) -> MapError {
-        MapError::Service { host: self.host(), reason: reason.into() }
+        MapError::Service { host: self.host(), status: None, reason: reason.into() }
     }
 
     fn request(&self, range: Range<u64>) -> Result<Request> {

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
+use serde::Serialize;
 use thiserror::Error;
+use utoipa::ToSchema;
 use vencejo_store::{Class, LowSpace};
 
 /// Why there is no tile, source, area or height. Texts never hold a key.
@@ -47,6 +49,8 @@ pub enum MapError {
     Service {
         /// Who.
         host: String,
+        /// The status that it answered with, where that is what was wrong.
+        status: Option<u16>,
         /// In its own words where it gave some.
         reason: String,
     },
@@ -63,7 +67,9 @@ pub enum MapError {
     Offline {
         /// Who.
         host: String,
-        /// Why.
+        /// Why, as far as that is known.
+        why: Unreached,
+        /// Why, in the system's words.
         reason: String,
         /// When it is tried again.
         retry_s: u64,
@@ -112,6 +118,86 @@ pub enum MapError {
     Closed,
 }
 
+/// Why a service is not reached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = MapUnreached)]
+pub enum Unreached {
+    /// Nobody knows its name: there is no network, or the address is wrong.
+    NameUnknown,
+    /// Its machine takes no connection there.
+    Refused,
+    /// No connection comes about for another reason.
+    NoConnection,
+}
+
+/// Why a source does not come, by a stable code with what a sentence about it needs: codes and fields are those of the causes
+/// that a tile is refused with.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(tag = "code", rename_all = "kebab-case")]
+#[schema(as = MapSourceCause)]
+pub enum SourceCause {
+    /// It demands the user's key.
+    SourceKey {
+        /// Id of the source.
+        source: String,
+    },
+    /// It cannot be used as it is configured.
+    SourceInvalid {
+        /// Id of the source.
+        source: String,
+        /// Why, in English.
+        problem: String,
+    },
+    /// Its service answered with something else.
+    SourceFailed {
+        /// Host of the service.
+        service: String,
+        /// The HTTP status, where that is what was wrong.
+        #[schema(required = true)]
+        status: Option<u16>,
+        /// In its own words where it gave some.
+        problem: String,
+    },
+    /// Its service did not answer in time.
+    SourceTimeout {
+        /// Host of the service.
+        service: String,
+        /// How long it was given.
+        waited_s: u64,
+    },
+    /// Its service is not reached.
+    SourceOffline {
+        /// Host of the service.
+        service: String,
+        /// Why, as far as that is known.
+        why: Unreached,
+        /// Why, in English.
+        problem: String,
+        /// When it is tried again.
+        retry_s: u64,
+    },
+}
+
+impl SourceCause {
+    /// What is to be said of an error of a source; `None` of an error that has nothing to do with one.
+    #[must_use]
+    pub fn of(error: &MapError) -> Option<Self> {
+        Some(match error.clone() {
+            MapError::KeyMissing(source) => Self::SourceKey { source },
+            MapError::Unusable { source_id: source, reason: problem } => Self::SourceInvalid { source, problem },
+            MapError::Service { host: service, status, reason: problem } => {
+                Self::SourceFailed { service, status, problem }
+            }
+            MapError::Timeout { host: service, seconds: waited_s } => Self::SourceTimeout { service, waited_s },
+            MapError::Offline { host: service, why, reason: problem, retry_s } => {
+                Self::SourceOffline { service, why, problem, retry_s }
+            }
+            _ => return None,
+        })
+    }
+}
+
 /// Result of this crate.
 pub type Result<T> = std::result::Result<T, MapError>;
 
@@ -137,9 +223,9 @@ impl MapError {
             Self::Unusable { source_id: text(), reason: text() },
             Self::Settings { source_id: text(), faults: vec![text()] },
             Self::SourcesFile { path: PathBuf::from("sources.toml"), reason: text() },
-            Self::Service { host: text(), reason: text() },
+            Self::Service { host: text(), status: Some(403), reason: text() },
             Self::Timeout { host: text(), seconds: 15 },
-            Self::Offline { host: text(), reason: text(), retry_s: 5 },
+            Self::Offline { host: text(), why: Unreached::NameUnknown, reason: text(), retry_s: 5 },
             Self::Busy,
             Self::OfflineRefused { source_id: text(), reason: text() },
             Self::AreaTooLarge { tiles: 2, most: 1 },

@@ -81,6 +81,7 @@ impl Google {
         let host = crate::net::shown(&request.url);
         let refused = |reason: String| MapError::Service {
             host: host.clone(),
+            status: (answer.status != 200).then_some(answer.status),
             reason: format!("no session: {}", crate::net::hide(&reason, Some(key))),
         };
         if answer.status != 200 {
@@ -159,6 +160,7 @@ pub(crate) async fn fetch_attribution(
     let answer = fetcher.fetch(&request).await?;
     let failed = |reason: String| MapError::Service {
         host: crate::net::shown(&request.url),
+        status: (answer.status != 200).then_some(answer.status),
         reason: crate::net::hide(&reason, request.secret.as_deref()),
     };
     if answer.status != 200 {

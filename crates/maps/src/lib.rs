@@ -57,7 +57,7 @@ pub mod xml;
 pub mod xyz;
 
 pub use areas::{Area, AreaState, Estimate, NewArea};
-pub use error::{MapError, Result};
+pub use error::{MapError, Result, SourceCause, Unreached};
 pub use listing::{MapConfiguration, MapSource, MapSources};
 pub use service::{FolderProblem, Maps, MapsConfig};
 pub use source::{CacheState, SourceState, Status};

@@ -17,7 +17,7 @@ use reqwest::{Client, redirect};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use url::{Host, Url};
 
-use crate::error::{MapError, Result};
+use crate::error::{MapError, Result, Unreached};
 use crate::settings::SourceSettings;
 
 /// Who we say we are: operators of tile servers want to know.
@@ -93,7 +93,7 @@ impl Request {
             range: None,
         };
         match request.stray_key(&request.url) {
-            Some(reason) => Err(MapError::Service { host: shown(&request.url), reason }),
+            Some(reason) => Err(MapError::Service { host: shown(&request.url), status: None, reason }),
             None => Ok(request),
         }
     }
@@ -258,6 +258,18 @@ impl fmt::Display for Forbidden {
 
 impl StdError for Forbidden {}
 
+/// A host's name that nobody gave an address for.
+#[derive(Debug)]
+struct NameUnknown(std::io::Error);
+
+impl fmt::Display for NameUnknown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl StdError for NameUnknown {}
+
 fn forbidden(host: &str, ip: IpAddr) -> Forbidden {
     // Brackets of an address are of its URL.
     let bare = host.trim_matches(['[', ']']);
@@ -282,7 +294,8 @@ impl Resolve for Allowed {
     fn resolve(&self, name: Name) -> Resolving {
         let is_own = self.is_own;
         Box::pin(async move {
-            let found: Vec<SocketAddr> = tokio::net::lookup_host((name.as_str(), 0)).await?.collect();
+            let found = tokio::net::lookup_host((name.as_str(), 0)).await.map_err(NameUnknown)?;
+            let found: Vec<SocketAddr> = found.collect();
             let allowed: Vec<_> = found.iter().copied().filter(|address| may_ask(address.ip(), is_own)).collect();
             match (allowed.is_empty(), found.first()) {
                 (true, Some(private)) => Err(forbidden(name.as_str(), private.ip()).into()),
@@ -490,7 +503,7 @@ impl Fetcher {
     }
 
     fn service(&self, request: &Request, url: &Url, reason: &str) -> MapError {
-        MapError::Service { host: shown(url), reason: hide(reason, request.secret.as_deref()) }
+        MapError::Service { host: shown(url), status: None, reason: hide(reason, request.secret.as_deref()) }
     }
 
     fn failed(&self, request: &Request, url: &Url, error: &reqwest::Error) -> MapError {
@@ -503,9 +516,9 @@ impl Fetcher {
         }
         let reason = hide(&cause(error), request.secret.as_deref());
         if error.is_connect() {
-            return MapError::Offline { host, reason, retry_s: 0 };
+            return MapError::Offline { host, why: unreached(error), reason, retry_s: 0 };
         }
-        MapError::Service { host, reason: format!("the answer was cut short or is broken ({reason})") }
+        MapError::Service { host, status: None, reason: format!("the answer was cut short or is broken ({reason})") }
     }
 }
 
@@ -529,6 +542,17 @@ pub fn hide(text: &str, secret: Option<&str>) -> String {
     match secret {
         Some(secret) if !secret.is_empty() => text.replace(secret, "…").replace(&crate::xyz::escape(secret), "…"),
         _ => text.to_owned(),
+    }
+}
+
+/// Why no connection came about.
+fn unreached(error: &(dyn StdError + 'static)) -> Unreached {
+    if find::<NameUnknown>(error).is_some() {
+        Unreached::NameUnknown
+    } else if find::<std::io::Error>(error).is_some_and(|error| error.kind() == std::io::ErrorKind::ConnectionRefused) {
+        Unreached::Refused
+    } else {
+        Unreached::NoConnection
     }
 }
 
@@ -559,6 +583,18 @@ mod tests {
 
     fn source(url: &str) -> SourceSettings {
         SourceSettings { url: Some(url.to_owned()), ..SourceSettings::new("a", "A", SourceKind::Xyz) }
+    }
+
+    #[test]
+    fn why_no_connection_came_about_is_told_apart() {
+        use std::io::{Error, ErrorKind};
+        #[derive(Debug, thiserror::Error)]
+        #[error("not connected")]
+        struct Outer(#[source] Box<dyn StdError>);
+        let inside = |error: Box<dyn StdError>| unreached(&Outer(error));
+        assert_eq!(inside(Box::new(NameUnknown(Error::other("no such name")))), Unreached::NameUnknown);
+        assert_eq!(inside(Box::new(Error::from(ErrorKind::ConnectionRefused))), Unreached::Refused);
+        assert_eq!(inside(Box::new(Error::from(ErrorKind::NetworkUnreachable))), Unreached::NoConnection);
     }
 
     #[test]

@@ -487,7 +487,7 @@ impl Maps {
             SourceKind::Wms => wms::read_capabilities(&answer.body),
             _ => wmts::read_capabilities(&answer.body),
         };
-        read.map_err(|reason| MapError::Service { host: crate::net::shown(&request.url), reason })
+        read.map_err(|reason| MapError::Service { host: crate::net::shown(&request.url), status: None, reason })
     }
 
     /// Whom to name for a view of a source, and up to which zoom it has pictures there.

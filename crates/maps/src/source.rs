@@ -14,7 +14,7 @@ use crate::aside::{Asides, Reading};
 use crate::cache::Cache;
 use crate::cog::{Known, RemoteTiff};
 use crate::crs::Crs;
-use crate::error::{MapError, Result};
+use crate::error::{MapError, Result, SourceCause};
 use crate::files::dem::Dem;
 use crate::files::geotiff::GeoTiff;
 use crate::files::mbtiles::Mbtiles;
@@ -80,6 +80,9 @@ pub struct SourceState {
     /// Why, in the service's words where it gave some.
     #[schema(required = true)]
     pub detail: Option<String>,
+    /// Why, for a sentence in another language; null where all is well, and where it is set aside.
+    #[schema(required = true)]
+    pub cause: Option<SourceCause>,
     /// Seconds since 1970.
     #[schema(required = true)]
     pub last_success_at: Option<i64>,
@@ -348,7 +351,7 @@ impl Source {
         if health.until_s > now_s {
             let retry = (health.until_s - now_s).unsigned_abs();
             return health.last_error.clone().map(|error| match error {
-                MapError::Offline { host, reason, .. } => MapError::Offline { host, reason, retry_s: retry },
+                MapError::Offline { host, why, reason, .. } => MapError::Offline { host, why, reason, retry_s: retry },
                 other => other,
             });
         }
@@ -377,11 +380,17 @@ impl Source {
         let hits = read(&self.counts.hits);
         let health = self.health();
         let last_error = health.last_error.as_ref().map(ToString::to_string);
+        let mut cause = None;
         let (status, detail) = match &self.live {
             Live::Unusable(reason) if self.is_aside => (Status::SetAside, Some(reason.clone())),
-            Live::Unusable(reason) => (Status::Invalid, Some(reason.clone())),
+            Live::Unusable(reason) => {
+                cause = SourceCause::of(&self.unusable(reason.clone()));
+                (Status::Invalid, Some(reason.clone()))
+            }
             _ if self.settings.needs_key() && self.settings.key().is_none() => {
-                (Status::KeyMissing, Some(MapError::KeyMissing(self.settings.id.clone()).to_string()))
+                let error = MapError::KeyMissing(self.settings.id.clone());
+                cause = SourceCause::of(&error);
+                (Status::KeyMissing, Some(error.to_string()))
             }
             _ if health.is_failing => {
                 let is_network = health.last_error.as_ref().is_some_and(MapError::is_network);
@@ -391,6 +400,7 @@ impl Source {
                     (_, true) => Status::Invalid,
                     _ => Status::Failing,
                 };
+                cause = health.last_error.as_ref().and_then(SourceCause::of);
                 (status, last_error.clone())
             }
             _ if health.last_success_s.is_some() || hits > 0 => (Status::Ok, None),
@@ -399,6 +409,7 @@ impl Source {
         SourceState {
             status,
             detail,
+            cause,
             last_success_at: health.last_success_s,
             last_error_at: health.last_error_s,
             last_error,

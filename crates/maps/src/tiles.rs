@@ -248,6 +248,7 @@ impl Maps {
         let now_s = self.now_s();
         let failed = |reason: String| MapError::Service {
             host: crate::net::shown(&request.url),
+            status: None,
             reason: crate::net::hide(&reason, request.secret.as_deref()),
         };
         match answer.status {
@@ -473,6 +474,7 @@ pub(crate) fn refused(request: &Request, answer: &Answer) -> MapError {
     };
     MapError::Service {
         host: crate::net::shown(&request.url),
+        status: Some(answer.status),
         reason: crate::net::hide(&format!("answers with {words}{help}"), request.secret.as_deref()),
     }
 }

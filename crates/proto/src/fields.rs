@@ -8,6 +8,7 @@ use std::sync::OnceLock;
 
 use thiserror::Error;
 
+use crate::frame::DecodeError;
 use crate::info::message_id_of;
 use crate::layouts::LAYOUTS;
 
@@ -59,6 +60,9 @@ pub enum FieldError {
         /// What it takes.
         expected: String,
     },
+    /// Values that are each possible and together no message.
+    #[error(transparent)]
+    NoMessage(#[from] DecodeError),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -124,6 +128,13 @@ impl Field {
         match value {
             FieldValue::Text(text) if self.kind == Kind::Text => {
                 bytes.get_mut(..text.len())?.copy_from_slice(text.as_bytes());
+            }
+            // Text that need not be UTF-8.
+            FieldValue::List(values) if self.kind == Kind::Text && values.len() <= self.count => {
+                for (value, byte) in values.iter().zip(bytes) {
+                    let FieldValue::Unsigned(value) = value else { return None };
+                    *byte = u8::try_from(*value).ok()?;
+                }
             }
             FieldValue::List(values) if self.is_list && values.len() <= self.count => {
                 for (value, place) in values.iter().zip(bytes.chunks_mut(self.size)) {
@@ -210,9 +221,9 @@ pub fn decode_fields(id: u32, payload: &[u8]) -> Option<Vec<(&'static str, Field
     })
 }
 
-/// Names of the fields of a message. `None` for one that the dialect does not have.
-pub fn field_names(id: u32) -> Option<impl Iterator<Item = &'static str>> {
-    layout(id).map(|fields| fields.iter().map(|field| field.name))
+/// Whether a message has a field of this name.
+pub(crate) fn has_field(id: u32, name: &str) -> bool {
+    layout(id).is_some_and(|fields| fields.iter().any(|field| field.name == name))
 }
 
 /// Id and payload of a message made of its fields; those not given are zero.

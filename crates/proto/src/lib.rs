@@ -38,7 +38,7 @@ mod time;
 pub mod wire;
 
 pub use decoder::{DecoderStats, FrameDecoder};
-pub use fields::{FieldError, FieldValue, decode_fields, encode_fields, field_names};
+pub use fields::{FieldError, FieldValue, decode_fields, encode_fields};
 pub use frame::{DecodeError, Frame, Header, MavVersion, Target};
 pub use ids::{Address, ComponentId, MissionSeq, SystemId};
 pub use info::{message_id_of, message_name};

@@ -1,15 +1,18 @@
 //! A message read from a frame, or about to become one.
 
+use std::collections::BTreeMap;
+
 use bytes::Bytes;
 use mavlink::Message as _;
 
 use crate::checksum::checksum;
 use crate::dialect::MavMessage;
+use crate::fields::{FieldError, FieldValue, decode_fields, encode_fields, has_field};
 use crate::frame::{
     CHECKSUM_LEN, DecodeError, Frame, HEADER_LEN_V1, HEADER_LEN_V2, Header, MavVersion, STX_V1, STX_V2, Target,
 };
-use crate::ids::{ComponentId, SystemId};
-use crate::info::{info, message_name};
+use crate::ids::{Address, ComponentId, SystemId};
+use crate::info::{info, message_id_of, message_name};
 use crate::wire::{
     CommandAck, CommandInt, CommandLong, Heartbeat, MissionAck, MissionItemFloat, MissionItemInt, StatusText, Wire,
     Writer,
@@ -68,6 +71,27 @@ impl Message {
         })
     }
 
+    /// Makes a message of its fields by their names, in the units of the wire; those not given are zero, and the target is
+    /// `target` where the message has one.
+    ///
+    /// # Errors
+    /// [`FieldError`] for a message or field that does not exist, or a value that does not fit.
+    pub fn from_fields(
+        name: &str,
+        mut fields: BTreeMap<String, FieldValue>,
+        target: Address,
+    ) -> Result<Self, FieldError> {
+        if let Some(id) = message_id_of(name) {
+            for (field, number) in [("target_system", target.system.0), ("target_component", target.component.0)] {
+                if has_field(id, field) {
+                    fields.entry(field.to_owned()).or_insert(FieldValue::Unsigned(number.into()));
+                }
+            }
+        }
+        let (id, payload) = encode_fields(name, &fields)?;
+        Ok(Self::from_payload(MavVersion::V2, id, &payload)?)
+    }
+
     /// The message id.
     pub fn id(&self) -> u32 {
         match self {
@@ -116,6 +140,12 @@ impl Message {
             }
         };
         Target { system: Some(address.system), component: Some(address.component) }
+    }
+
+    /// Its fields by their names, in the order of the wire.
+    pub fn fields(&self) -> Vec<(&'static str, FieldValue)> {
+        let header = Header { sequence: 0, source: Address::new(0, 0), version: MavVersion::V2 };
+        decode_fields(self.id(), self.encode(header).payload()).unwrap_or_default()
     }
 
     /// Writes the message as a frame, checksum included, unsigned.

@@ -4,9 +4,9 @@ use pyo3::call::PyCallArgs;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use vencejo_station::{SigningError, StationError};
-use vencejo_vehicle::VehicleError;
 use vencejo_vehicle::command::CommandName;
 use vencejo_vehicle::transfer::TransferError;
+use vencejo_vehicle::{VehicleError, remedies};
 
 /// Adds the functions of this module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -105,23 +105,24 @@ fn name_of(command: CommandName) -> String {
     command.name().map_or_else(|| command.0.to_string(), str::to_owned)
 }
 
+fn tuple<T: AsRef<str>>(py: Python<'_>, texts: &[T]) -> Py<PyAny> {
+    PyTuple::new(py, texts.iter().map(AsRef::as_ref)).map_or_else(|_| py.None(), |texts| texts.into_any().unbind())
+}
+
 fn from_vehicle(error: &VehicleError) -> PyErr {
     match error {
         VehicleError::CommandRefused { command, result, reasons, cure, .. } => Python::attach(|py| {
-            let reasons = PyTuple::new(py, reasons).map_or_else(|_| py.None(), |reasons| reasons.into_any().unbind());
+            let told = tuple(py, reasons);
             let result_name = result.name().trim_start_matches("MAV_RESULT_");
-            raise_with(
-                py,
-                "CommandRefused",
-                (error.to_string(), name_of(*command), result_name, reasons, cure.map(|mode| mode.to_string())),
-            )
+            let cure = cure.map(|mode| mode.to_string());
+            let facts = (error.to_string(), name_of(*command), result_name, told, cure, tuple(py, &remedies(reasons)));
+            raise_with(py, "CommandRefused", facts)
         }),
         VehicleError::CommandTimeout { command, .. } => {
             Python::attach(|py| raise_with(py, "CommandTimeout", (error.to_string(), name_of(*command))))
         }
         VehicleError::NotConfirmed { command, reasons, .. } => Python::attach(|py| {
-            let reasons = PyTuple::new(py, reasons).map_or_else(|_| py.None(), |reasons| reasons.into_any().unbind());
-            raise_with(py, "CommandTimeout", (error.to_string(), name_of(*command), reasons))
+            raise_with(py, "CommandTimeout", (error.to_string(), name_of(*command), tuple(py, reasons)))
         }),
         VehicleError::MessageNotReceived { .. } => raise("CommandTimeout", error),
         VehicleError::CommandBusy { .. } | VehicleError::TransferBusy { .. } | VehicleError::TooManyRequests { .. } => {

@@ -9,6 +9,7 @@ mod errors;
 mod geodesy;
 mod guidance;
 mod landing;
+mod messages;
 mod operator;
 mod pending;
 mod plan;
@@ -30,6 +31,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     geodesy::register(module)?;
     guidance::register(module)?;
     landing::register(module)?;
+    messages::register(module)?;
     operator::register(module)?;
     plan::register(module)?;
     recording::register(module)?;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use vencejo_flight::checks::{CheckContext, Figure, Severity, check_plan as check};
+use vencejo_flight::checks::{CheckContext, Figure, Finding, Severity, check_plan as check};
 use vencejo_flight::formats::{
     self, ParamDialect, ParamEntry, PlanSettings, read_params, write_params, write_plan_json, write_waypoints,
 };
@@ -31,6 +31,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(command_name, module)?)?;
     module.add_function(wrap_pyfunction!(command_number, module)?)?;
     module.add_function(wrap_pyfunction!(command_has_position, module)?)?;
+    module.add_function(wrap_pyfunction!(command_is_nav, module)?)?;
     module.add_function(wrap_pyfunction!(parse_plan, module)?)?;
     module.add_function(wrap_pyfunction!(format_plan_json, module)?)?;
     module.add_function(wrap_pyfunction!(format_waypoints, module)?)?;
@@ -132,6 +133,12 @@ fn command_has_position(command: u16) -> bool {
     Command(command).has_position().unwrap_or(true)
 }
 
+/// Whether the mission stands at an item with this MAV_CMD until it is done.
+#[pyfunction]
+fn command_is_nav(command: u16) -> bool {
+    Command(command).is_nav()
+}
+
 /// Reads a plan file of any known kind.
 #[pyfunction]
 fn parse_plan(py: Python<'_>, data: &Bound<'_, PyBytes>, name: &str) -> PyResult<(PlanTuple, SettingsTuple)> {
@@ -157,11 +164,12 @@ fn format_waypoints(plan: PlanTuple) -> PyResult<String> {
 }
 
 /// What a check found: is it an error, code, figures by name, item from 1, message, remedy.
-type FindingTuple = (bool, &'static str, BTreeMap<&'static str, Option<FigureValue>>, Option<usize>, String, String);
+pub type FindingTuple =
+    (bool, &'static str, BTreeMap<&'static str, Option<FigureValue>>, Option<usize>, String, String);
 
 /// A figure of a finding; one that is absent is `None`.
 #[derive(IntoPyObject)]
-enum FigureValue {
+pub enum FigureValue {
     Flag(bool),
     Count(usize),
     Number(f64),
@@ -184,7 +192,12 @@ fn check_plan(plan: PlanTuple, position: Option<(f64, f64)>, on_ground: Option<b
     let plan = plan_from_tuple(plan)?;
     let position = position.map(|(lat, lon)| point(lat, lon)).transpose()?;
     let context = CheckContext { position, on_ground, ..CheckContext::default() };
-    Ok(check(&plan, &context)
+    Ok(findings(check(&plan, &context)))
+}
+
+/// Findings for Python.
+pub fn findings(found: Vec<Finding>) -> Vec<FindingTuple> {
+    found
         .into_iter()
         .map(|finding| {
             let is_error = finding.severity == Severity::Error;
@@ -197,7 +210,7 @@ fn check_plan(plan: PlanTuple, position: Option<(f64, f64)>, on_ground: Option<b
                 finding.remedy,
             )
         })
-        .collect())
+        .collect()
 }
 
 /// Length of a mission's way, circles included; `None` when it has no end or no place.

@@ -4,27 +4,42 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::PyDict;
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{Address, CommandInt, CommandLong, Message, MissionSeq};
 use vencejo_station::{SigningChange, StationError, VehicleHandle};
-use vencejo_vehicle::modes::ModeFamily;
+use vencejo_vehicle::modes::{Action, ModeFamily};
 use vencejo_vehicle::signing::SETUP_SIGNING_ID;
 use vencejo_vehicle::telemetry::Severity;
 use vencejo_vehicle::{AltFrame, Danger, ModeChoice, PlanState, Request, SpeedKind, Turn};
 
 use crate::operator::PyOperator;
 use crate::pending::PyPending;
-use crate::plan::{PlanTuple, home_from_tuple, plan_from_tuple};
+use crate::plan::{FindingTuple, PlanTuple, findings, home_from_tuple, plan_from_tuple};
 use crate::station::{link_dict, message_id, signing_dict};
 use crate::subscription::Subscription;
 use crate::telemetry::{TelemetrySnapshot, seconds};
-use crate::{errors, runtime};
+use crate::{errors, messages, runtime};
 
 /// Adds this module's class and functions.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyVehicle>()?;
+    module.add_function(wrap_pyfunction!(modes_for, module)?)?;
     module.add_function(wrap_pyfunction!(mode_names, module)?)
+}
+
+/// Names of the mode for an act, of every kind of vehicle that has one.
+#[pyfunction]
+fn modes_for(act: &str) -> PyResult<Vec<&'static str>> {
+    let action = match act {
+        "mission" => Action::Mission,
+        "loiter" => Action::Loiter,
+        "return" => Action::ReturnToLaunch,
+        "takeoff" => Action::Takeoff,
+        "guided" => Action::Guided,
+        other => return Err(invalid(format!("'{other}' is no act that has a mode"))),
+    };
+    Ok(ModeFamily::KNOWN.into_iter().filter_map(|family| action.mode(family)?.name()).collect())
 }
 
 /// Names of the modes of a kind of vehicle.
@@ -122,11 +137,6 @@ impl PyVehicle {
         Self { vehicle: self.vehicle.acting_as(operator.operator()) }
     }
 
-    fn address(&self) -> (u8, u8) {
-        let address = self.vehicle.address().unwrap_or(Address::new(self.vehicle.system().0, 1));
-        (address.system.0, address.component.0)
-    }
-
     fn telemetry(&self) -> TelemetrySnapshot {
         let (telemetry, now) = self.vehicle.telemetry();
         TelemetrySnapshot::new(telemetry, now)
@@ -221,21 +231,21 @@ impl PyVehicle {
         Subscription::of_events(self.vehicle.subscribe_events(capacity), self.vehicle.downgrade())
     }
 
-    #[pyo3(signature = (message_id, payload, confirm, despite_mixed_plan))]
-    fn send_payload(
+    #[pyo3(signature = (name, fields, confirm, despite_mixed_plan))]
+    fn send_message(
         &self,
         py: Python<'_>,
-        message_id: u32,
-        payload: &Bound<'_, PyBytes>,
+        name: &str,
+        fields: &Bound<'_, PyDict>,
         confirm: Option<&str>,
         despite_mixed_plan: bool,
     ) -> PyResult<()> {
-        if message_id == SETUP_SIGNING_ID {
+        let address = self.vehicle.address().unwrap_or(Address::new(self.vehicle.system().0, 1));
+        let message = Message::from_fields(name, messages::fields_of(name, fields)?, address).map_err(invalid)?;
+        if message.id() == SETUP_SIGNING_ID {
             return Err(invalid("SETUP_SIGNING carries a key: use set_up_signing, rotate_signing or remove_signing"));
         }
         let named = confirm.map(danger_of).transpose()?;
-        let message =
-            Message::from_payload(vencejo_proto::MavVersion::V2, message_id, payload.as_bytes()).map_err(invalid)?;
         let sent = runtime::detached(py, || match named {
             Some(named) => self.vehicle.send_naming(&message, despite_mixed_plan, named),
             None => self.vehicle.send(&message, despite_mixed_plan, None),
@@ -419,14 +429,15 @@ impl PyVehicle {
         Ok(self.start(py, Request::SetMessageRate { message_id: message_id(name)?, rate_hz }))
     }
 
+    /// What is wrong or doubtful in a plan that it is to fly now, or that is to wait on board until it flies.
+    fn check_plan(&self, plan: PlanTuple, waits: bool) -> PyResult<Vec<FindingTuple>> {
+        let plan = plan_from_tuple(plan)?;
+        Ok(findings(if waits { self.vehicle.check_upload(&plan) } else { self.vehicle.check_plan(&plan) }))
+    }
+
     fn upload(&self, py: Python<'_>, kind: &str, plan: PlanTuple) -> PyResult<PyPending> {
         let kind = kind_of(kind)?;
-        let plan = plan_from_tuple(plan)?;
-        let (items, home) = match kind {
-            PlanKind::Mission => (plan.mission.items, plan.mission.home),
-            PlanKind::Fence => (plan.fence.to_items(), None),
-            PlanKind::Rally => (plan.rally.to_items(), None),
-        };
+        let (items, home) = plan_from_tuple(plan)?.into_list(kind).map_err(invalid)?;
         if items.is_empty() {
             return Err(invalid(format!("the plan has nothing for the {kind}; clear() removes what is on board")));
         }

@@ -3,6 +3,7 @@
 use vencejo_flight::FlightError;
 use vencejo_flight::formats::ParamEntry;
 use vencejo_flight::geodesy::GeoPoint;
+use vencejo_flight::landing::{Landing, LandingCaution, LandingDirection, LandingOptions, Wind};
 use vencejo_flight::plan::{self as core, Command, MavFrame, MissionItem};
 use vencejo_link::{self as link, LinkStats};
 use vencejo_proto::{Frame, MonoTime, decode_fields, message_name};
@@ -234,6 +235,48 @@ pub(crate) fn texts(vehicle: &VehicleHandle) -> Vec<dto::Text> {
     texts.map(|text| dto::Text { time_s: seconds(text.at), severity: text.severity.0, text: text.text }).collect()
 }
 
+/// What a landing is designed from; what is not given is the core's default.
+pub(crate) fn landing_options(asked: &dto::LandingRequest) -> Result<LandingOptions, FlightError> {
+    let usual = LandingOptions::default();
+    let point = |place: dto::LatLon| GeoPoint::new(place.lat_deg, place.lon_deg);
+    Ok(LandingOptions {
+        course_deg: asked.course_deg,
+        coming_from: asked.coming_from.map(point).transpose()?,
+        wind: asked.wind.map(|wind| Wind { from_deg: wind.from_deg, speed_m_s: wind.speed_m_s }),
+        ground_rel_home_m: asked.ground_rel_home_m,
+        airspeed_m_s: asked.airspeed_m_s.unwrap_or(usual.airspeed_m_s),
+        slope: asked.slope.unwrap_or(usual.slope),
+        final_height_m: asked.final_height_m.unwrap_or(usual.final_height_m),
+        radius_m: asked.radius_m.unwrap_or(usual.radius_m),
+        is_clockwise: asked.is_clockwise,
+        has_land_start: asked.has_land_start,
+    })
+}
+
+pub(crate) fn landing(landing: &Landing) -> dto::Landing {
+    let caution = |caution: &LandingCaution| dto::LandingCaution {
+        code: caution.as_str().to_owned(),
+        message: caution.to_string(),
+    };
+    dto::Landing {
+        items: landing.items.iter().map(item).collect(),
+        course_deg: landing.course_deg,
+        direction: match landing.direction {
+            LandingDirection::Course => dto::LandingDirection::Course,
+            LandingDirection::ComingFrom => dto::LandingDirection::ComingFrom,
+            LandingDirection::IntoWind => dto::LandingDirection::IntoWind,
+        },
+        leaves: dto::LatLon { lat_deg: landing.leaves.lat_deg(), lon_deg: landing.leaves.lon_deg() },
+        leaves_alt_rel_home_m: landing.leaves_alt_rel_home_m,
+        final_m: landing.final_m,
+        slope: landing.slope,
+        radius_m: landing.radius_m,
+        headwind_m_s: landing.headwind_m_s,
+        groundspeed_m_s: landing.groundspeed_m_s,
+        cautions: landing.cautions.iter().map(caution).collect(),
+    }
+}
+
 fn item(item: &MissionItem) -> dto::PlanItem {
     dto::PlanItem {
         command: item.command.0,
@@ -461,6 +504,14 @@ mod tests {
 
     fn round(plan_before: &dto::Plan) -> dto::Plan {
         plan(&core_plan(plan_before).expect("a plan"))
+    }
+
+    #[test]
+    fn the_page_flies_to_the_same_items() {
+        let page: Vec<u16> =
+            serde_json::from_str(include_str!("../../../gcs/src/lib/domain/destinations.json")).unwrap();
+        let ours: Vec<u16> = (0..=u16::MAX).filter(|number| Command(*number).is_destination()).collect();
+        assert_eq!(page, ours, "gcs/src/lib/domain/destinations.json");
     }
 
     #[test]

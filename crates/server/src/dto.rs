@@ -20,8 +20,13 @@ pub mod storage;
 pub mod telemetry;
 pub mod vehicle;
 
+use std::borrow::Cow;
+
 use serde::Serialize;
-use utoipa::ToSchema;
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{ObjectBuilder, Schema, Type};
+use utoipa::{PartialSchema, ToSchema};
+use vencejo_vehicle::Refusal;
 
 pub use cause::{Cause, PlanUncertainty};
 pub use command::{
@@ -34,8 +39,9 @@ pub use link::{LinkInfo, LinkState, NewLink};
 pub use message::RawMessage;
 pub use operation::{Operation, OperationKind, OperationResult, OperationState};
 pub use plan::{
-    Fence, FenceZone, Home, LatLon, Plan, PlanCertainty, PlanCheck, PlanFormat, PlanItem, PlanKind, PlanState,
-    PlanStates, RallyPoint, ReturnPoint, ZoneShape,
+    Fence, FenceZone, Home, Landing, LandingCaution, LandingDirection, LandingRequest, LandingWind, LatLon, Plan,
+    PlanCertainty, PlanCheck, PlanFormat, PlanItem, PlanKind, PlanState, PlanStates, RallyPoint, ReturnPoint,
+    ZoneShape,
 };
 pub use session::{NewSession, Role, SessionInfo};
 pub use signing::{ChangeSigning, SigningAct, SigningInfo};
@@ -54,6 +60,30 @@ pub struct Info {
     pub needs_token: bool,
 }
 
+/// What a refusal of the vehicle is about (the core's [`Refusal`]).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct RefusalCode(&'static str);
+
+impl From<Refusal> for RefusalCode {
+    fn from(refusal: Refusal) -> Self {
+        Self(refusal.code())
+    }
+}
+
+impl PartialSchema for RefusalCode {
+    fn schema() -> RefOr<Schema> {
+        let codes = Refusal::ALL.iter().map(|refusal| refusal.code());
+        let schema = ObjectBuilder::new().schema_type(Type::String).enum_values(Some(codes));
+        schema.description(Some("What a refusal of the vehicle is about.")).into()
+    }
+}
+
+impl ToSchema for RefusalCode {
+    fn name() -> Cow<'static, str> {
+        Cow::Borrowed("RefusalCode")
+    }
+}
+
 /// An error (RFC 9457), served as `application/problem+json`. Its texts are English; `cause` says the same to programs, so that
 /// they can say it in another language.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
@@ -70,6 +100,10 @@ pub struct Problem {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false)]
     pub reasons: Vec<String>,
+    /// What each of the vehicle's `reasons` is about; null: nothing of which a remedy is known.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schema(required = false)]
+    pub refusals: Vec<Option<RefusalCode>>,
     /// What to do about it, where that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]

@@ -7,16 +7,16 @@ use std::collections::BTreeMap;
 
 use utoipa::IntoResponses;
 use utoipa::openapi::{ContentBuilder, Ref, RefOr, Response as Described, ResponseBuilder};
-use vencejo_flight::FlightError;
 use vencejo_flight::plan::PlanKind;
+use vencejo_flight::{FlightError, LandingProblem};
 use vencejo_link::{LinkError, MAX_LINKS};
 use vencejo_maps::MapError;
 use vencejo_proto::message_name;
 use vencejo_station::{SigningError, StationError};
 use vencejo_store::LowSpace;
-use vencejo_vehicle::VehicleError;
 use vencejo_vehicle::command::CommandName;
-use vencejo_vehicle::transfer::{NoPlanKinds, TransferError};
+use vencejo_vehicle::transfer::{FTP_OPEN, NoPlanKinds, TransferError};
+use vencejo_vehicle::{Refusal, VehicleError};
 
 use crate::convert;
 use crate::dto;
@@ -49,6 +49,7 @@ impl Problem {
             status: status.as_u16(),
             detail: detail.into(),
             reasons: Vec::new(),
+            refusals: Vec::new(),
             remedy: None,
             cause,
         }))
@@ -65,15 +66,18 @@ impl Problem {
     #[must_use]
     pub fn reasons(mut self, reasons: impl IntoIterator<Item = String>) -> Self {
         self.0.reasons = reasons.into_iter().take(MAX_REASONS).collect();
-        let mut remedies: Vec<&str> = Vec::new();
-        for remedy in self.0.reasons.iter().filter_map(|reason| remedy_for(reason)) {
-            if !remedies.contains(&remedy) {
-                remedies.push(remedy);
-            }
-        }
+        self
+    }
+
+    /// With what the vehicle wrote, and what to do about that.
+    fn refused(mut self, reasons: &[String]) -> Self {
+        self = self.reasons(reasons.iter().cloned());
+        let refusals: Vec<_> = self.0.reasons.iter().map(|reason| Refusal::of(reason)).collect();
+        let remedies = vencejo_vehicle::remedies(&self.0.reasons);
         if !remedies.is_empty() {
             self.0.remedy = Some(remedies.join("; "));
         }
+        self.0.refusals = refusals.into_iter().map(|refusal| refusal.map(dto::RefusalCode::from)).collect();
         self
     }
 
@@ -213,6 +217,9 @@ fn kind_of(cause: &Cause) -> (StatusCode, &'static str) {
         Cause::InvalidParam { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a valid parameter"),
         Cause::PlanUnsound { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "The plan has errors"),
         Cause::NotOnEarth { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not on Earth"),
+        Cause::LandingDirection { .. } | Cause::LandingWind { .. } => {
+            (StatusCode::UNPROCESSABLE_ENTITY, "No landing there")
+        }
         Cause::BadItem { .. } | Cause::BadPlan { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a valid plan"),
         Cause::BadFile { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a valid file"),
         Cause::NoMaps => (StatusCode::SERVICE_UNAVAILABLE, "No maps here"),
@@ -233,20 +240,6 @@ fn kind_of(cause: &Cause) -> (StatusCode, &'static str) {
         Cause::LowSpace { .. } => (StatusCode::INSUFFICIENT_STORAGE, "The disk is too full"),
         Cause::DraftConflict { .. } => (StatusCode::CONFLICT, "The draft was changed meanwhile"),
     }
-}
-
-/// What helps against a vehicle's reason, where it is known. The texts are ArduPlane's.
-fn remedy_for(reason: &str) -> Option<&'static str> {
-    const REMEDIES: [(&str, &str); 7] = [
-        ("RTL_AUTOLAND", "set parameter RTL_AUTOLAND to 2 (or 1), or take DO_LAND_START out of the mission"),
-        ("mode not armable", "prepare the flight (it changes to a mode that arms), or choose MANUAL or FBWA"),
-        ("In landing sequence", "prepare the flight: it changes to MANUAL and sets the mission back to its beginning"),
-        ("GPS", "wait until the GPS has a 3D fix, under open sky"),
-        ("Compass", "move away from metal and magnets, or calibrate the compass"),
-        ("Throttle", "bring the throttle stick to its lowest position"),
-        ("attery", "check the battery: charge, connection, and the failsafe's limits"),
-    ];
-    REMEDIES.iter().find(|(word, _)| reason.contains(word)).map(|(_, remedy)| *remedy)
 }
 
 impl IntoResponse for Problem {
@@ -358,7 +351,7 @@ pub fn from_vehicle(error: &VehicleError) -> Problem {
     let problem = Problem::new(cause, error.to_string());
     match error {
         VehicleError::CommandRefused { reasons, .. } | VehicleError::NotConfirmed { reasons, .. } => {
-            problem.reasons(reasons.iter().cloned())
+            problem.refused(reasons)
         }
         _ => problem,
     }
@@ -371,6 +364,9 @@ pub fn from_transfer(error: &TransferError) -> Problem {
         TransferError::Item(error) => return from_flight(error),
         TransferError::Timeout { step, waited } => {
             Cause::TransferTimeout { step: (*step).to_owned(), waited_s: waited.as_secs_f64() }
+        }
+        TransferError::FtpAbsent { waited } => {
+            Cause::TransferTimeout { step: FTP_OPEN.to_owned(), waited_s: waited.as_secs_f64() }
         }
         TransferError::Unreached { waited } => Cause::Unreached { waited_s: waited.as_secs_f64() },
         TransferError::NoProgress { step, attempts } => {
@@ -431,6 +427,15 @@ pub fn from_flight(error: &FlightError) -> Problem {
         FlightError::NotOnEarth { lat_deg, lon_deg } => {
             Cause::NotOnEarth { lat_deg: finite(*lat_deg), lon_deg: finite(*lon_deg) }
         }
+        FlightError::BadLanding(problem) => match *problem {
+            LandingProblem::OutOfRange { option, value, low, high } => {
+                return Problem::invalid_value(option, value, &format!("{low} to {high}"));
+            }
+            LandingProblem::NoDirection { nearest_m } => Cause::LandingDirection { nearest_m },
+            LandingProblem::TooMuchWind { wind_m_s, airspeed_m_s, course_deg } => {
+                Cause::LandingWind { wind_m_s, airspeed_m_s, course_deg }
+            }
+        },
         FlightError::BadItem { seq, command, field, value, problem } => Cause::BadItem {
             seq: *seq,
             command: command.to_string(),
@@ -466,10 +471,12 @@ pub fn from_maps(error: &MapError) -> Problem {
             return Problem::new(Cause::SourceFile { problem }, text)
                 .remedy("mend the file where it says, or move it away: a new one is made at the next start");
         }
-        MapError::Service { host: service, reason: problem } => Cause::SourceFailed { service, problem },
+        MapError::Service { host: service, status, reason: problem } => {
+            Cause::SourceFailed { service, status, problem }
+        }
         MapError::Timeout { host: service, seconds: waited_s } => Cause::SourceTimeout { service, waited_s },
-        MapError::Offline { host: service, reason: problem, retry_s } => {
-            Cause::SourceOffline { service, problem, retry_s }
+        MapError::Offline { host: service, why, reason: problem, retry_s } => {
+            Cause::SourceOffline { service, why, problem, retry_s }
         }
         MapError::Busy => Cause::SourceBusy,
         MapError::OfflineRefused { source_id: source, reason: problem } => Cause::OfflineRefused { source, problem },

@@ -479,6 +479,25 @@ async fn plans_in_files_and_on_the_wire_are_the_same() {
     assert_eq!(server.send(parse(b"<kml/>".to_vec())).await.status, 422);
 }
 
+#[tokio::test]
+async fn a_landing_is_designed_as_the_core_does() {
+    let server = Plain::new(station(true), None);
+    let at = json!({"lat_deg": 40.3332, "lon_deg": -3.7978});
+    let ask = async |body| server.ask("POST", "/plan/landing", None, Some(body)).await;
+    let west = json!({"lat_deg": 40.3332, "lon_deg": -3.82});
+    let landing = ask(json!({"at": at, "coming_from": west, "has_land_start": false})).await.json();
+    let commands: Vec<_> = landing["items"].as_array().expect("items").iter().map(|item| &item["command"]).collect();
+    assert_eq!(commands, [&json!(31), &json!(21)], "a circle down, and the landing");
+    assert_eq!((&landing["direction"], &landing["final_m"]), (&json!("coming-from"), &json!(500.0)));
+    assert_eq!(landing["cautions"][0]["code"], "ground-not-known");
+    let nowhere = ask(json!({"at": at})).await;
+    assert_eq!((nowhere.status, nowhere.json()["cause"]["code"].clone()), (422, json!("landing-direction")));
+    let gale = json!({"at": at, "course_deg": 0.0, "wind": {"from_deg": 90.0, "speed_m_s": 23.0}});
+    assert_eq!(ask(gale).await.json()["cause"]["code"], "landing-wind");
+    let steep = ask(json!({"at": at, "course_deg": 0.0, "slope": 0.5})).await.json();
+    assert_eq!((&steep["cause"]["code"], &steep["cause"]["field"]), (&json!("invalid-value"), &json!("slope")));
+}
+
 pub type Ws = WebSocketStream<TcpStream>;
 
 /// What a WebSocket may run over.

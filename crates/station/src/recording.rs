@@ -16,8 +16,6 @@ pub const MAX_MESSAGE_KINDS: usize = 1024;
 pub const MAX_EVENTS: usize = 20_000;
 /// Deadlines let pass between two frames, before time jumps.
 const MAX_STEPS: usize = 64;
-/// Item 0 of an ArduPilot mission is home (MAV_AUTOPILOT).
-const ARDUPILOT: u8 = 3;
 
 /// What is in a recording.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -117,8 +115,7 @@ impl RecordingSummary {
     fn take_events(&mut self, vehicles: &mut Vehicles, now: MonoTime) {
         while let Some(output) = vehicles.poll_output() {
             let RegistryOutput::Vehicle(system, Output::Event(event)) = output else { continue };
-            let heartbeat = vehicles.get(system).and_then(|vehicle| vehicle.telemetry().heartbeat);
-            let has_home = heartbeat.is_none_or(|heartbeat| heartbeat.value.autopilot == ARDUPILOT);
+            let has_home = vehicles.get(system).is_some_and(|vehicle| vehicle.telemetry().is_ardupilot());
             let Some((kind, text)) = describe(&event, has_home) else { continue };
             if self.events.len() >= MAX_EVENTS {
                 self.events_left_out += 1;

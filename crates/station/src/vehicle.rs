@@ -4,11 +4,12 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
-use vencejo_flight::plan::PlanKind;
+use vencejo_flight::checks::{CheckContext, Finding, check_plan};
+use vencejo_flight::plan::{Plan, PlanKind};
 use vencejo_link::{LinkId, LinkInfo, LinkStats, SendReport, SourceStats};
 use vencejo_proto::{Address, Frame, Message, MissionSeq, MonoTime, SystemId};
 use vencejo_vehicle::telemetry::{Telemetry, Text};
-use vencejo_vehicle::{Danger, FlightPreparation, MissionProgress, PlanState, Request, VehicleEvent};
+use vencejo_vehicle::{Danger, FlightPreparation, MissionProgress, PlanState, Request, Vehicle, VehicleEvent};
 
 use crate::changes::Changes;
 use crate::control::{Held, Operator};
@@ -16,9 +17,6 @@ use crate::error::StationError;
 use crate::pending::Pending;
 use crate::queue::DropOldest;
 use crate::station::{RequestResult, Shared, Station};
-
-/// `MAV_AUTOPILOT_ARDUPILOTMEGA`.
-const ARDUPILOT: u8 = 3;
 
 /// A message as it was received.
 #[derive(Debug, Clone, PartialEq)]
@@ -132,7 +130,7 @@ impl VehicleHandle {
 
     /// The newest texts that it wrote, oldest first.
     pub fn texts(&self) -> Vec<Text> {
-        let texts = |vehicle: &vencejo_vehicle::Vehicle| vehicle.texts().iter().cloned().collect();
+        let texts = |vehicle: &Vehicle| vehicle.texts().iter().cloned().collect();
         self.station.shared.with_vehicle(self.system, texts).unwrap_or_default()
     }
 
@@ -144,6 +142,20 @@ impl VehicleHandle {
     /// What is known of a plan on board.
     pub fn plan_state(&self, kind: PlanKind) -> Option<PlanState> {
         self.station.shared.with_vehicle(self.system, |vehicle| vehicle.plan_state(kind))
+    }
+
+    /// What is wrong or doubtful in a plan that this vehicle is to fly as it is now.
+    pub fn check_plan(&self, plan: &Plan) -> Vec<Finding> {
+        check_plan(plan, &self.check_context())
+    }
+
+    /// The same before a plan is sent: it may wait on board until the plane flies, so it need not begin with a take-off.
+    pub fn check_upload(&self, plan: &Plan) -> Vec<Finding> {
+        check_plan(plan, &CheckContext { on_ground: None, ..self.check_context() })
+    }
+
+    fn check_context(&self) -> CheckContext {
+        self.station.shared.with_vehicle(self.system, Vehicle::check_context).unwrap_or_default()
     }
 
     /// What a flight needs first; see [`Request::PrepareFlight`].
@@ -340,8 +352,7 @@ impl VehicleHandle {
 
     /// 1 for an autopilot whose missions begin with home, else 0.
     fn home_items(&self) -> u16 {
-        let heartbeat = self.telemetry().0.heartbeat;
-        u16::from(heartbeat.is_none_or(|heartbeat| heartbeat.value.autopilot == ARDUPILOT))
+        u16::from(self.telemetry().0.is_ardupilot())
     }
 
     /// A number that is another one as soon as something new has come from it: ask for it before looking at the vehicle,

@@ -4,7 +4,7 @@
 use std::fmt;
 
 use vencejo_flight::plan::PlanKind;
-use vencejo_proto::{Address, FieldValue, Header, MavVersion, Message, MonoTime, SystemId, decode_fields};
+use vencejo_proto::{FieldValue, Message, MonoTime, SystemId};
 
 use crate::command::{aux, cmd, whole};
 use crate::request::Request;
@@ -260,9 +260,7 @@ fn of_dialect(message: &Message) -> Option<Danger> {
     if !is_of_interest {
         return None;
     }
-    let header = Header { sequence: 0, source: Address::new(0, 0), version: MavVersion::V2 };
-    let frame = message.encode(header);
-    let fields = decode_fields(message.id(), frame.payload())?;
+    let fields = message.fields();
     let field = |name: &str| fields.iter().find(|(key, _)| *key == name).map(|(_, value)| value);
     let number = |name: &str| match field(name) {
         Some(FieldValue::Unsigned(value)) => Some(*value as f64),
@@ -316,7 +314,7 @@ mod tests {
 
     use vencejo_flight::plan::MissionItem;
     use vencejo_proto::dialect::{EXTENDED_SYS_STATE_DATA, MavLandedState, MavMessage, VFR_HUD_DATA};
-    use vencejo_proto::{CommandInt, CommandLong, Heartbeat, encode_fields};
+    use vencejo_proto::{Address, CommandInt, CommandLong, Heartbeat, MavVersion, encode_fields};
 
     use super::*;
 

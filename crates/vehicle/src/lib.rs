@@ -57,6 +57,7 @@
 //! | [`streams`] | which messages are asked for, how often |
 //! | [`timesync`] | round trip and clock offset |
 //! | `reach` | whether the vehicle hears us |
+//! | `refusal` | why it refuses, and what a person can do about it |
 //! | [`progress`] | where the vehicle stands in its mission |
 //! | [`signing`] | giving it a signing key and taking it away |
 //! | [`heartbeat`] | our own heartbeat; whose heartbeat makes a vehicle |
@@ -75,6 +76,7 @@ mod plan_state;
 mod preparation;
 pub mod progress;
 mod reach;
+mod refusal;
 pub mod registry;
 mod request;
 pub mod signing;
@@ -92,6 +94,7 @@ pub use plan_state::{PlanState, Unknown};
 pub use preparation::FlightPreparation;
 pub use progress::MissionProgress;
 pub use reach::UNREACHED_AFTER;
+pub use refusal::{Refusal, remedies};
 pub use registry::{RegistryEvent, RegistryOutput, Vehicles};
 pub use request::{AltFrame, ModeChoice, Output, Reply, Request, RequestId, SpeedKind, Turn, VehicleEvent};
 pub use sources::{SourceId, Sources, Taken};

@@ -7,6 +7,8 @@ use std::fmt;
 
 use thiserror::Error;
 
+use crate::refusal::Refusal;
+
 /// Whose mode numbers a vehicle uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -26,13 +28,23 @@ const fn is_plane_type(mav_type: u8) -> bool {
     matches!(mav_type, 1 | 19..=25)
 }
 
+/// `MAV_TYPE`s that ArduCopter sends: helicopters and multicopters.
+const fn is_copter_type(mav_type: u8) -> bool {
+    matches!(mav_type, 2 | 3 | 4 | 13 | 14 | 15 | 29 | 35)
+}
+
+/// Whether a `MAV_TYPE` can hover: the copters and the VTOLs.
+pub(crate) const fn is_hovering_type(mav_type: u8) -> bool {
+    is_copter_type(mav_type) || matches!(mav_type, 19..=25)
+}
+
 impl ModeFamily {
     /// The family of a vehicle by its HEARTBEAT (`MAV_AUTOPILOT`, `MAV_TYPE`).
     #[must_use]
     pub fn of(autopilot: u8, mav_type: u8) -> Self {
         match (autopilot, mav_type) {
             (3, mav_type) if is_plane_type(mav_type) => Self::ArduPlane,
-            (3, 2 | 3 | 4 | 13 | 14 | 15 | 29 | 35) => Self::ArduCopter,
+            (3, mav_type) if is_copter_type(mav_type) => Self::ArduCopter,
             (12, _) => Self::Px4,
             _ => Self::Other,
         }
@@ -43,6 +55,9 @@ impl ModeFamily {
     pub fn flies_arcs(self) -> bool {
         self == Self::ArduCopter
     }
+
+    /// Those whose modes are known.
+    pub const KNOWN: [Self; 3] = [Self::ArduPlane, Self::ArduCopter, Self::Px4];
 
     /// Its modes: number and name, by number.
     #[must_use]
@@ -144,10 +159,10 @@ impl FlightMode {
 
     /// The mode that cures a refusal to arm, where one of its reasons is about the mode or the landing sequence.
     pub(crate) fn curing(self, reasons: &[String]) -> Option<Self> {
-        let is_about = |words: &str| reasons.iter().any(|reason| reason.contains(words));
+        let is_about = |refusal| reasons.iter().any(|reason| Refusal::of(reason) == Some(refusal));
         // A mode flown by stick, entered on the ground, ends a landing sequence.
-        let ends_landing = self.family == ModeFamily::ArduPlane && is_about("In landing sequence");
-        if !ends_landing && !is_about("mode not armable") {
+        let ends_landing = self.family == ModeFamily::ArduPlane && is_about(Refusal::LandingSequence);
+        if !ends_landing && !is_about(Refusal::ModeNotArmable) {
             return None;
         }
         let another = u32::from(self.custom_mode == 0) * 5;

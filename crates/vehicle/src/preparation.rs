@@ -2,15 +2,12 @@
 
 use std::fmt;
 
-use vencejo_flight::plan::{Command, Mission, PlanKind};
+use vencejo_flight::plan::PlanKind;
 
 use crate::modes::FlightMode;
 use crate::plan_state::PlanState;
 use crate::telemetry::{MissionState, Telemetry};
 use crate::vehicle::Vehicle;
-
-/// `MAV_CMD_NAV_LAST`: commands above it are not flown to.
-const NAV_LAST: u16 = 95;
 
 /// What [`crate::Request::PrepareFlight`] does to a vehicle as it is now.
 ///
@@ -29,10 +26,10 @@ pub struct FlightPreparation {
 }
 
 impl FlightPreparation {
-    pub(crate) fn of(telemetry: &Telemetry, plan: PlanState, first_destination: u16) -> Option<Self> {
+    pub(crate) fn of(telemetry: &Telemetry, plan: PlanState, first_nav: u16) -> Option<Self> {
         let from = telemetry.mode()?;
         let current = telemetry.mission.map(|mission| mission.value);
-        let is_beyond_first = current.is_some_and(|current| current.seq > first_destination);
+        let is_beyond_first = current.is_some_and(|current| current.seq > first_nav);
         let is_complete = current.and_then(|current| current.state) == Some(MissionState::Complete);
         let told = || current.and_then(|current| current.total);
         let rewinds_mission = plan.count().or_else(told).map_or(is_beyond_first, |count| count > 0);
@@ -71,15 +68,12 @@ impl Vehicle {
     #[must_use]
     pub fn flight_preparation(&self) -> Option<FlightPreparation> {
         let plan = self.plan_state(PlanKind::Mission);
-        FlightPreparation::of(self.telemetry(), plan, self.first_destination())
+        FlightPreparation::of(self.telemetry(), plan, self.first_nav())
     }
 
-    /// Seq of the first item that is flown to; actions before it are passed over when it is looked for.
-    pub(crate) fn first_destination(&self) -> u16 {
-        let is_destination = |command: Command| command.0 <= NAV_LAST;
-        let mission = self.mission().map(AsRef::as_ref);
-        let index =
-            mission.and_then(|mission: &Mission| mission.items.iter().position(|item| is_destination(item.command)));
+    /// Seq of the first item at which the mission stands; actions before it are passed over when it is looked for.
+    pub(crate) fn first_nav(&self) -> u16 {
+        let index = self.mission().and_then(|mission| mission.items.iter().position(|item| item.command.is_nav()));
         u16::try_from(index.unwrap_or_default()).unwrap_or(u16::MAX).saturating_add(self.first_seq())
     }
 }

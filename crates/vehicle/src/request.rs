@@ -129,7 +129,7 @@ pub enum Request {
     /// Changes the height of the present target: MAV_CMD_DO_CHANGE_ALTITUDE. For ArduPlane in GUIDED or LOITER. One from before
     /// COMMAND_INT gets MISSION_ITEM with `current` = 3.
     ChangeAltitude {
-        /// Height, counted as `alt_frame` says.
+        /// Height, counted as `alt_frame` says; not 0, which ArduPlane takes for none.
         alt_m: f64,
         /// What `alt_m` is counted from.
         alt_frame: AltFrame,

@@ -22,6 +22,7 @@ const state = (status: MapSource['state']['status'], detail: string | null = nul
   last_success_at: status === 'ok' ? Date.now() / 1000 - 12 : null,
   last_error_at: status === 'ok' ? null : Date.now() / 1000 - 3,
   last_error: detail,
+  cause: null,
   fetched: 412,
   revalidated: 8,
   hits: 3120,

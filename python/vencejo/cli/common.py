@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from vencejo.plan import Finding
-    from vencejo.station import Station
-    from vencejo.vehicle import Vehicle
 
 DEFAULT_LINK: Final = "default"
 """Stands for the link of those who name none: `vencejo.cli.listening` says what it is."""
@@ -116,7 +114,8 @@ def describe_error(error: Exception) -> tuple[Exit, str]:
         text = str(error)
         details = getattr(error, "differences", ()) or getattr(error, "reasons", ())
         missing = [f"\n  {detail}" for detail in details if str(detail) not in text]
-        return code, text + "".join(missing)
+        todo = [f"\n  To do: {remedy}" for remedy in getattr(error, "remedies", ())]
+        return code, text + "".join(missing + todo)
     if isinstance(error, OSError):
         name = f"{error.filename}: " if error.filename is not None else ""
         return Exit.FAILED, f"{name}{error.strerror or error}"
@@ -246,74 +245,6 @@ def status(text: str) -> Iterator[None]:
         return
     with console.status(clean(text)):
         yield
-
-
-def real_link(link: str) -> str:
-    """The link that was named, or the one of those who name none."""
-    if link != DEFAULT_LINK:
-        return link
-    from vencejo.cli.listening import default_link
-
-    return default_link()
-
-
-RECORDED_AGAIN: Final = "Telemetry is recorded again"
-"""What is said when a recording that stopped goes on."""
-
-
-@contextlib.contextmanager
-def recording_told(station: Station) -> Iterator[None]:
-    """Say on standard error when the recording of a station stops, and when it goes on."""
-    if station.recorder is None:
-        yield
-        return
-    ended = threading.Event()
-
-    def look() -> None:
-        was_told = False
-        while not ended.wait(0.5):
-            info = station.recorder
-            problem = None if info is None else info.problem
-            if problem is not None and not was_told:
-                say(f"Warning: telemetry is not being recorded: {problem}")
-            elif problem is None and was_told:
-                say(RECORDED_AGAIN)
-            was_told = problem is not None
-
-    thread = threading.Thread(target=look, name="recording", daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        ended.set()
-        thread.join()
-
-
-@contextlib.contextmanager
-def vehicle_on(
-    link: str,
-    *,
-    system_id: int | None = None,
-    timeout_s: float = 30.0,
-    rate_hz: float = 10.0,
-    record: bool = False,
-    forward: list[str] | None = None,
-) -> Iterator[Vehicle]:
-    """Connect to a vehicle, and close the link at the end."""
-    from vencejo import connect
-
-    link = real_link(link)
-    with status(f"Waiting for a vehicle on {link} …"):
-        vehicle = connect(
-            link,
-            system_id=system_id,
-            timeout_s=timeout_s,
-            rate_hz=rate_hz,
-            record=record,
-            forward_to=forward or (),
-        )
-    with vehicle, recording_told(vehicle.station):
-        yield vehicle
 
 
 def finding_text(finding: Finding) -> str:

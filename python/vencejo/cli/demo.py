@@ -22,7 +22,15 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from vencejo.cli.camera import served_cameras
-from vencejo.cli.common import Failed, JsonOption, RecordOption, distance, recording_told, say, status
+from vencejo.cli.common import (
+    Failed,
+    JsonOption,
+    RecordOption,
+    distance,
+    say,
+    status,
+)
+from vencejo.cli.connecting import recording_told
 from vencejo.cli.fly import check, fly_plan
 from vencejo.cli.fly import tell as tell_flight
 from vencejo.cli.serve import open_page

@@ -31,8 +31,9 @@ from vencejo.cli.common import (
     progress_bar,
     say,
     status,
-    vehicle_on,
 )
+from vencejo.cli.connecting import vehicle_on
+from vencejo.cli.mission import without
 
 if TYPE_CHECKING:
     from vencejo.cli.follow import Outcome
@@ -103,6 +104,8 @@ def fly(
                 "there is no terminal to ask on before arming: add --yes to go on without being asked", Exit.USAGE
             )
         check(loaded.check(), reporter, "nothing was sent")
+        if not loaded.items:
+            raise Failed(without(plan, loaded, "mission"))
         reporter.step("loaded", f"{plan}: {len(loaded)} items, {distance(loaded.length_m)}", items=len(loaded))
         with vehicle_on(link, system_id=system, timeout_s=timeout, record=record, forward=forward) as vehicle:
             flight = fly_plan(
@@ -161,10 +164,12 @@ def fly_plan(
 
     `alive` is called with each picture and ends the following by raising.
     """
+    from vencejo import modes
+
     telemetry = _first_position(vehicle)
     check(vehicle.check_plan(plan), reporter, "nothing was sent", known=plan.check())
     flies = telemetry.is_armed is True and telemetry.is_on_ground is not True
-    if flies and telemetry.mode == "AUTO" and not ask("The plane is flying a mission. Replace it now?"):
+    if flies and telemetry.mode in modes.MISSION and not ask("The plane is flying a mission. Replace it now?"):
         raise Failed("not sent: the plane goes on with its mission")
     upload(vehicle, plan, reporter)
     if not vehicle.telemetry.is_armed:
@@ -355,14 +360,16 @@ def _arm(vehicle: Vehicle, reporter: Reporter, despite: bool) -> None:
 
 def _start(vehicle: Vehicle, reporter: Reporter, *, armed_by_us: bool, despite: bool) -> None:
     """Start the mission at its first item. When that fails, what we armed is disarmed if it still stands."""
+    from vencejo import modes
+
     try:
-        runs = armed_by_us and vehicle.telemetry.mode == "AUTO"
+        runs = armed_by_us and vehicle.telemetry.mode in modes.MISSION
         vehicle.start_mission(from_item=None if runs else 1, despite_mixed_plan=despite)
     except (Exception, KeyboardInterrupt):
-        if armed_by_us and vehicle.telemetry.mode != "AUTO":
+        if armed_by_us and vehicle.telemetry.mode not in modes.MISSION:
             _disarm_again(vehicle)
         raise
-    reporter.step("started", "mission started: the plane is in AUTO")
+    reporter.step("started", f"mission started: the plane is in {vehicle.telemetry.mode}")
 
 
 def _disarm_again(vehicle: Vehicle) -> None:

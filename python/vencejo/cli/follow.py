@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+from vencejo import modes
 from vencejo.cli.common import clean, distance, duration, number
 
 if TYPE_CHECKING:
@@ -22,12 +23,9 @@ if TYPE_CHECKING:
 
 STALE_AFTER_S: Final = 3.5
 LOST_AFTER_S: Final = 5.0
-AUTO_MODES: Final = ("AUTO", "MISSION")
-"""Modes that fly a mission: ArduPilot's and PX4's."""
 NAV_LAND: Final = 21
 NAV_LOITER_UNLIM: Final = 17
 NAV_VTOL_LAND: Final = 85
-LAST_NAV_COMMAND: Final = 95
 """MAV_CMDs up to this one (MAV_CMD_NAV_LAST) are places to go to; higher ones are done on the way."""
 REST_M_S: Final = 1.0
 """Slower than this over ground the plane stands."""
@@ -329,7 +327,7 @@ class Follower:
         self._look_at_the_ground(telemetry, now_s)
         notes.extend(self._new_items(progress))
         notes.extend(self._mode_change(heartbeat.mode, progress, now_s))
-        self._running_seen |= heartbeat.mode in AUTO_MODES and not _complete(telemetry, progress)
+        self._running_seen |= heartbeat.mode in modes.MISSION and not _complete(telemetry, progress)
         self.outcome = self._end(telemetry, progress, heartbeat.mode, heartbeat.is_armed, now_s)
         return notes
 
@@ -371,7 +369,7 @@ class Follower:
 
     def _mode_change(self, mode: str, progress: MissionProgress, now_s: float) -> list[Note]:
         before, self._mode = self._mode, mode
-        if mode in AUTO_MODES:
+        if mode in modes.MISSION:
             self._auto_seen = True
             if self._left is None:
                 return []
@@ -382,7 +380,7 @@ class Follower:
             return []
         reason = self._reason()
         landed = self._flown and not self._flies and self._at_landing()
-        if before in AUTO_MODES and not landed:
+        if before in modes.MISSION and not landed:
             self._left = _Left(self._item, mode, now_s, reason)
         where = f" at item {self._item}" if self._item is not None else ""
         text = f"mode {before} → {mode}{where}: {reason}"
@@ -463,7 +461,7 @@ class Follower:
 
     def _circles_at_the_end(self, progress: MissionProgress, mode: str) -> bool:
         last = last_place(self._plan)
-        if last is None or mode not in AUTO_MODES or not self._flown or progress.leg_distance_m is None:
+        if last is None or mode not in modes.MISSION or not self._flown or progress.leg_distance_m is None:
             return False
         index, item = last
         if item.command != NAV_LOITER_UNLIM or progress.item != index:
@@ -486,7 +484,7 @@ def last_place(plan: Plan) -> tuple[int, MissionItem] | None:
     """The last item to go to (not a DO or CONDITION command), with its number counted from 1."""
     for index in range(len(plan.items), 0, -1):
         item = plan.items[index - 1]
-        if item.command <= LAST_NAV_COMMAND:
+        if item.is_nav:
             return index, item
     return None
 
@@ -494,7 +492,7 @@ def last_place(plan: Plan) -> tuple[int, MissionItem] | None:
 def _next_place(plan: Plan, item: int) -> int:
     """Number of the next item to go to after one."""
     for index in range(item + 1, len(plan.items) + 1):
-        if plan.items[index - 1].command <= LAST_NAV_COMMAND:
+        if plan.items[index - 1].is_nav:
             return index
     return len(plan.items)
 

@@ -25,13 +25,12 @@ from vencejo.cli.common import (
     put_json,
     stdout,
     table,
-    vehicle_on,
 )
+from vencejo.cli.connecting import vehicle_on
 
 if TYPE_CHECKING:
-    from vencejo.control import Danger
     from vencejo.plan import Plan
-    from vencejo.vehicle import PlanKind
+    from vencejo.vehicle import Danger, PlanKind
 
 CLEARS: Final[Mapping[PlanKind, Danger]] = {
     "mission": "clear-mission",
@@ -82,10 +81,8 @@ def upload(
 
     plan = Plan.load(file)
     kinds = [part for part in _kinds(kind) if kind is not Kind.all or count(plan, part)]
-    if not kinds or not any(count(plan, part) for part in kinds):
-        raise Failed(
-            f"{file} holds no {'plan' if kind is Kind.all else kind.value}; to empty it on board use: mission clear"
-        )
+    if not any(count(plan, part) for part in kinds):
+        raise Failed(without(file, plan, kind.value) + "; to empty it on board use: mission clear")
     with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
         for part in kinds:
             if check and part == "mission":
@@ -226,6 +223,14 @@ def _tell_findings(plan: Plan, findings: tuple[Any, ...], *, json: bool) -> None
 def count(plan: Plan, kind: PlanKind) -> int:
     """How many items, zones or points a plan holds of a kind."""
     return len({"mission": plan.items, "fence": plan.fence.zones, "rally": plan.rally}[kind])
+
+
+def without(file: Path, plan: Plan, kind: str) -> str:
+    """That a file holds nothing of a kind, and how what it does hold is sent."""
+    held = [part for part in _kinds(Kind.all) if count(plan, part)]
+    return f"{file} holds no {'plan' if kind == 'all' else kind}" + "".join(
+        f", but a {part}: vencejo mission upload {file} --kind {part}" for part in held
+    )
 
 
 FRAMES = {0: "above sea level", 2: "", 3: "above home", 10: "above terrain"}

@@ -27,12 +27,11 @@ from vencejo.cli.common import (
     say,
     stdout,
     table,
-    vehicle_on,
 )
+from vencejo.cli.connecting import vehicle_on
 
 if TYPE_CHECKING:
-    from vencejo.control import Danger
-    from vencejo.vehicle import Parameter, Vehicle
+    from vencejo.vehicle import Danger, Parameter, Vehicle
 
 params_app = typer.Typer(
     no_args_is_help=True,

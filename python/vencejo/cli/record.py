@@ -21,11 +21,10 @@ from vencejo.cli.common import (
     duration,
     progress_bar,
     put_json,
-    real_link,
-    recording_told,
     stdout,
     table,
 )
+from vencejo.cli.connecting import real_link, recording_told
 
 if TYPE_CHECKING:
     from vencejo.station import RecorderInfo, Station

@@ -12,7 +12,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
 import typer
 
 from vencejo.cli.camera import CameraOption, for_ice, served_cameras
-from vencejo.cli.common import RECORDED_AGAIN, ForwardOption, JsonOption, RecordOption, put_json, say
+from vencejo.cli.common import (
+    ForwardOption,
+    JsonOption,
+    RecordOption,
+    put_json,
+    say,
+)
+from vencejo.cli.connecting import RECORDED_AGAIN
 from vencejo.cli.ice import (
     IceAllowOption,
     IceConfigOption,

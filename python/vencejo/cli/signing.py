@@ -24,8 +24,8 @@ from vencejo.cli.common import (
     put_json,
     stdout,
     table,
-    vehicle_on,
 )
+from vencejo.cli.connecting import vehicle_on
 
 if TYPE_CHECKING:
     from vencejo.signing import SigningInfo

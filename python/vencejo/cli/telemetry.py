@@ -20,8 +20,8 @@ from vencejo.cli.common import (
     clean,
     put_json,
     stdout,
-    vehicle_on,
 )
+from vencejo.cli.connecting import vehicle_on
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

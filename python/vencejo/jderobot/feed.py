@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any, Final
 from vencejo.errors import Busy, InvalidRequest, VencejoError
 from vencejo.jderobot.access import remote_address
 from vencejo.jderobot.runtime import Slices
+from vencejo.jderobot.states import States
 from vencejo.jderobot.subject import LOG
 from vencejo.vehicle import Event, Vehicle
 
 if TYPE_CHECKING:
     from vencejo import Subscription
-    from vencejo.jderobot.precise import States
 
 __all__ = ["Feed"]
 

@@ -231,8 +231,7 @@ class Mission:
             if stands and not marks.takeoff and self._policy == "fly":
                 raise InvalidRequest("the vehicle is on the ground; call takeoff() of ArDroneExtra before the mission")
             plan, cautions = mission_of(places, marks, self._situation(vehicle, marks))
-            home = telemetry.home
-            plan.require_sound(position=None if home is None else GeoPoint(home.lat_deg, home.lon_deg))
+            vehicle._require_sound(plan)
             for caution in cautions:
                 self._subject.tell(f"a mission's landing: {caution.message}", is_problem=caution.code in _WORRYING)
             step = "not sent"

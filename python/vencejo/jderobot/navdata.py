@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from typing import Any, Final, TypeVar
 
+from vencejo import modes
 from vencejo.jderobot.runtime import Slices
 from vencejo.jderobot.subject import Held, Subject
 from vencejo.telemetry import STALE_AFTER_S, Telemetry
@@ -31,8 +32,9 @@ class State(enum.IntEnum):
 
 
 _LANDED: Final = {"on ground": State.LANDED, "taking off": State.TAKING_OFF, "landing": State.LANDING}
-_HOLDING: Final = frozenset({"LOITER", "CIRCLE", "POSHOLD", "HOLD", "BRAKE", "QHOVER", "QLOITER"})
-_TO_POINT: Final = frozenset({"AUTO", "GUIDED", "RTL", "SMART_RTL", "MISSION", "OFFBOARD", "RETURN"})
+_TAKING_OFF: Final = modes.TAKEOFF | {"AUTO_TAKEOFF", "AUTO_VTOL_TAKEOFF"}
+_HOLDING: Final = modes.LOITER | {"CIRCLE", "POSHOLD", "BRAKE", "QHOVER", "QLOITER"}
+_TO_POINT: Final = modes.MISSION | modes.GUIDED | modes.RETURN | {"SMART_RTL", "OFFBOARD"}
 
 
 def state_of(telemetry: Telemetry) -> State:
@@ -43,7 +45,7 @@ def state_of(telemetry: Telemetry) -> State:
     if extended is None or extended.landed != "in air":
         return State.UNKNOWN
     mode = telemetry.mode
-    if mode == "TAKEOFF":
+    if mode in _TAKING_OFF:
         return State.TAKING_OFF
     if mode in _HOLDING:
         return State.HOVERING

@@ -23,9 +23,10 @@ from vencejo.jderobot.marks import Marks
 from vencejo.jderobot.mission import Mission, MissionOfPoses
 from vencejo.jderobot.navdata import Navdata
 from vencejo.jderobot.pose import Pose3D
-from vencejo.jderobot.precise import Control, Missions, States, TelemetryServant
+from vencejo.jderobot.precise import Control, Missions, TelemetryServant
 from vencejo.jderobot.runtime import Dialect, Slices, load
 from vencejo.jderobot.settings import INTERFACES, IceSettings, is_loopback
+from vencejo.jderobot.states import States
 from vencejo.jderobot.subject import Subject
 from vencejo.jderobot.workers import Workers
 from vencejo.serve import Tokens

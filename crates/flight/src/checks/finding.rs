@@ -260,7 +260,10 @@ kinds! {
         missing: Missing,
     },
     /// Latitude and longitude both 0.
-    ZeroCoordinates = "zero-coordinates" {},
+    ZeroCoordinates = "zero-coordinates" {
+        /// Whether the vehicle does it where it is then.
+        is_here: bool,
+    },
     /// On the ground, and the mission does not begin with a take-off.
     NoTakeoff = "no-takeoff" {},
     /// A take-off to a height that is not above home.
@@ -461,7 +464,11 @@ fn sentences(kind: &FindingKind, name: &str) -> (String, String) {
             (format!("{name} has no latitude or longitude"), "place it on the map")
         }
         MissingPosition { missing: Missing::Height } => (format!("{name} has no height"), "set one"),
-        ZeroCoordinates {} => (format!("{name} lies at 0/0, in the Atlantic"), "place it on the map"),
+        ZeroCoordinates { is_here: false } => (format!("{name} lies at 0/0, in the Atlantic"), "place it on the map"),
+        ZeroCoordinates { is_here: true } => (
+            format!("{name} lies at 0/0, so it is done where the plane is then"),
+            "place it on the map, unless you mean that",
+        ),
         NoTakeoff {} => (
             format!("the mission begins with {name}, not with a take-off"),
             "put a take-off first, or start it in the air",

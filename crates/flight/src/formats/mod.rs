@@ -4,55 +4,22 @@
 //! JSON path, what is wrong and how to mend it.
 
 mod param_file;
+mod plan_file;
 mod plan_json;
 mod point_lists;
+mod text;
 mod waypoints;
 
 pub use param_file::{ParamDialect, ParamEntry, read_params, write_params};
+pub use plan_file::{PlanFile, PlanFormat, PlanSettings};
 pub use plan_json::{read_plan_json, write_plan_json};
+pub use text::MAX_FILE_BYTES;
 pub use waypoints::{read_waypoints, write_waypoints};
 
 use crate::error::{FlightError, Result};
-use crate::plan::{MAX_ITEMS, Plan};
+use crate::plan::Plan;
 use point_lists::{PointList, point_list_of, read_fence_points, read_rally_points};
-
-/// Largest file that is read, bytes.
-pub const MAX_FILE_BYTES: usize = 16 * 1024 * 1024;
-
-/// How a plan is written to a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum PlanFormat {
-    /// `.plan`: JSON of QGroundControl, version 1. Mission, fence and rally. `.mission`, its ancestor, is read.
-    QgcPlan,
-    /// `.waypoints`, `.txt`: "QGC WPL 110", tab-separated. Mission, fence or rally.
-    Waypoints,
-    /// `.fen`, `.ral`, `.txt`: a line for each point. Fence or rally of older programs; read, never written.
-    Points,
-}
-
-/// What a plan file says beside the plan. QGroundControl plans for these; no vehicle is told.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PlanSettings {
-    /// Speed to plan times with, metres per second (airspeed of a plane).
-    pub cruise_speed_m_s: Option<f64>,
-    /// Speed of a vehicle that hovers, metres per second.
-    pub hover_speed_m_s: Option<f64>,
-    /// `MAV_TYPE`; 1 is a fixed-wing plane.
-    pub vehicle_type: Option<u8>,
-    /// `MAV_AUTOPILOT`; 3 is ArduPilot.
-    pub firmware_type: Option<u8>,
-}
-
-/// A plan as read from a file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PlanFile {
-    /// The plan.
-    pub plan: Plan,
-    /// What the file says beside it.
-    pub settings: PlanSettings,
-    /// How it was written.
-    pub format: PlanFormat,
-}
+use text::text_of;
 
 /// Reads a plan of any known format, told apart by its content.
 ///
@@ -93,58 +60,6 @@ pub fn read_plan(bytes: &[u8], file_name: Option<&str>) -> Result<PlanFile> {
     )))
 }
 
-/// The text of a file: bounded, UTF-8, without byte-order mark, not empty.
-fn text_of(bytes: &[u8]) -> Result<&str> {
-    if bytes.len() > MAX_FILE_BYTES {
-        return Err(FlightError::BadFile(format!(
-            "the file has {} bytes; files up to {MAX_FILE_BYTES} bytes are read, so split it",
-            bytes.len()
-        )));
-    }
-    if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) || bytes.contains(&0) {
-        return Err(FlightError::BadFile(
-            "the file is UTF-16 or binary, not text in UTF-8; save it again as UTF-8".into(),
-        ));
-    }
-    let bytes = bytes.strip_prefix(&[0xEF, 0xBB, 0xBF]).unwrap_or(bytes);
-    let text = std::str::from_utf8(bytes).map_err(|error| {
-        FlightError::BadFile(format!(
-            "the file is not UTF-8 text from byte {} on; save it again as UTF-8",
-            error.valid_up_to()
-        ))
-    })?;
-    if text.trim().is_empty() {
-        return Err(FlightError::BadFile("the file is empty; choose another or save it again".into()));
-    }
-    Ok(text)
-}
-
-/// Text of a file in an error message: cut, and without control characters.
-fn shown(text: &str) -> String {
-    const MAX_CHARS: usize = 40;
-    let mut short: String = text.chars().take(MAX_CHARS).map(|c| if c.is_control() { '?' } else { c }).collect();
-    if text.chars().nth(MAX_CHARS).is_some() {
-        short.push('…');
-    }
-    short
-}
-
-/// A number of a text file, or what is wrong with it.
-fn number(text: &str, column: &str) -> std::result::Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ if text.contains(',') => {
-            Err(format!("has \"{}\" as its {column}; write decimals with a point, not a comma", shown(text)))
-        }
-        _ => Err(format!("has \"{}\" as its {column}; a finite number belongs there", shown(text))),
-    }
-}
-
-/// Why a list of items is too long, if it is.
-fn too_many(count: usize) -> Option<String> {
-    (count > MAX_ITEMS).then(|| format!("has {count} items; at most {MAX_ITEMS} are read, so split the plan"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -175,11 +90,5 @@ mod tests {
             let error = read_plan(bytes, Some("hello.txt")).unwrap_err().to_string();
             assert!(error.contains(expected), "{error}");
         }
-    }
-
-    #[test]
-    fn shown_text_is_short_and_clean() {
-        assert_eq!(shown("a\x1b[31m"), "a?[31m");
-        assert_eq!(shown(&"x".repeat(1000)).chars().count(), 41);
     }
 }

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 
 use crate::error::{FlightError, Result};
-use crate::formats::{shown, text_of};
+use crate::formats::text::{shown, text_of};
 
 /// Longest name that MAVLink carries, bytes.
 pub const MAX_NAME_BYTES: usize = 16;

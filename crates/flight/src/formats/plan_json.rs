@@ -13,7 +13,8 @@ use serde_json::{Map, Value, json};
 use vencejo_proto::MissionSeq;
 
 use crate::error::{FlightError, Result};
-use crate::formats::{PlanFile, PlanFormat, PlanSettings, shown, text_of, too_many};
+use crate::formats::plan_file::{PlanFile, PlanFormat, PlanSettings};
+use crate::formats::text::{shown, text_of, too_many};
 use crate::geodesy::GeoPoint;
 use crate::plan::{
     Command, Fence, FenceShape, FenceZone, Home, MavFrame, Mission, MissionItem, Plan, Rally, RallyPoint,
@@ -205,7 +206,8 @@ fn check_size(text: &str) -> Result<()> {
 
 /// Reads a plan.
 ///
-/// `DO_JUMP` targets, which the file gives as `doJumpId`, become the seq of the item that they mean.
+/// `DO_JUMP` targets, which the file gives as `doJumpId`, become the seq of the item that they mean. One that no item has stays as it
+/// is where it could not be taken for another item's seq.
 ///
 /// # Errors
 /// [`FlightError::BadJson`] with the JSON path, [`FlightError::BadFile`] when it is no text file.
@@ -295,6 +297,7 @@ fn read_mission(node: &Node<'_>) -> Result<Mission> {
     let mut found = Items::default();
     read_items(&node.required("items")?, &mut found)?;
     let Items { mut items, seq_of_id, jumps } = found;
+    let items_there = 1.0..=items.len() as f64;
     for (place, path) in jumps {
         let Some(target) = items[place].params[0].as_mut() else { continue };
         // A list without ids (written by hand) means seq numbers.
@@ -310,6 +313,9 @@ fn read_mission(node: &Node<'_>) -> Result<Mission> {
                     problem: format!("jumps to doJumpId {id}, which two items have; give each its own"),
                 });
             }
+            // Nor is it the seq of another item: it stays what it is, a jump to nowhere, for the check to tell. A plan is saved
+            // while it is being edited, too.
+            None if target.fract() != 0.0 || !items_there.contains(target) => {}
             None => {
                 return Err(FlightError::BadJson {
                     path,

@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::checks::{CheckContext, Finding, FindingKind, check_plan};
 use crate::formats::waypoints::tests::missions;
 
 fn read(text: &str) -> Result<PlanFile> {
@@ -117,20 +118,30 @@ fn jumps_follow_their_item() {
     assert_eq!(read(&plan_with(&gap)).unwrap().plan.mission.items[1].params[0], Some(1.0));
     for (items, expected) in [
         (
-            [simple(16, 1, WAYPOINT), simple(177, 2, "5,1,0,0,0,0,0")],
-            "mission.items[1].params: jumps to doJumpId 5, which no",
+            [simple(16, 40, WAYPOINT), simple(177, 41, "2,1,0,0,0,0,0")],
+            "mission.items[1].params: jumps to doJumpId 2, which no",
         ),
         (
             [simple(16, 2, WAYPOINT), simple(177, 2, "2,1,0,0,0,0,0")],
             "mission.items[1].params: jumps to doJumpId 2, which two",
         ),
-        (
-            [simple(16, 1, WAYPOINT), simple(177, 2, "-5,1,0,0,0,0,0")],
-            "mission.items[1].params: jumps to doJumpId -5, which no",
-        ),
     ] {
         let error = read(&plan_with(&items.join(","))).unwrap_err().to_string();
         assert!(error.starts_with(expected), "{error}");
+    }
+}
+
+#[test]
+fn a_plan_whose_jump_leads_nowhere_is_saved_and_opened_and_the_check_tells_it() {
+    for target in ["5", "0", "-5", "1.5", "1e9"] {
+        let items = [simple(16, 1, WAYPOINT), simple(177, 2, &format!("{target},1,0,0,0,0,0"))];
+        let plan = read(&plan_with(&items.join(","))).unwrap().plan;
+        let again = read(&write_plan_json(&plan, &PlanSettings::default()).unwrap()).unwrap().plan;
+        assert_eq!(plan, again, "{target}");
+        assert_eq!(plan.mission.items[1].params[0], target.parse().ok());
+        let findings = check_plan(&plan, &CheckContext::default());
+        let is_told = |finding: &Finding| matches!(finding.kind, FindingKind::JumpTarget { .. });
+        assert!(findings.iter().any(is_told), "{target}: {findings:?}");
     }
 }
 

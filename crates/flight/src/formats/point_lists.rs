@@ -5,7 +5,7 @@
 //! longitude, height, break altitude, landing direction and flags (`RALLY_FLAGS`). Lines that begin with `#` are comments.
 
 use crate::error::{FlightError, Result};
-use crate::formats::{number, shown, too_many};
+use crate::formats::text::{number, shown, too_many};
 use crate::geodesy::GeoPoint;
 use crate::plan::{Fence, FenceShape, FenceZone, MavFrame, Rally, RallyPoint};
 

@@ -6,13 +6,14 @@
 //! What the page does not say and the programs that write it do: Mission Planner begins a fence or rally list with home too, at times
 //! twice, and home without a position has command 0; MAVProxy's fence and rally lists have no home, nor have missions that a companion
 //! wrote for PX4 (the first line is the take-off) or saved without item 0 (the first index is 1). Version 120, of old QGroundControl, never
-//! has home. All of them go by the order of the lines, not by the index.
+//! has home. All of them go by the order of the lines, not by the index. A line belongs to the list of its command, so a file with
+//! several lists in it is read whole.
 
 use std::fmt::Write as _;
 
 use crate::error::{FlightError, Result};
-use crate::formats::{number, shown, text_of, too_many};
-use crate::plan::{Command, Fence, Home, MavFrame, Mission, MissionItem, Plan, PlanKind, Rally};
+use crate::formats::text::{number, shown, text_of, too_many};
+use crate::plan::{Category, Command, Fence, Home, MavFrame, Mission, MissionItem, Plan, PlanKind, Rally};
 
 const COLUMNS: [&str; 12] = [
     "index",
@@ -36,12 +37,12 @@ struct Row {
     item: MissionItem,
 }
 
-/// Reads a mission, a fence or rally points: what the commands are.
+/// Reads the mission, fence and rally points of a file: the command of a line says to which list it belongs.
 ///
-/// Columns may be separated by tabs or spaces, lines end with LF or CRLF; empty lines and lines that begin
-/// with `#` are skipped. The altitude frame of each item is kept. "NaN" in parameters 1 to 4 means unset.
+/// Columns may be separated by tabs or spaces, lines end with LF or CRLF; empty lines and what follows a `#` are
+/// skipped. The altitude frame of each item is kept. "NaN" in parameters 1 to 4 means unset.
 /// The first line is home when its index is 0 and it is a waypoint; else there is none in the file. The order of the lines
-/// counts, their indices where a `DO_JUMP` means one.
+/// counts; a `DO_JUMP` goes to the line with the index that it names, though numbers between may be missing.
 ///
 /// # Errors
 /// [`FlightError::BadLine`] with the line and what to do; [`FlightError::BadFile`] when it is no text file.
@@ -49,8 +50,8 @@ pub fn read_waypoints(bytes: &[u8]) -> Result<Plan> {
     let mut lines = text_of(bytes)?
         .lines()
         .enumerate()
-        .map(|(index, line)| (index + 1, line.trim()))
-        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+        .map(|(index, line)| (index + 1, line.split('#').next().unwrap_or_default().trim()))
+        .filter(|(_, line)| !line.is_empty());
 
     let (line, header) = lines
         .next()
@@ -89,47 +90,49 @@ pub fn read_waypoints(bytes: &[u8]) -> Result<Plan> {
         }
     }
     drop_second_home(&mut rows, home);
-    let kind = rows.first().map_or(PlanKind::Mission, |row| kind_of(row.item.command));
-    if let Some(row) = rows.iter().find(|row| kind_of(row.item.command) != kind) {
-        return Err(bad(
-            row.line,
-            format!(
-                "({}) belongs to the {} list, the lines before it to the {kind} list; a file holds one of them, so split it",
-                row.item.command,
-                kind_of(row.item.command),
-            ),
-        ));
-    }
+    follow_jumps(&mut rows, is_home_in_file)?;
     let mut plan = Plan::from_mission(Mission { home, items: Vec::new() });
-    if kind == PlanKind::Mission {
-        follow_jumps(&mut rows, is_home_in_file)?;
-        plan.mission.items = rows.into_iter().map(|row| row.item).collect();
-        return Ok(plan);
-    }
-    let (numbers, items): (Vec<_>, Vec<_>) = rows.into_iter().map(|row| (row.line, row.item)).unzip();
-    let at_its_line = |error| match error {
-        FlightError::BadFence { index, problem } | FlightError::BadRally { index, problem } => {
-            bad(numbers.get(index).copied().unwrap_or_default(), problem)
+    let (mut fence, mut rally) = (List::default(), List::default());
+    for row in rows {
+        match kind_of(row.item.command) {
+            PlanKind::Mission => plan.mission.items.push(row.item),
+            PlanKind::Fence => fence.push(row),
+            PlanKind::Rally => rally.push(row),
         }
-        other => other,
-    };
-    if kind == PlanKind::Fence {
-        plan.fence = Fence::from_items(&items).map_err(at_its_line)?;
-    } else {
-        plan.rally = Rally::from_items(&items).map_err(at_its_line)?;
     }
+    plan.fence = Fence::from_items(&fence.items).map_err(|error| fence.at_its_line(error))?;
+    plan.rally = Rally::from_items(&rally.items).map_err(|error| rally.at_its_line(error))?;
     Ok(plan)
+}
+
+/// The items of a fence or rally list, and their lines.
+#[derive(Default)]
+struct List {
+    items: Vec<MissionItem>,
+    lines: Vec<usize>,
+}
+
+impl List {
+    fn push(&mut self, row: Row) {
+        self.items.push(row.item);
+        self.lines.push(row.line);
+    }
+
+    fn at_its_line(&self, error: FlightError) -> FlightError {
+        match error {
+            FlightError::BadFence { index, problem } | FlightError::BadRally { index, problem } => {
+                bad(self.lines.get(index).copied().unwrap_or_default(), problem)
+            }
+            other => other,
+        }
+    }
 }
 
 /// The list to which a command belongs.
 fn kind_of(command: Command) -> PlanKind {
-    match command {
-        Command::NAV_FENCE_RETURN_POINT
-        | Command::NAV_FENCE_POLYGON_VERTEX_INCLUSION
-        | Command::NAV_FENCE_POLYGON_VERTEX_EXCLUSION
-        | Command::NAV_FENCE_CIRCLE_INCLUSION
-        | Command::NAV_FENCE_CIRCLE_EXCLUSION => PlanKind::Fence,
-        Command::NAV_RALLY_POINT => PlanKind::Rally,
+    match command.info().map(|info| info.category) {
+        Some(Category::Fence) => PlanKind::Fence,
+        Some(Category::Rally) => PlanKind::Rally,
         _ => PlanKind::Mission,
     }
 }
@@ -137,36 +140,53 @@ fn kind_of(command: Command) -> PlanKind {
 /// Mission Planner writes home once more before a fence that it read together with home: that is no waypoint.
 fn drop_second_home(rows: &mut Vec<Row>, home: Option<Home>) {
     const SAME_DEG: f64 = 1e-6;
-    let [first, second, ..] = rows.as_slice() else { return };
+    let [first, others @ ..] = rows.as_slice() else { return };
     let is_home = first.item.command == Command::NAV_WAYPOINT
         && home.is_some_and(|home| {
             let near = |value: Option<f64>, deg: f64| value.is_some_and(|value| (value - deg).abs() < SAME_DEG);
             near(first.item.lat_deg(), home.lat_deg) && near(first.item.lon_deg(), home.lon_deg)
         });
-    if is_home && kind_of(second.item.command) != PlanKind::Mission {
+    if is_home && !others.is_empty() && others.iter().all(|row| kind_of(row.item.command) != PlanKind::Mission) {
         rows.remove(0);
     }
 }
 
-/// Jumps go to the index of a line; in a mission they go to a seq, which is 1 for the first item.
+/// A jump names the index of a line; in a mission it names a seq, which is 1 for the first item.
 ///
-/// Lines whose index is not their place are read as they stand, as everybody does, unless a jump makes it matter which of the two is meant.
+/// With numbers missing, as after deleting lines by hand, the index is meant: it still names the item that it named before. Where
+/// the numbers do not grow from line to line, nobody can say what a jump means.
 fn follow_jumps(rows: &mut [Row], is_home_in_file: bool) -> Result<()> {
     let Some(first) = rows.first().map(|row| row.index) else { return Ok(()) };
-    let expected = if is_home_in_file { 1 } else { first.min(1) };
-    let misnumbered = rows.iter().enumerate().find(|(place, row)| row.index != expected + place);
-    let misnumbered = misnumbered.map(|(place, row)| (row.line, row.index, expected + place));
+    let first_number = if is_home_in_file { 1 } else { first.min(1) };
+    let is_whole = rows.iter().enumerate().all(|(place, row)| row.index == first_number + place);
+    let of_the_file = first_number as f64..=(first_number + rows.len() - 1) as f64;
+    let disorder =
+        rows.windows(2).find(|pair| pair[1].index <= pair[0].index).map(|pair| (pair[1].line, pair[1].index));
+    let mission = rows.iter().filter(|row| kind_of(row.item.command) == PlanKind::Mission);
+    let numbers: Vec<f64> = mission.map(|row| row.index as f64).collect();
     for row in rows.iter_mut().filter(|row| row.item.command == Command::DO_JUMP) {
         let Some(target) = row.item.params[0].as_mut() else { continue };
-        if let Some((line, index, expected)) = misnumbered {
+        if let Some((line, index)) = disorder {
             return Err(bad(
                 row.line,
                 format!(
-                    "(DO_JUMP) jumps to {target}, but which item is that? Line {line} has index {index} where {expected} belongs; number the lines without gaps"
+                    "(DO_JUMP) jumps to {target}, but which item is that? Line {line} has index {index} again or too late; number the lines in their order"
                 ),
             ));
         }
-        *target += (1 - expected) as f64;
+        *target = match numbers.iter().position(|number| number == target) {
+            Some(place) => (place + 1) as f64,
+            // beyond the end or before the beginning: the checks tell
+            None if is_whole && !of_the_file.contains(target) => *target + (1 - first_number) as f64,
+            None => {
+                return Err(bad(
+                    row.line,
+                    format!(
+                        "(DO_JUMP) jumps to {target}, but no item of the mission has that index; write the index of the item that it shall go to"
+                    ),
+                ));
+            }
+        };
     }
     Ok(())
 }
@@ -287,7 +307,7 @@ pub(crate) mod tests {
         let expected = read_waypoints(SAMPLE.as_bytes()).unwrap();
         let crlf = SAMPLE.replace('\n', "\r\n");
         let spaces = SAMPLE.replace('\t', "  ");
-        let comments = SAMPLE.replacen('\n', "\n\n# by hand\n", 1);
+        let comments = SAMPLE.replacen('\n', "\n\n# by hand\n", 1).replacen("80\t1\n", "80\t1 # turn here\n", 1);
         let bom = format!("\u{FEFF}{SAMPLE}");
         for variant in [crlf, spaces, comments, bom] {
             assert_eq!(read_waypoints(variant.as_bytes()).unwrap(), expected);
@@ -311,14 +331,15 @@ pub(crate) mod tests {
             ("\t80\t1", "\t80\t1\t1", "line 4: has more than 12 columns"),
             (
                 "178\t0\t14",
-                "177\t1\t14\t0\t0\t0\t0\t0\t1\n7\t0\t2\t178\t0\t14",
-                "line 5: (DO_JUMP) jumps to 1, but which item is that? Line 6 has index 7 where 4",
+                "177\t1\t14\t0\t0\t0\t0\t0\t1\n3\t0\t2\t178\t0\t14",
+                "line 5: (DO_JUMP) jumps to 1, but which item is that? Line 6 has index 3 again",
             ),
             (
-                "2\t178\t0",
-                "3\t5100\t0",
-                "line 5: (NAV_RALLY_POINT) belongs to the rally list, the lines before it to the mission list",
+                "178\t0\t14",
+                "177\t5\t14\t0\t0\t0\t0\t0\t1\n7\t0\t2\t178\t0\t14",
+                "line 5: (DO_JUMP) jumps to 5, but no item of the mission has that index",
             ),
+            ("2\t178\t0", "1\t5100\t0", "line 5: (NAV_RALLY_POINT) has 1 as its frame"),
             ("\t10\t16", "\t10\t70000", "line 4: has 70000 as its command"),
             ("\t10\t16", "\t10\t16.5", "line 4: has 16.5 as its command"),
             ("\t10\t16", "\t8\t16", "line 4: (NAV_WAYPOINT) has 8 as its frame"),
@@ -393,12 +414,16 @@ pub(crate) mod tests {
                 let index = if is_numbered { place + first } else { usize::from(index) };
                 let _ = writeln!(text, "{index} 0 3 {command} {param} 0 0 NaN {lat} -3 50 1");
             }
-            if let Ok(plan) = read_waypoints(text.as_bytes()) {
-                let again = read_waypoints(write_waypoints(&plan).unwrap().as_bytes()).unwrap();
-                prop_assert_eq!(again.fence, plan.fence);
-                prop_assert_eq!(again.rally, plan.rally);
-                prop_assert_eq!(again.mission.items.len(), plan.mission.items.len());
-                prop_assert_eq!(again.mission.home, plan.mission.home);
+            if let Ok(Plan { mission, fence, rally }) = read_waypoints(text.as_bytes()) {
+                // one file for each list
+                let home = Plan::from_mission(Mission { home: mission.home, items: Vec::new() });
+                for part in [Plan::from_mission(mission), Plan { fence, ..home.clone() }, Plan { rally, ..home.clone() }] {
+                    let again = read_waypoints(write_waypoints(&part).unwrap().as_bytes()).unwrap();
+                    prop_assert_eq!(again.fence, part.fence);
+                    prop_assert_eq!(again.rally, part.rally);
+                    prop_assert_eq!(again.mission.items.len(), part.mission.items.len());
+                    prop_assert_eq!(again.mission.home, part.mission.home);
+                }
             }
         }
 

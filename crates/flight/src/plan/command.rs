@@ -337,6 +337,8 @@ impl Command {
     pub const NAV_LOITER_TO_ALT: Self = Self(31);
     /// 36: Arc waypoint.
     pub const NAV_ARC_WAYPOINT: Self = Self(36);
+    /// 82: Spline waypoint, which ArduPlane refuses.
+    pub const NAV_SPLINE_WAYPOINT: Self = Self(82);
     /// 83: Wait for height (balloon).
     pub const NAV_ALTITUDE_WAIT: Self = Self(83);
     /// 84: VTOL take-off.
@@ -495,10 +497,19 @@ impl Command {
         self.info().is_some_and(|info| info.support != Support::List)
     }
 
-    /// `true` when a plane flies to the position of the item.
+    /// `true` when a vehicle flies to the position of the item. Beside the commands of the table that is the spline waypoint of
+    /// copters.
     #[must_use]
     pub fn is_destination(self) -> bool {
-        self.info().is_some_and(|info| info.is_destination)
+        self.info().map_or(self == Self::NAV_SPLINE_WAYPOINT, |info| info.is_destination)
+    }
+
+    /// `true` when the mission stands at the item until it is done, and not for an action beside the flying. A number that is in no
+    /// table is one up to `MAV_CMD_NAV_LAST`.
+    #[must_use]
+    pub fn is_nav(self) -> bool {
+        const NAV_LAST: u16 = 95;
+        self.info().map_or(self.0 < NAV_LAST, |info| info.category == Category::Nav)
     }
 
     /// `true` for the landings.
@@ -647,7 +658,7 @@ pub const COMMANDS: &[CommandInfo] = &[
         is_destination: true,
         support: Support::Flown,
         params: [
-            p("Abort height", Unit::Metres, Storage::U16).range(Some(0.0), Some(327.0)).default(0.0),
+            p("Abort height", Unit::Metres, Storage::U16).range(Some(0.0), Some(32_767.0)).default(0.0),
             NONE,
             NONE,
             p("Turn direction (deep stall)", Unit::Choice, Storage::YawSign),
@@ -752,7 +763,8 @@ pub const COMMANDS: &[CommandInfo] = &[
         title: "VTOL take-off",
         category: Category::Nav,
         has_position: true,
-        is_destination: true,
+        // It goes straight up (`QuadPlane::do_vtol_takeoff`).
+        is_destination: false,
         support: Support::NeedsVtol,
         params: [
             NONE,
@@ -1880,6 +1892,16 @@ mod tests {
             }
         }
         assert!(checked > 15);
+    }
+
+    #[test]
+    fn one_table_says_where_a_mission_stands_and_what_is_flown_to() {
+        let nav = |number: u16| Command(number).is_nav();
+        assert!([16, 20, 22, 25, 82, 83, 92, 93, 94, 213, 42_702].into_iter().all(nav));
+        assert!(![95, 112, 177, 178, 189, 195, 5_001, 9_999].into_iter().any(nav));
+        let flown: Vec<u16> = (0..=u16::MAX).filter(|number| Command(*number).is_destination()).collect();
+        assert_eq!(flown, [16, 17, 18, 19, 21, 31, 36, 82, 85, 94]);
+        assert!(flown.into_iter().all(nav));
     }
 
     #[test]

@@ -267,10 +267,10 @@ impl MissionItem {
         Self::action(Command::NAV_RETURN_TO_LAUNCH, [0.0; 4])
     }
 
-    /// Set the target airspeed.
+    /// Set the target airspeed; the throttle stays as it is (−1).
     #[must_use]
     pub fn change_airspeed(airspeed_m_s: f64) -> Self {
-        Self::action(Command::DO_CHANGE_SPEED, [0.0, airspeed_m_s, 0.0, 0.0])
+        Self::action(Command::DO_CHANGE_SPEED, [0.0, airspeed_m_s, -1.0, 0.0])
     }
 
     /// Jump to another item `repeats` times; −1 repeats for ever.

@@ -122,6 +122,21 @@ impl Plan {
         Self { mission, ..Self::default() }
     }
 
+    /// The items of one kind as they go on board, numbered by nobody yet, and the home that goes with a mission.
+    ///
+    /// # Errors
+    /// [`FlightError::BadFence`] for a zone that no vehicle takes.
+    pub fn into_list(self, kind: PlanKind) -> Result<(Vec<MissionItem>, Option<Home>)> {
+        Ok(match kind {
+            PlanKind::Mission => (self.mission.items, self.mission.home),
+            PlanKind::Fence => {
+                self.fence.validate()?;
+                (self.fence.to_items(), None)
+            }
+            PlanKind::Rally => (self.rally.to_items(), None),
+        })
+    }
+
     /// The list of one kind as sent to the vehicle. `with_home` matters to the mission alone.
     ///
     /// # Errors

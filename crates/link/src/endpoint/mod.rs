@@ -330,12 +330,15 @@ fn chance() -> f64 {
     (RandomState::new().hash_one(0u8) >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// Looks a place up, anew each time.
-async fn resolve(place: &HostPort) -> Result<std::net::SocketAddr, End> {
+/// Looks a place up, anew each time: all its addresses, one at least, those of IPv4 first, which nearly every autopilot and
+/// simulator listens on.
+async fn resolve(place: &HostPort) -> Result<Vec<std::net::SocketAddr>, End> {
     let found = tokio::time::timeout(CONNECT_TIMEOUT, tokio::net::lookup_host((place.host.as_str(), place.port))).await;
     let Ok(found) = found else { return Err(End::Broken(format!("looking up {} took too long", place.host))) };
-    let mut addresses = found.map_err(|error| End::Broken(format!("cannot find {}: {error}", place.host)))?;
-    addresses.next().ok_or_else(|| End::Broken(format!("{} has no address", place.host)))
+    let found = found.map_err(|error| End::Broken(format!("cannot find {}: {error}", place.host)))?;
+    let mut addresses: Vec<_> = found.collect();
+    addresses.sort_by_key(std::net::SocketAddr::is_ipv6);
+    if addresses.is_empty() { Err(End::Broken(format!("{} has no address", place.host))) } else { Ok(addresses) }
 }
 
 /// Says which socket could not be opened, and what to do about the usual reasons.

@@ -60,16 +60,24 @@ impl Client {
     }
 
     async fn connect(&self) -> Result<TcpStream, End> {
-        let place = resolve(&self.remote).await?;
-        let connected = tokio::time::timeout(CONNECT_TIMEOUT, TcpStream::connect(place)).await;
-        let stream = match connected {
-            Ok(Ok(stream)) => stream,
-            Ok(Err(error)) => return Err(End::Broken(format!("cannot connect to {}: {error}", self.remote))),
-            Err(_) => return Err(End::Broken(format!("{} does not answer", self.remote))),
-        };
+        let stream = connect_to_one_of(&resolve(&self.remote).await?, &self.remote).await?;
         prepare(&stream)?;
         Ok(stream)
     }
+}
+
+/// The first of the addresses of a name that lets us in: `localhost` is ::1 too, where a simulator does not listen. Each has the whole
+/// time, so that one behind which nobody answers does not keep us from the next.
+async fn connect_to_one_of(places: &[SocketAddr], name: &HostPort) -> Result<TcpStream, End> {
+    let mut failed = format!("{name} has no address");
+    for place in places {
+        match tokio::time::timeout(CONNECT_TIMEOUT, TcpStream::connect(place)).await {
+            Ok(Ok(stream)) => return Ok(stream),
+            Ok(Err(error)) => failed = format!("cannot connect to {name}: {error}"),
+            Err(_) => failed = format!("{name} does not answer"),
+        }
+    }
+    Err(End::Broken(failed))
 }
 
 impl Drop for Client {
@@ -172,8 +180,8 @@ impl Server {
     }
 
     async fn listen(&self) -> Result<TcpListener, End> {
-        let place = resolve(&self.bind).await?;
-        TcpListener::bind(place).await.map_err(|error| bind_error(&self.bind, &error))
+        let places = resolve(&self.bind).await?;
+        TcpListener::bind(&places[..]).await.map_err(|error| bind_error(&self.bind, &error))
     }
 
     fn welcome(&mut self, context: &Arc<Context>, stream: TcpStream, place: SocketAddr) {
@@ -258,6 +266,20 @@ mod tests {
         let stats = listening.hub.stats(link.id()).unwrap();
         assert_eq!((stats.received.frames, stats.sent.frames, stats.lost), (3, 3, 0));
         link.close().await;
+    }
+
+    #[tokio::test]
+    async fn each_address_of_a_name_is_tried() {
+        let gone = TcpListener::bind("127.0.0.1:0").await.unwrap().local_addr().unwrap();
+        let server = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let name = HostPort { host: "a.plane".into(), port: 5760 };
+        let there = server.local_addr().unwrap();
+        let stream = in_time(connect_to_one_of(&[gone, there], &name)).await.expect("one of them is there");
+        assert_eq!(stream.peer_addr().unwrap(), there);
+        let Err(End::Broken(error)) = in_time(connect_to_one_of(&[gone], &name)).await else {
+            panic!("nobody is there")
+        };
+        assert!(error.starts_with("cannot connect to a.plane:5760: "), "{error}");
     }
 
     #[tokio::test]

@@ -201,12 +201,12 @@ impl Udp {
             Mode::Connect { remote } => (None, Some(remote)),
         };
         let remote = match remote {
-            Some(remote) => Some(resolve(remote).await?),
+            Some(remote) => Some(resolve(remote).await?[0]),
             None => None,
         };
         let place = match bind {
             Some(bind) if bind.is_lan() => SocketAddr::from(([0; 4], bind.port)),
-            Some(bind) => resolve(bind).await?,
+            Some(bind) => resolve(bind).await?[0],
             None if remote.is_some_and(|remote| remote.is_ipv6()) => SocketAddr::from(([0u16; 8], 0)),
             None => SocketAddr::from(([0u8; 4], 0)),
         };

@@ -20,7 +20,7 @@ use vencejo_maps::grid::TileId;
 use vencejo_maps::net::Patience;
 use vencejo_maps::raster::Raster;
 use vencejo_maps::settings::{Bounds, Caching, Corner, Encoding, Role, SourceKind, SourceSettings};
-use vencejo_maps::{AreaState, MapError, Maps, MapsConfig, NewArea, Origin, Status};
+use vencejo_maps::{AreaState, MapError, Maps, MapsConfig, NewArea, Origin, SourceCause, Status, Unreached};
 
 /// A hang is a failure.
 const LIMIT: Duration = Duration::from_secs(30);
@@ -314,6 +314,11 @@ async fn a_tile_is_fetched_once_then_asked_about_then_shown_old() {
     assert_eq!((origin().await, service.count()), (Origin::Stale, 3), "not asked again at once");
     let state = world.state("a").await;
     assert_eq!((state.status, state.stale, state.revalidated, state.hits), (Status::Failing, 2, 1, 2));
+    let status = match &state.cause {
+        Some(SourceCause::SourceFailed { status, .. }) => *status,
+        other => panic!("{other:?}"),
+    };
+    assert!(status.is_some_and(|status| status >= 500), "{status:?}");
     assert!(state.detail.expect("why").contains("down"));
     // The network goes, and the station starts anew: what was seen is there.
     let address = service.address;
@@ -322,8 +327,11 @@ async fn a_tile_is_fetched_once_then_asked_about_then_shown_old() {
     let again = start(world.folder.clone(), &world.now_s, Duration::from_secs(5)).await;
     assert_eq!(again.tile("a", TILE).await.expect("a tile").origin, Origin::Stale);
     let other = again.tile("a", TileId { column: 5, ..TILE }).await;
-    assert!(matches!(other, Err(MapError::Offline { .. })), "{other:?} {address}");
-    assert_eq!(again.describe("a").await.expect("there").state.status, Status::Offline);
+    assert!(matches!(other, Err(MapError::Offline { why: Unreached::Refused, .. })), "{other:?} {address}");
+    let state = again.describe("a").await.expect("there").state;
+    assert_eq!(state.status, Status::Offline);
+    let Some(SourceCause::SourceOffline { service, why, .. }) = state.cause else { panic!("{:?}", state.cause) };
+    assert_eq!((service, why), (address.to_string(), Unreached::Refused));
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

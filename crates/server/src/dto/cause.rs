@@ -456,6 +456,20 @@ pub enum Cause {
         #[schema(required = true)]
         lon_deg: Option<f64>,
     },
+    /// Nothing says in which direction to land: no course, no place that the plane comes from, no wind.
+    LandingDirection {
+        /// How far away that place must lie at least.
+        nearest_m: f64,
+    },
+    /// The wind is too strong for the plane to come in on this course.
+    LandingWind {
+        /// The wind's speed.
+        wind_m_s: f64,
+        /// The plane's airspeed.
+        airspeed_m_s: f64,
+        /// Course of the final leg from true north.
+        course_deg: f64,
+    },
     /// An item of a mission holds a value that cannot be sent.
     BadItem {
         /// The item's number on the wire.
@@ -528,6 +542,9 @@ pub enum Cause {
     SourceFailed {
         /// Its host.
         service: String,
+        /// The HTTP status, where that is what was wrong.
+        #[schema(required = true)]
+        status: Option<u16>,
         /// In its own words where it gave some.
         problem: String,
     },
@@ -542,6 +559,8 @@ pub enum Cause {
     SourceOffline {
         /// Its host.
         service: String,
+        /// Why, as far as that is known.
+        why: vencejo_maps::Unreached,
         /// Why, in English.
         problem: String,
         /// When it is tried again.

@@ -171,7 +171,10 @@ pub enum FindingKind {
         missing: MissingPart,
     },
     /// Latitude and longitude both 0.
-    ZeroCoordinates {},
+    ZeroCoordinates {
+        /// Whether the vehicle does it where it is then.
+        is_here: bool,
+    },
     /// On the ground, and the mission does not begin with a take-off.
     NoTakeoff {},
     /// A take-off to a height that is not above home.
@@ -331,7 +334,7 @@ impl FindingKind {
                 Self::ParamChanged { param, label: label.to_owned(), value, kept, unit: unit.to_owned(), is_unused }
             }
             Core::MissingPosition { missing } => Self::MissingPosition { missing: missing.into() },
-            Core::ZeroCoordinates {} => Self::ZeroCoordinates {},
+            Core::ZeroCoordinates { is_here } => Self::ZeroCoordinates { is_here },
             Core::NoTakeoff {} => Self::NoTakeoff {},
             Core::TakeoffTooLow { alt_m, datum } => Self::TakeoffTooLow { alt_m, datum: datum.map(Into::into) },
             Core::NoLanding {} => Self::NoLanding {},

@@ -205,6 +205,104 @@ pub enum PlanFormat {
     Waypoints,
 }
 
+/// What a landing is designed from. What is not given is that of a small plane on an ArduPlane.
+#[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LandingRequest {
+    /// Where to touch down.
+    pub at: LatLon,
+    /// Course of the final leg from true north, where the runway has one; else `coming_from` gives it, else the wind.
+    #[serde(default)]
+    pub course_deg: Option<f64>,
+    /// Where the plane comes from; nearer than 20 m it gives no direction.
+    #[serde(default)]
+    pub coming_from: Option<LatLon>,
+    /// Below 1 m/s it gives no direction.
+    #[serde(default)]
+    pub wind: Option<LandingWind>,
+    /// Height of the ground at the point above home, −1000 to 1000; home's is taken when it is not known.
+    #[serde(default)]
+    pub ground_rel_home_m: Option<f64>,
+    /// Of the approach, 5 to 60; 22 by default.
+    #[serde(default)]
+    pub airspeed_m_s: Option<f64>,
+    /// Steepest slope of the final leg, height over distance, 0.02 to 0.25; 0.08 by default.
+    #[serde(default)]
+    pub slope: Option<f64>,
+    /// Height above the ground where the final leg begins, 15 to 200; 40 by default.
+    #[serde(default)]
+    pub final_height_m: Option<f64>,
+    /// Smallest radius of the circle, 20 to 500; 80 by default.
+    #[serde(default)]
+    pub radius_m: Option<f64>,
+    /// Whether the circle is flown clockwise, to the right of the final leg; so by default.
+    #[serde(default = "yes")]
+    pub is_clockwise: bool,
+    /// Whether `DO_LAND_START` goes before it; so by default. An ArduPlane with `RTL_AUTOLAND` 0 does not arm with one.
+    #[serde(default = "yes")]
+    pub has_land_start: bool,
+}
+
+/// Wind over a landing.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LandingWind {
+    /// Where it comes from, from true north.
+    pub from_deg: f64,
+    /// Its speed, 0 to 60.
+    pub speed_m_s: f64,
+}
+
+/// A landing, ready to be the end of a mission.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct Landing {
+    /// `DO_LAND_START` where asked for, `NAV_LOITER_TO_ALT`, `NAV_LAND`; heights above home.
+    pub items: Vec<PlanItem>,
+    /// Course of the final leg at the point from true north, 0 to 360.
+    pub course_deg: f64,
+    /// What gave it.
+    pub direction: LandingDirection,
+    /// Where the final leg begins.
+    pub leaves: LatLon,
+    /// Height there.
+    pub leaves_alt_rel_home_m: f64,
+    /// Length of the final leg.
+    pub final_m: f64,
+    /// Its slope, height over distance.
+    pub slope: f64,
+    /// Radius of the circle.
+    pub radius_m: f64,
+    /// Part of the wind against the plane on the final leg, negative from behind; null when no wind is known.
+    #[schema(required = true)]
+    pub headwind_m_s: Option<f64>,
+    /// Speed over ground on the final leg; null when no wind is known.
+    #[schema(required = true)]
+    pub groundspeed_m_s: Option<f64>,
+    /// What the pilot should know.
+    pub cautions: Vec<LandingCaution>,
+}
+
+/// What gave a final leg its direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LandingDirection {
+    /// The course that was asked for.
+    Course,
+    /// The place that the plane comes from.
+    ComingFrom,
+    /// The wind, against which it lands.
+    IntoWind,
+}
+
+/// What the pilot should know of a landing before it is flown.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct LandingCaution {
+    /// `ground-not-known`, `steep-approach` or `tailwind`.
+    pub code: String,
+    /// It in English.
+    pub message: String,
+}
+
 /// A plan to look over.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]

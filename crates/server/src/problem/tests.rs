@@ -46,6 +46,18 @@ fn every_kind_of_error_has_a_row() {
 }
 
 #[test]
+fn a_source_that_fails_is_told_as_its_tiles_are() {
+    let mut told = 0;
+    for error in MapError::examples() {
+        let Some(cause) = vencejo_maps::SourceCause::of(&error) else { continue };
+        let of_tile = serde_json::to_value(&from_maps(&error).0.cause).expect("JSON");
+        assert_eq!(serde_json::to_value(&cause).expect("JSON"), of_tile);
+        told += 1;
+    }
+    assert_eq!(told, 5);
+}
+
+#[test]
 fn each_kind_has_a_code_of_its_own_and_what_a_sentence_needs() {
     let problems = all();
     let mut kinds: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
@@ -68,6 +80,7 @@ fn each_kind_has_a_code_of_its_own_and_what_a_sentence_needs() {
             "Signing.BadName Signing.KeyInUse Signing.NameTaken Signing.NoSuchKey",
             "Station.Link Vehicle.TooManyRequests",
             "Transfer.IntegerItemsIgnored Vehicle.TooOld",
+            "Transfer.FtpAbsent Transfer.Timeout",
             "Transfer.BadFile Transfer.Ftp",
         ]
     );
@@ -148,6 +161,9 @@ fn a_refusal_lists_the_reasons_and_the_remedy_where_one_is_known() {
     let both = refused(&["PreArm: GPS 1: Bad fix", "Arm: RTL mode not armable", "PreArm: GPS 1: Bad fix"]).remedy;
     let both = both.expect("known");
     assert!(both.matches("GPS").count() == 1 && both.contains("mode"), "each once: {both}");
+    let new = refused(&["PreArm: something new", "PreArm: In landing sequence"]);
+    let codes = serde_json::to_value(&new).expect("JSON")["refusals"].clone();
+    assert_eq!(codes, serde_json::json!([null, "landing-sequence"]));
     assert_eq!(refused(&["PreArm: something new"]).remedy, None);
     assert_eq!(refused(&[]).reasons, Vec::<String>::new());
 }

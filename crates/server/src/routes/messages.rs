@@ -1,15 +1,12 @@
 //! Raw commands and messages, for what has no path of its own.
 
-use std::collections::BTreeMap;
-
 use axum::Json;
 use axum::extract::State;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vencejo_flight::plan::Command;
 use vencejo_proto::{
-    Address, CommandInt, CommandLong, FieldError, FieldValue, Header, MavVersion, Message, encode_fields, field_names,
-    message_id_of,
+    Address, CommandInt, CommandLong, FieldError, FieldValue, Header, MavVersion, Message, message_id_of,
 };
 use vencejo_station::VehicleHandle;
 use vencejo_vehicle::signing::SETUP_SIGNING_ID;
@@ -125,8 +122,8 @@ fn not_a_message(error: &FieldError) -> Problem {
     }
 }
 
-/// Sends any message, as it is: the escape hatch. There is no answer, and no check but one: what arms, follows the mission or
-/// jumps in it is refused while that may be mixed.
+/// Sends any message, as it is: the escape hatch. There is no answer. Refused are numbers that no autopilot can take, and, while
+/// the mission may be mixed, what arms, follows it or jumps in it.
 #[utoipa::path(post, path = "/vehicles/{id}/messages", tag = "raw", request_body = NewMessage,
     params(("id" = u8, Path, description = "System id"),
         ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
@@ -138,21 +135,12 @@ async fn send_message(
     Body(new): Body<NewMessage>,
 ) -> Result<Json<Done>, Problem> {
     let address = vehicle.address().unwrap_or(Address { system: vehicle.system(), ..Address::new(0, 1) });
-    let known: Vec<_> = message_id_of(&new.name).and_then(field_names).into_iter().flatten().collect();
-    let targets = [("target_system", address.system.0), ("target_component", address.component.0)];
-    let mut fields: BTreeMap<String, FieldValue> = BTreeMap::new();
-    for (name, id) in targets.into_iter().filter(|(name, _)| known.contains(name)) {
-        fields.insert(name.to_owned(), FieldValue::Unsigned(id.into()));
-    }
-    for (name, value) in new.fields {
-        fields.insert(name, value.map_or(FieldValue::Float(f64::NAN), |value| value.to_wire()));
-    }
-    let (id, payload) = encode_fields(&new.name, &fields).map_err(|error| not_a_message(&error))?;
-    if id == SETUP_SIGNING_ID {
+    let fields = new.fields.into_iter();
+    let fields = fields.map(|(name, value)| (name, value.map_or(FieldValue::Float(f64::NAN), |value| value.to_wire())));
+    let message = Message::from_fields(&new.name, fields.collect(), address).map_err(|error| not_a_message(&error))?;
+    if message.id() == SETUP_SIGNING_ID {
         return Err(Problem::invalid("SETUP_SIGNING carries a key: POST /api/v1/vehicles/{id}/signing gives one"));
     }
-    let message =
-        Message::from_payload(MavVersion::V2, id, &payload).map_err(|error| Problem::invalid(error.to_string()))?;
     if pilot.vehicle(&vehicle).send(&message, despite, pilot.confirmation())?.is_sent() {
         return Ok(Json(Done {}));
     }

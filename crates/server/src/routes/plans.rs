@@ -15,15 +15,17 @@ use utoipa_axum::routes;
 use vencejo_flight::checks::{CheckContext, Severity, check_plan};
 use vencejo_flight::formats::{MAX_FILE_BYTES, PlanSettings, read_plan, write_plan_json, write_waypoints};
 use vencejo_flight::geodesy::GeoPoint;
+use vencejo_flight::landing::design_landing;
 use vencejo_flight::plan::{self as core};
 use vencejo_proto::SystemId;
 use vencejo_station::{Pending, RequestResult, VehicleHandle};
 use vencejo_vehicle::Request;
-use vencejo_vehicle::modes::ModeFamily;
 
 use crate::convert;
 use crate::dto::cause::Cause;
-use crate::dto::{CommandInfo, Finding, Operation, OperationKind, Plan, PlanCheck, PlanFormat, PlanKind};
+use crate::dto::{
+    CommandInfo, Finding, Landing, LandingRequest, Operation, OperationKind, Plan, PlanCheck, PlanFormat, PlanKind,
+};
 use crate::extract::{Json as Body, Operator, Pilot, Vehicle, Viewer};
 use crate::problem::Problem;
 use crate::state::App;
@@ -37,6 +39,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(upload_rally, download_rally, clear_rally))
         .routes(routes!(format_plan))
         .routes(routes!(check))
+        .routes(routes!(landing))
         .routes(routes!(list_commands))
         .merge(OpenApiRouter::new().routes(routes!(parse)).layer(DefaultBodyLimit::max(MAX_FILE_BYTES)))
 }
@@ -53,15 +56,7 @@ fn start(
 
 /// The request that puts one part of a plan on board.
 fn upload(kind: PlanKind, plan: &Plan) -> Result<Request, Problem> {
-    let plan = convert::core_plan(plan)?;
-    let (items, home) = match kind {
-        PlanKind::Mission => (plan.mission.items, plan.mission.home),
-        PlanKind::Fence => {
-            plan.fence.validate()?;
-            (plan.fence.to_items(), None)
-        }
-        PlanKind::Rally => (plan.rally.to_items(), None),
-    };
+    let (items, home) = convert::core_plan(plan)?.into_list(convert::core_plan_kind(kind))?;
     // Nothing given is no wish to have nothing on board.
     if items.is_empty() {
         let (part, field) = match kind {
@@ -88,8 +83,8 @@ fn require_sound(vehicle: &VehicleHandle, kind: PlanKind, plan: &Plan) -> Result
     if kind != PlanKind::Mission || plan.items.is_empty() {
         return Ok(());
     }
-    let context = CheckContext { position: place_of(vehicle), ..CheckContext::default() };
-    let errors: Vec<_> = check_plan(&convert::core_plan(plan)?, &context)
+    let errors: Vec<_> = vehicle
+        .check_upload(&convert::core_plan(plan)?)
         .into_iter()
         .filter(|finding| finding.severity == Severity::Error)
         .map(|finding| finding.to_string())
@@ -99,11 +94,6 @@ fn require_sound(vehicle: &VehicleHandle, kind: PlanKind, plan: &Plan) -> Result
     }
     let detail = format!("the plan has {} errors: nothing was sent; POST /api/v1/plan/check tells more", errors.len());
     Err(Problem::new(Cause::PlanUnsound { errors: errors.len() as u64 }, detail).reasons(errors))
-}
-
-fn place_of(vehicle: &VehicleHandle) -> Option<GeoPoint> {
-    let position = vehicle.telemetry().0.position?.value;
-    GeoPoint::new(position.lat_deg?, position.lon_deg?).ok()
 }
 
 /// The three things that can be done with one kind of plan on board.
@@ -243,11 +233,18 @@ async fn format_plan(
 async fn check(State(app): State<App>, _: Viewer, Body(asked): Body<PlanCheck>) -> Result<Json<Vec<Finding>>, Problem> {
     let plan = convert::core_plan(&asked.plan)?;
     let vehicle = asked.vehicle.and_then(|id| app.station().vehicle(SystemId(id)));
-    let position = vehicle.as_ref().and_then(place_of);
-    let on_ground = vehicle.as_ref().and_then(|vehicle| vehicle.telemetry().0.is_on_ground());
-    let flies_arcs = vehicle.as_ref().and_then(convert::mode_family).is_some_and(ModeFamily::flies_arcs);
-    let context = CheckContext { position, on_ground, flies_arcs, ..CheckContext::default() };
-    Ok(Json(check_plan(&plan, &context).into_iter().map(Finding::from).collect()))
+    let found =
+        vehicle.map_or_else(|| check_plan(&plan, &CheckContext::default()), |vehicle| vehicle.check_plan(&plan));
+    Ok(Json(found.into_iter().map(Finding::from).collect()))
+}
+
+/// Designs a landing: the items that end a mission, none of their heights tuned by hand.
+#[utoipa::path(post, path = "/plan/landing", tag = "plans", request_body = LandingRequest,
+    responses((status = 200, body = Landing), Problem))]
+async fn landing(_: Viewer, Body(asked): Body<LandingRequest>) -> Result<Json<Landing>, Problem> {
+    let point = GeoPoint::new(asked.at.lat_deg, asked.at.lon_deg)?;
+    let designed = design_landing(point, &convert::landing_options(&asked)?)?;
+    Ok(Json(convert::landing(&designed)))
 }
 
 /// The commands that a plan may hold.

@@ -67,6 +67,7 @@ const ROUTES: &[(Needs, &[&str])] = &[
             "POST /params/parse",
             "POST /plan/check",
             "POST /plan/format",
+            "POST /plan/landing",
             "POST /plan/parse",
         ],
     ),

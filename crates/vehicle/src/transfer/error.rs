@@ -15,6 +15,9 @@ use super::NoPlanKinds;
 /// How many differences a message spells out.
 const DIFFERENCES_SHOWN: usize = 3;
 
+/// What was asked of a vehicle that answers nothing by MAVFTP.
+pub const FTP_OPEN: &str = "opening a file by MAVFTP";
+
 /// Why a transfer failed.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -24,6 +27,12 @@ pub enum TransferError {
     Timeout {
         /// What it was asked.
         step: &'static str,
+        /// For how long.
+        waited: Duration,
+    },
+    /// The vehicle answered nothing by MAVFTP: it has none, or its messages do not come through.
+    #[error("{}: no answer from the vehicle for {} s; check the link and try again", FTP_OPEN, waited.as_secs_f64())]
+    FtpAbsent {
         /// For how long.
         waited: Duration,
     },
@@ -285,6 +294,7 @@ impl TransferError {
             Self::OnlyMission { kind: PlanKind::Fence, reason: NoPlanKinds::OldFirmware },
             Self::IntegerItemsIgnored,
             Self::Unreached { waited: Duration::from_millis(4_500) },
+            Self::FtpAbsent { waited: Duration::from_secs(3) },
         ]
     }
 }
@@ -318,13 +328,14 @@ mod tests {
             TransferError::OnlyMission { .. } => 17,
             TransferError::IntegerItemsIgnored => 18,
             TransferError::Unreached { .. } => 19,
+            TransferError::FtpAbsent { .. } => 20,
         }
     }
 
     #[test]
     fn each_kind_has_an_example_and_says_something() {
         let examples = TransferError::examples();
-        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=19).collect());
+        assert_eq!(examples.iter().map(place).collect::<BTreeSet<_>>(), (0..=20).collect());
         assert!(examples.iter().all(|error| !error.to_string().is_empty()));
     }
 }

@@ -39,7 +39,7 @@ mod tests;
 use vencejo_proto::{Address, Message, MonoTime};
 
 pub use config::{FtpSessions, ItemForm, NoPlanKinds, TransferConfig};
-pub use error::{MissionResult, TransferError};
+pub use error::{FTP_OPEN, MissionResult, TransferError};
 pub use ftp::FtpGet;
 pub use params::{ParamList, ParamRead, ParamSet};
 pub(crate) use plan::is_as_sent;

@@ -10,7 +10,7 @@ use vencejo_proto::dialect::{
 use vencejo_proto::param::{Param, ParamName, ParamType, ParamValue, decode_packed_params};
 use vencejo_proto::{Address, Message, MonoTime};
 
-use super::ftp::{FTP_ABSENT, FileEnd, FileRead};
+use super::ftp::{FileEnd, FileRead};
 use super::items::Outbox;
 use super::timing::{
     ITEM_TIMEOUT, MESSAGE_TIMEOUT, PARAM_ANSWER_LIMIT, PARAM_TIMEOUT, RESTARTS, RoundTrip, SILENCE_LIMIT,
@@ -138,9 +138,7 @@ impl ParamList {
                 _ => self.by_messages(now),
             },
             Some(Err(TransferError::Cancelled)) => self.end(Err(TransferError::Cancelled)),
-            Some(Err(TransferError::Timeout { step, waited })) if step != FTP_ABSENT => {
-                self.end(Err(TransferError::Timeout { step, waited }));
-            }
+            Some(Err(error @ TransferError::Timeout { .. })) => self.end(Err(error)),
             Some(Err(error)) => {
                 tracing::debug!(%error, "reading parameters message by message instead");
                 self.by_messages(now);

@@ -11,7 +11,7 @@ use vencejo_proto::plan_file::{PLAN_FILE_ITEM_LEN, PlanFileHeader, decode_plan_f
 use vencejo_proto::{Address, Message, MissionItemInt, MonoTime};
 
 use super::float::{beyond_rounding, largest_error_m};
-use super::ftp::{FTP_ABSENT, FileEnd, FileRead, FileWrite, abandon};
+use super::ftp::{FileEnd, FileRead, FileWrite, abandon};
 use super::items::{ItemDownload, ItemUpload, ItemsSent, Outbox, mav_mission_type};
 use super::timing::{DENIED_WAIT, MESSAGE_TIMEOUT, RESTARTS, RoundTrip, SILENCE_LIMIT};
 use super::{ItemForm, MissionResult, Transfer, TransferConfig, TransferError, TransferOutput};
@@ -78,7 +78,8 @@ impl PlanRoute {
                 | TransferError::TooMany { .. }
                 | TransferError::NoProgress { .. }
                 | TransferError::NotAsSent { .. }
-        ) || matches!(error, TransferError::Timeout { step, .. } if *step == FTP_ABSENT);
+                | TransferError::FtpAbsent { .. }
+        );
         match self {
             Self::Ftp => (by_items && config.refuses_items(kind).is_none()).then(|| Self::items(config)),
             Self::Items => matches!(error, TransferError::IntegerItemsIgnored).then_some(Self::FloatItems),

@@ -6,6 +6,7 @@ use vencejo_proto::dialect::MavMessage;
 use vencejo_proto::{Message, MonoTime, StatusText};
 
 use super::Vehicle;
+use super::raw;
 use super::steps::{Fallback, Step};
 use crate::command::{CommandMessage, aux, cmd, whole};
 use crate::error::VehicleError;
@@ -123,7 +124,7 @@ impl Vehicle {
     ///
     /// # Errors
     /// [`VehicleError::PlanUnknown`] for one that arms, starts the mission or jumps in it while that may be a mixture, unless it is
-    /// `despite_mixed_plan`.
+    /// `despite_mixed_plan`; [`VehicleError::InvalidValue`] for a number that an autopilot cannot take.
     pub fn on_sending(
         &mut self,
         message: &Message,
@@ -133,6 +134,7 @@ impl Vehicle {
         if !message.target().includes(self.address) {
             return Ok(());
         }
+        raw::check_message(message)?;
         self.guard(self.act_of(message), despite_mixed_plan, now)?;
         self.on_written(self.our, message, now);
         Ok(())

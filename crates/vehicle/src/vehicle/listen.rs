@@ -170,7 +170,7 @@ impl Vehicle {
         if self.told.is_armed != Some(heartbeat.is_armed) {
             self.told.is_armed = Some(heartbeat.is_armed);
             self.event(VehicleEvent::ArmedChanged { is_armed: heartbeat.is_armed });
-            let last = self.last_destination();
+            let last = self.last_nav();
             if self.tracker.on_armed(heartbeat.is_armed, last).has_completed {
                 self.event(VehicleEvent::MissionComplete);
             }
@@ -225,7 +225,7 @@ impl Vehicle {
 
     pub(super) fn on_item_reached(&mut self) {
         let Some(seq) = self.telemetry.item_reached.map(|reached| reached.value) else { return };
-        let last = self.last_destination();
+        let last = self.last_nav();
         self.event(VehicleEvent::ItemReached { seq: MissionSeq(seq) });
         if self.tracker.on_reached(seq, last).has_completed {
             self.event(VehicleEvent::MissionComplete);

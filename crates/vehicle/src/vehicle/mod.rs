@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `listen` | what comes in: telemetry, events, restarts, other stations |
 //! | `steps` | what a request comes down to; the checks of its values |
+//! | `raw` | the numbers of commands and messages that go out as their caller made them |
 //! | `ops` | requests under way: commands, the effects that prove them, results |
 //! | `transfers` | requests that move plans and parameters |
 //! | `onboard` | plans beyond that: uploads of others, the doubt whether a mission is mixed, its record, reading back by itself |
@@ -21,6 +22,7 @@ mod lane;
 mod listen;
 mod onboard;
 mod ops;
+mod raw;
 mod steps;
 mod target;
 mod tell;
@@ -32,12 +34,14 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use vencejo_flight::plan::{Command, Home, Mission, PlanKind};
+use vencejo_flight::checks::CheckContext;
+use vencejo_flight::geodesy::GeoPoint;
+use vencejo_flight::plan::{Home, Mission, PlanKind};
 use vencejo_flight::progress::ProgressOptions;
 use vencejo_proto::{Address, MavVersion, MonoTime};
 
 use crate::command::{CommandConfig, Commands};
-use crate::modes::{FlightMode, ModeFamily};
+use crate::modes::{FlightMode, ModeFamily, is_hovering_type};
 use crate::plan_state::{PlanState, PlanStates};
 use crate::progress::{MissionProgress, ProgressTracker};
 use crate::reach::Reach;
@@ -114,6 +118,8 @@ pub struct Vehicle {
     mission: Option<Arc<Mission>>,
     mission_ids: [Option<u32>; 3],
     progress_options: ProgressOptions,
+    /// What its parameters say of how it flies, as far as they were heard.
+    limits: CheckContext,
     ops: Vec<Op>,
     /// Plans and the list of parameters: one at a time.
     transfer: Option<Lane>,
@@ -151,6 +157,7 @@ impl Vehicle {
             mission: None,
             mission_ids: [None; 3],
             progress_options: ProgressOptions::default(),
+            limits: CheckContext::default(),
             ops: Vec::new(),
             transfer: None,
             written: [None; 3],
@@ -291,6 +298,23 @@ impl Vehicle {
         self.telemetry.is_ardupilot()
     }
 
+    /// What the checks of a plan need to know of it, as it is now. What was not heard has the default of an ArduPlane.
+    #[must_use]
+    pub fn check_context(&self) -> CheckContext {
+        let position = self.telemetry.position.map(|position| position.value);
+        let mav_type = self.telemetry.heartbeat.map(|heartbeat| heartbeat.value.mav_type);
+        // A quadplane may call itself a fixed wing, and tells a VTOL state nevertheless.
+        let tells_vtol = self.telemetry.extended.is_some_and(|extended| extended.value.vtol.is_some());
+        CheckContext {
+            home: self.telemetry.home.map(|home| home.value),
+            position: position.and_then(|at| GeoPoint::new(at.lat_deg?, at.lon_deg?).ok()),
+            on_ground: self.telemetry.is_on_ground(),
+            can_hover: self.limits.can_hover || tells_vtol || mav_type.is_some_and(is_hovering_type),
+            flies_arcs: self.flies_arcs(),
+            ..self.limits
+        }
+    }
+
     fn flies_arcs(&self) -> bool {
         let heartbeat = self.telemetry.heartbeat.map(|heartbeat| heartbeat.value);
         heartbeat.is_some_and(|heard| ModeFamily::of(heard.autopilot, heard.mav_type).flies_arcs())
@@ -301,14 +325,13 @@ impl Vehicle {
         u16::from(self.is_ardupilot())
     }
 
-    /// Seq of the last item to which the vehicle flies; what follows it are actions.
-    fn last_destination(&self) -> Option<u16> {
+    /// Seq of the last item at which the mission stands; what follows it are actions.
+    fn last_nav(&self) -> Option<u16> {
         let Some(mission) = &self.mission else {
             let total = self.telemetry.mission?.value.total?;
             return (total + self.first_seq()).checked_sub(1);
         };
-        let is_destination = |command: Command| command.0 < Command::NAV_GUIDED_ENABLE.0;
-        let index = mission.items.iter().rposition(|item| is_destination(item.command))?;
+        let index = mission.items.iter().rposition(|item| item.command.is_nav())?;
         u16::try_from(index).ok()?.checked_add(self.first_seq())
     }
 
@@ -317,7 +340,7 @@ impl Vehicle {
             vehicle: self.address,
             telemetry: &self.telemetry,
             preparation: self.flight_preparation(),
-            first_destination: self.first_destination(),
+            first_nav: self.first_nav(),
             has_command_int: self.has_command_int(),
             now,
         }

@@ -10,6 +10,7 @@ use vencejo_proto::dialect::{
 };
 use vencejo_proto::{Address, CommandInt, Message, MissionItemFloat, MissionItemInt, MissionSeq};
 
+use super::raw;
 use crate::command::{CommandMessage, Unanswered, WhenBusy, cmd};
 use crate::error::VehicleError;
 use crate::modes::{Action, FlightMode, ModeFamily};
@@ -138,7 +139,7 @@ pub(super) struct Context<'a> {
     pub telemetry: &'a Telemetry,
     pub preparation: Option<FlightPreparation>,
     /// Seq of the first item of the mission that is flown to.
-    pub first_destination: u16,
+    pub first_nav: u16,
     /// Whether COMMAND_INT may be sent.
     pub has_command_int: bool,
     pub now: MonoTime,
@@ -202,7 +203,7 @@ impl Context<'_> {
             target_system: self.vehicle.system.0,
             target_component: self.vehicle.component.0,
         }));
-        Step::command(command).or(Fallback::Message(message, Effect::AtBeginning(self.first_destination)))
+        Step::command(command).or(Fallback::Message(message, Effect::AtBeginning(self.first_nav)))
     }
 
     /// A fresh heartbeat that shows it disarmed.
@@ -457,7 +458,7 @@ impl Context<'_> {
                 Step::command(self.long(cmd::DO_CHANGE_SPEED, [kind, speed, -1.0, 0.0, 0.0, 0.0, 0.0]))
             }
             Request::ChangeAltitude { alt_m, alt_frame } => {
-                let alt = height("alt_m", alt_m)?;
+                let alt = raw::new_height(alt_m)?;
                 let frame = alt_frame.mav_frame();
                 if !self.has_command_int {
                     return self.guided_height(alt_m, alt_frame);
@@ -552,22 +553,12 @@ impl Context<'_> {
                 }),
             }),
             Request::RawCommandLong(mut long) => {
-                raw_numbers(&long.params)?;
-                if takes_position(long.command) {
-                    raw_position(f64::from(long.params[4]), f64::from(long.params[5]))?;
-                }
                 long.target = self.or_vehicle(long.target);
-                Step::command(CommandMessage::Long(long))
+                Step::command(raw::checked(CommandMessage::Long(long))?)
             }
             Request::RawCommandInt(mut int) => {
-                raw_numbers(&int.params)?;
-                raw_numbers(&[int.z])?;
-                if takes_position(int.command) && is_global(int.frame) {
-                    let degrees = |scaled| if scaled == i32::MAX { f64::NAN } else { f64::from(scaled) / 1e7 };
-                    raw_position(degrees(int.x), degrees(int.y))?;
-                }
                 int.target = self.or_vehicle(int.target);
-                Step::command(CommandMessage::Int(int))
+                Step::command(raw::checked(CommandMessage::Int(int))?)
             }
             Request::RequestMessage { message_id } => {
                 let command =
@@ -624,46 +615,7 @@ fn message_number(message_id: u32) -> Result<f32, VehicleError> {
     Ok(message_id as f32)
 }
 
-/// The parameters of a command that goes out as it was asked for. ArduPilot makes whole numbers of 32 bits of them without looking
-/// (`convert_COMMAND_LONG_loc_param` and the handlers behind it), which C++ leaves undefined for what does not fit: in its simulator,
-/// where such faults are trapped, that ends the autopilot.
-fn raw_numbers(params: &[f32]) -> Result<(), VehicleError> {
-    // The least is a whole 32-bit float, the largest is not.
-    let fits = |param: f32| param.is_nan() || (i32::MIN as f32..-(i32::MIN as f32)).contains(&param);
-    match params.iter().find(|param| !fits(**param)) {
-        Some(param) => {
-            let expected = "-2147483648 to below 2147483648, or NaN where MAVLink allows it";
-            Err(invalid("a command's parameter", param, expected))
-        }
-        None => Ok(()),
-    }
-}
-
-/// The position of such a command, degrees; NaN where it has none.
-fn raw_position(lat_deg: f64, lon_deg: f64) -> Result<(), VehicleError> {
-    for (field, value, limit, expected) in [
-        ("lat_deg", lat_deg, 90.0, "a latitude, -90 to 90 degrees, or NaN"),
-        ("lon_deg", lon_deg, 180.0, "a longitude, -180 to 180 degrees, or NaN"),
-    ] {
-        if value.abs() > limit {
-            return Err(invalid(field, value, expected));
-        }
-    }
-    Ok(())
-}
-
-/// Whether parameters 5 and 6 of a command are a latitude and a longitude.
-fn takes_position(command: u16) -> bool {
-    // Those that are no items of a mission: DO_REPOSITION, DO_SET_GLOBAL_ORIGIN, EXTERNAL_POSITION_ESTIMATE.
-    matches!(command, cmd::DO_REPOSITION | 611 | 43003) || Command(command).info().is_some_and(|info| info.has_position)
-}
-
-/// Whether x and y of a frame are degrees (MAV_FRAME).
-fn is_global(frame: u8) -> bool {
-    matches!(frame, 0 | 3 | 5 | 6 | 10 | 11)
-}
-
-fn height(field: &'static str, alt_m: f64) -> Result<f32, VehicleError> {
+pub(super) fn height(field: &'static str, alt_m: f64) -> Result<f32, VehicleError> {
     in_range(field, alt_m, -1_000.0..=100_000.0, "a height, -1,000 to 100,000 m")
 }
 
@@ -676,6 +628,6 @@ fn in_range(
     if range.contains(&value) { Ok(value as f32) } else { Err(invalid(field, value, expected)) }
 }
 
-fn invalid(field: &'static str, value: impl ToString, expected: &'static str) -> VehicleError {
+pub(super) fn invalid(field: &'static str, value: impl ToString, expected: &'static str) -> VehicleError {
     VehicleError::InvalidValue { field, value: value.to_string(), expected }
 }

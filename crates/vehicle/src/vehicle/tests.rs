@@ -18,7 +18,8 @@ use vencejo_proto::dialect::{
 };
 use vencejo_proto::param::{Param, ParamName, ParamType, ParamValue};
 use vencejo_proto::{
-    Address, CommandAck, CommandInt, CommandLong, Heartbeat, Message, MissionAck, MissionSeq, MonoTime, StatusText,
+    Address, CommandAck, CommandInt, CommandLong, FieldValue, Heartbeat, MavVersion, Message, MissionAck, MissionSeq,
+    MonoTime, StatusText, encode_fields,
 };
 
 use super::ops::MAX_REQUESTS;
@@ -679,6 +680,44 @@ fn an_arc_counts_where_it_is_flown() {
 }
 
 #[test]
+fn the_checks_know_the_vehicle_that_a_plan_is_for() {
+    let mut world = connected();
+    wait(&mut world, 2_000);
+    let vehicle = &mut world.station.vehicle;
+    let known = vehicle.check_context();
+    assert_eq!(known.home, vehicle.telemetry.home.map(|home| home.value));
+    assert!(known.home.is_some() && known.position.is_some());
+    assert_eq!((known.on_ground, known.can_hover, known.max_items), (Some(true), false, 650));
+
+    // A quadplane that calls itself a fixed wing tells a VTOL state.
+    let vtol_state = vencejo_proto::dialect::MavVtolState::MAV_VTOL_STATE_FW;
+    let extended = EXTENDED_SYS_STATE_DATA { vtol_state, ..Default::default() };
+    vehicle.on_message(PLANE.component, &Message::Dialect(MavMessage::EXTENDED_SYS_STATE(extended)), world.now);
+    assert!(vehicle.check_context().can_hover);
+
+    for (name, value) in [("AIRSPEED_CRUISE", 14.0), ("ROLL_LIMIT_DEG", 55.0), ("BRD_SD_MISSION", 64.0)] {
+        let name = ParamName::new(name).expect("a name");
+        vehicle.learn(&Param { name, value: ParamValue::F32(value) });
+    }
+    let read = vehicle.check_context();
+    assert_eq!((read.airspeed_m_s, read.bank_deg, read.max_items), (14.0, 55.0, 4_368));
+}
+
+#[test]
+fn a_mission_stands_at_what_the_table_calls_navigation() {
+    let mut world = connected();
+    assert_eq!(Vehicle::new(PLANE, STATION, VehicleConfig::default(), MonoTime::ZERO).first_seq(), 0, "not known yet");
+    let items = vec![
+        MissionItem::action(Command::DO_SET_SERVO, [7.0, 1_500.0, 0.0, 0.0]),
+        MissionItem::waypoint(40.3432, -3.7978, 80.0),
+        MissionItem::action(Command::NAV_SCRIPT_TIME, [1.0, 5.0, 0.0, 0.0]),
+        MissionItem::action(Command::DO_SET_SERVO, [7.0, 1_100.0, 0.0, 0.0]),
+    ];
+    ask(&mut world, Request::UploadPlan { kind: PlanKind::Mission, items, home: None }).expect("uploaded");
+    assert_eq!((world.station.vehicle.first_nav(), world.station.vehicle.last_nav()), (2, Some(3)));
+}
+
+#[test]
 fn another_stations_plan_makes_ours_unknown() {
     let (changed, half) = (Unknown::ChangedElsewhere, Unknown::SentElsewhere);
     let by_total = |world: &mut Pair| {
@@ -1123,6 +1162,61 @@ fn what_is_sent_is_finite_and_in_range() {
         }
     }
     assert!(refused > 100 && accepted > 100, "{refused} refused, {accepted} accepted");
+}
+
+// fault 30: raw messages: numbers that do not fit 32 bits, places off the Earth and heights of 0 are refused
+#[test]
+fn a_raw_message_with_a_number_that_an_autopilot_does_not_survive_is_refused() {
+    let mut world = connected();
+    let mut goes = |name: &str, fields: &[(&str, f64)]| {
+        let value = |number: f64| {
+            if number.fract() == 0.0 && number.abs() < 1e10 {
+                FieldValue::Signed(number as i64)
+            } else {
+                FieldValue::Float(number)
+            }
+        };
+        let fields = fields.iter().map(|(field, number)| ((*field).to_owned(), value(*number))).collect();
+        let (id, payload) = encode_fields(name, &fields).expect("a message");
+        let message = Message::from_payload(MavVersion::V2, id, &payload).expect("a message");
+        match world.station.vehicle.on_sending(&message, false, world.now) {
+            Ok(()) => true,
+            Err(VehicleError::InvalidValue { .. }) => false,
+            Err(other) => panic!("{name}: {other}"),
+        }
+    };
+    let target = "SET_POSITION_TARGET_GLOBAL_INT";
+    // A real ArduPlane in its simulator ended at the first of them (4.6.3, in GUIDED), and lived through the next.
+    assert!(!goes(target, &[]));
+    assert!(goes(target, &[("alt", 50.0), ("coordinate_frame", 6.0)]));
+    assert!(goes(target, &[("type_mask", 4.0)]), "no height is told");
+    for (field, number) in [("alt", 0.004), ("alt", 3e7), ("vx", 1e30), ("lat_int", 1e9), ("lon_int", -1.9e9)] {
+        assert!(!goes(target, &[("alt", 50.0), (field, number)]), "{field} {number}");
+    }
+    assert!(!goes("SET_POSITION_TARGET_LOCAL_NED", &[("z", 1e8)]));
+    assert!(!goes("SET_ATTITUDE_TARGET", &[("thrust", -1e20)]));
+    assert!(!goes("SET_HOME_POSITION", &[("latitude", 2e9)]));
+    assert!(!goes("GPS_INPUT", &[("hdop", 1e20)]));
+    let waypoint = [("command", 16.0), ("frame", 3.0)];
+    for (name, field, number) in
+        [("MISSION_ITEM", "x", 91.0), ("MISSION_ITEM_INT", "y", 1.9e9), ("MISSION_ITEM_INT", "z", 1e8)]
+    {
+        assert!(goes(name, &waypoint));
+        assert!(!goes(name, &[waypoint[0], waypoint[1], (field, number)]), "{name} {field}");
+    }
+    for command in ["COMMAND_LONG", "COMMAND_INT"] {
+        let change = ("command", f64::from(cmd::DO_CHANGE_ALTITUDE));
+        assert!(!goes(command, &[change]) && !goes(command, &[change, ("param1", 3e7)]), "{command}");
+        assert!(goes(command, &[change, ("param1", 80.0)]), "{command}");
+        assert!(!goes(command, &[("command", f64::from(cmd::DO_SET_MODE)), ("param3", 1e12)]), "{command}");
+    }
+    // Any number may be a parameter's: with PX4 the bytes of a whole one.
+    assert!(
+        goes("PARAM_SET", &[("param_type", 9.0), ("param_value", 1e30)])
+            && goes("NAMED_VALUE_FLOAT", &[("value", 1e30)])
+    );
+    let level = Request::ChangeAltitude { alt_m: 0.0, alt_frame: AltFrame::RelHome };
+    assert!(matches!(ask(&mut world, level), Err(VehicleError::InvalidValue { .. })));
 }
 
 #[test]

@@ -186,8 +186,16 @@ impl Vehicle {
     /// Parameters that our own reckoning needs.
     pub(super) fn learn(&mut self, param: &Param) {
         let value = param.value.as_f64().abs();
-        if param.name.as_str() == "WP_LOITER_RAD" && value >= 1.0 {
-            self.progress_options.loiter_radius_m = value;
+        match param.name.as_str() {
+            "WP_LOITER_RAD" if value >= 1.0 => self.progress_options.loiter_radius_m = value,
+            "AIRSPEED_CRUISE" if value >= 1.0 => self.limits.airspeed_m_s = value,
+            "TRIM_ARSPD_CM" if value >= 100.0 => self.limits.airspeed_m_s = value / 100.0,
+            "ROLL_LIMIT_DEG" if value >= 1.0 => self.limits.bank_deg = value,
+            "LIM_ROLL_CD" if value >= 100.0 => self.limits.bank_deg = value / 100.0,
+            "Q_ENABLE" => self.limits.can_hover = value > 0.0,
+            // kB of a file of 15 bytes an item, after 4 of its version (`AP_Mission::init`)
+            "BRD_SD_MISSION" if value >= 1.0 => self.limits.max_items = (value * 1024.0 - 4.0) as usize / 15,
+            _ => {}
         }
     }
 

@@ -36,11 +36,19 @@ describe('Api', () => {
   });
 
   it("hands on the vehicle's reasons", async () => {
-    const body = { type: 'urn:x', title: 'Refused', status: 409, detail: 'no', reasons: ['PreArm: a', 3], remedy: 'b' };
+    const body = {
+      type: 'urn:x',
+      title: 'Refused',
+      status: 409,
+      detail: 'no',
+      reasons: ['PreArm: a', 3],
+      refusals: ['gyros', 3],
+      remedy: 'b',
+    };
     const { api } = make(() => problem(body, 409));
     const error = await api.command(1, 'arm', {}).catch((error: unknown) => error);
     expect(error).toBeInstanceOf(ProblemError);
-    expect((error as ProblemError).problem).toEqual({ ...body, reasons: ['PreArm: a'] });
+    expect((error as ProblemError).problem).toEqual({ ...body, reasons: ['PreArm: a'], refusals: ['gyros', null] });
   });
 
   it('makes a problem of everything else that fails', async () => {

@@ -5,6 +5,8 @@ import type {
   CommandInfo,
   CommandName,
   Info,
+  Landing,
+  LandingRequest,
   LinkInfo,
   NewLink,
   NewPlanDraft,
@@ -81,6 +83,7 @@ export class Api extends Http {
     this.json<Plan>('POST', `/plan/parse?name=${encodeURIComponent(name)}`, file);
   checkPlan = (plan: Plan, vehicle?: number) =>
     this.json<PlanFinding[]>('POST', '/plan/check', vehicle === undefined ? { plan } : { plan, vehicle });
+  designLanding = (asked: LandingRequest) => this.json<Landing>('POST', '/plan/landing', asked);
   async formatPlan(plan: Plan, as: 'plan' | 'waypoints'): Promise<Blob> {
     return (await this.request('POST', `/plan/format?as=${as}`, plan)).blob();
   }

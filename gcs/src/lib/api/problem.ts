@@ -1,5 +1,5 @@
 // What went wrong with a request, in the server's words or, when there was no answer, in ours.
-import type { Cause, Problem } from './types';
+import type { Cause, Problem, RefusalCode } from './types';
 
 /** What RFC 9457 says of a problem without a kind. */
 const NO_KIND = 'about:blank';
@@ -23,7 +23,7 @@ export async function problemOf(response: Response): Promise<Problem> {
   if (!/[/+]json\b/.test(response.headers.get('content-type') ?? '')) return fallback;
   const body: unknown = await response.json().catch(() => null);
   if (typeof body !== 'object' || body === null) return fallback;
-  const { title, detail, type, reasons, remedy, cause } = body as Record<string, unknown>;
+  const { title, detail, type, reasons, refusals, remedy, cause } = body as Record<string, unknown>;
   return {
     type: typeof type === 'string' ? type : NO_KIND,
     title: typeof title === 'string' ? title : fallback.title,
@@ -32,15 +32,37 @@ export async function problemOf(response: Response): Promise<Problem> {
     ...(Array.isArray(reasons)
       ? { reasons: reasons.filter((reason): reason is string => typeof reason === 'string') }
       : {}),
+    ...(Array.isArray(refusals) ? { refusals: refusals.map((code: unknown) => (isRefusal(code) ? code : null)) } : {}),
     ...(typeof remedy === 'string' ? { remedy } : {}),
     ...(isCause(cause) ? { cause } : {}),
   };
 }
 
+/** Whether it is a word; which ones there are is the server's. */
+const isRefusal = (value: unknown): value is RefusalCode => typeof value === 'string';
+
 /** Whether it has a code; which fields belong to that is the server's word. */
 function isCause(value: unknown): value is Cause {
   return typeof value === 'object' && value !== null && 'code' in value && typeof value.code === 'string';
 }
+
+export interface Reason {
+  /** What the vehicle wrote, without the words that every refusal begins with. */
+  readonly text: string;
+  /** What that is about, where the server knows. */
+  readonly refusal: RefusalCode | null;
+}
+
+/** Why the vehicle refused, each reason once. */
+export function reasonsOf({ reasons = [], refusals = [] }: Problem): Reason[] {
+  const bare = (text: string): string => text.replace(/^\s*(PreArm|Arm|Arming denied)\s*:\s*/i, '').trim();
+  const told = reasons.map((text, index) => ({ text: bare(text), refusal: refusals[index] ?? null }));
+  return told.filter(({ text }, index) => told.findIndex((other) => other.text === text) === index);
+}
+
+/** Whether another mode cures it. */
+export const isCuredByMode = (refusal: RefusalCode): boolean =>
+  refusal === 'mode-not-armable' || refusal === 'landing-sequence';
 
 export type Challenge = Extract<Cause, { code: 'needs-confirmation' }>;
 

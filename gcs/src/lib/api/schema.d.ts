@@ -745,6 +745,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/plan/landing": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Designs a landing: the items that end a mission, none of their heights tuned by hand. */
+        post: operations["landing"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/plan/parse": {
         parameters: {
             query?: never;
@@ -1154,8 +1171,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Sends any message, as it is: the escape hatch. There is no answer, and no check but one: what arms, follows the mission or
-         *     jumps in it is refused while that may be mixed.
+         * Sends any message, as it is: the escape hatch. There is no answer. Refused are numbers that no autopilot can take, and, while
+         *     the mission may be mixed, what arms, follows it or jumps in it.
          */
         post: operations["send_message"];
         delete?: never;
@@ -2294,6 +2311,32 @@ export interface components {
             lon_deg: number | null;
         } | {
             /** @enum {string} */
+            code: "landing-direction";
+            /**
+             * Format: double
+             * @description How far away that place must lie at least.
+             */
+            nearest_m: number;
+        } | {
+            /**
+             * Format: double
+             * @description The plane's airspeed.
+             */
+            airspeed_m_s: number;
+            /** @enum {string} */
+            code: "landing-wind";
+            /**
+             * Format: double
+             * @description Course of the final leg from true north.
+             */
+            course_deg: number;
+            /**
+             * Format: double
+             * @description The wind's speed.
+             */
+            wind_m_s: number;
+        } | {
+            /** @enum {string} */
             code: "bad-item";
             /** @description Its command without `MAV_CMD_`. */
             command: string;
@@ -2371,6 +2414,11 @@ export interface components {
             problem: string;
             /** @description Its host. */
             service: string;
+            /**
+             * Format: int32
+             * @description The HTTP status, where that is what was wrong.
+             */
+            status: number | null;
         } | {
             /** @enum {string} */
             code: "source-timeout";
@@ -2393,6 +2441,8 @@ export interface components {
             retry_s: number;
             /** @description Its host. */
             service: string;
+            /** @description Why, as far as that is known. */
+            why: components["schemas"]["MapUnreached"];
         } | {
             /** @enum {string} */
             code: "source-busy";
@@ -2911,7 +2961,10 @@ export interface components {
             /** @enum {string} */
             code: "zero-coordinates";
             /** @description Latitude and longitude both 0. */
-            figures: Record<string, never>;
+            figures: {
+                /** @description Whether the vehicle does it where it is then. */
+                is_here: boolean;
+            };
         } | {
             /** @enum {string} */
             code: "no-takeoff";
@@ -3439,6 +3492,118 @@ export interface components {
         KeepRecording: {
             /** @description Keep it. */
             is_kept: boolean;
+        };
+        /** @description A landing, ready to be the end of a mission. */
+        Landing: {
+            /** @description What the pilot should know. */
+            cautions: components["schemas"]["LandingCaution"][];
+            /**
+             * Format: double
+             * @description Course of the final leg at the point from true north, 0 to 360.
+             */
+            course_deg: number;
+            /** @description What gave it. */
+            direction: components["schemas"]["LandingDirection"];
+            /**
+             * Format: double
+             * @description Length of the final leg.
+             */
+            final_m: number;
+            /**
+             * Format: double
+             * @description Speed over ground on the final leg; null when no wind is known.
+             */
+            groundspeed_m_s: number | null;
+            /**
+             * Format: double
+             * @description Part of the wind against the plane on the final leg, negative from behind; null when no wind is known.
+             */
+            headwind_m_s: number | null;
+            /** @description `DO_LAND_START` where asked for, `NAV_LOITER_TO_ALT`, `NAV_LAND`; heights above home. */
+            items: components["schemas"]["PlanItem"][];
+            /** @description Where the final leg begins. */
+            leaves: components["schemas"]["LatLon"];
+            /**
+             * Format: double
+             * @description Height there.
+             */
+            leaves_alt_rel_home_m: number;
+            /**
+             * Format: double
+             * @description Radius of the circle.
+             */
+            radius_m: number;
+            /**
+             * Format: double
+             * @description Its slope, height over distance.
+             */
+            slope: number;
+        };
+        /** @description What the pilot should know of a landing before it is flown. */
+        LandingCaution: {
+            /** @description `ground-not-known`, `steep-approach` or `tailwind`. */
+            code: string;
+            /** @description It in English. */
+            message: string;
+        };
+        /**
+         * @description What gave a final leg its direction.
+         * @enum {string}
+         */
+        LandingDirection: "course" | "coming-from" | "into-wind";
+        /** @description What a landing is designed from. What is not given is that of a small plane on an ArduPlane. */
+        LandingRequest: {
+            /**
+             * Format: double
+             * @description Of the approach, 5 to 60; 22 by default.
+             */
+            airspeed_m_s?: number | null;
+            /** @description Where to touch down. */
+            at: components["schemas"]["LatLon"];
+            coming_from?: components["schemas"]["LatLon"] | null;
+            /**
+             * Format: double
+             * @description Course of the final leg from true north, where the runway has one; else `coming_from` gives it, else the wind.
+             */
+            course_deg?: number | null;
+            /**
+             * Format: double
+             * @description Height above the ground where the final leg begins, 15 to 200; 40 by default.
+             */
+            final_height_m?: number | null;
+            /**
+             * Format: double
+             * @description Height of the ground at the point above home, −1000 to 1000; home's is taken when it is not known.
+             */
+            ground_rel_home_m?: number | null;
+            /** @description Whether `DO_LAND_START` goes before it; so by default. An ArduPlane with `RTL_AUTOLAND` 0 does not arm with one. */
+            has_land_start?: boolean;
+            /** @description Whether the circle is flown clockwise, to the right of the final leg; so by default. */
+            is_clockwise?: boolean;
+            /**
+             * Format: double
+             * @description Smallest radius of the circle, 20 to 500; 80 by default.
+             */
+            radius_m?: number | null;
+            /**
+             * Format: double
+             * @description Steepest slope of the final leg, height over distance, 0.02 to 0.25; 0.08 by default.
+             */
+            slope?: number | null;
+            wind?: components["schemas"]["LandingWind"] | null;
+        };
+        /** @description Wind over a landing. */
+        LandingWind: {
+            /**
+             * Format: double
+             * @description Where it comes from, from true north.
+             */
+            from_deg: number;
+            /**
+             * Format: double
+             * @description Its speed, 0 to 60.
+             */
+            speed_m_s: number;
         };
         /** @description A position on the ground. */
         LatLon: {
@@ -3983,6 +4148,59 @@ export interface components {
             visible: boolean;
         };
         /**
+         * @description Why a source does not come, by a stable code with what a sentence about it needs: codes and fields are those of the causes
+         *     that a tile is refused with.
+         */
+        MapSourceCause: {
+            /** @enum {string} */
+            code: "source-key";
+            /** @description Id of the source. */
+            source: string;
+        } | {
+            /** @enum {string} */
+            code: "source-invalid";
+            /** @description Why, in English. */
+            problem: string;
+            /** @description Id of the source. */
+            source: string;
+        } | {
+            /** @enum {string} */
+            code: "source-failed";
+            /** @description In its own words where it gave some. */
+            problem: string;
+            /** @description Host of the service. */
+            service: string;
+            /**
+             * Format: int32
+             * @description The HTTP status, where that is what was wrong.
+             */
+            status: number | null;
+        } | {
+            /** @enum {string} */
+            code: "source-timeout";
+            /** @description Host of the service. */
+            service: string;
+            /**
+             * Format: int64
+             * @description How long it was given.
+             */
+            waited_s: number;
+        } | {
+            /** @enum {string} */
+            code: "source-offline";
+            /** @description Why, in English. */
+            problem: string;
+            /**
+             * Format: int64
+             * @description When it is tried again.
+             */
+            retry_s: number;
+            /** @description Host of the service. */
+            service: string;
+            /** @description Why, as far as that is known. */
+            why: components["schemas"]["MapUnreached"];
+        };
+        /**
          * @description How a source is read.
          * @enum {string}
          */
@@ -4121,6 +4339,7 @@ export interface components {
              */
             bytes_fetched: number;
             cache: components["schemas"]["MapCacheState"] | null;
+            cause: components["schemas"]["MapSourceCause"] | null;
             /** @description Why, in the service's words where it gave some. */
             detail: string | null;
             /**
@@ -4198,6 +4417,11 @@ export interface components {
             /** @description Definition of the system for proj4; null for EPSG:3857 and 4326, which browsers know. */
             proj4: string | null;
         };
+        /**
+         * @description Why a service is not reached.
+         * @enum {string}
+         */
+        MapUnreached: "name_unknown" | "refused" | "no_connection";
         /** @description The value of a field; null in place of NaN. */
         MessageField: (number | null) | (number | null)[] | string;
         /** @description How often a vehicle is to send a message. */
@@ -4659,6 +4883,8 @@ export interface components {
             detail: string;
             /** @description What the vehicle wrote about it, or the differences that were found. */
             reasons?: string[];
+            /** @description What each of the vehicle's `reasons` is about; null: nothing of which a remedy is known. */
+            refusals?: (components["schemas"]["RefusalCode"] | null)[];
             /** @description What to do about it, where that is known. */
             remedy?: string;
             /**
@@ -4987,6 +5213,11 @@ export interface components {
              */
             start_unix_s: number | null;
         };
+        /**
+         * @description What a refusal of the vehicle is about.
+         * @enum {string}
+         */
+        RefusalCode: "landing-needs-rtl-autoland" | "no-mission" | "mode-not-armable" | "landing-sequence" | "gps-accuracy" | "gps-no-fix" | "position-unknown" | "compass-inconsistent" | "compass-calibrate" | "accels-inconsistent" | "accels-calibrate" | "gyros" | "ahrs-waiting" | "airspeed" | "barometer" | "board-voltage" | "battery-low" | "throttle-not-zero" | "rc-not-calibrated" | "safety-switch" | "failsafe" | "logging" | "fence" | "rally" | "already-armed" | "system-initialising";
         /** @description Where to return to after a breach of the fence. */
         ReturnPoint: {
             /**
@@ -7348,6 +7579,38 @@ export interface operations {
                 };
                 content: {
                     "text/plain": string;
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    landing: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LandingRequest"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Landing"];
                 };
             };
             /** @description What was wrong and what to do */

@@ -48,6 +48,8 @@ export type Fence = Schemas['Fence'];
 export type RallyPoint = Schemas['RallyPoint'];
 export type Plan = Schemas['Plan'];
 export type PlanFinding = Schemas['Finding'];
+export type LandingRequest = Schemas['LandingRequest'];
+export type Landing = Schemas['Landing'];
 export type CommandParam = Schemas['CommandParam'];
 export type CommandInfo = Schemas['CommandInfo'];
 
@@ -56,6 +58,7 @@ export type Info = Schemas['Info'];
 export type Session = Schemas['SessionInfo'];
 export type NewSession = Schemas['NewSession'];
 export type Cause = Schemas['Cause'];
+export type RefusalCode = Schemas['RefusalCode'];
 /** The server's problem says its cause; one of our own making has none. */
 export type Problem = Omit<Schemas['Problem'], 'cause'> & { cause?: Cause };
 export type Operation<Result = Schemas['OperationResult']> = Omit<Schemas['Operation'], 'result' | 'error'> & {

@@ -1,5 +1,5 @@
 import { expect, it } from 'vitest';
-import { firstSteps, type Standing } from './first-steps';
+import { firstSteps, type Standing, stepToTake } from './first-steps';
 
 const unknown: Standing = {
   hasPlan: false,
@@ -25,4 +25,18 @@ it('goes on as the vehicle does', () => {
   expect(done({ ...sent, needsPreparation: false, isReady: true })).toEqual(['plan', 'send', 'prepare', 'ready']);
   expect(done({ ...sent, isArmed: true, mode: 'MANUAL' })).toEqual(['plan', 'send', 'prepare', 'ready', 'arm']);
   expect(done({ ...sent, isArmed: true })).toHaveLength(6);
+});
+
+it('leads to what comes next, and never to arm before there is a plan on board', () => {
+  const on = (known: Partial<Standing>) => stepToTake({ ...unknown, isArmed: false, isReady: true, ...known });
+  expect(on({})).toBe('plan');
+  expect(on({ hasPlan: true })).toBe('send');
+  const sent = { hasPlan: true, isSent: true };
+  expect(on({ ...sent, needsPreparation: true })).toBe('prepare');
+  expect(on({ ...sent, needsPreparation: false })).toBe('arm');
+  expect(on({ ...sent, needsPreparation: false, isReady: false })).toBeNull();
+  // nobody says whether it is ready: the vehicle itself refuses if it is not
+  expect(on({ ...sent, needsPreparation: false, isReady: null })).toBe('arm');
+  expect(on({ ...sent, isArmed: true, mode: 'MANUAL' })).toBe('start');
+  expect(on({ ...sent, isArmed: true, mode: 'AUTO' })).toBeNull();
 });

@@ -21,3 +21,16 @@ export const firstSteps = ({ hasPlan, isSent, isArmed, needsPreparation, isReady
     { name: 'arm', isDone: isArmed === true },
     { name: 'start', isDone: isArmed === true && mode === 'AUTO' },
   ] as const;
+
+export type Steps = ReturnType<typeof firstSteps>;
+export type StepName = Steps[number]['name'];
+
+/** What comes next; `null` when all is done. */
+export const nextStep = (steps: Steps): StepName | null => steps.find(({ isDone }) => !isDone)?.name ?? null;
+
+/** The step that a person is led to: to arm where nobody says whether the vehicle is ready, and no step while it is not. */
+export function stepToTake({ isReady, ...standing }: Standing): StepName | null {
+  const next = nextStep(firstSteps({ isReady, ...standing }));
+  if (next !== 'ready') return next;
+  return isReady === null ? 'arm' : null;
+}

@@ -9,6 +9,7 @@ const flying = { mode: 'AUTO', landed: 'in air', isFlying: true, items, current:
 it('knows a landing by the item in execution, by the mode, or because the vehicle says so', () => {
   expect(isLanding(flying)).toBe(true);
   expect(isLanding({ ...flying, current: 1 })).toBe(false);
+  expect(isLanding({ ...flying, mode: 'AUTO_MISSION' })).toBe(true);
   expect(isLanding({ ...flying, mode: 'AUTOLAND', current: 1 })).toBe(true);
   expect(isLanding({ ...flying, mode: 'FBWA', landed: 'landing' })).toBe(true);
 });

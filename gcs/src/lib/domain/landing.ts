@@ -1,5 +1,6 @@
 /** Whether a plane is on its way down to land: only then can a landing be aborted. */
 
+import { followsMission } from './modes';
 import { kindOf, type PlanItem } from './plan';
 
 export interface LandingSigns {
@@ -18,13 +19,13 @@ const LANDING_MODES = new Set(['AUTOLAND', 'QLAND']);
 
 /**
  * An ArduPlane aborts a landing only while its current item is one (`Plane::trigger_land_abort`). `null` when that cannot be
- * told: in AUTO, with a mission that is not known here.
+ * told: in its mission, when that is not known here.
  */
 export function isLanding({ mode, landed, isFlying, items, current }: LandingSigns): boolean | null {
   if (landed === 'landing') return true;
   if (!isFlying || mode === null) return false;
   if (LANDING_MODES.has(mode)) return true;
-  if (mode !== 'AUTO') return false;
+  if (!followsMission(mode)) return false;
   if (items === null || current === null) return null;
   const item = items[current - 1];
   // 85: MAV_CMD_NAV_VTOL_LAND

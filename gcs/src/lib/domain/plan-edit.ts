@@ -8,10 +8,8 @@ import type { LonLat } from './lonlat';
 import {
   altOf_m,
   altRelHome_m,
-  type ApproachOptions,
   COMMAND,
   type CommandSpec,
-  DEFAULT_APPROACH,
   type EditableKind,
   type Fence,
   type HeightFrame,
@@ -21,7 +19,6 @@ import {
   isDestination,
   isPlaced,
   kindOf,
-  landingSequence,
   makeItem,
   type NewItem,
   type Plan,
@@ -54,7 +51,6 @@ export interface EditDefaults {
   /** Height of new items, metres in `frame`. */
   readonly alt_m: number;
   readonly frame: HeightFrame;
-  readonly approach?: ApproachOptions;
   /** Of the vehicle that is to fly it; an ArduPlane as it comes by default. */
   readonly route?: RouteOptions;
 }
@@ -108,7 +104,7 @@ export function endIndex(draft: Draft): number {
   const kind = last ? kindOf(last) : null;
   if (kind === 'return_to_launch') return draft.items.length - 1;
   if (kind !== 'land') return draft.items.length;
-  // the approach belongs to the landing: everything lower than the item before it and on the way down
+  // the approach belongs to the landing: the circle down, or everything lower than the item before it and on the way down
   const items = draft.items;
   let index = items.length - 1;
   while (index > 0 && isApproachPoint(items, index - 1, draft.home)) index -= 1;
@@ -118,6 +114,7 @@ export function endIndex(draft: Draft): number {
 function isApproachPoint(items: readonly DraftItem[], index: number, home: Home | null): boolean {
   const [item, after] = [items[index] as DraftItem, items[index + 1] as DraftItem];
   if (item.command === COMMAND.land_start) return true;
+  if (item.command === COMMAND.loiter_to_height) return kindOf(after) === 'land';
   if (kindOf(item) !== 'waypoint') return false;
   const [high_m, low_m] = [altRelHome_m(item, home), altRelHome_m(after, home)];
   const [at, next] = [placeOf(item), placeOf(after)];
@@ -130,17 +127,14 @@ function isApproachPoint(items: readonly DraftItem[], index: number, home: Home 
 }
 
 /**
- * Adds an item of a kind at a place, where it belongs: a take-off first (it replaces one that is there), a landing with
- * its approach last (it replaces one that ends the mission), anything else before the landing or return.
- *
- * `wind_from_deg` lays the approach into the wind; without it the plane lands straight on from where it comes.
+ * Adds an item of a kind at a place, where it belongs: a take-off first (it replaces one that is there), a return to
+ * launch last, anything else before the landing or return. A landing is `addLanding`'s.
  */
 export function addAt(
   draft: Draft,
-  kind: EditableKind,
+  kind: Exclude<EditableKind, 'land'>,
   at: LonLat | null,
   defaults: EditDefaults,
-  wind_from_deg: number | null = null,
 ): Added {
   const item = makeItem(kind, { at, alt_m: defaults.alt_m, frame: defaults.frame });
   switch (kind) {
@@ -150,38 +144,29 @@ export function addAt(
       const without = isThere ? removeKeys(draft, new Set([first.key])) : draft;
       return insertItems(without, 0, [{ ...item, frame: FRAME.home }]);
     }
-    case 'land': {
-      if (at === null) return { draft, keys: [] };
-      const begin = endIndex(draft);
-      const ending = draft.items.slice(begin).map((old) => old.key);
-      const without = removeKeys(draft, new Set(ending));
-      const sequence = landingFor(without, at, defaults, wind_from_deg);
-      return insertItems(without, without.items.length, sequence);
-    }
     case 'return_to_launch':
       return insertItems(draft, draft.items.length, [item]);
-    case 'jump':
-      return insertItems(draft, endIndex(draft), [item]);
     default:
       return insertItems(draft, endIndex(draft), [item]);
   }
 }
 
-function landingFor(draft: Draft, at: LonLat, defaults: EditDefaults, wind_from_deg: number | null): PlanItem[] {
-  const before = draft.items.filter(
-    (item) => isDestination(item, (defaults.route ?? PLANE_ROUTE).fliesArcs) || kindOf(item) === 'takeoff',
+/** Ends the mission with a landing as it was designed; one that ends it already is replaced, approach and all. */
+export function addLanding(draft: Draft, landing: readonly PlanItem[]): Added {
+  const without = beforeLanding(draft);
+  return insertItems(without, without.items.length, landing);
+}
+
+/** From where the plane comes to a landing that ends the mission; `null` when nothing is flown to before it. */
+export function comingFrom(draft: Draft, route: RouteOptions = PLANE_ROUTE): LonLat | null {
+  const before = beforeLanding(draft).items.filter(
+    (item) => isDestination(item, route.fliesArcs) || kindOf(item) === 'takeoff',
   );
-  const last = before.map(placeOf).findLast((place) => place !== null) ?? null;
-  // the plane lands against the wind, so its approach lies downwind of the point
-  const from_deg = wind_from_deg !== null ? (wind_from_deg + 180) % 360 : last === null ? 270 : bearing_deg(at, last);
-  const lastItem = before.findLast((item) => placeOf(item) !== null);
-  const known_m = lastItem && altRelHome_m(lastItem, draft.home);
-  // a plane that has just taken off does not come along a line
-  const coming =
-    lastItem && last !== null && known_m != null && kindOf(lastItem) !== 'takeoff'
-      ? { at: last, alt_m: known_m }
-      : null;
-  return landingSequence(at, from_deg, known_m ?? defaults.alt_m, defaults.approach ?? DEFAULT_APPROACH, coming);
+  return before.map(placeOf).findLast((place) => place !== null) ?? null;
+}
+
+function beforeLanding(draft: Draft): Draft {
+  return removeKeys(draft, new Set(draft.items.slice(endIndex(draft)).map((old) => old.key)));
 }
 
 /** Inserts a waypoint on the leg that ends at item `toIndex`, at the height in the middle of its two ends. */

@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { bearing_deg, destination, distance_m } from './geo';
+import { destination, distance_m } from './geo';
 import type { LonLat } from './lonlat';
 import {
   altOf_m,
@@ -12,17 +12,18 @@ import {
   isPlaced,
   kindOf,
   KINDS,
-  landingSequence,
   makeItem,
   type PlanItem,
   placeOf,
   withKind,
   withParam,
 } from './plan';
-import { approachesOf, routeOf, STEEP_SLOPE } from './route';
+import { routeOf } from './route';
 import {
   addAt,
+  addLanding,
   changeKind,
+  comingFrom,
   type Draft,
   draftOf,
   endIndex,
@@ -54,7 +55,15 @@ const kinds = (draft: Draft): string[] => draft.items.map(kindOf);
 function circuit(): Draft {
   let draft = addAt(start(), 'takeoff', at(270, 250), DEFAULTS).draft;
   for (const bearing of [300, 0, 60]) draft = addAt(draft, 'waypoint', at(bearing, 600), DEFAULTS).draft;
-  return addAt(draft, 'land', HOME, DEFAULTS).draft;
+  return addLanding(draft, landingAt(HOME)).draft;
+}
+
+/** A landing as the core designs it: a circle down beside the beginning of the final leg, and the landing. */
+function landingAt(place: LonLat, hasLandStart = false): PlanItem[] {
+  const begin = destination(place, 60, 500);
+  const circle = makeItem('loiter_to_height', { at: destination(begin, 330, 80), alt_m: 40 });
+  const start = { ...makeItem('waypoint', { at: begin, alt_m: 40 }), command: 189, name: 'MAV_CMD_DO_LAND_START' };
+  return [...(hasLandStart ? [start] : []), circle, makeItem('land', { at: place, alt_m: 0 })];
 }
 
 describe('items', () => {
@@ -107,53 +116,25 @@ describe('items', () => {
 });
 
 describe('landing', () => {
-  it('comes down in line, gently, and last', () => {
-    const items = landingSequence(HOME, 90, 80);
-    expect(items.map(kindOf)).toEqual(['waypoint', 'waypoint', 'land']);
-    const [entry, final, land] = items.map((item) => placeOf(item) as LonLat) as [LonLat, LonLat, LonLat];
-    expect(bearing_deg(land, final)).toBeCloseTo(90, 3);
-    expect(Math.abs(bearing_deg(entry, final) - bearing_deg(final, land))).toBeLessThan(0.1);
-    const heights = items.map((item) => altOf_m(item) as number);
-    expect(heights).toEqual([58, 35, 0]);
-    expect(heights[1]! / distance_m(final, land)).toBeLessThanOrEqual(STEEP_SLOPE);
-    expect((heights[0]! - heights[1]!) / distance_m(entry, final)).toBeLessThan(STEEP_SLOPE);
-  });
-
-  it.each([10, 20, 35, 50, 120, 1000])('is never steep, coming from %d m', (alt_m) => {
-    const approaches = approachesOf(landingSequence(HOME, 200, alt_m), HOME);
-    expect(approaches).toHaveLength(1);
-    expect(approaches[0]?.slope).toBeGreaterThan(0);
-    expect(approaches[0]?.slope).toBeLessThanOrEqual(STEEP_SLOPE);
-  });
-
-  it('needs no entry when the plane comes along the line from far enough', () => {
-    const from = (metres: number, alt_m: number) => ({ at: at(90, metres), alt_m });
-    const count = (coming: { at: LonLat; alt_m: number }): number =>
-      landingSequence(HOME, 90, coming.alt_m, undefined, coming).length;
-    expect(count(from(1000, 80))).toBe(2);
-    expect(count(from(500, 60))).toBe(3);
-    expect(count(from(1000, 120))).toBe(3);
-    expect(count({ at: at(60, 1000), alt_m: 80 })).toBe(3);
-  });
-
-  it('is laid into the wind when the wind is known', () => {
-    const draft = addAt(circuit(), 'land', HOME, DEFAULTS, 270).draft;
-    const approach = approachesOf(draft.items, HOME)[0];
-    expect(approach?.bearing_deg).toBeCloseTo(270, 1);
-  });
-
   it('replaces the landing that is there, approach and all', () => {
-    const once = circuit();
-    const twice = addAt(once, 'land', at(10, 100), DEFAULTS).draft;
-    expect(kinds(twice)).toEqual(kinds(once));
-    expect(distance_m(placeOf(twice.items.at(-1)!)!, at(10, 100))).toBeLessThan(0.02);
+    const twice = addLanding(circuit(), landingAt(at(10, 100), true)).draft;
+    expect(twice.items.map((item) => item.command)).toEqual([22, 16, 16, 16, 189, 31, 21]);
+    expect(placeOf(twice.items.at(-1)!)).toEqual(placeOf(landingAt(at(10, 100))[1]!));
+    expect(addLanding(twice, landingAt(HOME)).draft.items.map((item) => item.command)).toEqual([
+      22, 16, 16, 16, 31, 21,
+    ]);
+  });
+
+  it('comes from the last place before it', () => {
+    expect(comingFrom(start())).toBeNull();
+    expect(distance_m(comingFrom(circuit())!, at(60, 600))).toBeLessThan(0.02);
   });
 });
 
 describe('adding', () => {
   it('puts things where they belong', () => {
     const draft = circuit();
-    expect(kinds(draft)).toEqual(['takeoff', 'waypoint', 'waypoint', 'waypoint', 'waypoint', 'waypoint', 'land']);
+    expect(kinds(draft)).toEqual(['takeoff', 'waypoint', 'waypoint', 'waypoint', 'loiter_to_height', 'land']);
     expect(endIndex(draft)).toBe(4);
     const more = addAt(draft, 'loiter_turns', at(90, 500), DEFAULTS).draft;
     expect(kindOf(more.items[4]!)).toBe('loiter_turns');
@@ -189,7 +170,7 @@ describe('changing', () => {
     removeKeys(draft, new Set([key]));
     nudge(draft, new Set([key]), 1);
     changeKind(draft, key, 'jump', DEFAULTS);
-    addAt(draft, 'land', HOME, DEFAULTS);
+    addLanding(draft, landingAt(HOME));
     expect(draft).toEqual(before);
   });
 
@@ -288,13 +269,13 @@ describe('difference', () => {
       makeItem('waypoint', { at: at(45, 900), alt_m: 80 }),
       ...vehicle.slice(2, 3),
       withParam(vehicle[3]!, 6, 99),
-      ...vehicle.slice(4, 6),
+      ...vehicle.slice(4, 5),
     ];
     const entries = diffMissions(draft, vehicle);
     expect(entries).toMatchObject([
       { kind: 'added', draft: 3 },
       { kind: 'changed', draft: 5, vehicle: 4, fields: ['height'] },
-      { kind: 'removed', vehicle: 7 },
+      { kind: 'removed', vehicle: 6 },
     ]);
   });
 
@@ -318,9 +299,9 @@ describe('route and profile', () => {
   it('runs from home over everything to the landing', () => {
     const draft = circuit();
     const legs = routeOf(draft.items, HOME);
-    expect(legs.map((leg) => leg.kind)).toEqual(['takeoff', 'takeoff', 'flown', 'flown', 'flown', 'flown', 'approach']);
+    expect(legs.map((leg) => leg.kind)).toEqual(['takeoff', 'takeoff', 'flown', 'flown', 'flown', 'approach']);
     expect(legs[0]?.fromIndex).toBeNull();
-    expect(legs.at(-1)?.toIndex).toBe(6);
+    expect(legs.at(-1)?.toIndex).toBe(5);
   });
 
   it('returns home only when home is known', () => {
@@ -335,13 +316,14 @@ describe('route and profile', () => {
   });
 
   it('draws heights over the distance flown', () => {
-    const draft = circuit();
-    const profile = profileOf(draft.items, HOME);
-    expect(profile.points).toHaveLength(8);
+    // without the circle down, in which it flies too
+    const items = circuit().items.filter((item) => kindOf(item) !== 'loiter_to_height');
+    const profile = profileOf(items, HOME);
+    expect(profile.points).toHaveLength(6);
     expect(profile.points[0]).toMatchObject({ index: null, distance_m: 0, alt_rel_home_m: 0, isCertain: true });
     expect(profile.max_m).toBe(80);
     expect(profile.length_m).toBeCloseTo(
-      routeOf(draft.items, HOME).reduce((sum, leg) => sum + leg.length_m, 0),
+      routeOf(items, HOME).reduce((sum, leg) => sum + leg.length_m, 0),
       6,
     );
   });

@@ -1,7 +1,7 @@
 /** The plan as the API gives and takes it, and what its items mean to a pilot of a plane. */
 
-import { bearing_deg, destination, distance_m } from './geo';
-import { type LonLat, lonLat, rounded, wrap180_deg } from './lonlat';
+import destinations from './destinations.json';
+import { type LonLat, lonLat, rounded } from './lonlat';
 
 export type Params = [
   number | null,
@@ -80,7 +80,6 @@ export const COMMAND = {
   return_to_launch: 20,
   land: 21,
   takeoff: 22,
-  continue_and_change_height: 30,
   loiter_to_height: 31,
   arc_waypoint: 36,
   /** For other vehicles: an ArduPlane refuses it. */
@@ -135,7 +134,8 @@ const NEW_PARAMS: Record<EditableKind, readonly [number, number, number, number]
   loiter_to_height: [0, DEFAULT_LOITER_RADIUS_M, 0, 1],
   arc_waypoint: [90, 0, 0, 0],
   return_to_launch: [0, 0, 0, 0],
-  change_speed: [0, 15, 0, 0],
+  // −1: the throttle stays as it is.
+  change_speed: [0, 15, -1, 0],
   jump: [1, 1, 0, 0],
 };
 
@@ -185,18 +185,16 @@ export function heightFrameOfNumber(frame: number): HeightFrame {
 
 export const heightFrameOf = (item: PlanItem): HeightFrame => heightFrameOfNumber(item.frame);
 
-/** Commands below 95 (NAV) with a place that is not flown to: a change of height, a hand-over to external control. */
-const NO_DESTINATION: ReadonlySet<number> = new Set([COMMAND.continue_and_change_height, COMMAND.land_start, 92]);
+/** MAV_CMD numbers of items that a vehicle flies to; a test of the server holds them equal to its own. */
+const DESTINATIONS: ReadonlySet<number> = new Set(destinations);
 
 /**
  * Whether the vehicle flies to the item. A take-off only points; an action has no place; and an arc is for those that fly
  * arcs: a plane passes over it.
  */
 export function isDestination(item: PlanItem, fliesArcs: boolean): boolean {
-  const kind = kindOf(item);
-  if (kind === 'arc_waypoint' && !fliesArcs) return false;
-  if (kind === 'takeoff' || NO_DESTINATION.has(item.command)) return false;
-  return kind === 'other' ? item.command < 95 && placeOf(item) !== null : PLACED.has(kind);
+  if (item.command === COMMAND.arc_waypoint && !fliesArcs) return false;
+  return DESTINATIONS.has(item.command) && (kindOf(item) !== 'other' || placeOf(item) !== null);
 }
 
 /** Radius and sense of the circle that the plane flies around the item. `null` when it flies none. */
@@ -293,62 +291,6 @@ export function withCommand(item: PlanItem, spec: CommandSpec, fallback: NewItem
       : [p1, p2, p3, p4, p5, p6, p7],
     autocontinue: item.autocontinue,
   };
-}
-
-/** How the approach of a new landing is laid out. */
-export interface ApproachOptions {
-  /** Height lost per distance; the checks call more than 0.10 steep. Default 0.08: about one in twelve. */
-  readonly slope: number;
-  /** Height at the last point before the landing, metres above home. Default 35. */
-  readonly final_alt_m: number;
-}
-
-export const DEFAULT_APPROACH: ApproachOptions = { slope: 0.08, final_alt_m: 35 };
-
-/** Where a plane that is going to land comes from. */
-export interface Coming {
-  readonly at: LonLat;
-  readonly alt_m: number;
-}
-
-/**
- * A landing with its approach: an entry and a final waypoint in line with the landing point, then the landing. The last
- * leg descends with `slope`, the one before it more gently, so the plane arrives settled at its height and speed and no
- * height needs tuning by hand. When the plane already comes along that line from far enough, it needs no entry.
- *
- * The line comes from `from_deg`, the bearing at which the approach lies as seen from the landing point: into the
- * wind when it is known, else on the side from which the plane comes.
- */
-export function landingSequence(
-  at: LonLat,
-  from_deg: number,
-  entry_alt_m: number,
-  { slope, final_alt_m }: ApproachOptions = DEFAULT_APPROACH,
-  coming: Coming | null = null,
-): PlanItem[] {
-  const last_m = Math.max(10, Math.min(final_alt_m, entry_alt_m));
-  const final_m = last_m / slope;
-  const entry_m = Math.max(last_m, Math.min(entry_alt_m, last_m + (final_m * slope * 2) / 3));
-  const final = makeItem('waypoint', { at: destination(at, from_deg, final_m), alt_m: Math.round(last_m) });
-  const entry = makeItem('waypoint', { at: destination(at, from_deg, 2 * final_m), alt_m: Math.round(entry_m) });
-  const land = makeItem('land', { at, alt_m: 0 });
-  const needsEntry = coming === null || !isEntry(coming, at, from_deg, final_m, last_m, slope);
-  return needsEntry ? [entry, final, land] : [final, land];
-}
-
-/** Whether the plane comes along the approach, far enough out to be settled and low enough to descend gently. */
-function isEntry(
-  coming: Coming,
-  at: LonLat,
-  from_deg: number,
-  final_m: number,
-  last_m: number,
-  slope: number,
-): boolean {
-  const beyond_m = distance_m(at, coming.at) - final_m;
-  const off_deg = Math.abs(wrap180_deg(bearing_deg(at, coming.at) - from_deg));
-  const drop_m = coming.alt_m - last_m;
-  return off_deg < 5 && beyond_m >= final_m * 0.6 && drop_m >= 0 && drop_m / beyond_m <= slope * 1.15;
 }
 
 /** Height of an item above home, metres; `null` when home's height or the terrain is not known. */

@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import { destination } from './geo';
 import { makeItem, type PlanItem, withParam } from './plan';
 import { profileOf } from './profile';
-import { flightOrder, PLANE_ROUTE, stopsOf, tripOf } from './route';
+import { approachesOf, flightOrder, PLANE_ROUTE, stopsOf, tripOf } from './route';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
 const at = (distance_m: number) => destination(HOME, 0, distance_m);
@@ -103,4 +103,10 @@ describe('the height profile', () => {
     expect(profile.loiters).toMatchObject([{ kind: 'unlimited', isUnknown: false }]);
     expect(profile.points.map((point) => point.isBeyond)).toEqual([false, false, true]);
   });
+});
+
+it('tells how steep the way down to a landing is', () => {
+  const items = [makeItem('loiter_to_height', { at: at(500), alt_m: 40 }), makeItem('land', { at: HOME, alt_m: 0 })];
+  expect(approachesOf(items, HOME)).toMatchObject([{ landIndex: 1, drop_m: 40, slope: expect.closeTo(0.08, 4) }]);
+  expect(approachesOf([waypoint(500, 40)], HOME)).toEqual([]);
 });

@@ -2,12 +2,14 @@ import { describe, expect, it } from 'vitest';
 import {
   attributionsOf,
   baseOf,
+  type Choice,
   guessKind,
   moved,
   newId,
   NO_CHOICE,
   pageLink,
   readChoice,
+  shareOf,
   type Source,
   stackOf,
 } from './sources';
@@ -29,26 +31,74 @@ const ALL = [
   source('parcels', 'overlay', { visible: false }),
   source('dem', 'elevation'),
 ];
+const stacked = (choice: Choice) => stackOf(ALL, choice, baseOf(ALL, choice, null));
 const ids = (stack: readonly { source: Source }[]): string[] => stack.map((one) => one.source.id);
+
+const box = (west_deg: number, south_deg: number, east_deg: number, north_deg: number) => ({
+  west_deg,
+  south_deg,
+  east_deg,
+  north_deg,
+});
+
+describe('the base map that nobody chose', () => {
+  const spain = source('pnoa', 'base', { bounds: box(-18.6, 27.2, 4.8, 44.2) });
+  const pacific = source('pacific', 'base', { bounds: box(170, -30, -170, 0) });
+  const all = [spain, pacific, source('osm', 'base'), source('esri', 'base')];
+  const at = (view: ReturnType<typeof box> | null, sources: readonly Source[] = all) =>
+    baseOf(sources, NO_CHOICE, view)?.id;
+
+  it('is the first one that has most of the view, and one of the world elsewhere', () => {
+    expect(at(box(-3.8, 40.3, -3.7, 40.4))).toBe('pnoa');
+    expect(at(box(-60.1, -34.7, -60, -34.6))).toBe('osm');
+    expect(at(box(-100, -60, 100, 75))).toBe('osm');
+    expect(at(box(179.9, -17, 180.1, -16.9))).toBe('pacific');
+    expect(at(box(-180.1, -17, -179.9, -16.9))).toBe('pacific');
+  });
+
+  it('changes where half of the view is beyond the border', () => {
+    expect(at(box(3.8, 43, 5.6, 43.5))).toBe('pnoa');
+    expect(at(box(4, 43, 6, 43.5))).toBe('osm');
+  });
+
+  it('is one of the world while the view is not known, and whichever has most where none has enough', () => {
+    expect(at(null)).toBe('osm');
+    expect(at(box(-100, -60, 100, 75), [pacific, spain])).toBe('pnoa');
+    expect(at(null, [spain])).toBe('pnoa');
+  });
+
+  it('never takes the place of one that was chosen', () => {
+    expect(baseOf(all, { ...NO_CHOICE, base: 'esri' }, box(-3.8, 40.3, -3.7, 40.4))?.id).toBe('esri');
+    expect(baseOf(all, { ...NO_CHOICE, base: '' }, box(-3.8, 40.3, -3.7, 40.4))).toBeNull();
+  });
+});
+
+it('counts how much of a view lies within bounds', () => {
+  expect(shareOf(box(0, 0, 10, 10), box(0, 0, 10, 10))).toBe(1);
+  expect(shareOf(box(0, 0, 10, 10), box(5, 5, 20, 20))).toBe(0.25);
+  expect(shareOf(box(175, 0, 185, 10), box(-180, 0, -170, 10))).toBe(0.5);
+  expect(shareOf(box(-180, -85, 180, 85), box(-180, -85, 180, 85))).toBe(1);
+  expect(shareOf(box(0, 0, 0, 0), box(0, 0, 10, 10))).toBe(0);
+});
 
 describe('what is shown', () => {
   it('is one base map below the overlays, as the file says', () => {
-    expect(ids(stackOf(ALL, NO_CHOICE))).toEqual(['pnoa', 'roads']);
-    expect(stackOf(ALL, NO_CHOICE)[1]?.opacity).toBe(0.5);
+    expect(ids(stacked(NO_CHOICE))).toEqual(['pnoa', 'roads']);
+    expect(stacked(NO_CHOICE)[1]?.opacity).toBe(0.5);
   });
 
   it('is what a person chose', () => {
     const choice = { base: 'osm', isShown: { roads: false, parcels: true }, opacity: { parcels: 0.25 } };
-    expect(stackOf(ALL, choice).map(({ source, opacity }) => [source.id, opacity])).toEqual([
+    expect(stacked(choice).map(({ source, opacity }) => [source.id, opacity])).toEqual([
       ['osm', 1],
       ['parcels', 0.25],
     ]);
-    expect(ids(stackOf(ALL, { ...NO_CHOICE, base: '' }))).toEqual(['roads']);
+    expect(ids(stacked({ ...NO_CHOICE, base: '' }))).toEqual(['roads']);
   });
 
   it('falls back when a chosen base map is gone', () => {
-    expect(baseOf(ALL, { ...NO_CHOICE, base: 'gone' })?.id).toBe('pnoa');
-    expect(baseOf([], NO_CHOICE)).toBeNull();
+    expect(baseOf(ALL, { ...NO_CHOICE, base: 'gone' }, null)?.id).toBe('pnoa');
+    expect(baseOf([], NO_CHOICE, null)).toBeNull();
   });
 
   it('survives storage, and nonsense in it', () => {

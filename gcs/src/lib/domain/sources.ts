@@ -1,5 +1,7 @@
 /** Sources of map pictures: which are shown, in what order, with what attribution; and what a pasted address is. */
 
+import type { Box } from './tiling';
+
 export interface Attribution {
   readonly text: string;
   readonly url?: string | null;
@@ -9,15 +11,17 @@ export interface Source {
   readonly id: string;
   readonly name: string;
   readonly role: 'base' | 'overlay' | 'elevation';
-  /** Overlays: shown unless a person hides it. Base maps: the first visible one is the default. */
+  /** Overlays: shown unless a person hides it. Base maps: offered where nobody chose one. */
   readonly visible: boolean;
+  /** Outside of them it has nothing; absent: it has the whole world. */
+  readonly bounds?: Box | null;
   readonly opacity: number;
   readonly attribution: readonly Attribution[];
 }
 
 /** What a person chose to see; a source that is not named is shown as its file says. */
 export interface Choice {
-  /** Id of the base map, empty for none, `null` while nobody chose. */
+  /** Id of the base map, empty for none, `null` for the one that fits the view. */
   readonly base: string | null;
   readonly isShown: Readonly<Record<string, boolean>>;
   readonly opacity: Readonly<Record<string, number>>;
@@ -40,19 +44,52 @@ export function readChoice(value: unknown): Choice | null {
   };
 }
 
-/** The base map in use: the one chosen, while there is such a one; else the first that the file shows. */
-export function baseOf<S extends Source>(sources: readonly S[], choice: Choice): S | null {
+/** A base map that has less of a view than this share leaves most of it empty. */
+const LEAST_SHARE = 0.5;
+
+/** The base map that a person chose; `null` where it was none, or is gone. */
+export const chosenBaseOf = <S extends Source>(sources: readonly S[], choice: Choice): S | null =>
+  sources.find((source) => source.role === 'base' && source.id === choice.base) ?? null;
+
+/**
+ * The base map in use: the one chosen; else the first visible one that has most of the view, so that one of a country is
+ * shown in that country and one of the world elsewhere. While the view is not known, one of the world.
+ */
+export function baseOf<S extends Source>(sources: readonly S[], choice: Choice, view: Box | null): S | null {
   if (choice.base === '') return null;
-  const bases = sources.filter((source) => source.role === 'base');
-  return bases.find((source) => source.id === choice.base) ?? bases.find((source) => source.visible) ?? null;
+  const offered = sources.filter((source) => source.role === 'base' && source.visible);
+  const share = (source: S): number => (source.bounds == null ? 1 : view === null ? 0 : shareOf(view, source.bounds));
+  const most = Math.max(...offered.map(share));
+  return (
+    chosenBaseOf(sources, choice) ?? offered.find((source) => share(source) >= Math.min(LEAST_SHARE, most)) ?? null
+  );
 }
+
+/** How much of a view lies within bounds, 0 to 1, counted in degrees. Either may lie across the date line. */
+export function shareOf(view: Box, bounds: Box): number {
+  const overlap = (fromA: number, toA: number, fromB: number, toB: number): number =>
+    Math.max(0, Math.min(toA, toB) - Math.max(fromA, fromB));
+  const width_deg = eastOf(view) - view.west_deg;
+  const height_deg = view.north_deg - view.south_deg;
+  if (!(width_deg > 0 && height_deg > 0)) return 0;
+  const across_deg = [-360, 0, 360]
+    .map((turn) => overlap(view.west_deg, eastOf(view), bounds.west_deg + turn, eastOf(bounds) + turn))
+    .reduce((sum, part) => sum + part, 0);
+  const up_deg = overlap(view.south_deg, view.north_deg, bounds.south_deg, bounds.north_deg);
+  return Math.min(1, across_deg / width_deg) * (up_deg / height_deg);
+}
+
+const eastOf = ({ west_deg, east_deg }: Box): number => (east_deg < west_deg ? east_deg + 360 : east_deg);
 
 export const isShown = (source: Source, choice: Choice): boolean => choice.isShown[source.id] ?? source.visible;
 export const opacityOf = (source: Source, choice: Choice): number => choice.opacity[source.id] ?? source.opacity;
 
 /** What is drawn, bottom to top. */
-export function stackOf<S extends Source>(sources: readonly S[], choice: Choice): { source: S; opacity: number }[] {
-  const base = baseOf(sources, choice);
+export function stackOf<S extends Source>(
+  sources: readonly S[],
+  choice: Choice,
+  base: S | null,
+): { source: S; opacity: number }[] {
   const overlays = sources.filter((source) => source.role === 'overlay' && isShown(source, choice));
   return [...(base === null ? [] : [base]), ...overlays].map((source) => ({
     source,

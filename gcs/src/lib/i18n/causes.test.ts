@@ -22,6 +22,12 @@ it('says every cause that the server can give', () => {
   expect(codes.filter((code) => !(`problem.${code}` in en))).toEqual([]);
 });
 
+it('says every refusal of a vehicle that the server knows, and what to do', () => {
+  const codes = schemas['RefusalCode']?.enum ?? [];
+  expect(codes.length).toBeGreaterThan(20);
+  expect(codes.filter((code) => !(`refusal.${code}` in en && `refusal.${code}.remedy` in en))).toEqual([]);
+});
+
 describe('findings of the checks', () => {
   const kinds = (schemas['FindingKind']?.oneOf ?? []).map(({ properties }) => ({
     code: properties?.['code']?.enum?.[0] ?? '',

@@ -37,6 +37,8 @@ export const findingsEn = {
   'finding.missing-position.height.remedy': 'Give it one.',
   'finding.zero-coordinates': '{item} lies at latitude 0, longitude 0, in the Atlantic.',
   'finding.zero-coordinates.remedy': 'Place it on the map.',
+  'finding.zero-coordinates.is-here': '{item} lies at latitude 0, longitude 0: it is done where the plane is then.',
+  'finding.zero-coordinates.is-here.remedy': 'Place it on the map, unless you mean that.',
   'finding.no-takeoff': 'The mission begins with {item}, not with a take-off.',
   'finding.no-takeoff.remedy': 'Put a take-off first, or start it in the air.',
   'finding.takeoff-too-low': '{item} climbs to {alt_m} {datum}, which is not above home.',

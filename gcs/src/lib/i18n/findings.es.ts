@@ -38,6 +38,8 @@ export const findingsEs: Record<keyof typeof findingsEn, string> = {
   'finding.missing-position.height.remedy': 'Dale una.',
   'finding.zero-coordinates': '{item} está en latitud 0, longitud 0, en el Atlántico.',
   'finding.zero-coordinates.remedy': 'Colócalo en el mapa.',
+  'finding.zero-coordinates.is-here': '{item} está en latitud 0, longitud 0: se hace donde esté entonces el avión.',
+  'finding.zero-coordinates.is-here.remedy': 'Colócalo en el mapa, salvo que sea lo que quieres.',
   'finding.no-takeoff': 'La misión empieza con {item}, no con un despegue.',
   'finding.no-takeoff.remedy': 'Pon primero un despegue, o iníciala en el aire.',
   'finding.takeoff-too-low': '{item} asciende a {alt_m} {datum}, que no está por encima de casa.',

@@ -24,9 +24,20 @@ export function fill(text: string, values: Readonly<Record<string, string | numb
   return text.replace(/\{(\w+)\}/g, (whole, name: string) => (name in values ? String(values[name]) : whole));
 }
 
-/** What the server says in English, in the language in use where the catalogue has the very same words; else as it is. */
+/**
+ * What the server says in English, in the language in use where the catalogue has the very same words, but for the values in
+ * them; else as it is.
+ */
 export function translated(key: string, said: string): string {
-  return hasText(key) && messages.en[key] === said ? t(key) : said;
+  if (!hasText(key)) return said;
+  const names: string[] = [];
+  const parts = messages.en[key].split(/\{(\w+)\}/).map((part, index) => {
+    if (index % 2 === 0) return part.replace(/[.*+?^${}()|[\]\\]/g, '\\$&');
+    names.push(part);
+    return '(.+)';
+  });
+  const found = new RegExp(`^${parts.join('')}$`).exec(said);
+  return found === null ? said : t(key, Object.fromEntries(names.map((name, index) => [name, found[index + 1] ?? ''])));
 }
 
 /** Whether `key` is one of the texts: for keys that are put together from what the server says. */

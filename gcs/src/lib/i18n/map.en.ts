@@ -218,7 +218,7 @@ export const mapEn = {
   'param.exit': 'Leave towards the next from',
   'param.speedType': 'Which speed',
   'param.speed': 'Speed',
-  'param.throttle': 'Throttle (0: no change)',
+  'param.throttle': 'Throttle (−1: no change)',
   'param.item': 'To item',
   'param.repeats': 'Repeats (−1: for ever)',
 } as const;

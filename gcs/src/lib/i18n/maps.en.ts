@@ -12,6 +12,7 @@ export const mapsEn = {
   'maps.back': 'Back',
 
   'maps.base': 'Base map',
+  'maps.baseByView': 'The one that fits the view',
   'maps.noBase': 'None: coastlines and grid',
   'maps.overlays': 'Overlays',
   'maps.noOverlays': 'No overlays yet.',
@@ -62,6 +63,13 @@ export const mapsEn = {
   'maps.fault.map-source': 'The map cannot show it.',
   'maps.fault.map-picture': 'What came is not a picture.',
   'maps.fault.no-source': 'The station does not know it any more.',
+  'maps.why.name_unknown': 'The name {service} is not known: there is no network, or the address is wrong.',
+  'maps.why.refused': '{service} refuses the connection.',
+  'maps.why.no_connection': 'No connection to {service} comes about.',
+  'maps.why.timeout': '{service} did not answer within {waited_s} s.',
+  'maps.why.status': '{service} answers with HTTP status {status}.',
+  'maps.why.key':
+    '{service} answers with HTTP status {status}: check the key, and whether the service may be used from here.',
   'maps.beyond':
     'This map ends at 85° of latitude: {what} is shown at its edge, not where it is. Numbers and plan stay right.',
   'maps.beyond.plane': 'the plane',
@@ -93,6 +101,12 @@ export const mapsEn = {
   'maps.preset.keyLink': 'Where to get one',
   'maps.preset.terms': 'Terms',
   'maps.preset.noOffline': 'No offline areas: {reason}',
+  'maps.presetName.pnoa': 'PNOA orthophotos (Spain)',
+  'maps.presetName.ign-base': 'IGN base map (Spain)',
+  'maps.presetName.sentinel2': 'Sentinel-2 cloudless 2020',
+  'maps.presetName.google-satellite': 'Google satellite',
+  'maps.presetName.google-roadmap': 'Google map',
+  'maps.presetName.azure-imagery': 'Azure Maps imagery',
   'maps.presetAbout.pnoa':
     'Orthophotos of Spain, 25 cm a pixel, by the Instituto Geográfico Nacional. Free under CC-BY 4.0 with attribution.',
   'maps.presetAbout.ign-base':

@@ -14,6 +14,7 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.back': 'Volver',
 
   'maps.base': 'Mapa base',
+  'maps.baseByView': 'El que corresponde a la vista',
   'maps.noBase': 'Ninguno: costas y cuadrícula',
   'maps.overlays': 'Capas superpuestas',
   'maps.noOverlays': 'Aún no hay capas superpuestas.',
@@ -64,6 +65,13 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.fault.map-source': 'El mapa no puede mostrarla.',
   'maps.fault.map-picture': 'Lo que llegó no es una imagen.',
   'maps.fault.no-source': 'La estación ya no la conoce.',
+  'maps.why.name_unknown': 'No se conoce el nombre {service}: no hay red, o la dirección está mal.',
+  'maps.why.refused': '{service} rechaza la conexión.',
+  'maps.why.no_connection': 'No se consigue conectar con {service}.',
+  'maps.why.timeout': '{service} no respondió en {waited_s} s.',
+  'maps.why.status': '{service} responde con el estado HTTP {status}.',
+  'maps.why.key':
+    '{service} responde con el estado HTTP {status}: revisa la clave y si el servicio puede usarse desde aquí.',
   'maps.beyond':
     'Este mapa acaba a 85° de latitud: {what} se dibuja en su borde y no donde está. Los números y el plan son correctos.',
   'maps.beyond.plane': 'el avión',
@@ -95,6 +103,12 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.preset.keyLink': 'Dónde conseguirla',
   'maps.preset.terms': 'Condiciones',
   'maps.preset.noOffline': 'Sin zonas sin conexión: {reason}',
+  'maps.presetName.pnoa': 'Ortofotos PNOA (España)',
+  'maps.presetName.ign-base': 'Mapa base del IGN (España)',
+  'maps.presetName.sentinel2': 'Sentinel-2 sin nubes 2020',
+  'maps.presetName.google-satellite': 'Google satélite',
+  'maps.presetName.google-roadmap': 'Google mapa',
+  'maps.presetName.azure-imagery': 'Imágenes de Azure Maps',
   'maps.presetAbout.pnoa':
     'Ortofotos de España, 25 cm por píxel, del Instituto Geográfico Nacional. Libres con CC-BY 4.0, citando la fuente.',
   'maps.presetAbout.ign-base':

@@ -123,6 +123,12 @@ export const serverEn = {
   'problem.plan-unsound': 'The plan has faults: {errors}. Nothing was sent.',
   'problem.plan-unsound.remedy': 'Mend what the checks show.',
   'problem.not-on-earth': 'Latitude {lat_deg}, longitude {lon_deg} is no place on Earth.',
+  'problem.landing-direction': 'Nothing says in which direction to land.',
+  'problem.landing-direction.remedy':
+    'Plan a point before the landing, at least {nearest_m} m from it, or wait for the wind.',
+  'problem.landing-wind':
+    'With {wind_m_s} m/s of wind a plane of {airspeed_m_s} m/s does not come in on course {course_deg}°.',
+  'problem.landing-wind.remedy': 'Land into the wind, or later.',
   'problem.bad-item': 'Item {seq} ({command}) cannot be sent: {field} is {value}.',
   'problem.bad-plan': 'This is not a plan that a vehicle takes.',
   'problem.bad-file': 'This file cannot be read as a plan.',

@@ -126,6 +126,12 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.plan-unsound': 'El plan tiene fallos: {errors}. No se ha enviado nada.',
   'problem.plan-unsound.remedy': 'Corrige lo que muestran las comprobaciones.',
   'problem.not-on-earth': 'Latitud {lat_deg}, longitud {lon_deg} no es un lugar de la Tierra.',
+  'problem.landing-direction': 'Nada indica en qué dirección aterrizar.',
+  'problem.landing-direction.remedy':
+    'Añade un punto antes del aterrizaje, al menos a {nearest_m} m de él, o espera a conocer el viento.',
+  'problem.landing-wind':
+    'Con {wind_m_s} m/s de viento, un avión de {airspeed_m_s} m/s no llega por el rumbo {course_deg}°.',
+  'problem.landing-wind.remedy': 'Aterriza contra el viento, o más tarde.',
   'problem.bad-item': 'El punto {seq} ({command}) no se puede enviar: {field} es {value}.',
   'problem.bad-plan': 'Esto no es un plan que admita un vehículo.',
   'problem.bad-file': 'Este fichero no se puede leer como plan.',

@@ -79,6 +79,7 @@ export const shellEn = {
   'control.none': 'Nobody has control',
   'control.other': '{name} has control',
   'control.viewer': 'You are watching',
+  'control.station': 'station {number}',
   'control.someone': 'Another operator',
   'control.take': 'Take control',
   'control.ask': 'Ask for control',

@@ -81,6 +81,7 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'control.none': 'Nadie tiene el control',
   'control.other': '{name} tiene el control',
   'control.viewer': 'Estás observando',
+  'control.station': 'estación {number}',
   'control.someone': 'Otro operador',
   'control.take': 'Tomar el control',
   'control.ask': 'Pedir el control',

@@ -45,8 +45,6 @@ class Layout {
   height_px = $state(800);
   /** Measured by the shell: what the floating parts cover at each edge. */
   insets = $state.raw<Insets>({ top: 0, right: 0, bottom: 0, left: 0 });
-  /** Height of what lies in the middle of the map's upper edge. */
-  badgeHeight_px = $state(0);
   /** Width of the map's buttons, at its right edge. */
   controlsWidth_px = $state(0);
 

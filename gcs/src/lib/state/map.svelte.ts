@@ -36,10 +36,6 @@ class MapLook {
   pointer = $state.raw<LonLat | null>(null);
   /** The place that the plane was last sent to from the map. */
   target = $state.raw<LonLat | null>(null);
-  /** Tells what is in the middle of the map; `null` while there is no map. */
-  centre: () => LonLat | null = () => null;
-  /** Moves the map so that a place is in its middle. */
-  show: (at: LonLat) => void = () => {};
   /** Top of the colour scale of trails, metres above home. */
   trailRange_m = $state(0);
 

@@ -13,6 +13,7 @@ const grid: MapSource['grid'] = {
 const ok: MapSource['state'] = {
   status: 'ok',
   detail: null,
+  cause: null,
   last_success_at: null,
   last_error_at: null,
   last_error: null,
@@ -80,6 +81,23 @@ describe('map sources', () => {
     maps.setShown('roads', true);
     maps.setOpacity('roads', 0.25);
     expect(shown()).toEqual([['roads', 0.25]]);
+    maps.setBase('pnoa');
+  });
+
+  it('have the base map of the view until a person chooses, and keep that', async () => {
+    const bounds = { west_deg: -18.6, south_deg: 27.2, east_deg: 4.8, north_deg: 44.2 };
+    answer = { sources: [source('pnoa', { bounds }), source('osm')], file: '', file_error: null };
+    await maps.load();
+    maps.setBaseByView();
+    await maps.lookAt({ west_deg: 12.4, south_deg: 41.8, east_deg: 12.6, north_deg: 42 }, 13);
+    expect(shown()).toEqual([['osm', 1]]);
+    expect(maps.attributions.map(({ text }) => text)).toEqual(['© osm']);
+    await maps.lookAt({ west_deg: -3.8, south_deg: 40.3, east_deg: -3.7, north_deg: 40.4 }, 13);
+    expect(shown()).toEqual([['pnoa', 1]]);
+    expect(maps.isBaseByView).toBe(true);
+    maps.setBase('osm');
+    expect(shown()).toEqual([['osm', 1]]);
+    expect(maps.isBaseByView).toBe(false);
     maps.setBase('pnoa');
   });
 

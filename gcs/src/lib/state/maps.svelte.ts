@@ -7,6 +7,7 @@ import type { Problem } from '$lib/api/types';
 import {
   attributionsOf,
   baseOf,
+  chosenBaseOf,
   type Choice,
   isShown,
   moved,
@@ -15,10 +16,10 @@ import {
   readChoice,
   stackOf,
 } from '$lib/domain/sources';
-import type { LonLat } from '$lib/domain/lonlat';
 import type { Box } from '$lib/domain/tiling';
 import { station } from './station.svelte';
 import { load, save } from './stored';
+import { theMap } from './the-map';
 
 export const mapsApi = new MapsApi();
 
@@ -45,12 +46,8 @@ class Maps {
   tab = $state<'layers' | 'offline' | 'terrain'>('layers');
   /** Why the list is not known. */
   problem = $state.raw<Problem | null>(null);
-  /** Asks the map for the tiles of a source again; the map sets it. */
-  retryTiles: (id: string) => void = () => undefined;
-  /** Brings places into sight; the map sets it. */
-  show: (places: readonly LonLat[]) => void = () => undefined;
-  /** What panels leave free of the world; the map sets it. */
-  visibleBox: () => Box | null = () => null;
+  /** The part of the world that was looked at last; `null` until the map tells. */
+  #view = $state.raw<Box | null>(null);
 
   #choice = $state.raw<Choice>(load('maps', NO_CHOICE, readChoice));
   #isFine = $state(load('maps-fine', false, (value) => (typeof value === 'boolean' ? value : null)));
@@ -60,12 +57,15 @@ class Maps {
   #loadedAt_ms = -Infinity;
   #timer: ReturnType<typeof setTimeout> | undefined;
 
-  base = $derived(baseOf(this.sources, this.#choice));
+  base = $derived(baseOf(this.sources, this.#choice, this.#view));
+  /** The base map that a person chose; `null` for none, and for the one that fits the view. */
+  chosenBase = $derived(chosenBaseOf(this.sources, this.#choice));
+  isBaseByView = $derived(this.#choice.base !== '' && this.chosenBase === null);
   bases = $derived(this.sources.filter((source) => source.role === 'base'));
   /** Uppermost first, as people read a list of layers. */
   overlays = $derived(this.sources.filter((source) => source.role === 'overlay').toReversed());
   elevations = $derived(this.sources.filter((source) => source.role === 'elevation'));
-  #stack = $derived(stackOf(this.sources, this.#choice));
+  #stack = $derived(stackOf(this.sources, this.#choice, this.base));
   /** What the map draws, bottom to top. */
   shown = $derived(
     this.#stack.flatMap(({ source, opacity }) =>
@@ -110,6 +110,11 @@ class Maps {
     this.#choose({ base: id ?? '' });
   }
 
+  /** Shows the base map that fits the view. */
+  setBaseByView(): void {
+    this.#choose({ base: null });
+  }
+
   setShown(id: string, isShown: boolean): void {
     this.#choose({ isShown: { ...this.#choice.isShown, [id]: isShown } });
   }
@@ -142,20 +147,18 @@ class Maps {
   }
 
   /** Fetches one tile, past the cache, and gives what is wrong, or `null`. */
-  async check(source: MapSource): Promise<string | null> {
+  async check(source: MapSource): Promise<Problem | null> {
     const state = await mapsApi.check(source.id);
     await this.load();
-    if (state.status === 'ok') {
-      this.retryTiles(source.id);
-      return null;
-    }
-    return state.detail ?? state.last_error ?? state.status;
+    if (state.status !== 'ok') return problemOfState(state);
+    theMap.retryTiles(source.id);
+    return null;
   }
 
   /** Asks for what did not come. An operator's wish goes past the server's own waiting time too. */
   async tryAgain(source: MapSource): Promise<void> {
     if (station.isOperator) await mapsApi.check(source.id).catch(() => undefined);
-    this.retryTiles(source.id);
+    theMap.retryTiles(source.id);
     await this.load();
   }
 
@@ -171,8 +174,9 @@ class Maps {
     }
   }
 
-  /** The attribution that a view demands, where the service tells it by place. */
+  /** Takes note of what is looked at: for the base map that fits, and the attribution where the service tells it by place. */
   async lookAt(view: Box, zoom: number): Promise<void> {
+    this.#view = view;
     for (const { source } of this.#stack) {
       if (!source.attribution_by_view) continue;
       try {
@@ -208,12 +212,11 @@ class Maps {
   failingOf = (source: MapSource): Failing | null => this.#failingOf(source);
 
   #failingOf(source: MapSource): Failing | null {
-    const { status, detail } = source.state;
+    const { status } = source.state;
     const fault = this.#faults.get(source.id);
     if (fault !== undefined) return { source, problem: fault, isStale: false };
     if (status === 'ok' || status === 'unused') return null;
-    const problem = { type: `urn:vencejo:source-${status}`, title: status, status: 0, detail: detail ?? '' };
-    return { source, problem, isStale: status === 'failing' || status === 'offline' };
+    return { source, problem: problemOfState(source.state), isStale: status === 'failing' || status === 'offline' };
   }
 
   #take({ sources, file, file_error }: { sources: MapSource[]; file: string; file_error?: string | null }): void {
@@ -240,6 +243,13 @@ class Maps {
     this.#choice = { ...this.#choice, ...change };
     save('maps', this.#choice);
   }
+}
+
+function problemOfState({ status, detail, last_error, cause }: MapSource['state']): Problem {
+  // what is set aside says all by its status
+  const said = status === 'set_aside' ? '' : (detail ?? last_error ?? '');
+  const type = `urn:vencejo:source-${status}`;
+  return { type, title: status, status: 0, detail: said, ...(cause != null && { cause }) };
 }
 
 export const maps = new Maps();

@@ -1,5 +1,13 @@
 // The plan that is being edited, what of it the vehicle has, and the transfers between the two.
-import type { CommandInfo, Operation, Plan as ApiPlan, PlanFinding, PlanKind, Problem } from '$lib/api/types';
+import type {
+  CommandInfo,
+  LandingRequest,
+  Operation,
+  Plan as ApiPlan,
+  PlanFinding,
+  PlanKind,
+  Problem,
+} from '$lib/api/types';
 import { type Areas, isFenceEmpty, isSameFence, isSameRally } from '$lib/domain/area-edit';
 import { commit, type History, historyOf, redo, seal, undo } from '$lib/domain/history';
 import type { LonLat } from '$lib/domain/lonlat';
@@ -18,8 +26,10 @@ import { type DiffEntry, diffMissions, isSameMission } from '$lib/domain/plan-di
 import {
   addAt,
   type Added,
+  addLanding,
   changeCommand,
   changeKind,
+  comingFrom,
   type Draft,
   type DraftItem,
   draftOf,
@@ -37,6 +47,7 @@ import {
   shiftKeys,
 } from '$lib/domain/plan-edit';
 import { readPlan } from '$lib/domain/plan-read';
+import { elevation } from './maps-elevation.svelte';
 import { onBoard, PLAN_PARTS } from './on-board.svelte';
 import type { DraftState, PlanDraft } from './plan-draft';
 import { api, operations, problemFrom } from './station.svelte';
@@ -86,6 +97,7 @@ class PlanStore implements PlanDraft {
   isPickingMany = $state(false);
   #checkTimer: ReturnType<typeof setTimeout> | undefined;
   #checkRun = 0;
+  #landingRun = 0;
   #saveTimer: ReturnType<typeof setTimeout> | undefined;
   /** Plan states that were already answered by a reading of our own: one try each. */
   /** The parts of the draft as they were found on board. */
@@ -93,8 +105,8 @@ class PlanStore implements PlanDraft {
   readonly #readFor = new Set<string>();
   /** How often a plan that changed under its reading was read again. */
   #readAgain = 0;
-  /** Vehicles that were asked how they fly a route. */
-  readonly #learnt = new Set<number>();
+  /** Vehicles that were asked how they fly, circle and land. */
+  readonly #learnt = new Map<number, Promise<void>>();
   #discovery: 'idle' | 'running' | 'again' = 'idle';
 
   /** Where heights count from: the vehicle's home, else the one that the plan names. */
@@ -227,10 +239,42 @@ class PlanStore implements PlanDraft {
   }
 
   add(kind: EditableKind, at: LonLat | null): void {
-    const wind = vehicles.selected?.groups.wind;
-    // a breeze says nothing about the side to land from
-    const isWindy = wind?.from_deg != null && (wind.speed_m_s ?? 0) >= 2;
-    this.#add((draft) => addAt(draft, kind, at, this.defaults, isWindy ? wind.from_deg : null));
+    if (kind !== 'land') this.#add((draft) => addAt(draft, kind, at, this.defaults));
+    else if (at !== null) void this.#land(at);
+  }
+
+  /** Ends the mission with a landing as the core designs it; of two that are asked for in a row the last one counts. */
+  async #land(at: LonLat): Promise<void> {
+    const run = ++this.#landingRun;
+    try {
+      this.problem = null;
+      if (vehicles.selected !== null) await this.#learnWays(vehicles.selected);
+      const ground = elevation.isKnowable ? await elevation.at(at) : null;
+      const { items } = await api.designLanding(this.#landingAt(at, ground?.alt_amsl_m ?? null));
+      if (run === this.#landingRun) this.#add((draft) => addLanding(draft, items));
+    } catch (error) {
+      if (run === this.#landingRun) this.problem = problemFrom(error);
+    }
+  }
+
+  /** What is known here of a landing: into the wind, unless it is a breeze; else straight on from where the plane comes. */
+  #landingAt(at: LonLat, ground_amsl_m: number | null): LandingRequest {
+    const vehicle = vehicles.selected;
+    const { loiterRadius_m, cruise_m_s } = vehicles.route;
+    const { from_deg, speed_m_s } = vehicle?.groups.wind ?? {};
+    const wind = from_deg == null || speed_m_s == null ? null : { from_deg, speed_m_s };
+    const isBreeze = wind === null || wind.speed_m_s < 2;
+    const before = comingFrom(this.draft, vehicles.route) ?? this.home;
+    return {
+      at: placeOnly(at),
+      wind,
+      ground_rel_home_m: ground_amsl_m === null || this.home === null ? null : ground_amsl_m - this.home.alt_amsl_m,
+      coming_from: isBreeze && before !== null ? placeOnly(before) : null,
+      radius_m: Math.min(Math.max(loiterRadius_m, 20), 500),
+      airspeed_m_s: Math.min(Math.max(cruise_m_s, 5), 60),
+      // an ArduPlane whose return does not look for it would not arm with a DO_LAND_START
+      has_land_start: vehicle?.findsLanding ?? false,
+    };
   }
 
   /** Inserts on the leg that ends at item `toIndex`; gives the number of the new item. */
@@ -524,19 +568,24 @@ class PlanStore implements PlanDraft {
         this.#discovery = 'running';
         // a vehicle does one transfer at a time
         for (const part of PLAN_PARTS) await this.#discover(part);
-        if (vehicles.selected !== null) await this.#learnRoute(vehicles.selected);
+        if (vehicles.selected !== null) await this.#learnWays(vehicles.selected);
       } while ((this.#discovery as string) === 'again');
     } finally {
       this.#discovery = 'idle';
     }
   }
 
-  /** Asks an ArduPlane once for the radius of its circles and the speed that it flies; without an answer it is taken as it comes. */
-  async #learnRoute(vehicle: Vehicle): Promise<void> {
+  /** Asks an ArduPlane once how it circles, flies and lands; without an answer it is taken as it comes. */
+  async #learnWays(vehicle: Vehicle): Promise<void> {
     const { heartbeat } = vehicle.groups;
     const isArduPlane = heartbeat?.autopilot === 3 && (vehicle.kind === 'plane' || vehicle.kind === 'vtol');
-    if (!isArduPlane || this.#learnt.has(vehicle.systemId)) return;
-    this.#learnt.add(vehicle.systemId);
+    if (!isArduPlane) return;
+    const known = this.#learnt.get(vehicle.systemId) ?? this.#askWays(vehicle);
+    this.#learnt.set(vehicle.systemId, known);
+    await known;
+  }
+
+  async #askWays(vehicle: Vehicle): Promise<void> {
     const read = async (name: string): Promise<number | null> => {
       try {
         const { value } = await api.readParam(vehicle.systemId, name);
@@ -547,6 +596,8 @@ class PlanStore implements PlanDraft {
     };
     const radius_m = await read('WP_LOITER_RAD');
     const cruise_m_s = await read('AIRSPEED_CRUISE');
+    const autoland = await read('RTL_AUTOLAND');
+    vehicle.findsLanding = autoland === null ? null : autoland !== 0;
     vehicle.route = {
       ...vehicle.route,
       ...(radius_m === null || radius_m === 0 ? {} : { loiterRadius_m: Math.abs(radius_m) }),
@@ -614,6 +665,8 @@ class PlanStore implements PlanDraft {
 function partOf(draft: Draft, part: PlanKind): unknown {
   return part === 'mission' ? draft.items : draft[part];
 }
+
+const placeOnly = ({ lat_deg, lon_deg }: LonLat): LonLat => ({ lat_deg, lon_deg });
 
 function readChosen(value: unknown): Chosen | null {
   if (typeof value !== 'object' || value === null) return null;

@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
-import type { Plan, PlanState } from '$lib/api/types';
+import type { LandingRequest, Plan, PlanState } from '$lib/api/types';
 import { makeItem } from '$lib/domain/plan';
 import { api } from './station.svelte';
 import { plan } from './plan.svelte';
@@ -44,6 +44,10 @@ function serve() {
       uncertain = null;
       return done(onBoard);
     }),
+    /** A circle down, and the landing. */
+    design: vi.fn(({ at }: LandingRequest) =>
+      answer({ items: [makeItem('loiter_to_height', { at, alt_m: 40 }), makeItem('land', { at, alt_m: 0 })] }),
+    ),
     clear: vi.fn(() => {
       onBoard = { ...onBoard, items: [] };
       return done(onBoard);
@@ -53,6 +57,7 @@ function serve() {
     sendPlan: spies.send,
     readPlan: spies.read,
     clearPlan: spies.clear,
+    designLanding: spies.design,
     checkPlan: () => answer([]),
     vehicle: () => answer({ plan_states: { mission: state(), fence: state(), rally: state() } }),
   });
@@ -180,7 +185,7 @@ describe('the plan store', () => {
     vehicle.groups = { heartbeat: { autopilot: 3, mav_type: 1 } } as typeof vehicle.groups;
     await plan.discover();
     await plan.discover();
-    expect(asked).toEqual(['WP_LOITER_RAD', 'AIRSPEED_CRUISE']);
+    expect(asked).toEqual(['WP_LOITER_RAD', 'AIRSPEED_CRUISE', 'RTL_AUTOLAND']);
     // what it does not tell is taken as an ArduPlane comes
     expect(vehicles.route).toMatchObject({ loiterRadius_m: 80, cruise_m_s: 22 });
   });
@@ -231,11 +236,28 @@ describe('the plan store', () => {
     expect([...plan.selection]).toEqual([1, 2]);
   });
 
-  it('gives the tool back after a landing, and keeps the selection on what is there', () => {
+  it('says why a landing cannot be, and takes the last of two', async () => {
+    server.design.mockRejectedValueOnce(new Error('no direction'));
+    plan.add('land', AT);
+    await vi.waitFor(() => expect(plan.problem).not.toBeNull());
+    expect(plan.items).toHaveLength(0);
+    plan.add('land', HOME);
+    plan.add('land', AT);
+    await vi.waitFor(() => expect(plan.items).toHaveLength(2));
+    expect(plan.problem).toBeNull();
+    expect(plan.items[1]?.params[4]).toBe(AT.lat_deg);
+  });
+
+  it('gives the tool back after a landing, and keeps the selection on what is there', async () => {
+    plan.add('waypoint', AT);
     plan.tool = 'land';
-    plan.addWithTool(AT);
-    expect(plan.items).toHaveLength(3);
+    const there = { ...AT, lat_deg: AT.lat_deg + 0.01 };
+    plan.addWithTool(there);
     expect(plan.tool).toBe('waypoint');
+    await vi.waitFor(() => expect(plan.items).toHaveLength(3));
+    expect(server.design).toHaveBeenLastCalledWith(
+      expect.objectContaining({ at: there, coming_from: AT, has_land_start: false }),
+    );
     plan.remove(new Set(plan.items.map((item) => item.key)));
     expect(plan.items).toHaveLength(0);
     expect(plan.selectedKeys.size).toBe(0);

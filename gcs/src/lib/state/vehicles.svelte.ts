@@ -73,6 +73,8 @@ export class Vehicle {
   modeNames = $state.raw<readonly string[]>([]);
   /** What of it decides where a plan takes it. */
   route = $state.raw<RouteOptions>(PLANE_ROUTE);
+  /** Whether its return finds a landing by DO_LAND_START (RTL_AUTOLAND); null when that is not known. */
+  findsLanding = $state<boolean | null>(null);
   texts = $state.raw<readonly Text[]>([]);
   /** How well it is heard; null before it is known. */
   link = $state.raw<LinkQuality | null>(null);

@@ -2,31 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Protocol
-
 from vencejo.camera.address import SourceAddress, SourceKind
-from vencejo.camera.frames import EncodedFrame, Frame
+from vencejo.camera.sources.source import Source
 
 __all__ = ["Source", "open_source"]
-
-
-class Source(Protocol):
-    """An open source."""
-
-    def frames(self) -> Iterator[EncodedFrame | Frame]:
-        """Pictures as they come, until the source ends.
-
-        Raises
-        ------
-        CameraError
-            When it fails; the text says why.
-        """
-        ...
-
-    def close(self) -> None:
-        """End it, from any thread: whoever waits for a picture comes back soon. May be called again."""
-        ...
 
 
 def open_source(address: SourceAddress) -> Source:

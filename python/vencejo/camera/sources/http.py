@@ -22,7 +22,7 @@ from vencejo.camera import jpeg
 from vencejo.camera.address import SourceAddress
 from vencejo.camera.errors import CameraError
 from vencejo.camera.frames import EncodedFrame
-from vencejo.camera.sources import Source
+from vencejo.camera.sources.source import Source
 
 __all__ = ["MjpegSource", "open_http"]
 

@@ -30,9 +30,6 @@ use super::items::Outbox;
 use super::timing::{FTP_ABSENT_AFTER, FTP_BUSY_WAIT, FTP_FIRST_TIMEOUT, RESTARTS, RoundTrip, SILENCE_LIMIT};
 use super::{TransferConfig, TransferError, TransferOutput};
 
-/// Step of a timeout that means: MAVFTP never answered.
-pub(crate) const FTP_ABSENT: &str = "opening a file by MAVFTP";
-
 /// How often a session of ours is ended before another station is suspected.
 const EVICTIONS: u32 = 3;
 
@@ -338,7 +335,7 @@ impl Session {
     fn on_time(&mut self, now: MonoTime) -> Event {
         let waited = now.since(self.progressed);
         if !self.was_heard && now.since(self.began) >= FTP_ABSENT_AFTER {
-            return Event::Failed(TransferError::Timeout { step: FTP_ABSENT, waited });
+            return Event::Failed(TransferError::FtpAbsent { waited });
         }
         if waited >= SILENCE_LIMIT {
             return Event::Failed(TransferError::Timeout { step: "transferring a file by MAVFTP", waited });

@@ -252,9 +252,13 @@ export class SourceLayers {
     entry.abort.abort();
     this.#entries.delete(id);
     if (entry.layer === null) return;
-    this.#map.removeLayer(entry.layer);
-    entry.layer.getSource()?.dispose();
-    entry.layer.dispose();
+    const { layer } = entry;
+    this.#map.removeLayer(layer);
+    // A frame in which it was drawn looks for its coarser tiles in a timer of its own, which must find it whole.
+    setTimeout(() => {
+      layer.getSource()?.dispose();
+      layer.dispose();
+    }, 0);
   }
 }
 

@@ -4,6 +4,7 @@ import { isNoAnswer } from '$lib/api/problem';
 import type { Problem } from '$lib/api/types';
 import { hasText, t, type MessageKey } from '$lib/i18n/index.svelte';
 import { settings } from '$lib/state/settings.svelte';
+import { operatorName } from './names';
 
 export interface ProblemWords {
   readonly text: string;
@@ -56,6 +57,7 @@ function wordsOf(cause: Fields): Record<string, string> {
       const key = `${named[name] ?? ''}.${String(value)}`;
       if (hasText(key)) return [name, t(key)];
       if (typeof value === 'number') return [name, value.toLocaleString(settings.locale, { maximumFractionDigits: 7 })];
+      if (name === 'holder' && typeof value === 'string') return [name, operatorName(value)];
       return [name, value === null ? t('value.none') : String(value)];
     }),
   );

@@ -1,21 +1,60 @@
-// Why a source does not come, in the language in use, with what the server or the service said itself.
+// Why a source does not come, in the language in use, with what the service said itself.
 import { isNoAnswer } from '$lib/api/problem';
-import type { Problem } from '$lib/api/types';
+import type { Cause, Problem } from '$lib/api/types';
 import { hasText, t } from '$lib/i18n/index.svelte';
 
 export interface FaultWords {
   readonly text: string;
-  /** In the words of the service; empty when it said nothing. */
+  /** More of it, from the figures of the cause; empty where there are none. */
+  readonly why: string;
+  /** In the words of the service or of the system, mostly English; empty where they would add nothing. */
   readonly said: string;
 }
 
 export function faultWords(problem: Problem): FaultWords {
-  if (isNoAnswer(problem)) return { text: t('problem.noAnswer'), said: '' };
+  if (isNoAnswer(problem)) return { text: t('problem.noAnswer'), why: '', said: '' };
+  const why = whyOf(problem.cause);
   const key = `maps.fault.${codeOf(problem)}`;
-  if (hasText(key)) return { text: t(key), said: problem.detail };
+  if (hasText(key)) return { text: t(key), why, said: saidOf(problem) };
   return problem.type.startsWith('urn:')
-    ? { text: problem.detail || problem.title, said: '' }
-    : { text: problem.title, said: problem.detail };
+    ? { text: problem.detail || problem.title, why, said: '' }
+    : { text: problem.title, why, said: problem.detail };
 }
 
 const codeOf = (problem: Problem): string => problem.type.replace(/^urn:vencejo:/, '');
+
+function whyOf(cause: Cause | undefined): string {
+  switch (cause?.code) {
+    case 'source-offline': {
+      // a newer server may know more reasons
+      const key = `maps.why.${cause.why}`;
+      return hasText(key) ? t(key, { service: cause.service }) : '';
+    }
+    case 'source-timeout':
+      return t('maps.why.timeout', { service: cause.service, waited_s: cause.waited_s });
+    case 'source-failed': {
+      const { service, status } = cause;
+      if (status == null) return '';
+      return t(status === 401 || status === 403 ? 'maps.why.key' : 'maps.why.status', { service, status });
+    }
+    default:
+      return '';
+  }
+}
+
+/** What is left to say when the cause's code and figures are said. */
+function saidOf({ cause, detail }: Problem): string {
+  switch (cause?.code) {
+    case 'source-offline':
+    case 'source-timeout':
+    case 'source-key':
+    case 'source-busy':
+    case 'no-source':
+      return '';
+    case 'source-failed':
+    case 'source-invalid':
+      return cause.problem;
+    default:
+      return detail;
+  }
+}

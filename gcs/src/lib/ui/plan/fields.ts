@@ -31,7 +31,7 @@ export const FIELDS: Record<EditableKind, readonly Field[]> = {
     { index: 2, label: 'param.passBy', unit: 'length', min: 0, max: 255 },
   ],
   takeoff: [{ index: 0, label: 'param.minPitch', unit: 'deg', min: 0, max: 90, isWhole: true }],
-  land: [{ index: 0, label: 'param.abortAlt', unit: 'length', min: 0, max: 327 }],
+  land: [{ index: 0, label: 'param.abortAlt', unit: 'length', min: 0, max: 32_767 }],
   loiter_turns: [{ index: 0, label: 'param.turns', unit: 'none', min: 0, max: 255 }, { index: 2, ...RADIUS }, EXIT],
   loiter_time: [
     { index: 0, label: 'param.time', unit: 's', min: 0, max: 65_535, isWhole: true },
@@ -45,7 +45,7 @@ export const FIELDS: Record<EditableKind, readonly Field[]> = {
   change_speed: [
     { index: 0, label: 'param.speedType', unit: 'none', min: 0, max: 3, isWhole: true },
     { index: 1, label: 'param.speed', unit: 'speed', min: 0, max: 200 },
-    { index: 2, label: 'param.throttle', unit: '%', min: 0, max: 100, isWhole: true },
+    { index: 2, label: 'param.throttle', unit: '%', min: -1, max: 100, isWhole: true },
   ],
   jump: [
     { index: 0, label: 'param.item', unit: 'none', min: 1, max: 65_535, isWhole: true },

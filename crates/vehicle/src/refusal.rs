@@ -1,0 +1,161 @@
+//! Why an autopilot refuses, recognised by what it writes, and what a person can do about it.
+//!
+//! ArduPilot tells its reasons as texts alone (`STATUSTEXT`: "PreArm: …", "Arm: …"); their words are in `AP_Arming` and `AP_Arming_Plane`.
+
+/// A reason of which a remedy is known.
+macro_rules! refusals {
+    ($($name:ident, $code:literal, $remedy:literal, [$([$($word:literal),+]),+];)+) => {
+        /// What a refusal is about.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum Refusal {
+            $(#[doc = $remedy] $name,)+
+        }
+
+        impl Refusal {
+            /// All of them; of those that fit a text the first is meant.
+            pub const ALL: &'static [Self] = &[$(Self::$name),+];
+
+            /// A stable name, fit for programs.
+            #[must_use]
+            pub const fn code(self) -> &'static str {
+                match self { $(Self::$name => $code,)+ }
+            }
+
+            /// What to do about it, in English.
+            #[must_use]
+            pub const fn remedy(self) -> &'static str {
+                match self { $(Self::$name => $remedy,)+ }
+            }
+
+            /// Texts that mean it: each holds these words one after the other.
+            const fn texts(self) -> &'static [&'static [&'static str]] {
+                match self { $(Self::$name => &[$(&[$($word),+]),+],)+ }
+            }
+        }
+    };
+}
+
+refusals! {
+    LandingNeedsRtlAutoland, "landing-needs-rtl-autoland", "set parameter RTL_AUTOLAND to 2 (or 1), or take DO_LAND_START out of the mission",
+        [["do_land_start", "rtl_autoland"]];
+    NoMission, "no-mission", "send a mission",
+        [["no mission"], ["mission", "missing"], ["mission", "empty"], ["missing", "mission"], ["auto", "mission"]];
+    ModeNotArmable, "mode-not-armable", "prepare the flight (it changes to a mode that arms), or choose MANUAL or FBWA",
+        [["not armable"]];
+    LandingSequence, "landing-sequence", "prepare the flight: it changes to MANUAL and sets the mission back to its beginning",
+        [["in landing sequence"]];
+    GpsAccuracy, "gps-accuracy", "wait until the GPS is more accurate, away from buildings and trees",
+        [["gps", "accuracy"], ["gps", "hdop"], ["gps", "speed error"], ["gps", "horiz error"], ["gps", "vert"]];
+    GpsNoFix, "gps-no-fix", "wait until the GPS has a 3D fix, under open sky",
+        [["gps", "bad fix"], ["gps", "no fix"], ["gps", "not healthy"], ["gps", "unhealthy"], ["gps", "waiting"], ["gps", "not found"],
+         ["gps", "no gps"], ["gps", "3d"], ["bad gps"], ["need 3d fix"]];
+    PositionUnknown, "position-unknown", "wait for GPS and position estimate: up to a minute after the start",
+        [["need position"], ["position estimate"], ["waiting for home"], ["home not set"], ["no position"], ["ekf", "not started"], ["ekf", "pos"]];
+    CompassInconsistent, "compass-inconsistent", "move away from metal and magnets; calibrate all compasses if it stays",
+        [["compass", "inconsistent"], ["compass", "disagree"]];
+    CompassCalibrate, "compass-calibrate", "move away from metal and magnets; calibrate the compass if it stays",
+        [["compass"], ["mag field"]];
+    AccelsInconsistent, "accels-inconsistent", "let the plane stand still for a minute; calibrate the accelerometers if it stays",
+        [["accel", "inconsistent"]];
+    AccelsCalibrate, "accels-calibrate", "calibrate the accelerometers and reboot", [["accel"]];
+    Gyros, "gyros", "let the plane stand still; reboot if it stays", [["gyro"]];
+    AhrsWaiting, "ahrs-waiting", "let the plane stand still for a minute", [["ahrs"], ["ekf"], ["attitude"]];
+    Airspeed, "airspeed", "cover the pitot tube and calibrate; check the tube and its wiring", [["airspeed"]];
+    Barometer, "barometer", "reboot; check that the sensor is not blocked", [["baro"]];
+    BoardVoltage, "board-voltage", "check power module, BEC and plugs", [["board", "voltage"], ["servo voltage"], ["vcc"]];
+    BatteryLow, "battery-low", "check the battery: charge, connection, and the failsafe's limits", [["batt"]];
+    ThrottleNotZero, "throttle-not-zero", "bring the throttle stick to its lowest position",
+        [["throttle", "not"], ["throttle", "too high"], ["throttle", "zero"], ["throttle", "idle"], ["throttle", "neutral"]];
+    RcNotCalibrated, "rc-not-calibrated", "switch the pilot's radio on; calibrate it", [["=rc"], ["radio calib"]];
+    SafetySwitch, "safety-switch", "press the safety switch on the plane until it stops blinking", [["safety"]];
+    Failsafe, "failsafe", "look for the failsafe's cause: radio, battery or ground-station link", [["failsafe"]];
+    Logging, "logging", "check the autopilot's memory card", [["logging"], ["=log"], ["=logger"], ["sd card"]];
+    Fence, "fence", "bring the plane inside the fence, wait for its position, or correct the fence", [["fence"]];
+    Rally, "rally", "send rally points within reach, or none", [["rally"]];
+    AlreadyArmed, "already-armed", "there is nothing to do", [["already armed"]];
+    SystemInitialising, "system-initialising", "wait half a minute", [["initialis"], ["initializ"]];
+}
+
+impl Refusal {
+    /// What a text of an autopilot is about; `None`: nothing of which a remedy is known.
+    #[must_use]
+    pub fn of(text: &str) -> Option<Self> {
+        let text = text.to_lowercase();
+        Self::ALL.iter().copied().find(|refusal| refusal.texts().iter().any(|words| holds(&text, words)))
+    }
+}
+
+/// What to do about what an autopilot wrote, each once, in the order of the texts.
+#[must_use]
+pub fn remedies(texts: &[String]) -> Vec<&'static str> {
+    let mut found: Vec<&str> = Vec::new();
+    for remedy in texts.iter().filter_map(|text| Refusal::of(text)).map(Refusal::remedy) {
+        if !found.contains(&remedy) {
+            found.push(remedy);
+        }
+    }
+    found
+}
+
+/// Whether a text in small letters holds these words one after the other. One that begins with `=` has to stand alone, numbered or not.
+fn holds(text: &str, words: &[&str]) -> bool {
+    let mut rest = text;
+    words.iter().all(|word| {
+        let found = match word.strip_prefix('=') {
+            Some(alone) => rest
+                .split(|c: char| !c.is_alphanumeric())
+                .any(|one| one.trim_end_matches(|c: char| c.is_ascii_digit()) == alone)
+                .then_some(0),
+            None => rest.find(word).map(|at| at + word.len()),
+        };
+        rest = &rest[found.unwrap_or(0)..];
+        found.is_some()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_of_autopilots_are_recognised() {
+        // The first two are from a recording of an ArduPlane (arm-refused-and-modes.tlog); the others as ArduPilot writes them.
+        for (text, code) in [
+            ("Arm: RTL mode not armable", Some("mode-not-armable")),
+            ("PreArm: In landing sequence", Some("landing-sequence")),
+            ("PreArm: DO_LAND_START set and RTL_AUTOLAND disabled", Some("landing-needs-rtl-autoland")),
+            ("PreArm: GPS 1: Bad fix", Some("gps-no-fix")),
+            ("PreArm: GPS 1: not healthy", Some("gps-no-fix")),
+            ("PreArm: GPS horiz error 5.1m", Some("gps-accuracy")),
+            ("PreArm: Need Position Estimate", Some("position-unknown")),
+            ("PreArm: AHRS: waiting for home", Some("position-unknown")),
+            ("PreArm: Compass not calibrated", Some("compass-calibrate")),
+            ("PreArm: Compasses inconsistent", Some("compass-inconsistent")),
+            ("PreArm: Accels inconsistent", Some("accels-inconsistent")),
+            ("PreArm: 3D Accel calibration needed", Some("accels-calibrate")),
+            ("PreArm: Gyros inconsistent", Some("gyros")),
+            ("PreArm: Battery 1 below minimum arming voltage", Some("battery-low")),
+            ("PreArm: Board (4.1v) out of range 4.3-5.8v voltage", Some("board-voltage")),
+            ("PreArm: Throttle (RC3) is not neutral", Some("throttle-not-zero")),
+            ("Arm: Throttle too high", Some("throttle-not-zero")),
+            ("PreArm: RC not calibrated", Some("rc-not-calibrated")),
+            ("PreArm: RC3_MIN is greater than RC3_TRIM", Some("rc-not-calibrated")),
+            ("PreArm: Hardware safety switch", Some("safety-switch")),
+            ("PreArm: Radio failsafe on", Some("failsafe")),
+            ("PreArm: Logging failed", Some("logging")),
+            ("PreArm: Search for the source", None),
+            ("PreArm: Something nobody wrote yet", None),
+            ("", None),
+        ] {
+            assert_eq!(Refusal::of(text).map(Refusal::code), code, "{text}");
+        }
+    }
+
+    #[test]
+    fn each_has_a_name_of_its_own() {
+        let mut codes: Vec<_> = Refusal::ALL.iter().map(|refusal| refusal.code()).collect();
+        codes.sort_unstable();
+        codes.dedup();
+        assert_eq!(codes.len(), Refusal::ALL.len());
+    }
+}

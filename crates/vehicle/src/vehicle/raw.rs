@@ -1,0 +1,139 @@
+//! The numbers of what goes out as its caller made it: raw commands and raw messages.
+//!
+//! ArduPilot makes whole numbers of 32 bits of many of them without looking (`convert_COMMAND_LONG_loc_param`,
+//! `handle_set_position_target_global_int` and the handlers behind them), which C++ leaves undefined for what does not fit: in its
+//! simulator, where such faults are trapped, that ends the autopilot.
+
+use vencejo_flight::plan::Command;
+use vencejo_proto::dialect::{MavMessage, PositionTargetTypemask};
+use vencejo_proto::{FieldValue, Message};
+
+use super::steps::{height, invalid};
+use crate::command::{CommandMessage, cmd};
+use crate::error::VehicleError;
+
+/// Checks the numbers of a message. Parameters and debug values are excepted: any number may be one, and some are no numbers but
+/// whole numbers in the bytes of one.
+pub(super) fn check_message(message: &Message) -> Result<(), VehicleError> {
+    let alt_m = match message {
+        Message::CommandLong(long) => return check_command(&CommandMessage::Long(*long)),
+        Message::CommandInt(int) => return check_command(&CommandMessage::Int(*int)),
+        Message::Dialect(
+            MavMessage::PARAM_SET(_)
+            | MavMessage::NAMED_VALUE_FLOAT(_)
+            | MavMessage::DEBUG(_)
+            | MavMessage::DEBUG_VECT(_)
+            | MavMessage::DEBUG_FLOAT_ARRAY(_),
+        ) => return Ok(()),
+        Message::MissionItemFloat(item) if takes_position(item.command) && is_global(item.frame) => {
+            place(item.x.into(), item.y.into())?;
+            item.z
+        }
+        Message::MissionItemInt(item) if takes_position(item.command) && is_global(item.frame) => {
+            place(degrees(item.x.into()), degrees(item.y.into()))?;
+            item.z
+        }
+        Message::Dialect(MavMessage::SET_POSITION_TARGET_GLOBAL_INT(target)) => {
+            let has_height = !target.type_mask.contains(PositionTargetTypemask::POSITION_TARGET_TYPEMASK_Z_IGNORE);
+            if has_height { new_height(target.alt.into())? } else { f32::NAN }
+        }
+        Message::Dialect(MavMessage::SET_POSITION_TARGET_LOCAL_NED(target)) => target.z,
+        _ => f32::NAN,
+    };
+    height_or_none(alt_m)?;
+    message.fields().iter().try_for_each(|(name, value)| match (*name, value) {
+        ("lat" | "lat_int" | "latitude", FieldValue::Signed(value)) => place(degrees(*value), f64::NAN),
+        ("lon" | "lng" | "lon_int" | "longitude", FieldValue::Signed(value)) => place(f64::NAN, degrees(*value)),
+        (name, FieldValue::List(values)) => values.iter().try_for_each(|value| float(name, value)),
+        (name, value) => float(name, value),
+    })
+}
+
+fn float(field: &'static str, value: &FieldValue) -> Result<(), VehicleError> {
+    if let FieldValue::Float(value) = value { number(field, *value) } else { Ok(()) }
+}
+
+/// A command as it was given, its numbers checked.
+pub(super) fn checked(command: CommandMessage) -> Result<CommandMessage, VehicleError> {
+    check_command(&command).map(|()| command)
+}
+
+/// Checks the numbers of a command.
+pub(super) fn check_command(command: &CommandMessage) -> Result<(), VehicleError> {
+    let (code, params, place_deg, alt_m) = match command {
+        CommandMessage::Long(long) => {
+            let [.., lat, lon, alt] = long.params;
+            (long.command, &long.params[..], Some((lat.into(), lon.into())), alt)
+        }
+        CommandMessage::Int(int) => {
+            let place_deg = is_global(int.frame).then(|| (degrees(int.x.into()), degrees(int.y.into())));
+            (int.command, &int.params[..], place_deg, int.z)
+        }
+    };
+    PARAMS.iter().zip(params).try_for_each(|(field, param)| number(field, (*param).into()))?;
+    number("z", alt_m.into())?;
+    match code {
+        cmd::DO_CHANGE_ALTITUDE => new_height(params[0].into()).map(drop),
+        cmd::GUIDED_CHANGE_ALTITUDE => new_height(alt_m.into()).map(drop),
+        code if takes_position(code) => {
+            if let Some((lat_deg, lon_deg)) = place_deg {
+                place(lat_deg, lon_deg)?;
+            }
+            height_or_none(alt_m)
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Names of a command's parameters.
+const PARAMS: [&str; 7] = ["param1", "param2", "param3", "param4", "param5", "param6", "param7"];
+
+/// A number that fits 32 bits as a whole one. The least is a whole 32-bit float, the largest is not.
+fn number(field: &'static str, value: f64) -> Result<(), VehicleError> {
+    if value.is_nan() || (f64::from(i32::MIN)..-f64::from(i32::MIN)).contains(&value) {
+        return Ok(());
+    }
+    Err(invalid(field, value, "-2147483648 to below 2147483648, or NaN where MAVLink allows it"))
+}
+
+/// A position, degrees; NaN where there is none.
+fn place(lat_deg: f64, lon_deg: f64) -> Result<(), VehicleError> {
+    for (field, value, limit, expected) in [
+        ("lat_deg", lat_deg, 90.0, "a latitude, -90 to 90 degrees, or NaN"),
+        ("lon_deg", lon_deg, 180.0, "a longitude, -180 to 180 degrees, or NaN"),
+    ] {
+        if value.abs() > limit {
+            return Err(invalid(field, value, expected));
+        }
+    }
+    Ok(())
+}
+
+/// Degrees of a whole number of 1e-7 degrees, of which the largest means that there is none.
+fn degrees(scaled: i64) -> f64 {
+    if scaled == i64::from(i32::MAX) { f64::NAN } else { scaled as f64 / 1e7 }
+}
+
+fn height_or_none(alt_m: f32) -> Result<(), VehicleError> {
+    if alt_m.is_nan() { Ok(()) } else { height("alt_m", alt_m.into()).map(drop) }
+}
+
+/// A height that an ArduPlane in flight is to take without a position: one of 0 cm it reads as no place at all, which its simulator
+/// does not survive (`Location::get_alt_cm`; ArduPlane 4.6.3), and GUIDED_CHANGE_ALTITUDE refuses it as dangerous.
+pub(super) fn new_height(alt_m: f64) -> Result<f32, VehicleError> {
+    if alt_m.abs() < 0.01 {
+        return Err(invalid("alt_m", alt_m, "a height that ArduPlane takes; it takes 0 for none"));
+    }
+    height("alt_m", alt_m)
+}
+
+/// Whether parameters 5 to 7 of a command are latitude, longitude and height.
+fn takes_position(command: u16) -> bool {
+    // Those that are no items of a mission: DO_REPOSITION, DO_SET_GLOBAL_ORIGIN, EXTERNAL_POSITION_ESTIMATE.
+    matches!(command, cmd::DO_REPOSITION | 611 | 43003) || Command(command).info().is_some_and(|info| info.has_position)
+}
+
+/// Whether x and y of a frame are degrees (MAV_FRAME).
+fn is_global(frame: u8) -> bool {
+    matches!(frame, 0 | 3 | 5 | 6 | 10 | 11)
+}

@@ -1,0 +1,45 @@
+// What the map does for the rest of the app, while there is one.
+import type { LonLat } from '$lib/domain/lonlat';
+import type { Box } from '$lib/domain/tiling';
+
+export interface MapActs {
+  /** What is in the middle of the map; `null` while there is no map. */
+  readonly centre: () => LonLat | null;
+  /** What panels leave free of the world; `null` while there is no map. */
+  readonly visibleBox: () => Box | null;
+  /** Moves the map so that a position is in its middle. */
+  readonly show: (at: LonLat) => void;
+  /** Brings positions into sight. */
+  readonly fit: (positions: readonly LonLat[]) => void;
+  /** Asks for the tiles of a source again. */
+  readonly retryTiles: (source: string) => void;
+}
+
+const NO_MAP: MapActs = {
+  centre: () => null,
+  visibleBox: () => null,
+  show: () => undefined,
+  fit: () => undefined,
+  retryTiles: () => undefined,
+};
+
+class TheMap implements MapActs {
+  #acts = NO_MAP;
+
+  /** Has a map act from now on; call what it gives before that map is destroyed. */
+  attach(acts: MapActs): () => void {
+    this.#acts = acts;
+    return () => {
+      // another one may have taken its place
+      if (this.#acts === acts) this.#acts = NO_MAP;
+    };
+  }
+
+  centre = (): LonLat | null => this.#acts.centre();
+  visibleBox = (): Box | null => this.#acts.visibleBox();
+  show = (at: LonLat): void => this.#acts.show(at);
+  fit = (positions: readonly LonLat[]): void => this.#acts.fit(positions);
+  retryTiles = (source: string): void => this.#acts.retryTiles(source);
+}
+
+export const theMap = new TheMap();

@@ -1,0 +1,10 @@
+// Names that the server gives in English, in the language in use; those that people gave stay as they are.
+import { t, translated } from '$lib/i18n/index.svelte';
+
+/** An operator's name: one who gave none is called by a number. */
+export const operatorName = (name: string): string =>
+  name === '' ? t('control.someone') : translated('control.station', name);
+
+/** A map source's name: that of a preset is ours, as long as nobody changed it. */
+export const sourceName = ({ id, name }: { readonly id: string; readonly name: string }): string =>
+  translated(`maps.presetName.${id}`, name);
