@@ -1,0 +1,41 @@
+#!/usr/bin/env python3
+"""Fly a mission file, act by act, and follow the plane until it has landed and disarmed.
+
+Usage: python fly_plan.py FILE [LINK]
+"""
+
+import sys
+
+import vencejo
+
+file = sys.argv[1]
+link = sys.argv[2] if len(sys.argv) > 2 else "tcp:127.0.0.1:5760"
+
+plan = vencejo.Plan.load(file)
+with vencejo.connect(link) as plane:
+    # Each act raises when it failed; none is a side effect of another.
+    on_board = plane.upload(plan)  # checked before; read back and compared
+    print(f"{on_board.count} items on board, {on_board.state}")
+    plane.prepare_flight()  # a mode that arms, the mission at its beginning
+    plane.wait_until(
+        lambda now: now.sys_status is not None and now.sys_status.is_ready_to_arm,
+        timeout_s=60,
+        what="being ready to arm",
+    )
+    if input("Arm and start? [y/N] ").strip().lower() != "y":
+        sys.exit("nothing was armed")
+    try:
+        plane.arm()
+    except vencejo.CommandRefused as refused:
+        sys.exit(f"not armed: {refused}")  # with the autopilot's own reasons
+    plane.start_mission()  # AUTO: the pilot's radio can take over at any time
+
+    item = None
+    for now in plane.stream(rate_hz=10):
+        progress = plane.mission_progress
+        if progress.item != item:
+            item = progress.item
+            print(f"item {item} of {progress.total}, mode {now.mode}")
+        if now.is_armed is False:
+            break
+print("flown to its end" if progress.is_complete else "disarmed before its end")
