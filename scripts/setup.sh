@@ -4,6 +4,7 @@
 #
 #   scripts/setup.sh demo     what `vencejo demo` needs, the camera's packages included
 #   scripts/setup.sh dev      that, the tools, the peers that the tests talk to, Chromium, MapServer and libfaketime
+#   scripts/setup.sh docs     what `make docs` builds the site with
 #   scripts/setup.sh app      the web app (gcs/dist), which the native module carries
 #   scripts/setup.sh native   the Rust core as vencejo._native, and the `vencejo` command; `native as-tested` builds it as `make test` does:
 #                             quickly, with assertions, and slower in use
@@ -106,7 +107,7 @@ need_faketime() {
 # Hash of the content of the files named on standard input, one a line.
 fingerprint() { tr '\n' '\0' | xargs -0 sha256sum | sha256sum | cut -d' ' -f1; }
 
-python_env() { # demo | dev
+python_env() { # demo | dev | docs
     local lock=requirements/$1.lock want
     want=$(printf '%s\n' "$lock" | fingerprint)
     # dev holds everything of demo: a second install would only go back and forth.
@@ -146,7 +147,7 @@ debian_ice() {
 
 # ZeroC Ice as a wheel of our own, from source, compiled once on a machine for each Python and lock.
 compiled_ice() {
-    local cache build tag
+    local cache build tag site
     tag=$("$VENV/bin/python" -c 'import sys, sysconfig; print(sys.implementation.cache_tag + "-" + sysconfig.get_platform())')
     cache=${XDG_CACHE_HOME:-$HOME/.cache}/vencejo/wheels/$tag-$(printf 'requirements/ice.lock\n' | fingerprint | cut -c1-12)
     if ! compgen -G "$cache/zeroc_ice-*.whl" >/dev/null; then
@@ -164,18 +165,20 @@ compiled_ice() {
         mv "$build"/wheels/zeroc_ice-*.whl "$cache/"
         rm -rf "$build"
     fi
-    "$VENV/bin/python" -m pip install --quiet --no-deps --no-index "$cache"/zeroc_ice-*.whl
+    site=$("$VENV/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
+    # Through links to Debian's, pip would write into the system.
+    find "$site" -maxdepth 1 -type l -name 'Ice*' -delete
+    "$VENV/bin/python" -m pip install --quiet --no-deps --no-index --force-reinstall "$cache"/zeroc_ice-*.whl
 }
 
+# VENCEJO_ICE=compiled: not Debian's, also where that is installed.
 ice() {
-    "$VENV/bin/python" -c 'import Ice' 2>/dev/null || debian_ice || compiled_ice
-    local want folder=examples/jderobot
-    want=$(printf '%s\n' "$folder/package.json" "$folder/package-lock.json" | fingerprint)
-    [ "$(cat "$folder/node_modules/.house" 2>/dev/null)" = "$want" ] && return
-    need_node
-    say "installing $folder/package-lock.json"
-    npm --prefix "$folder" ci --silent
-    echo "$want" >"$folder/node_modules/.house"
+    if [ "${VENCEJO_ICE:-}" = compiled ]; then
+        compiled_ice
+    else
+        "$VENV/bin/python" -c 'import Ice' 2>/dev/null || debian_ice || compiled_ice
+    fi
+    npm_packages examples/jderobot
 }
 
 need_node() {
@@ -192,14 +195,17 @@ content() {
     git ls-files -co --exclude-standard -- "$@" | while read -r path; do if [ -f "$path" ]; then echo "$path"; fi; done | fingerprint
 }
 
-node_modules() {
-    local want
-    want=$(printf 'gcs/package.json\ngcs/package-lock.json\n' | fingerprint)
-    [ "$(cat gcs/node_modules/.house 2>/dev/null)" = "$want" ] && return
-    say "installing gcs/package-lock.json"
+# npm_packages FOLDER: what its lock names, in FOLDER/node_modules.
+npm_packages() {
+    local folder=$1 want
+    want=$(printf '%s\n' "$folder/package.json" "$folder/package-lock.json" | fingerprint)
+    [ "$(cat "$folder/node_modules/.house" 2>/dev/null)" = "$want" ] && return
+    need_node
+    say "installing $folder/package-lock.json"
     mkdir -p .cache
-    npm --prefix gcs ci --fetch-retries 5 >.cache/npm.log 2>&1 || { cat .cache/npm.log >&2; fail "gcs/package-lock.json could not be installed"; }
-    echo "$want" >gcs/node_modules/.house
+    npm --prefix "$folder" ci --fetch-retries 5 >".cache/npm-${folder//\//-}.log" 2>&1 \
+        || { cat ".cache/npm-${folder//\//-}.log" >&2; fail "$folder/package-lock.json could not be installed"; }
+    echo "$want" >"$folder/node_modules/.house"
 }
 
 app() {
@@ -207,7 +213,7 @@ app() {
     need_node
     want=$(content gcs)
     [ "$(cat .cache/app 2>/dev/null)" = "$want" ] && [ -f gcs/dist/index.html ] && return
-    node_modules
+    npm_packages gcs
     say "building the web app"
     mkdir -p .cache
     npm --prefix gcs run --silent build >.cache/app.log 2>&1 || { cat .cache/app.log >&2; fail "the web app did not build"; }
@@ -234,10 +240,11 @@ native() { # release | as-tested
 case "${1:-}" in
     demo) python_env demo ;;
     dev) need_chromium; need_mapserver; need_faketime; python_env dev ;;
+    docs) python_env docs ;;
     soak) command -v strace >/dev/null || apt strace ;;
-    app) app; node_modules ;;
+    app) app; npm_packages gcs ;;
     native) need_rust; native "${2:-release}" ;;
     ice) ice ;;
     rust) need_rust ;;
-    *) fail "say what: demo, dev, app, native, ice, soak or rust" ;;
+    *) fail "say what: demo, dev, docs, app, native, ice, soak or rust" ;;
 esac
