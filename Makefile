@@ -29,7 +29,7 @@ FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?=
 SCREENSHOT_ARGS ?=
 
-.PHONY: help demo test lint soak faults fuzz sanitize audit fmt bench screenshots wheel lock clean demo-env rust-env dev-env app native
+.PHONY: help demo test lint soak faults fuzz sanitize audit fmt bench screenshots docs wheel lock clean demo-env rust-env dev-env app native
 
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -107,6 +107,11 @@ bench: dev-env native ## Measure, side by side with the peers, into bench/RESULT
 
 screenshots: dev-env native ## Take the pictures of the ground station into docs/images
 	@$(PY) scripts/screenshots.py $(SCREENSHOT_ARGS)
+
+docs: demo-env native ## The documentation site into dist/site: open dist/site/index.html, no server and no network needed
+	@scripts/setup.sh docs
+	@NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet
+	@echo 'docs: dist/site/index.html'
 
 wheel: dev-env app ## Build the wheel into dist/, with the list of all that is in it (CycloneDX)
 	@scripts/setup.sh rust

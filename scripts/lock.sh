@@ -19,6 +19,8 @@ compile() { # output, arguments
 compile requirements/run.lock pyproject.toml --group build "$@"
 compile requirements/demo.lock pyproject.toml --group build --extra camera --constraint requirements/run.lock "$@"
 compile requirements/dev.lock pyproject.toml --group tools --extra camera --constraint requirements/demo.lock "$@"
+# docs: what the site is built with, beside what runs `vencejo`, whose help it shows.
+compile requirements/docs.lock pyproject.toml --group build --group docs --constraint requirements/dev.lock "$@"
 # ice: what the tests compile where Debian has no ZeroC Ice for this Python; ice-build: what compiles it.
 sed -n 's/^ice = \["\(zeroc-ice[^"]*\)".*/\1/p' pyproject.toml | compile requirements/ice.lock - "$@"
 echo 'setuptools>=77' | compile requirements/ice-build.lock - "$@"

@@ -10,7 +10,7 @@ RUSTC_BOOTSTRAP=1 RUSTFLAGS=-Zsanitizer=address CARGO_INCREMENTAL=0 \
   cargo test --quiet --locked "${crates[@]}" --lib --tests --target "$host" --target-dir .cache/sanitize
 
 if cargo +nightly miri --version >/dev/null 2>&1; then
-  # Files and clocks of the machine are read by some tests; a hundredth of the random cases takes as long as all do otherwise.
+  # Some tests read files and clocks of the machine; Miri is slow, so few random cases.
   MIRIFLAGS=-Zmiri-disable-isolation PROPTEST_CASES=2 \
     cargo +nightly miri test --locked "${crates[@]}" --lib --target-dir .cache/miri
 else

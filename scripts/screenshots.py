@@ -28,7 +28,8 @@ from vencejo import MissionItem, Plan  # noqa: E402
 from tests.browser.chromium import PHONE, WIDE, running  # noqa: E402
 from tests.browser.plane import Plane, offset  # noqa: E402
 from tests.browser.relay import LossyRelay  # noqa: E402
-from tests.browser.station_page import PATIENCE_S, StationPage  # noqa: E402
+from tests.browser.station_page import FLIGHT_MS, PATIENCE_S, StationPage  # noqa: E402
+from tests.browser.texts import Language  # noqa: E402
 from tests.server.client import serving  # noqa: E402
 
 OUTPUT = ROOT / "docs" / "images"
@@ -39,6 +40,15 @@ DEMO = ROOT / "python" / "vencejo" / "data" / "demo.waypoints"
 NOW = datetime.datetime(2026, 6, 21, 10, 0, tzinfo=datetime.timezone.utc)
 """The time of day on every picture."""
 SPEEDUP = 10.0
+SETTLED = """async () => {
+    for (;;) {
+        const moving = document.getAnimations().filter((each) => each.effect.getComputedTiming().endTime !== Infinity);
+        if (moving.length === 0) return;
+        await Promise.all(moving.map((each) => each.finished.catch(() => {})));
+        await new Promise(requestAnimationFrame);
+    }
+}"""
+"""Waits in the page until the colours of a theme that was just chosen have stopped changing."""
 
 
 def plane_in_wind(*, rtl_autoland: int, link: str = "tcp:127.0.0.1:0") -> Plane:
@@ -79,18 +89,20 @@ class Camera:
         yield station
         await context.close()
 
-    async def take(self, station: StationPage, name: str) -> None:
-        """Take a picture in both themes."""
+    async def take(self, station: StationPage, name: str, themes: tuple[str, ...] = ("dark", "light")) -> None:
+        """Take a picture in both themes, or in some of them."""
         if not station.is_touch:
             await station.map_scale()
         await station.page.mouse.move(0, 0)
         await station.page.evaluate("() => document.activeElement?.blur()")
         for theme in ("dark", "light"):
             await expect(station.page.locator("html")).to_have_attribute("data-theme", theme)
-            picture = await station.page.screenshot()
-            if self._png is not None:
-                (self._png / f"{name}-{theme}.png").write_bytes(picture)
-            (OUTPUT / f"{name}-{theme}.webp").write_bytes(await self._as_webp(picture))
+            if theme in themes:
+                await station.page.evaluate(SETTLED)
+                picture = await station.page.screenshot()
+                if self._png is not None:
+                    (self._png / f"{name}-{theme}.png").write_bytes(picture)
+                (OUTPUT / f"{name}-{theme}.webp").write_bytes(await self._as_webp(picture))
             await station.page.keyboard.press("t")
         print(f"{name}: taken", flush=True)
 
@@ -198,6 +210,31 @@ async def lost(camera: Camera, relay: LossyRelay, url: str) -> None:
         await camera.take(station, "lost")
 
 
+async def tutorial(camera: Camera, url: str, language: Language) -> None:
+    """The steps of docs/tutorial.md, or of the Spanish one: draw, send, fly, land."""
+    suffix = "" if language == "en" else f"-{language}"
+    async with camera.station(url) as station:
+        await station.choose_language(language)
+        await station.close_panel("settings")
+        await station.open_panel("plan")
+        await station.show_plane()
+        await station.choose_tool("kind.takeoff")
+        await station.click_map(offset(0, -200))
+        await station.click_map(offset(180, -200))
+        await station.choose_tool("kind.land")
+        await station.click_map(offset(0, 0))
+        await expect(station.items).to_have_count(5)
+        await station.send_plan()
+        await station.button("map.showPlan").click()
+        await camera.take(station, f"tutorial-plan{suffix}", ("light",))
+        await station.arm()
+        await station.start_mission()
+        await station.see_item(5)
+        await expect(station.bar("bar.motors")).to_contain_text(station.text("bar.disarmed"), timeout=FLIGHT_MS)
+        await station.button("map.showPlan").click()
+        await camera.take(station, f"tutorial-landed{suffix}", ("light",))
+
+
 async def take_all(scenes: list[str], png: Path | None) -> None:
     """Take the pictures of these scenes."""
     with tempfile.TemporaryDirectory() as name:
@@ -216,6 +253,13 @@ async def take_all(scenes: list[str], png: Path | None) -> None:
                     serving("--link", plane.link, "--rate", "20", data=folder) as served,
                 ):
                     await phone(camera, served.url)
+            languages: tuple[Language, ...] = ("en", "es")
+            for language in languages if "tutorial" in scenes else ():
+                with (
+                    plane_in_wind(rtl_autoland=2) as plane,
+                    serving("--link", plane.link, "--rate", "20", data=folder / language) as served,
+                ):
+                    await tutorial(camera, served.url, language)
             if "refused" in scenes:
                 with (
                     plane_in_wind(rtl_autoland=0) as plane,
@@ -233,7 +277,7 @@ async def take_all(scenes: list[str], png: Path | None) -> None:
 
 def main() -> int:
     """Take the pictures and see that they are not too large together."""
-    every = ("flight", "phone", "refused", "lost")
+    every = ("flight", "phone", "tutorial", "refused", "lost")
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scenes", nargs="*", metavar="SCENE", help=f"{', '.join(every)}; default all")
     parser.add_argument("--png", type=Path, help="a folder for the same pictures as PNG")

@@ -24,7 +24,7 @@ def canonical(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-@pytest.mark.parametrize("name", ["run", "demo", "dev", "audit"])
+@pytest.mark.parametrize("name", ["run", "demo", "dev", "docs", "audit"])
 def test_every_package_is_pinned_and_hashed(name: str) -> None:
     text = (ROOT / f"requirements/{name}.lock").read_text(encoding="utf-8")
     named = re.findall(r"^([A-Za-z0-9][^ =;]*)", text, re.MULTILINE)
@@ -39,7 +39,7 @@ def test_what_is_compiled_for_the_tests_is_pinned_and_hashed(name: str, package:
     assert [found for found, _, _ in pins(name)] == [package]
 
 
-@pytest.mark.parametrize(("smaller", "larger"), [("run", "demo"), ("demo", "dev")])
+@pytest.mark.parametrize(("smaller", "larger"), [("run", "demo"), ("demo", "dev"), ("run", "docs")])
 def test_a_larger_lock_holds_all_of_the_smaller(smaller: str, larger: str) -> None:
     # Which Pythons a package is for may be said differently; what is installed must not differ.
     few, many = ({(package, version) for package, version, _ in pins(name)} for name in (smaller, larger))
