@@ -7,12 +7,14 @@ import contextlib
 import os
 import socket
 import struct
+import threading
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 import vencejo
 from vencejo.jderobot import IceServer, IceSettings
+from vencejo.jderobot.marks import Marks
 
 from tests.jderobot.support import ANY_PORT, INTERFACES, Client, address_of, client_of
 from tests.support import HOME, wait_for
@@ -24,7 +26,8 @@ LAT, LON, _ = HOME
 def server() -> Iterator[IceServer]:
     """The interfaces of a driver that has heard no vehicle."""
     ports = {**ANY_PORT, "Pose3D.Endpoints": "tcp -h 127.0.0.1 -p 0:ws -h 127.0.0.1 -p 0"}
-    settings = IceSettings().with_settings(ports, where="here")
+    # However slowly a test goes on: marks wait for its mission.
+    settings = IceSettings().with_settings({**ports, "AloneAfter": "600"}, where="here")
     with vencejo.Station(record=False) as station, IceServer(station, settings) as server:
         yield server
 
@@ -97,14 +100,24 @@ def test_missions_of_both_encodings_with_one_pose_twice(client: Client, encoding
     assert isinstance(mission.getMissionData(), client.jderobot.MissionData)
 
 
-def test_calls_of_one_way_in_compressed_batches_arrive(client: Client) -> None:
+def test_calls_of_one_way_in_compressed_batches_arrive(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Nothing answers, and a mission that came between the two marks would use up the first.
+    landing, mark = threading.Event(), Marks.mark
+
+    def marked(marks: Marks, now_s: float, *, takeoff: bool = False, land: bool = False) -> None:
+        mark(marks, now_s, takeoff=takeoff, land=land)
+        if land:
+            landing.set()
+
+    monkeypatch.setattr(Marks, "mark", marked)
     extra = client.extra.ice_compress(True).ice_batchOneway()
     extra.ledAnimation(1, 2.0, 3.0)
     extra.takeoff()
     extra.land()
     extra.ice_flushBatchRequests()
+    wait_for(landing.is_set, "the last call of the batch")
     alone = client.mission_data((LAT, LON, 60.0))
-    wait_for(lambda: client.mission.setMissionData(alone) == 1, "both marks: one pose cannot be take-off and landing")
+    assert client.mission.setMissionData(alone) == 1, "both marks: one pose cannot be take-off and landing"
     assert client.mission.setMissionData(alone) == 2, "the mission used them up"
 
 

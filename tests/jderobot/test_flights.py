@@ -96,7 +96,7 @@ def flight(tmp_path: Path) -> Iterator[tuple[str, Client]]:
     """A plane and a driver; gives the plane's link and a client."""
     with (
         simulated_plane("--speedup", "10", "--seed", "7") as link,
-        driver(link, "--ice-set", "AloneAfter=0.5", data=tmp_path) as served,
+        driver(link, "--ice-set", "AloneAfter=2", data=tmp_path) as served,
         client_of(served.said["ice"]) as client,
     ):
         client.wait_ready()
@@ -249,7 +249,7 @@ def test_a_second_mission_and_a_third_after_the_drivers_restart(tmp_path: Path) 
 def test_missions_that_are_only_sent(tmp_path: Path) -> None:
     with (
         simulated_plane(*SPEEDUP, *AUTOLAND) as link,
-        driver(link, "--ice-missions", "upload", "--ice-set", "AloneAfter=0.5", data=tmp_path) as served,
+        driver(link, "--ice-missions", "upload", "--ice-set", "AloneAfter=2", data=tmp_path) as served,
         client_of(served.said["ice"]) as client,
     ):
         client.wait_ready()
