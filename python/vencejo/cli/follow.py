@@ -26,7 +26,6 @@ LOST_AFTER_S: Final = 5.0
 NAV_LAND: Final = 21
 NAV_LOITER_UNLIM: Final = 17
 NAV_VTOL_LAND: Final = 85
-"""MAV_CMDs up to this one (MAV_CMD_NAV_LAST) are places to go to; higher ones are done on the way."""
 REST_M_S: Final = 1.0
 """Slower than this over ground the plane stands."""
 REST_S: Final = 45.0

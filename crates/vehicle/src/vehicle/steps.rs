@@ -138,7 +138,7 @@ pub(super) struct Context<'a> {
     pub vehicle: Address,
     pub telemetry: &'a Telemetry,
     pub preparation: Option<FlightPreparation>,
-    /// Seq of the first item of the mission that is flown to.
+    /// Seq of the first item at which the mission stands, however briefly (`Vehicle::first_nav`).
     pub first_nav: u16,
     /// Whether COMMAND_INT may be sent.
     pub has_command_int: bool,

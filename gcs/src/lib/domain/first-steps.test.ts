@@ -25,6 +25,7 @@ it('goes on as the vehicle does', () => {
   expect(done({ ...sent, needsPreparation: false, isReady: true })).toEqual(['plan', 'send', 'prepare', 'ready']);
   expect(done({ ...sent, isArmed: true, mode: 'MANUAL' })).toEqual(['plan', 'send', 'prepare', 'ready', 'arm']);
   expect(done({ ...sent, isArmed: true })).toHaveLength(6);
+  expect(done({ ...sent, isArmed: true, mode: 'AUTO_MISSION' })).toHaveLength(6);
 });
 
 it('leads to what comes next, and never to arm before there is a plan on board', () => {

@@ -1,5 +1,7 @@
 /** From a plan to the take-off: what is done, and what comes next. */
 
+import { followsMission } from './modes';
+
 /** What is known of the vehicle and the plan; `null` is what is not known yet. */
 export interface Standing {
   hasPlan: boolean;
@@ -19,7 +21,7 @@ export const firstSteps = ({ hasPlan, isSent, isArmed, needsPreparation, isReady
     { name: 'prepare', isDone: isArmed === true || (isArmed === false && needsPreparation === false) },
     { name: 'ready', isDone: isArmed === true || isReady === true },
     { name: 'arm', isDone: isArmed === true },
-    { name: 'start', isDone: isArmed === true && mode === 'AUTO' },
+    { name: 'start', isDone: isArmed === true && followsMission(mode) === true },
   ] as const;
 
 export type Steps = ReturnType<typeof firstSteps>;

@@ -57,6 +57,7 @@ export const mapEn = {
   'plan.toolHint.waypoint': 'Click the map to add waypoints. Drag to move, + on a leg inserts.',
   'plan.toolHint.takeoff': 'Click where the plane should climb out to.',
   'plan.toolHint.land': 'Click where the plane should touch down. The approach is added.',
+  'plan.toolHint.designing': 'Designing the approach…',
   'plan.toolHint.loiter': 'Click the middle of the circle.',
   'plan.more': 'More kinds',
   'plan.addCentre': 'Add in the middle of the map',

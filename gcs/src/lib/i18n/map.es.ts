@@ -59,6 +59,7 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'plan.toolHint.waypoint': 'Haz clic en el mapa para añadir puntos. Arrastra para mover; + en un tramo inserta.',
   'plan.toolHint.takeoff': 'Haz clic hacia donde debe ascender el avión.',
   'plan.toolHint.land': 'Haz clic donde debe tocar tierra. La aproximación se añade sola.',
+  'plan.toolHint.designing': 'Calculando la aproximación…',
   'plan.toolHint.loiter': 'Haz clic en el centro del círculo.',
   'plan.more': 'Más tipos',
   'plan.addCentre': 'Añadir en el centro del mapa',

@@ -98,6 +98,8 @@ class PlanStore implements PlanDraft {
   #checkTimer: ReturnType<typeof setTimeout> | undefined;
   #checkRun = 0;
   #landingRun = 0;
+  /** Whether the core is at work on a landing that was asked for. */
+  isDesigning = $state(false);
   #saveTimer: ReturnType<typeof setTimeout> | undefined;
   /** Plan states that were already answered by a reading of our own: one try each. */
   /** The parts of the draft as they were found on board. */
@@ -246,6 +248,7 @@ class PlanStore implements PlanDraft {
   /** Ends the mission with a landing as the core designs it; of two that are asked for in a row the last one counts. */
   async #land(at: LonLat): Promise<void> {
     const run = ++this.#landingRun;
+    this.isDesigning = true;
     try {
       this.problem = null;
       if (vehicles.selected !== null) await this.#learnWays(vehicles.selected);
@@ -254,6 +257,8 @@ class PlanStore implements PlanDraft {
       if (run === this.#landingRun) this.#add((draft) => addLanding(draft, items));
     } catch (error) {
       if (run === this.#landingRun) this.problem = problemFrom(error);
+    } finally {
+      if (run === this.#landingRun) this.isDesigning = false;
     }
   }
 
