@@ -345,6 +345,15 @@ class VehicleState:
         """What is known of the mission, the fence or the rally points on board."""
         return PlanState(**self._native.plan_state(kind))
 
+    def plan_on_board(self, kind: PlanKind = "mission") -> Plan | None:
+        """The mission, the fence or the rally points on board as they were read; ``None`` while they are not known.
+
+        Nothing is asked of the vehicle: the station reads by itself what it does not know (see `plan_state`). `download`
+        reads it now.
+        """
+        found = self._native.plan_on_board(kind)
+        return None if found is None else Plan._from_native(found)
+
     @property
     def link(self) -> LinkInfo | None:
         """The link that it is reached over, with the counts of this vehicle alone; ``None`` when it is heard on none."""

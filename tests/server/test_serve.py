@@ -117,8 +117,10 @@ def test_a_mission_is_sent_flown_and_followed(pilot: Client) -> None:
         given = {"Vencejo-Confirmation": asked.json["cause"]["confirmation"]}
         refused = pilot.ask("POST", "vehicles/1/reboot", **given)
         assert (refused.status, refused.json["type"]) == (409, "urn:vencejo:armed")
-        read = pilot.operation("GET", "vehicles/1/plan/mission")
+        read = pilot.operation("POST", "vehicles/1/plan/mission/read")
         assert read["items"] == on_board["items"]
+        known = pilot.done("GET", "vehicles/1/plan/mission")
+        assert (known["state"]["state"], known["plan"]) == ("verified", read)
 
 
 def test_parameters_are_read_and_written(pilot: Client) -> None:

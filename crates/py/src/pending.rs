@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use vencejo_flight::plan::{Fence, Mission, Plan, PlanKind, Rally};
+use vencejo_flight::plan::{Mission, Plan};
 use vencejo_proto::{Address, Header, MavVersion, MonoTime};
 use vencejo_station::{Pending, RequestResult, StationError, VehicleHandle};
 use vencejo_vehicle::{Param, Reply};
@@ -155,13 +155,8 @@ fn reply_to_python<'py>(py: Python<'py>, vehicle: &VehicleHandle, reply: Reply) 
             message_tuple(py, &frame, vehicle.station().now())?.into_any()
         }
         Reply::Plan { kind, items, home, .. } => {
-            let bad_plan = |error| errors::raise("TransferError", error);
-            let mut plan = Plan::default();
-            match kind {
-                PlanKind::Mission => plan.mission = Mission { home, items },
-                PlanKind::Fence => plan.fence = Fence::from_items(&items).map_err(bad_plan)?,
-                PlanKind::Rally => plan.rally = Rally::from_items(&items).map_err(bad_plan)?,
-            }
+            let plan = Plan::from_list(kind, Mission { home, items })
+                .map_err(|error| errors::raise("TransferError", error))?;
             plan_to_tuple(&plan).into_pyobject(py)?.into_any()
         }
         Reply::Parameters(parameters) => {

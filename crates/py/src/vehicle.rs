@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use vencejo_flight::plan::PlanKind;
+use vencejo_flight::plan::{Mission, Plan, PlanKind};
 use vencejo_proto::{Address, CommandInt, CommandLong, Message, MissionSeq};
 use vencejo_station::{SigningChange, StationError, VehicleHandle};
 use vencejo_vehicle::modes::{Action, ModeFamily};
@@ -15,7 +15,7 @@ use vencejo_vehicle::{AltFrame, Danger, ModeChoice, PlanState, Request, SpeedKin
 
 use crate::operator::PyOperator;
 use crate::pending::PyPending;
-use crate::plan::{FindingTuple, PlanTuple, findings, home_from_tuple, plan_from_tuple};
+use crate::plan::{FindingTuple, PlanTuple, findings, home_from_tuple, plan_from_tuple, plan_to_tuple};
 use crate::station::{link_dict, message_id, signing_dict};
 use crate::subscription::Subscription;
 use crate::telemetry::{TelemetrySnapshot, seconds};
@@ -181,6 +181,18 @@ impl PyVehicle {
         dict.set_item("leg_distance_m", progress.distance_to_current_m)?;
         dict.set_item("target_off_m", progress.target_off_m)?;
         Ok(dict)
+    }
+
+    /// The plan on board of one kind as it was read; `None` while it is not known.
+    fn plan_on_board(&self, kind: &str) -> PyResult<Option<PlanTuple>> {
+        let kind = kind_of(kind)?;
+        let list = match self.vehicle.plan_on_board(kind) {
+            Some((_, Some(list))) => Mission::clone(&list),
+            Some((PlanState::Empty, None)) => Mission::default(),
+            _ => return Ok(None),
+        };
+        let plan = Plan::from_list(kind, list).map_err(|error| errors::raise("TransferError", error))?;
+        Ok(Some(plan_to_tuple(&plan)))
     }
 
     fn plan_state<'py>(&self, py: Python<'py>, kind: &str) -> PyResult<Bound<'py, PyDict>> {

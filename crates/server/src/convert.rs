@@ -115,7 +115,13 @@ pub(crate) fn vehicle_summary(vehicle: &VehicleHandle) -> dto::VehicleSummary {
         round_trip_ms: link.as_ref().and_then(|link| link.round_trip_ms),
         is_reached: vehicle.is_reached(),
         rival: vehicle.rival(),
+        flight_parameters: flight_parameters(vehicle.flight_parameters()),
     }
+}
+
+fn flight_parameters(known: vehicle::FlightParameters) -> dto::FlightParameters {
+    let vehicle::FlightParameters { loiter_radius_m, airspeed_m_s, finds_landing, .. } = known;
+    dto::FlightParameters { loiter_radius_m, airspeed_m_s, finds_landing }
 }
 
 pub(crate) fn vehicle_summaries(station: &Station) -> Vec<dto::VehicleSummary> {
@@ -181,6 +187,20 @@ pub(crate) fn plan_state(state: Option<vehicle::PlanState>) -> dto::PlanState {
     let detail = state.map_or_else(|| "unknown".to_owned(), |state| state.to_string());
     let may_be_mixed = state.is_some_and(vehicle::PlanState::may_be_mixed);
     dto::PlanState { state: certainty, count, hash, reason: state.and_then(uncertainty), may_be_mixed, detail }
+}
+
+/// One part of the plan on board, as far as it is known.
+///
+/// # Errors
+/// For a fence or rally list from the vehicle that cannot be.
+pub(crate) fn plan_on_board(vehicle: &VehicleHandle, kind: core::PlanKind) -> Result<dto::PlanOnBoard, FlightError> {
+    let (state, list) = vehicle.plan_on_board(kind).unzip();
+    let read = match (state, list.flatten()) {
+        (_, Some(list)) => Some(core::Plan::from_list(kind, core::Mission::clone(&list))?),
+        (Some(vehicle::PlanState::Empty), None) => Some(core::Plan::default()),
+        _ => None,
+    };
+    Ok(dto::PlanOnBoard { state: plan_state(state), plan: read.as_ref().map(plan) })
 }
 
 /// Why a plan is not known; `None` when it is.
@@ -411,12 +431,7 @@ pub(crate) fn core_plan(plan: &dto::Plan) -> Result<core::Plan, FlightError> {
 pub(crate) fn outcome(reply: Reply) -> Result<Outcome, FlightError> {
     Ok(match reply {
         Reply::Plan { kind, items, home, position_error_m, .. } => {
-            let mut read = core::Plan::default();
-            match kind {
-                core::PlanKind::Mission => read.mission = core::Mission { home, items },
-                core::PlanKind::Fence => read.fence = core::Fence::from_items(&items)?,
-                core::PlanKind::Rally => read.rally = core::Rally::from_items(&items)?,
-            }
+            let read = core::Plan::from_list(kind, core::Mission { home, items })?;
             Outcome { result: Some(dto::OperationResult::Plan(plan(&read))), position_error_m }
         }
         Reply::Parameters(params) => {

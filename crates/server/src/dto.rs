@@ -40,14 +40,14 @@ pub use message::RawMessage;
 pub use operation::{Operation, OperationKind, OperationResult, OperationState};
 pub use plan::{
     Fence, FenceZone, Home, Landing, LandingCaution, LandingDirection, LandingRequest, LandingWind, LatLon, Plan,
-    PlanCertainty, PlanCheck, PlanFormat, PlanItem, PlanKind, PlanState, PlanStates, RallyPoint, ReturnPoint,
+    PlanCertainty, PlanCheck, PlanFormat, PlanItem, PlanKind, PlanOnBoard, PlanState, PlanStates, RallyPoint, ReturnPoint,
     ZoneShape,
 };
 pub use session::{NewSession, Role, SessionInfo};
 pub use signing::{ChangeSigning, SigningAct, SigningInfo};
 pub use socket::{ClientMessage, EventDetail, ServerMessage};
 pub use telemetry::TelemetryGroups;
-pub use vehicle::{FlightPreparation, MissionProgress, NewParam, Param, Text, VehicleState, VehicleSummary};
+pub use vehicle::{FlightParameters, FlightPreparation, MissionProgress, NewParam, Param, Text, VehicleState, VehicleSummary};
 
 /// What answers.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]

@@ -447,6 +447,8 @@ async fn a_refusal_comes_with_the_vehicles_reasons() {
     let state = server.ask("GET", "/vehicles/1", None, None).await.json();
     assert_eq!(state["telemetry"]["heartbeat"]["is_armed"], false);
     assert_eq!(state["plan_states"]["mission"]["state"], "unknown");
+    let known = server.ask("GET", "/vehicles/1/plan/mission", None, None).await.json();
+    assert_eq!(known, json!({"state": state["plan_states"]["mission"], "plan": null}));
     assert!(state["mode_names"].as_array().expect("a list").contains(&json!("AUTO")));
     let texts = server.ask("GET", "/vehicles/1/texts", None, None).await.json();
     assert_eq!(texts[0]["severity"], 2);

@@ -5,11 +5,13 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
 use vencejo_flight::checks::{CheckContext, Finding, check_plan};
-use vencejo_flight::plan::{Plan, PlanKind};
+use vencejo_flight::plan::{Mission, Plan, PlanKind};
 use vencejo_link::{LinkId, LinkInfo, LinkStats, SendReport, SourceStats};
 use vencejo_proto::{Address, Frame, Message, MissionSeq, MonoTime, SystemId};
 use vencejo_vehicle::telemetry::{Telemetry, Text};
-use vencejo_vehicle::{Danger, FlightPreparation, MissionProgress, PlanState, Request, Vehicle, VehicleEvent};
+use vencejo_vehicle::{
+    Danger, FlightParameters, FlightPreparation, MissionProgress, PlanState, Request, Vehicle, VehicleEvent,
+};
 
 use crate::changes::Changes;
 use crate::control::{Held, Operator};
@@ -144,6 +146,13 @@ impl VehicleHandle {
         self.station.shared.with_vehicle(self.system, |vehicle| vehicle.plan_state(kind))
     }
 
+    /// What is known of a plan on board, and its list where that is known and not empty. Nothing is asked of the vehicle: the
+    /// station reads by itself what it does not know.
+    pub fn plan_on_board(&self, kind: PlanKind) -> Option<(PlanState, Option<Arc<Mission>>)> {
+        let known = |vehicle: &Vehicle| (vehicle.plan_state(kind), vehicle.plan_on_board(kind).cloned());
+        self.station.shared.with_vehicle(self.system, known)
+    }
+
     /// What is wrong or doubtful in a plan that this vehicle is to fly as it is now.
     pub fn check_plan(&self, plan: &Plan) -> Vec<Finding> {
         check_plan(plan, &self.check_context())
@@ -156,6 +165,11 @@ impl VehicleHandle {
 
     fn check_context(&self) -> CheckContext {
         self.station.shared.with_vehicle(self.system, Vehicle::check_context).unwrap_or_default()
+    }
+
+    /// What its parameters say of how it flies, as far as they were read.
+    pub fn flight_parameters(&self) -> FlightParameters {
+        self.station.shared.with_vehicle(self.system, Vehicle::flight_parameters).unwrap_or_default()
     }
 
     /// What a flight needs first; see [`Request::PrepareFlight`].

@@ -99,4 +99,4 @@ pub use registry::{RegistryEvent, RegistryOutput, Vehicles};
 pub use request::{AltFrame, ModeChoice, Output, Reply, Request, RequestId, SpeedKind, Turn, VehicleEvent};
 pub use sources::{SourceId, Sources, Taken};
 pub use transfer::{Param, ParamName, ParamType, ParamValue};
-pub use vehicle::{Vehicle, VehicleConfig};
+pub use vehicle::{FlightParameters, Vehicle, VehicleConfig};

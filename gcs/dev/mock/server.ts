@@ -6,6 +6,7 @@ import type {
   LinkInfo,
   Operation,
   Plan,
+  PlanKind,
   ServerMessage,
   Session,
   VehicleSummary,
@@ -45,6 +46,7 @@ const summary = (system_id: number): VehicleSummary => ({
   round_trip_ms: 38 + 9 * Math.sin(time_s()),
   is_reached: scene !== 'oneway',
   rival: null,
+  flight_parameters: { loiter_radius_m: 80, airspeed_m_s: 22, finds_landing: false },
 });
 
 const link = (): LinkInfo => ({
@@ -100,7 +102,7 @@ function toldAt(...[t, options]: Parameters<typeof telemetryAt>): ReturnType<typ
   return { groups, progress: { ...progress, target_off_m: scene === 'elsewhere' ? 412 : null } };
 }
 
-const KINDS: Record<string, Operation['kind']> = { PUT: 'upload_mission', GET: 'download_mission' };
+const KINDS: Record<string, Operation['kind']> = { PUT: 'upload_mission', POST: 'download_mission' };
 
 let nextOperation = 1;
 /** Here none fails. */
@@ -163,12 +165,15 @@ const heldBack = () =>
     409,
   );
 
+const planStates = () => ({ mission: scene === 'mixed' ? mixed : verified, fence: empty, rally: empty });
+
 async function answer(method: string, path: string, query: string, body: string): Promise<Response> {
   const ofMaps = await mapsAnswer(method, path, body, json);
   if (ofMaps !== null) return ofMaps;
   await new Promise((resolve) => setTimeout(resolve, 120));
-  const plans = /^\/vehicles\/\d+\/plan\/(\w+)$/.exec(path);
-  if (plans) return json(begin(KINDS[method] ?? 'clear_mission', method === 'GET' ? plan : undefined), 202);
+  const plans = /^\/vehicles\/\d+\/plan\/(\w+)(\/read)?$/.exec(path);
+  if (plans && method === 'GET') return json({ state: planStates()[plans[1] as PlanKind], plan });
+  if (plans) return json(begin(KINDS[method] ?? 'clear_mission', method === 'POST' ? plan : undefined), 202);
   const operation = /^\/operations\/(\d+)$/.exec(path);
   if (operation) return json(operations.get(Number(operation[1])) ?? {});
   if (path === '/session' && scene === 'token') return json({ title: 'Token needed', status: 401, detail: '' }, 401);
@@ -183,7 +188,7 @@ async function answer(method: string, path: string, query: string, body: string)
       time_s: time_s(),
       telemetry: groups,
       progress,
-      plan_states: { mission: scene === 'mixed' ? mixed : verified, fence: empty, rally: empty },
+      plan_states: planStates(),
       mode_names: ['MANUAL', 'FBWA', 'FBWB', 'CRUISE', 'AUTO', 'RTL', 'LOITER', 'GUIDED', 'TAKEOFF', 'CIRCLE'],
       link: link(),
     });

@@ -137,6 +137,20 @@ impl Plan {
         })
     }
 
+    /// A plan of one list alone, as [`Self::into_list`] gives it.
+    ///
+    /// # Errors
+    /// [`FlightError::BadFence`] and [`FlightError::BadItem`] for items that make no fence and no rally points.
+    pub fn from_list(kind: PlanKind, list: Mission) -> Result<Self> {
+        let mut plan = Self::default();
+        match kind {
+            PlanKind::Mission => plan.mission = list,
+            PlanKind::Fence => plan.fence = Fence::from_items(&list.items)?,
+            PlanKind::Rally => plan.rally = Rally::from_items(&list.items)?,
+        }
+        Ok(plan)
+    }
+
     /// The list of one kind as sent to the vehicle. `with_home` matters to the mission alone.
     ///
     /// # Errors

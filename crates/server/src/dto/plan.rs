@@ -62,6 +62,16 @@ pub struct PlanStates {
     pub rally: PlanState,
 }
 
+/// One part of the plan on board, as far as it is known.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct PlanOnBoard {
+    /// How far that is.
+    pub state: PlanState,
+    /// That part of it as it was read from the vehicle, with nothing in the others; null while it is not known.
+    #[schema(required = true)]
+    pub plan: Option<Plan>,
+}
+
 /// A position on the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]

@@ -41,6 +41,23 @@ pub struct VehicleSummary {
     /// Where another vehicle with the same system id is heard. It is not followed, and nothing is sent to it.
     #[schema(required = true)]
     pub rival: Option<String>,
+    /// What its parameters say of how it flies, as far as they were read.
+    pub flight_parameters: FlightParameters,
+}
+
+/// What an ArduPlane's parameters say of how it flies; null is not read. The station reads them by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, ToSchema)]
+pub struct FlightParameters {
+    /// Radius of circles that give none (`WP_LOITER_RAD`).
+    #[schema(required = true)]
+    pub loiter_radius_m: Option<f64>,
+    /// Airspeed that it flies by itself (`AIRSPEED_CRUISE`, before 4.5 `TRIM_ARSPD_CM`).
+    #[schema(required = true)]
+    pub airspeed_m_s: Option<f64>,
+    /// Whether a return looks for the mission's landing (`RTL_AUTOLAND` is not 0); where it does not, it does not arm with a
+    /// `DO_LAND_START`.
+    #[schema(required = true)]
+    pub finds_landing: Option<bool>,
 }
 
 /// What a flight needs first: `POST /vehicles/{id}/prepare-flight` does it.

@@ -25,6 +25,7 @@ use crate::convert;
 use crate::dto::cause::Cause;
 use crate::dto::{
     CommandInfo, Finding, Landing, LandingRequest, Operation, OperationKind, Plan, PlanCheck, PlanFormat, PlanKind,
+    PlanOnBoard,
 };
 use crate::extract::{Json as Body, Operator, Pilot, Vehicle, Viewer};
 use crate::problem::Problem;
@@ -34,9 +35,12 @@ type Accepted = (StatusCode, Json<Operation>);
 
 pub(super) fn router() -> OpenApiRouter<App> {
     OpenApiRouter::new()
-        .routes(routes!(upload_mission, download_mission, clear_mission))
-        .routes(routes!(upload_fence, download_fence, clear_fence))
-        .routes(routes!(upload_rally, download_rally, clear_rally))
+        .routes(routes!(mission_on_board, upload_mission, clear_mission))
+        .routes(routes!(fence_on_board, upload_fence, clear_fence))
+        .routes(routes!(rally_on_board, upload_rally, clear_rally))
+        .routes(routes!(download_mission))
+        .routes(routes!(download_fence))
+        .routes(routes!(download_rally))
         .routes(routes!(format_plan))
         .routes(routes!(check))
         .routes(routes!(landing))
@@ -96,10 +100,18 @@ fn require_sound(vehicle: &VehicleHandle, kind: PlanKind, plan: &Plan) -> Result
     Err(Problem::new(Cause::PlanUnsound { errors: errors.len() as u64 }, detail).reasons(errors))
 }
 
-/// The three things that can be done with one kind of plan on board.
+/// What can be done with one kind of plan on board.
 macro_rules! plan_routes {
-    ($path:tt, $kind:ident, $upload:ident = $upload_kind:ident, $download:ident = $download_kind:ident,
-     $clear:ident = $clear_kind:ident) => {
+    ($path:tt, $kind:ident, $known:ident, $upload:ident = $upload_kind:ident, $read_path:tt,
+     $download:ident = $download_kind:ident, $clear:ident = $clear_kind:ident) => {
+        /// What is known of this part of the plan on board. Nothing is asked of the vehicle: the station itself reads what it
+        /// does not know, and tells by the WebSocket's `plan_state` when that changes.
+        #[utoipa::path(get, path = $path, tag = "plans", params(("id" = u8, Path, description = "System id")),
+                                            responses((status = 200, body = PlanOnBoard), Problem))]
+        async fn $known(_: Viewer, Vehicle(vehicle): Vehicle) -> Result<Json<PlanOnBoard>, Problem> {
+            Ok(Json(convert::plan_on_board(&vehicle, core::PlanKind::$kind)?))
+        }
+
         /// Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
         /// has it. The operation's result is the plan on board. A mission in which the checks find an error is refused, and so is
         /// a part with nothing in it: DELETE clears.
@@ -119,8 +131,8 @@ macro_rules! plan_routes {
             start(&app, &vehicle, OperationKind::$upload_kind, pending)
         }
 
-        /// Reads this part of the plan on board; it is the operation's result.
-        #[utoipa::path(get, path = $path, tag = "plans", params(("id" = u8, Path, description = "System id")),
+        /// Reads this part of the plan on board from the vehicle; it is the operation's result.
+        #[utoipa::path(post, path = $read_path, tag = "plans", params(("id" = u8, Path, description = "System id")),
                                             responses((status = 202, body = Operation), Problem))]
         async fn $download(
             State(app): State<App>,
@@ -148,21 +160,27 @@ macro_rules! plan_routes {
 plan_routes!(
     "/vehicles/{id}/plan/mission",
     Mission,
+    mission_on_board,
     upload_mission = UploadMission,
+    "/vehicles/{id}/plan/mission/read",
     download_mission = DownloadMission,
     clear_mission = ClearMission
 );
 plan_routes!(
     "/vehicles/{id}/plan/fence",
     Fence,
+    fence_on_board,
     upload_fence = UploadFence,
+    "/vehicles/{id}/plan/fence/read",
     download_fence = DownloadFence,
     clear_fence = ClearFence
 );
 plan_routes!(
     "/vehicles/{id}/plan/rally",
     Rally,
+    rally_on_board,
     upload_rally = UploadRally,
+    "/vehicles/{id}/plan/rally/read",
     download_rally = DownloadRally,
     clear_rally = ClearRally
 );

@@ -67,7 +67,7 @@ pub struct VehicleConfig {
     pub item_window: u16,
     /// Where MAVFTP session numbers begin; a different one each time the program starts. Default 0.
     pub seed: u32,
-    /// Whether plans that are not known are read without being asked for. Default no.
+    /// Whether plans that are not known, and the [`FlightParameters`] of an ArduPlane, are read without being asked for. Default no.
     pub reads_back: bool,
     /// Whether the owner writes down what [`Output::Keep`] asks for, and answers with [`Vehicle::on_kept`]. Default no.
     pub keeps_records: bool,
@@ -95,6 +95,20 @@ struct Told {
     home: Option<Home>,
 }
 
+/// What an ArduPlane's parameters say of how it flies. `None`: not read. The vehicle reads them by itself where it reads plans
+/// ([`VehicleConfig::reads_back`]), and takes over what a request reads or sets.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub struct FlightParameters {
+    /// Radius of circles that give none, metres, without their direction (`WP_LOITER_RAD`).
+    pub loiter_radius_m: Option<f64>,
+    /// Airspeed that it flies by itself, m/s (`AIRSPEED_CRUISE`, before 4.5 `TRIM_ARSPD_CM`).
+    pub airspeed_m_s: Option<f64>,
+    /// Whether a return looks for the mission's landing (`RTL_AUTOLAND` is not 0); where it does not, an ArduPlane does not arm
+    /// with a `DO_LAND_START`.
+    pub finds_landing: Option<bool>,
+}
+
 /// One vehicle: a state machine that takes messages and moments in and puts [`Output`]s out. See the [crate](crate).
 #[derive(Debug)]
 pub struct Vehicle {
@@ -114,11 +128,11 @@ pub struct Vehicle {
     plans: PlanStates,
     on_board: OnBoard,
     target: TargetWatch,
-    /// The mission on board, while it is known.
-    mission: Option<Arc<Mission>>,
+    /// The plans on board by kind, while they are known and there are any.
+    copies: [Option<Arc<Mission>>; 3],
     mission_ids: [Option<u32>; 3],
-    progress_options: ProgressOptions,
-    /// What its parameters say of how it flies, as far as they were heard.
+    flight_parameters: FlightParameters,
+    /// What its other parameters say of what it can, as far as they were heard.
     limits: CheckContext,
     ops: Vec<Op>,
     /// Plans and the list of parameters: one at a time.
@@ -154,9 +168,9 @@ impl Vehicle {
             plans: PlanStates::new(),
             on_board: OnBoard::new(now),
             target: TargetWatch::default(),
-            mission: None,
+            copies: Default::default(),
             mission_ids: [None; 3],
-            progress_options: ProgressOptions::default(),
+            flight_parameters: FlightParameters::default(),
             limits: CheckContext::default(),
             ops: Vec::new(),
             transfer: None,
@@ -213,18 +227,34 @@ impl Vehicle {
         self.plans.get(kind)
     }
 
+    /// The list of a plan on board as it was read from there, a fence's and rally points' too; `None` while it is not known,
+    /// and when there is none. Nothing is asked of the vehicle.
+    #[must_use]
+    pub fn plan_on_board(&self, kind: PlanKind) -> Option<&Arc<Mission>> {
+        self.copies[kind as usize].as_ref()
+    }
+
     /// The mission on board, while it is known.
     #[must_use]
     pub fn mission(&self) -> Option<&Arc<Mission>> {
-        self.mission.as_ref()
+        self.plan_on_board(PlanKind::Mission)
     }
 
     /// Where it stands in its mission.
     #[must_use]
     pub fn progress(&self) -> MissionProgress {
-        let options = ProgressOptions { flies_arcs: self.flies_arcs(), ..self.progress_options };
-        let progress = self.tracker.progress(&self.telemetry, self.mission.as_deref(), self.first_seq(), &options);
+        let default = ProgressOptions::default();
+        let loiter_radius_m = self.flight_parameters.loiter_radius_m.unwrap_or(default.loiter_radius_m);
+        let options = ProgressOptions { loiter_radius_m, flies_arcs: self.flies_arcs(), ..default };
+        let progress =
+            self.tracker.progress(&self.telemetry, self.mission().map(Arc::as_ref), self.first_seq(), &options);
         MissionProgress { target_off_m: self.target_off_m(), ..progress }
+    }
+
+    /// What its parameters say of how it flies, as far as they were read.
+    #[must_use]
+    pub fn flight_parameters(&self) -> FlightParameters {
+        self.flight_parameters
     }
 
     /// When anything of its autopilot was heard last.
@@ -294,6 +324,10 @@ impl Vehicle {
         self.heard_at + LOST_AFTER + Duration::from_micros(1)
     }
 
+    fn is_arduplane(&self) -> bool {
+        self.telemetry.mode().is_some_and(|mode| mode.family == ModeFamily::ArduPlane)
+    }
+
     fn is_ardupilot(&self) -> bool {
         self.telemetry.is_ardupilot()
     }
@@ -311,6 +345,7 @@ impl Vehicle {
             on_ground: self.telemetry.is_on_ground(),
             can_hover: self.limits.can_hover || tells_vtol || mav_type.is_some_and(is_hovering_type),
             flies_arcs: self.flies_arcs(),
+            airspeed_m_s: self.flight_parameters.airspeed_m_s.unwrap_or(self.limits.airspeed_m_s),
             ..self.limits
         }
     }
@@ -327,7 +362,7 @@ impl Vehicle {
 
     /// Seq of the last item at which the mission stands; what follows it are actions.
     fn last_nav(&self) -> Option<u16> {
-        let Some(mission) = &self.mission else {
+        let Some(mission) = self.mission() else {
             let total = self.telemetry.mission?.value.total?;
             return (total + self.first_seq()).checked_sub(1);
         };
@@ -351,8 +386,8 @@ impl Vehicle {
     }
 
     fn set_plan(&mut self, kind: PlanKind, state: PlanState) {
-        if kind == PlanKind::Mission && !matches!(state, PlanState::Verified { .. } | PlanState::Differs { .. }) {
-            self.mission = None;
+        if !matches!(state, PlanState::Verified { .. } | PlanState::Differs { .. }) {
+            self.copies[kind as usize] = None;
         }
         if self.plans.set(kind, state) {
             self.on_board.on_state(kind, state);

@@ -18,11 +18,12 @@ use std::time::Duration;
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::dialect::{MavMessage, MavMissionType};
 use vencejo_proto::ftp::{FtpOpcode, FtpPayload};
+use vencejo_proto::param::ParamName;
 use vencejo_proto::{Address, Message, MissionAck, MissionItemInt, MonoTime};
 
-use super::Vehicle;
 use super::ops::{Op, State};
 use super::steps::Step;
+use super::{FlightParameters, Vehicle};
 use crate::plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
 use crate::plan_state::{PlanState, Unknown};
 use crate::request::{Output, Reply, RequestId};
@@ -39,6 +40,9 @@ const QUIET: Duration = Duration::from_millis(1_500);
 const HURRY: Duration = Duration::from_secs(2);
 /// Waits before a plan that could not be read is tried again; after them it is left alone.
 const RETRIES: [Duration; 2] = [Duration::from_secs(10), Duration::from_secs(60)];
+/// What an ArduPlane is asked for after its plans: how it circles, how fast it flies, how it turns, whether a return looks for the
+/// mission's landing. Each once, also when it does not answer.
+const FLIGHT_PARAMETERS: [&str; 4] = ["WP_LOITER_RAD", "AIRSPEED_CRUISE", "ROLL_LIMIT_DEG", "RTL_AUTOLAND"];
 /// A plan that was read by itself this long ago is given to who asks for it.
 const FRESH_COPY: Duration = Duration::from_secs(3);
 /// A vehicle that has not told the id of its hardware for this long after it was heard is known by its system id.
@@ -57,11 +61,19 @@ struct Incoming {
     before: (PlanState, Option<Doubt>),
 }
 
+/// What is read by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reading {
+    Plan(PlanKind),
+    /// One of [`FLIGHT_PARAMETERS`].
+    Parameter(&'static str),
+}
+
 /// A reading that nobody asked for.
 #[derive(Debug, Clone, Copy)]
 struct Own {
     id: RequestId,
-    kind: PlanKind,
+    what: Reading,
     began: MonoTime,
 }
 
@@ -97,6 +109,8 @@ pub(super) struct OnBoard {
     /// Whether the mission is to be read once more although it is known.
     is_copy_doubted: bool,
     attempts: [usize; 3],
+    /// How many of the flight parameters were asked for.
+    parameters_asked: usize,
     not_before: [MonoTime; 3],
     quiet_since: MonoTime,
     pub(super) is_stirred: bool,
@@ -122,6 +136,7 @@ impl OnBoard {
             own_verified_at: None,
             is_copy_doubted: false,
             attempts: [0; 3],
+            parameters_asked: 0,
             not_before: [now; 3],
             quiet_since: now,
             is_stirred: false,
@@ -193,6 +208,7 @@ impl Vehicle {
             self.set_plan(kind, PlanState::Unknown(Unknown::NeverRead));
         }
         self.on_board.verified = None;
+        self.flight_parameters = FlightParameters::default();
         self.on_records(stored, now);
     }
 
@@ -484,7 +500,7 @@ impl Vehicle {
     pub(super) fn on_board_restarted(&mut self, now: MonoTime) {
         let board = &mut self.on_board;
         (board.incoming_file, board.total, board.moving_until, board.own) = (None, None, None, None);
-        board.quiet_since = now;
+        (board.quiet_since, board.parameters_asked) = (now, 0);
         if let Some(incoming) = board.incoming.take() {
             self.keep_heard(incoming);
         }
@@ -498,8 +514,8 @@ impl Vehicle {
 // ── What is read by itself ───────────────────────────────────────────────────────────────────────────────────────────
 
 impl Vehicle {
-    /// Which plan is to be read by itself, and when; `None` while something else goes on.
-    fn reading_due(&self) -> Option<(PlanKind, MonoTime)> {
+    /// What is to be read by itself, and when; `None` while something else goes on.
+    fn reading_due(&self) -> Option<(Reading, MonoTime)> {
         let board = &self.on_board;
         let is_busy = !self.ops.is_empty() || self.transfer.is_some() || self.param.is_some();
         let is_ready = self.telemetry.heartbeat.is_some() && board.key.is_some() && self.streams.is_settled();
@@ -516,9 +532,12 @@ impl Vehicle {
         };
         let due = |kind: PlanKind| {
             let moving = board.moving_until.unwrap_or(board.quiet_since);
-            (kind, (board.quiet_since + QUIET).max(moving).max(board.not_before[kind as usize]))
+            (Reading::Plan(kind), (board.quiet_since + QUIET).max(moving).max(board.not_before[kind as usize]))
         };
-        PlanKind::ALL.into_iter().filter(is_wanted).map(due).min_by_key(|(_, at)| *at)
+        let parameter = FLIGHT_PARAMETERS.get(board.parameters_asked).filter(|_| self.is_arduplane());
+        let parameter = parameter.map(|name| (Reading::Parameter(*name), board.quiet_since + QUIET));
+        // Of two at the same time the first.
+        PlanKind::ALL.into_iter().filter(is_wanted).map(due).chain(parameter).min_by_key(|(_, at)| *at)
     }
 
     /// When [`Self::on_board_time`] is wanted.
@@ -556,25 +575,34 @@ impl Vehicle {
             self.note(Severity::WARNING, "the mission's state cannot be written to the disk".to_owned(), now);
             self.go_on_recorded(index, now);
         }
-        if let Some((kind, at)) = self.reading_due()
+        if let Some((what, at)) = self.reading_due()
             && now >= at
         {
-            self.read_by_itself(kind, now);
+            self.read_by_itself(what, now);
         }
     }
 
-    fn read_by_itself(&mut self, kind: PlanKind, now: MonoTime) {
+    fn read_by_itself(&mut self, what: Reading, now: MonoTime) {
+        let step = match what {
+            Reading::Plan(kind) => Step::Download(kind),
+            Reading::Parameter(name) => {
+                self.on_board.parameters_asked += 1;
+                let Ok(name) = ParamName::new(name) else { return };
+                Step::ParamRead(name)
+            }
+        };
         let id = RequestId(self.next_request);
         self.next_request += 1;
         self.ops.push(Op::new(id, [].into()));
-        self.on_board.own = Some(Own { id, kind, began: now });
-        self.run_transfer(self.ops.len() - 1, Step::Download(kind), None, now);
+        self.on_board.own = Some(Own { id, what, began: now });
+        self.run_transfer(self.ops.len() - 1, step, None, now);
     }
 
     /// A request comes while a plan is read that nobody asked for: it joins, or goes before. Whether it joined.
     pub(super) fn make_room(&mut self, id: RequestId, steps: &[Step], needs_lane: bool, now: MonoTime) -> bool {
         let Some(own) = self.on_board.own else { return false };
-        if *steps == [Step::Download(own.kind)]
+        if let Reading::Plan(kind) = own.what
+            && *steps == [Step::Download(kind)]
             && let Some(lane) = &mut self.transfer
         {
             lane.id = id;
@@ -587,7 +615,7 @@ impl Vehicle {
             return true;
         }
         if needs_lane || now.since(own.began) > HURRY {
-            if let Some(lane) = &mut self.transfer {
+            for lane in [&mut self.transfer, &mut self.param].into_iter().flatten().filter(|lane| lane.id == own.id) {
                 lane.machine.cancel(now);
             }
             self.drain_lanes(now);
@@ -602,14 +630,14 @@ impl Vehicle {
             return None;
         }
         let state = self.plans.get(PlanKind::Mission);
-        let mission = self.mission.as_ref()?;
+        let mission = self.mission()?;
         let (items, home) = (mission.items.clone(), mission.home);
         Some(Reply::Plan { kind: PlanKind::Mission, items, home, state, position_error_m: None })
     }
 
-    /// Which plan a reading that nobody asked for is about, if it is one.
-    pub(super) fn on_board_own(&self, id: RequestId) -> Option<PlanKind> {
-        self.on_board.own.filter(|own| own.id == id).map(|own| own.kind)
+    /// What a reading that nobody asked for is about, if it is one.
+    pub(super) fn on_board_own(&self, id: RequestId) -> Option<Reading> {
+        self.on_board.own.filter(|own| own.id == id).map(|own| own.what)
     }
 
     /// The copy of the mission is to be compared with the vehicle's once more.
@@ -618,8 +646,9 @@ impl Vehicle {
     }
 
     /// A reading that nobody asked for has ended.
-    pub(super) fn on_own_read(&mut self, kind: PlanKind, error: Option<&TransferError>, now: MonoTime) {
+    pub(super) fn on_own_read(&mut self, what: Reading, error: Option<&TransferError>, now: MonoTime) {
         self.on_board.own = None;
+        let Reading::Plan(kind) = what else { return };
         self.on_board.is_copy_doubted &= kind != PlanKind::Mission;
         let (attempts, not_before) =
             (&mut self.on_board.attempts[kind as usize], &mut self.on_board.not_before[kind as usize]);

@@ -144,7 +144,7 @@ impl Vehicle {
         if !matches!(current.state, None | Some(MissionState::Active)) {
             return None;
         }
-        let mission = self.mission.as_ref()?;
+        let mission = self.mission()?;
         if mission.items.iter().any(|item| item.command == REPEATS_WAY) {
             return None;
         }

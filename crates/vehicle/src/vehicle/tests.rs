@@ -634,9 +634,11 @@ fn an_upload_is_known_only_when_it_was_read_back() {
     assert_eq!(world.station.vehicle.plan_state(PlanKind::Mission), PlanState::Unknown(Unknown::NeverRead));
     let id = start(&mut world, upload());
     assert!(world.station.vehicle.plan_state(PlanKind::Mission).may_be_mixed());
+    assert!(world.station.vehicle.plan_on_board(PlanKind::Mission).is_none());
     let reply = end(&mut world, id, 30).expect("uploaded");
     let Reply::Plan { items, home: Some(home), state, .. } = reply else { panic!("{reply:?}") };
     assert_eq!(items.len(), 4);
+    assert_eq!(world.station.vehicle.plan_on_board(PlanKind::Mission).map(|list| &list.items), Some(&items));
     assert!((home.alt_amsl_m - 600.09).abs() < 0.01, "the vehicle's own");
     let PlanState::Verified { count: 4, hash } = state else { panic!("{state}") };
     assert_eq!(world.station.vehicle.plan_state(PlanKind::Mission), state);
@@ -651,6 +653,13 @@ fn an_upload_is_known_only_when_it_was_read_back() {
 
     assert!(ask(&mut world, Request::ClearPlan { kind: PlanKind::Mission }).is_ok());
     assert_eq!(world.station.vehicle.plan_state(PlanKind::Mission), PlanState::Empty);
+    assert!(world.station.vehicle.plan_on_board(PlanKind::Mission).is_none());
+    // The other kinds are kept too.
+    let rally =
+        vec![MissionItem { command: Command::NAV_RALLY_POINT, ..MissionItem::waypoint(40.3432, -3.7978, 80.0) }];
+    let request = Request::UploadPlan { kind: PlanKind::Rally, items: rally, home: None };
+    let Ok(Reply::Plan { items, .. }) = ask(&mut world, request) else { panic!("not uploaded") };
+    assert_eq!(world.station.vehicle.plan_on_board(PlanKind::Rally).map(|list| &list.items), Some(&items));
     // An empty upload is the same.
     let empty = Request::UploadPlan { kind: PlanKind::Rally, items: vec![], home: None };
     assert!(ask(&mut world, empty).is_ok());

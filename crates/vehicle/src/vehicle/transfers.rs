@@ -76,10 +76,11 @@ impl Vehicle {
         if before.kind == PlanKind::Mission {
             self.on_board.set_doubt(before.doubt);
         }
-        // A mission that was known has been let go of, and is read again.
-        let is_gone = before.kind == PlanKind::Mission && before.state.count().is_some_and(|count| count > 0);
+        // A list that was known has been let go of, and is read again.
+        let was_there = before.state.count().is_some_and(|count| count > 0);
+        let is_gone = was_there && self.plan_on_board(before.kind).is_none();
         let again = PlanState::Unknown(Unknown::ChangedElsewhere);
-        self.set_plan(before.kind, if is_gone && self.mission.is_none() { again } else { before.state });
+        self.set_plan(before.kind, if is_gone { again } else { before.state });
         self.remember();
     }
 
@@ -140,7 +141,7 @@ impl Vehicle {
         if let Some(before) = &written {
             self.written[before.kind as usize] = Some(now);
         }
-        let own = self.on_board_own(lane.id).map(|kind| (kind, result.as_ref().err().cloned()));
+        let own = self.on_board_own(lane.id).map(|what| (what, result.as_ref().err().cloned()));
         let result = match result {
             Ok(Yield::Plan { kind, wire, position_error_m }) => {
                 let reply = self.on_plan(kind, &wire, position_error_m, lane.is_disturbed, writes);
@@ -178,8 +179,8 @@ impl Vehicle {
                 self.finish(index, result);
             }
         }
-        if let Some((kind, error)) = own {
-            self.on_own_read(kind, error.as_ref(), now);
+        if let Some((what, error)) = own {
+            self.on_own_read(what, error.as_ref(), now);
         }
     }
 
@@ -187,9 +188,10 @@ impl Vehicle {
     pub(super) fn learn(&mut self, param: &Param) {
         let value = param.value.as_f64().abs();
         match param.name.as_str() {
-            "WP_LOITER_RAD" if value >= 1.0 => self.progress_options.loiter_radius_m = value,
-            "AIRSPEED_CRUISE" if value >= 1.0 => self.limits.airspeed_m_s = value,
-            "TRIM_ARSPD_CM" if value >= 100.0 => self.limits.airspeed_m_s = value / 100.0,
+            "WP_LOITER_RAD" if value >= 1.0 => self.flight_parameters.loiter_radius_m = Some(value),
+            "AIRSPEED_CRUISE" if value >= 1.0 => self.flight_parameters.airspeed_m_s = Some(value),
+            "TRIM_ARSPD_CM" if value >= 100.0 => self.flight_parameters.airspeed_m_s = Some(value / 100.0),
+            "RTL_AUTOLAND" => self.flight_parameters.finds_landing = Some(value > 0.0),
             "ROLL_LIMIT_DEG" if value >= 1.0 => self.limits.bank_deg = value,
             "LIM_ROLL_CD" if value >= 100.0 => self.limits.bank_deg = value / 100.0,
             "Q_ENABLE" => self.limits.can_hover = value > 0.0,
@@ -210,15 +212,14 @@ impl Vehicle {
         is_ours: bool,
     ) -> Result<Reply, VehicleError> {
         let has_home = kind == PlanKind::Mission && self.is_ardupilot();
-        let mission = match kind {
+        let list = match kind {
             PlanKind::Mission => Mission::from_wire(wire, has_home)?,
             PlanKind::Fence | PlanKind::Rally => Mission { home: None, items: items_from_wire(wire, kind)? },
         };
-        let items = &mission.items;
-        let read = if items.is_empty() {
+        let read = if list.items.is_empty() {
             PlanState::Empty
         } else {
-            let count = u16::try_from(items.len()).unwrap_or(u16::MAX);
+            let count = u16::try_from(list.items.len()).unwrap_or(u16::MAX);
             PlanState::Verified { count, hash: hash_items(&wire[usize::from(has_home)..]) }
         };
         let state = match kind {
@@ -240,9 +241,9 @@ impl Vehicle {
                 PlanState::Empty => self.tracker.reset(),
                 PlanState::Unknown(_) => {}
             }
-            self.mission = (!items.is_empty()).then(|| Arc::new(mission.clone()));
         }
+        self.copies[kind as usize] = (!list.items.is_empty()).then(|| Arc::new(list.clone()));
         self.set_plan(kind, state);
-        Ok(Reply::Plan { kind, items: mission.items, home: mission.home, state, position_error_m })
+        Ok(Reply::Plan { kind, items: list.items, home: list.home, state, position_error_m })
     }
 }

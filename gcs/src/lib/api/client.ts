@@ -18,6 +18,7 @@ import type {
   PlanDrafts,
   PlanFinding,
   PlanKind,
+  PlanOnBoard,
   Session,
   SigningInfo,
   StatusText,
@@ -69,7 +70,8 @@ export class Api extends Http {
 
   sendPlan = (id: number, kind: PlanKind, plan: Plan) =>
     this.json<Operation>('PUT', `/vehicles/${id}/plan/${kind}`, plan);
-  readPlan = (id: number, kind: PlanKind) => this.json<Operation>('GET', `/vehicles/${id}/plan/${kind}`);
+  planOnBoard = (id: number, kind: PlanKind) => this.json<PlanOnBoard>('GET', `/vehicles/${id}/plan/${kind}`);
+  readPlan = (id: number, kind: PlanKind) => this.json<Operation>('POST', `/vehicles/${id}/plan/${kind}/read`);
   /** A person has confirmed it. */
   clearPlan = (id: number, kind: PlanKind) =>
     this.confirmed([`clear-${kind}`], (options) =>

@@ -1342,8 +1342,11 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Reads this part of the plan on board; it is the operation's result. */
-        get: operations["download_fence"];
+        /**
+         * What is known of this part of the plan on board. Nothing is asked of the vehicle: the station itself reads what it
+         *     does not know, and tells by the WebSocket's `plan_state` when that changes.
+         */
+        get: operations["fence_on_board"];
         /**
          * Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
          *     has it. The operation's result is the plan on board. A mission in which the checks find an error is refused, and so is
@@ -1358,6 +1361,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{id}/plan/fence/read": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Reads this part of the plan on board from the vehicle; it is the operation's result. */
+        post: operations["download_fence"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{id}/plan/mission": {
         parameters: {
             query?: never;
@@ -1365,8 +1385,11 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Reads this part of the plan on board; it is the operation's result. */
-        get: operations["download_mission"];
+        /**
+         * What is known of this part of the plan on board. Nothing is asked of the vehicle: the station itself reads what it
+         *     does not know, and tells by the WebSocket's `plan_state` when that changes.
+         */
+        get: operations["mission_on_board"];
         /**
          * Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
          *     has it. The operation's result is the plan on board. A mission in which the checks find an error is refused, and so is
@@ -1381,6 +1404,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{id}/plan/mission/read": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Reads this part of the plan on board from the vehicle; it is the operation's result. */
+        post: operations["download_mission"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{id}/plan/rally": {
         parameters: {
             query?: never;
@@ -1388,8 +1428,11 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Reads this part of the plan on board; it is the operation's result. */
-        get: operations["download_rally"];
+        /**
+         * What is known of this part of the plan on board. Nothing is asked of the vehicle: the station itself reads what it
+         *     does not know, and tells by the WebSocket's `plan_state` when that changes.
+         */
+        get: operations["rally_on_board"];
         /**
          * Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
          *     has it. The operation's result is the plan on board. A mission in which the checks find an error is refused, and so is
@@ -1399,6 +1442,23 @@ export interface paths {
         post?: never;
         /** Removes this part of the plan on board and checks that it is gone. */
         delete: operations["clear_rally"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{id}/plan/rally/read": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Reads this part of the plan on board from the vehicle; it is the operation's result. */
+        post: operations["download_rally"];
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -2842,7 +2902,7 @@ export interface components {
         };
         /** @description Something wrong or doubtful in a plan. `message` and `remedy` say it in English; `code` and `figures` say the same to programs. */
         Finding: components["schemas"]["FindingKind"] & {
-            /** @description The item, counted from 1; null when it is about the whole plan, home, the fence or rally points. */
+            /** @description The item, counted from 1 as its seq on ArduPilot; null when it is about the whole plan, home, the fence or rally points. */
             item: number | null;
             /** @description What is wrong. */
             message: string;
@@ -3180,6 +3240,24 @@ export interface components {
          * @enum {string}
          */
         FindingSeverity: "error" | "warning";
+        /** @description What an ArduPlane's parameters say of how it flies; null is not read. The station reads them by itself. */
+        FlightParameters: {
+            /**
+             * Format: double
+             * @description Airspeed that it flies by itself (`AIRSPEED_CRUISE`, before 4.5 `TRIM_ARSPD_CM`).
+             */
+            airspeed_m_s: number | null;
+            /**
+             * @description Whether a return looks for the mission's landing (`RTL_AUTOLAND` is not 0); where it does not, it does not arm with a
+             *     `DO_LAND_START`.
+             */
+            finds_landing: boolean | null;
+            /**
+             * Format: double
+             * @description Radius of circles that give none (`WP_LOITER_RAD`).
+             */
+            loiter_radius_m: number | null;
+        };
         /** @description What a flight needs first: `POST /vehicles/{id}/prepare-flight` does it. */
         FlightPreparation: {
             /** @description The mode that it is in. */
@@ -4762,6 +4840,12 @@ export interface components {
          * @enum {string}
          */
         PlanKind: "mission" | "fence" | "rally";
+        /** @description One part of the plan on board, as far as it is known. */
+        PlanOnBoard: {
+            plan: components["schemas"]["Plan"] | null;
+            /** @description How far that is. */
+            state: components["schemas"]["PlanState"];
+        };
         /** @description What is known of a plan on board. */
         PlanState: {
             /**
@@ -5812,6 +5896,8 @@ export interface components {
              * @description `MAV_AUTOPILOT`; 3 is ArduPilot.
              */
             autopilot: number | null;
+            /** @description What its parameters say of how it flies, as far as they were read. */
+            flight_parameters: components["schemas"]["FlightParameters"];
             /** @description Whether the motors can run. */
             is_armed: boolean | null;
             /**
@@ -8868,7 +8954,7 @@ export interface operations {
             };
         };
     };
-    download_fence: {
+    fence_on_board: {
         parameters: {
             query?: never;
             header?: never;
@@ -8880,12 +8966,12 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            202: {
+            200: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Operation"];
+                    "application/json": components["schemas"]["PlanOnBoard"];
                 };
             };
             /** @description What was wrong and what to do */
@@ -8968,7 +9054,7 @@ export interface operations {
             };
         };
     };
-    download_mission: {
+    download_fence: {
         parameters: {
             query?: never;
             header?: never;
@@ -8986,6 +9072,37 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    mission_on_board: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanOnBoard"];
                 };
             };
             /** @description What was wrong and what to do */
@@ -9068,7 +9185,7 @@ export interface operations {
             };
         };
     };
-    download_rally: {
+    download_mission: {
         parameters: {
             query?: never;
             header?: never;
@@ -9086,6 +9203,37 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    rally_on_board: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanOnBoard"];
                 };
             };
             /** @description What was wrong and what to do */
@@ -9138,6 +9286,37 @@ export interface operations {
         };
     };
     clear_rally: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    download_rally: {
         parameters: {
             query?: never;
             header?: never;

@@ -28,9 +28,11 @@ export type TelemetryGroups = { [Name in GroupName]?: NonNullable<TelemetryChang
 // Vehicles and links
 export type MissionProgress = Schemas['MissionProgress'];
 export type PlanKind = Schemas['PlanKind'];
+export type PlanOnBoard = Schemas['PlanOnBoard'];
 export type PlanState = Schemas['PlanState'];
 export type LinkInfo = Schemas['LinkInfo'];
 export type NewLink = Schemas['NewLink'];
+export type FlightParameters = Schemas['FlightParameters'];
 export type VehicleSummary = Schemas['VehicleSummary'];
 export type VehicleState = Schemas['VehicleState'];
 export type StatusText = Schemas['Text'];

@@ -1,8 +1,7 @@
 // What of a plan the vehicles are known to have on board, by the fingerprint that the server gives of each part.
-import type { PlanKind } from '$lib/api/types';
+import type { PlanKind, PlanState } from '$lib/api/types';
 import { emptyPlan, type Plan } from '$lib/domain/plan';
 import { readPlan } from '$lib/domain/plan-read';
-import { api } from './station.svelte';
 import { load, save } from './stored';
 import { type Vehicle, vehicles } from './vehicles.svelte';
 
@@ -31,10 +30,8 @@ class OnBoard {
     return known.hash === told.hash ? known.plan : null;
   }
 
-  /** Notes what a vehicle has, with the fingerprint that the server now gives of it. */
-  async learn(vehicle: Vehicle, part: PlanKind, plan: Plan): Promise<void> {
-    const { plan_states } = await api.vehicle(vehicle.systemId);
-    const told = plan_states[part];
+  /** Notes what a vehicle has, as `told` by the server with the fingerprint of it. */
+  note(vehicle: Vehicle, part: PlanKind, told: PlanState, plan: Plan): void {
     vehicle.applyPlanState(part, told);
     if (told.state !== 'verified') return;
     this.#known = { ...this.#known, [part]: { vehicle: vehicle.systemId, hash: told.hash, plan } };

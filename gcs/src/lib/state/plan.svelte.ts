@@ -72,11 +72,6 @@ interface Chosen {
   readonly frame: HeightFrame;
 }
 
-/** A plan that never comes to rest is not read for ever. */
-const MAX_READ_AGAIN = 20;
-/** So long a plan that another station changed is left alone before it is read. */
-const REST_MS = 1000;
-
 class PlanStore implements PlanDraft {
   #history = $state.raw<History<Draft>>(historyOf(draftOf(load('draft', emptyPlan(), readPlan))));
   #selection = $state.raw<ReadonlySet<number>>(new Set());
@@ -101,15 +96,8 @@ class PlanStore implements PlanDraft {
   /** Whether the core is at work on a landing that was asked for. */
   isDesigning = $state(false);
   #saveTimer: ReturnType<typeof setTimeout> | undefined;
-  /** Plan states that were already answered by a reading of our own: one try each. */
   /** The parts of the draft as they were found on board. */
   readonly #asRead: Partial<Record<PlanKind, unknown>> = {};
-  readonly #readFor = new Set<string>();
-  /** How often a plan that changed under its reading was read again. */
-  #readAgain = 0;
-  /** Vehicles that were asked how they fly, circle and land. */
-  readonly #learnt = new Map<number, Promise<void>>();
-  #discovery: 'idle' | 'running' | 'again' = 'idle';
 
   /** Where heights count from: the vehicle's home, else the one that the plan names. */
   home = $derived.by<Home | null>(() => {
@@ -251,7 +239,6 @@ class PlanStore implements PlanDraft {
     this.isDesigning = true;
     try {
       this.problem = null;
-      if (vehicles.selected !== null) await this.#learnWays(vehicles.selected);
       const ground = elevation.isKnowable ? await elevation.at(at) : null;
       const { items } = await api.designLanding(this.#landingAt(at, ground?.alt_amsl_m ?? null));
       if (run === this.#landingRun) this.#add((draft) => addLanding(draft, items));
@@ -560,86 +547,30 @@ class PlanStore implements PlanDraft {
   });
 
   /**
-   * Finds out what the selected vehicle has on board where that is not known here: another station may have loaded a
-   * mission that this one follows. Tries once for each state that the vehicle reports, and never disturbs a transfer.
+   * Takes over what the station has read from the selected vehicle: another station may have loaded a mission that this one
+   * follows. Nothing is asked of the vehicle.
    */
-  async discover(): Promise<void> {
-    if (this.#discovery !== 'idle') {
-      this.#discovery = 'again';
-      return;
-    }
-    try {
-      do {
-        this.#discovery = 'running';
-        // a vehicle does one transfer at a time
-        for (const part of PLAN_PARTS) await this.#discover(part);
-        if (vehicles.selected !== null) await this.#learnWays(vehicles.selected);
-      } while ((this.#discovery as string) === 'again');
-    } finally {
-      this.#discovery = 'idle';
-    }
-  }
-
-  /** Asks an ArduPlane once how it circles, flies and lands; without an answer it is taken as it comes. */
-  async #learnWays(vehicle: Vehicle): Promise<void> {
-    const { heartbeat } = vehicle.groups;
-    const isArduPlane = heartbeat?.autopilot === 3 && (vehicle.kind === 'plane' || vehicle.kind === 'vtol');
-    if (!isArduPlane) return;
-    const known = this.#learnt.get(vehicle.systemId) ?? this.#askWays(vehicle);
-    this.#learnt.set(vehicle.systemId, known);
-    await known;
-  }
-
-  async #askWays(vehicle: Vehicle): Promise<void> {
-    const read = async (name: string): Promise<number | null> => {
-      try {
-        const { value } = await api.readParam(vehicle.systemId, name);
-        return Number.isFinite(value) ? value : null;
-      } catch {
-        return null;
-      }
-    };
-    const radius_m = await read('WP_LOITER_RAD');
-    const cruise_m_s = await read('AIRSPEED_CRUISE');
-    const autoland = await read('RTL_AUTOLAND');
-    vehicle.findsLanding = autoland === null ? null : autoland !== 0;
-    vehicle.route = {
-      ...vehicle.route,
-      ...(radius_m === null || radius_m === 0 ? {} : { loiterRadius_m: Math.abs(radius_m) }),
-      ...(cruise_m_s === null || cruise_m_s < 1 ? {} : { cruise_m_s }),
-    };
-  }
-
-  async #discover(part: PlanKind): Promise<void> {
+  async follow(): Promise<void> {
     const vehicle = vehicles.selected;
-    const told = vehicle?.planStates?.[part];
-    if (!vehicle || !told || told.state === 'empty' || this.transfer !== null || onBoard.planOf(part) !== null) return;
-    if (told.reason === 'transferring' || told.reason === 'sent_elsewhere') return;
-    const about = `${vehicle.systemId}/${part}/${told.state}/${told.hash}/${told.detail}`;
-    if (this.#readFor.has(about)) return;
-    if (told.reason === 'changed_elsewhere') {
-      // who changed it may still be sending, and a reading would disturb that
-      await new Promise((resolve) => setTimeout(resolve, REST_MS));
-      if (vehicle.planStates?.[part] !== told) return this.#discover(part);
-    }
-    this.#readFor.add(about);
+    if (vehicle === null) return;
+    await Promise.all(PLAN_PARTS.map((part) => this.#followPart(vehicle, part)));
+  }
+
+  async #followPart(vehicle: Vehicle, part: PlanKind): Promise<void> {
+    // a transfer of ours says itself what it brought
+    if (vehicle.planStates?.[part].state !== 'verified' || this.transfer !== null || onBoard.planOf(part) !== null)
+      return;
     try {
-      const operation = await api.readPlan(vehicle.systemId, part);
-      const plan = await operations.finish<ApiPlan>(operation);
-      await onBoard.learn(vehicle, part, plan);
-      if (onBoard.planOf(part) !== null) this.#readAgain = 0;
-      // Changed while it was read, as by a station that is still sending: what was read is half of something.
-      if (vehicle.planStates?.[part].reason === 'changed_elsewhere') {
-        if (this.#readAgain++ < MAX_READ_AGAIN) this.#readFor.delete(about);
-      }
-      // Nothing is lost by it, so there is nothing to undo. What nobody has touched since it was read goes with the vehicle:
-      // a station that was still sending may have been read half way.
-      else if (!this.canUndo && (this.isEmpty(part) || partOf(this.draft, part) === this.#asRead[part])) {
-        const { fence, rally } = this.draft;
-        if (part === 'mission') this.#set(historyOf({ ...draftOf(plan), fence, rally }));
-        else this.#set(historyOf({ ...this.draft, [part]: plan[part] }));
-        this.#asRead[part] = partOf(this.draft, part);
-      }
+      const { state, plan } = await api.planOnBoard(vehicle.systemId, part);
+      if (plan === null || this.transfer !== null) return;
+      onBoard.note(vehicle, part, state, plan);
+      // Nothing is lost by it, so there is nothing to undo. What nobody has touched since goes with the vehicle.
+      const isUntouched = !this.canUndo && (this.isEmpty(part) || partOf(this.draft, part) === this.#asRead[part]);
+      if (vehicle !== vehicles.selected || !isUntouched) return;
+      const { fence, rally } = this.draft;
+      if (part === 'mission') this.#set(historyOf({ ...draftOf(plan), fence, rally }));
+      else this.#set(historyOf({ ...this.draft, [part]: plan[part] }));
+      this.#asRead[part] = partOf(this.draft, part);
     } catch {
       // it stays unknown, and says so
     }
@@ -651,7 +582,8 @@ class PlanStore implements PlanDraft {
     this.problem = null;
     this.transfer = { kind, part, operation: null };
     try {
-      await onBoard.learn(vehicle, part, await run(vehicle));
+      const plan = await run(vehicle);
+      onBoard.note(vehicle, part, (await api.planOnBoard(vehicle.systemId, part)).state, plan);
       return true;
     } catch (error) {
       this.problem = problemFrom(error);

@@ -15,11 +15,11 @@ const NEVER_READ: PlanState = {
   detail: 'unknown: never read',
 };
 
-/** A server whose vehicle keeps what it is sent. */
+/** A server whose vehicle keeps what it is sent, and is read by it. */
 function serve() {
   let onBoard: Plan = { items: [], home: HOME, fence: { zones: [], return_point: null }, rally: [] };
   let hash = 0;
-  /** What the vehicle tells of its mission instead, until it is read again. */
+  /** What is told of its mission instead, until it is read again. */
   let uncertain: PlanState | null = null;
   const answer = <T>(value: T) => Promise.resolve(value);
   const done = (result: Plan) => answer({ id: 1, kind: 'plan', state: 'done' as const, done: 1, total: 1, result });
@@ -44,6 +44,9 @@ function serve() {
       uncertain = null;
       return done(onBoard);
     }),
+    known: vi.fn((_id: number, _kind: string) =>
+      answer({ state: state(), plan: uncertain === null ? structuredClone(onBoard) : null }),
+    ),
     /** A circle down, and the landing. */
     design: vi.fn(({ at }: LandingRequest) =>
       answer({ items: [makeItem('loiter_to_height', { at, alt_m: 40 }), makeItem('land', { at, alt_m: 0 })] }),
@@ -56,18 +59,18 @@ function serve() {
   Object.assign(api, {
     sendPlan: spies.send,
     readPlan: spies.read,
+    planOnBoard: spies.known,
     clearPlan: spies.clear,
     designLanding: spies.design,
     checkPlan: () => answer([]),
-    vehicle: () => answer({ plan_states: { mission: state(), fence: state(), rally: state() } }),
   });
   const byOthers = (items: Plan['items'], told: PlanState | null = null) => {
     onBoard = { ...onBoard, items };
     hash += 1;
     uncertain = told;
-    vehicles.ensure(1).applyPlanState('mission', told ?? NEVER_READ);
+    vehicles.ensure(1).applyPlanState('mission', state());
   };
-  return { ...spies, byOthers, now: () => done(onBoard) };
+  return { ...spies, byOthers };
 }
 
 describe('the plan store', () => {
@@ -111,45 +114,23 @@ describe('the plan store', () => {
     expect(plan.vehiclePlan).toBeNull();
   });
 
-  it('finds out once what another station loaded, and leaves the draft alone', async () => {
+  it('takes over what another station loaded, asks the vehicle nothing, and leaves the draft alone', async () => {
     plan.add('waypoint', AT);
+    server.byOthers([], { ...NEVER_READ, reason: 'changed_elsewhere' });
+    await plan.follow();
+    expect(server.known).not.toHaveBeenCalled();
+    expect(plan.vehiclePlan).toBeNull();
     server.byOthers([makeItem('takeoff', { at: AT, alt_m: 50 }), makeItem('return_to_launch')]);
-    vehicles.ensure(1).applyPlanState('mission', { ...NEVER_READ, detail: 'unknown: another station changed it' });
-    await plan.discover();
-    await plan.discover();
-    expect(server.read.mock.calls).toEqual([
-      [1, 'mission'],
-      [1, 'fence'],
-      [1, 'rally'],
-    ]);
+    await plan.follow();
+    await plan.follow();
+    expect(server.known.mock.calls).toEqual([[1, 'mission']]);
+    expect(server.read).not.toHaveBeenCalled();
     expect(plan.vehiclePlan?.items).toHaveLength(2);
     expect(plan.items).toHaveLength(1);
     expect(plan.state).toBe('differs');
   });
 
-  it('reads again what was changed while it was read', async () => {
-    const CHANGED: PlanState = { ...NEVER_READ, reason: 'changed_elsewhere', detail: 'unknown: changed' };
-    const whole = [makeItem('takeoff', { at: AT, alt_m: 50 }), makeItem('return_to_launch')];
-    server.byOthers(whole.slice(0, 1));
-    vehicles.ensure(1).applyPlanState('mission', CHANGED);
-    server.read.mockImplementationOnce((_id, _kind) => {
-      const half = server.now();
-      server.byOthers(whole, CHANGED);
-      return half;
-    });
-    const first = plan.discover();
-    expect(server.read).not.toHaveBeenCalled();
-    await vi.advanceTimersByTimeAsync(3000);
-    await first;
-    expect(plan.vehiclePlan).toBeNull();
-    const second = plan.discover();
-    await vi.advanceTimersByTimeAsync(3000);
-    await second;
-    expect(server.read.mock.calls.filter(([, part]) => part === 'mission')).toHaveLength(2);
-    expect(plan.vehiclePlan?.items).toHaveLength(2);
-  });
-
-  it('follows what it read half way, until somebody touches it', async () => {
+  it('follows what others load, until somebody touches it', async () => {
     const whole = [
       makeItem('takeoff', { at: AT, alt_m: 50 }),
       makeItem('waypoint', { at: AT }),
@@ -157,37 +138,17 @@ describe('the plan store', () => {
     ];
     while (plan.canUndo) plan.undo();
     server.byOthers(whole.slice(0, 1));
-    vehicles.ensure(1).applyPlanState('mission', { ...NEVER_READ, detail: 'unknown: one came' });
-    await plan.discover();
+    await plan.follow();
     expect(plan.items).toHaveLength(1);
     server.byOthers(whole.slice(0, 2));
-    vehicles.ensure(1).applyPlanState('mission', { ...NEVER_READ, detail: 'unknown: more came' });
-    await plan.discover();
+    await plan.follow();
     expect(plan.items).toHaveLength(2);
     plan.add('waypoint', AT);
     server.byOthers(whole);
-    vehicles.ensure(1).applyPlanState('mission', { ...NEVER_READ, detail: 'unknown: the rest came' });
-    await plan.discover();
+    await plan.follow();
     expect(plan.vehiclePlan?.items).toHaveLength(3);
     plan.undo();
     expect(plan.items).toHaveLength(2);
-  });
-
-  it('asks an ArduPlane once for its circles and its speed', async () => {
-    const asked: string[] = [];
-    Object.assign(api, {
-      readParam: (_id: number, name: string) => {
-        asked.push(name);
-        return name === 'WP_LOITER_RAD' ? Promise.resolve({ value: -80 }) : Promise.reject(new Error('silent'));
-      },
-    });
-    const vehicle = vehicles.ensure(1);
-    vehicle.groups = { heartbeat: { autopilot: 3, mav_type: 1 } } as typeof vehicle.groups;
-    await plan.discover();
-    await plan.discover();
-    expect(asked).toEqual(['WP_LOITER_RAD', 'AIRSPEED_CRUISE', 'RTL_AUTOLAND']);
-    // what it does not tell is taken as an ArduPlane comes
-    expect(vehicles.route).toMatchObject({ loiterRadius_m: 80, cruise_m_s: 22 });
   });
 
   it('reads into the draft, and undo brings the old one back', async () => {

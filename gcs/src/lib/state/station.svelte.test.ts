@@ -17,7 +17,17 @@ afterEach(() => {
 it('does not lose what is told while it asks for the whole state', async () => {
   vi.useFakeTimers();
   vi.stubGlobal('document', { hidden: true });
-  const summary = { system_id: 9, age_s: 0, link: 1, loss_pct: 0, round_trip_ms: 1, is_reached: true, rival: null };
+  const NOT_READ = { loiter_radius_m: null, airspeed_m_s: null, finds_landing: null };
+  const summary = {
+    system_id: 9,
+    age_s: 0,
+    link: 1,
+    loss_pct: 0,
+    round_trip_ms: 1,
+    is_reached: true,
+    rival: null,
+    flight_parameters: NOT_READ,
+  };
   const state = {
     telemetry: { heartbeat: groups.heartbeat, wind: groups.wind },
     progress,

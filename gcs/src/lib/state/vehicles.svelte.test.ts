@@ -69,6 +69,19 @@ describe('Vehicle', () => {
     expect(vehicle.ghost(20_000, items)).toMatchObject({ isOnRoute: false });
   });
 
+  it('takes over what its parameters say, and an ArduPlane as it comes where they say nothing', () => {
+    const vehicle = new Vehicle(1);
+    const told = { system_id: 1, age_s: 0, link: 1, loss_pct: 0, round_trip_ms: 1, is_reached: true, rival: null };
+    const known = { loiter_radius_m: 95, airspeed_m_s: null, finds_landing: true };
+    const summary = { ...told, mav_type: 1, autopilot: 3, mode: 'MANUAL', is_armed: false, flight_parameters: known };
+    vehicle.applySummary(summary, 10_000);
+    const { route } = vehicle;
+    expect(route).toMatchObject({ loiterRadius_m: 95, cruise_m_s: 22 });
+    expect(vehicle.findsLanding).toBe(true);
+    vehicle.applySummary({ ...summary, flight_parameters: { ...known } }, 11_000);
+    expect(vehicle.route, 'what is drawn from it is drawn anew only where it is another').toBe(route);
+  });
+
   it('forgets what the vehicle no longer has', () => {
     const vehicle = heard(groups, 10_000);
     vehicle.apply({ groups: { wind: null }, progress: null, heardAt_ms: {} });

@@ -1,6 +1,7 @@
 // The vehicles: what each last said, when, and which of them is selected.
 import { SvelteMap } from 'svelte/reactivity';
 import type {
+  FlightParameters,
   GroupName,
   MissionProgress,
   PlanKind,
@@ -189,8 +190,18 @@ export class Vehicle {
     this.link = { id: link, loss_pct, round_trip_ms };
     this.isReached = summary.is_reached;
     this.rival = summary.rival;
+    this.#applyParameters(summary.flight_parameters);
     // Without news of the vehicle there is nothing new to plot of its link.
     if (summary.age_s !== null && summary.age_s < 2) this.sensors.takeLink(now_ms / 1000, this.link);
+  }
+
+  #applyParameters({ loiter_radius_m, airspeed_m_s, finds_landing }: FlightParameters): void {
+    this.findsLanding = finds_landing;
+    const { loiterRadius_m, cruise_m_s } = PLANE_ROUTE;
+    const known = { loiterRadius_m: loiter_radius_m ?? loiterRadius_m, cruise_m_s: airspeed_m_s ?? cruise_m_s };
+    // told again and again: what is drawn from it is drawn anew only where it is another
+    const isAsBefore = known.loiterRadius_m === this.route.loiterRadius_m && known.cruise_m_s === this.route.cruise_m_s;
+    if (!isAsBefore) this.route = { ...this.route, ...known };
   }
 
   /** Takes over the whole state, except what was `told` since it was asked for: that is newer. */

@@ -191,6 +191,36 @@ fn an_upload_cut_at_any_item_blocks_until_a_whole_mission_is_there() {
 }
 
 #[test]
+fn how_a_plane_flies_is_read_once_and_again_after_its_restart() {
+    let mut world = world(reading());
+    let asked = |world: &mut Pair| {
+        let log = world.log.replace(Vec::new()).unwrap_or_default();
+        let names = log.into_iter().filter_map(|(_, message)| match message {
+            Message::Dialect(MavMessage::PARAM_REQUEST_READ(request)) => {
+                request.param_id.to_str().ok().map(str::to_owned)
+            }
+            _ => None,
+        });
+        names.collect::<Vec<_>>()
+    };
+    wait(&mut world, 60_000);
+    let known = world.station.vehicle.flight_parameters();
+    assert_eq!((known.loiter_radius_m, known.airspeed_m_s, known.finds_landing), (Some(80.0), None, None));
+    asked(&mut world);
+    wait(&mut world, 60_000);
+    assert_eq!(asked(&mut world), [""; 0], "what it does not answer is left alone");
+
+    world.plane.services.params[1].value = ParamValue::F32(95.0);
+    let now = world.now;
+    world.plane.reboot(now);
+    wait(&mut world, 60_000);
+    assert_eq!(world.station.vehicle.flight_parameters().loiter_radius_m, Some(95.0));
+    let names = asked(&mut world);
+    assert_eq!(names.iter().filter(|name| *name == "WP_LOITER_RAD").count(), 1, "{names:?}");
+    assert!(names.iter().any(|name| name == "RTL_AUTOLAND"), "{names:?}");
+}
+
+#[test]
 fn an_override_goes_through_and_is_written_down() {
     let mut world = world(VehicleConfig::default());
     world.faults.cut_after = Some(world.station_frames + 4);
@@ -525,7 +555,7 @@ fn flown(
         // The flights were recorded with the mission already there, or from before it was.
         if station.vehicle.telemetry().is_armed() == Some(true) && station.vehicle.mission().is_none() {
             station.vehicle.set_plan(MISSION, PlanState::Verified { count, hash: 1 });
-            station.vehicle.mission = Some(Arc::new(mission.clone()));
+            station.vehicle.copies[MISSION as usize] = Some(Arc::new(mission.clone()));
         }
         if keeps(&message) {
             station.receive(PLANE, &message, at);
