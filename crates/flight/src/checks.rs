@@ -98,7 +98,7 @@ pub fn check_plan(plan: &Plan, context: &CheckContext) -> Vec<Finding> {
         check.fence_around_mission();
     }
     let mut findings = check.findings;
-    findings.sort_by_key(|finding| (finding.item, finding.severity, finding.code));
+    findings.sort_by_key(|finding| (finding.item, finding.severity, finding.code()));
     findings
 }
 

@@ -45,7 +45,28 @@ fn plan(items: Vec<MissionItem>) -> Plan {
 }
 
 fn found(plan: &Plan) -> Vec<(FindingCode, Severity, Option<usize>)> {
-    check_plan(plan, &context()).into_iter().map(|f| (f.code, f.severity, f.item)).collect()
+    let findings = check_plan(plan, &context());
+    #[cfg(feature = "describe")]
+    findings.iter().for_each(assert_json);
+    findings.into_iter().map(|f| (f.code(), f.severity, f.item.map(|number| number - 1))).collect()
+}
+
+/// As JSON a finding is its code, and its figures under their names.
+#[cfg(feature = "describe")]
+fn assert_json(finding: &Finding) {
+    let told = serde_json::to_value(finding).expect("JSON");
+    assert_eq!(told["code"], finding.code().as_str());
+    let figures = finding.kind.figures().into_iter().map(|(name, figure)| {
+        let value = match figure {
+            Figure::Absent => serde_json::Value::Null,
+            Figure::Flag(flag) => flag.into(),
+            Figure::Count(count) => count.into(),
+            Figure::Number(number) => number.into(),
+            Figure::Word(word) => word.into(),
+        };
+        (name.to_owned(), value)
+    });
+    assert_eq!(told["figures"], serde_json::Value::Object(figures.collect()), "{finding}");
 }
 
 /// Changes the sound mission and expects exactly one finding.
@@ -344,7 +365,7 @@ fn two_hundred_unsafe_plans_are_refused_with_the_reason() {
                 assert!(has_errors(&findings), "{name} at item {at}: {findings:?}");
                 let errors: Vec<_> = findings.iter().filter(|one| one.severity == Severity::Error).collect();
                 let told = errors.iter().map(|one| one.to_string()).collect::<Vec<_>>();
-                assert!(errors.iter().any(|one| one.item == Some(at)), "{name} at item {at}: {told:?}");
+                assert!(errors.iter().any(|one| one.item == Some(at + 1)), "{name} at item {at}: {told:?}");
                 assert!(told.iter().all(|text| text.len() > 20), "{told:?}");
                 refused += 1;
             }
@@ -369,7 +390,7 @@ fn figures_have_names_and_units() {
     items[5].params[6] = Some(80.0);
     items[1].params[1] = Some(300.0);
     let findings = check_plan(&plan(items), &context());
-    let figures: Vec<_> = findings.iter().map(|one| (one.code.as_str(), one.kind.figures())).collect();
+    let figures: Vec<_> = findings.iter().map(|one| (one.code().as_str(), one.kind.figures())).collect();
     let [range, steep] = &figures[..] else { panic!("{figures:?}") };
     assert_eq!(range.0, "param-out-of-range");
     assert_eq!(range.1[0], ("param", Figure::Count(2)));
@@ -390,7 +411,7 @@ fn arcs_are_passed_over_by_planes_alone() {
     items[2].params[..4].copy_from_slice(&[Some(90.0), None, None, None]);
     let codes = |flies_arcs| {
         let context = CheckContext { flies_arcs, ..context() };
-        check_plan(&plan(items.clone()), &context).iter().map(|one| one.code).collect::<Vec<_>>()
+        check_plan(&plan(items.clone()), &context).iter().map(|one| one.code()).collect::<Vec<_>>()
     };
     assert_eq!(codes(false), [FindingCode::IgnoredCommand]);
     assert_eq!(codes(true), []);

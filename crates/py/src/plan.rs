@@ -203,9 +203,9 @@ pub fn findings(found: Vec<Finding>) -> Vec<FindingTuple> {
             let is_error = finding.severity == Severity::Error;
             (
                 is_error,
-                finding.code.as_str(),
+                finding.code().as_str(),
                 finding.kind.figures().into_iter().map(|(name, figure)| (name, figure_value(figure))).collect(),
-                finding.item.map(|index| index + 1),
+                finding.item,
                 finding.message,
                 finding.remedy,
             )

@@ -6,7 +6,6 @@ pub mod camera;
 pub mod cause;
 pub mod command;
 pub mod command_table;
-pub mod finding;
 pub mod link;
 pub mod maps;
 pub mod message;
@@ -34,20 +33,21 @@ pub use command::{
     SetItem, SetMode, SetSpeed, SetVelocity, SpeedKind, Takeoff,
 };
 pub use command_table::{CommandCategory, CommandInfo, CommandParam, CommandSupport};
-pub use finding::Finding;
 pub use link::{LinkInfo, LinkState, NewLink};
 pub use message::RawMessage;
 pub use operation::{Operation, OperationKind, OperationResult, OperationState};
 pub use plan::{
     Fence, FenceZone, Home, Landing, LandingCaution, LandingDirection, LandingRequest, LandingWind, LatLon, Plan,
-    PlanCertainty, PlanCheck, PlanFormat, PlanItem, PlanKind, PlanOnBoard, PlanState, PlanStates, RallyPoint, ReturnPoint,
-    ZoneShape,
+    PlanCertainty, PlanCheck, PlanFormat, PlanItem, PlanKind, PlanOnBoard, PlanState, PlanStates, RallyPoint,
+    ReturnPoint, ZoneShape,
 };
 pub use session::{NewSession, Role, SessionInfo};
 pub use signing::{ChangeSigning, SigningAct, SigningInfo};
 pub use socket::{ClientMessage, EventDetail, ServerMessage};
 pub use telemetry::TelemetryGroups;
-pub use vehicle::{FlightParameters, FlightPreparation, MissionProgress, NewParam, Param, Text, VehicleState, VehicleSummary};
+pub use vehicle::{
+    FlightParameters, FlightPreparation, MissionProgress, NewParam, Param, Text, VehicleState, VehicleSummary,
+};
 
 /// What answers.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]

@@ -3,10 +3,16 @@
 //! A kind is a stable code with named figures; a name ends in its unit and datum. Front doors hand both on, so that the same
 //! can be said in other languages and units; [`Finding::message`] and [`Finding::remedy`] say it in English.
 
+#[cfg(feature = "describe")]
+use serde::Serialize;
+#[cfg(feature = "describe")]
+use utoipa::ToSchema;
+
 use crate::plan::{MAX_VERTICES, MavFrame, MissionItem, SHAPE_MIN_CORNERS, Wanted};
 
 /// How bad a finding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "describe", derive(Serialize, ToSchema), serde(rename_all = "snake_case"), schema(as = FindingSeverity))]
 pub enum Severity {
     /// Not to be sent.
     Error,
@@ -60,9 +66,10 @@ impl<T: Into<Self>> From<Option<T>> for Figure {
 }
 
 macro_rules! words {
-    ($(#[doc = $doc:literal])* $list:ident { $($(#[doc = $word_doc:literal])* $name:ident = $text:literal,)* }) => {
-        $(#[doc = $doc])*
+    ($(#[$meta:meta])* $list:ident { $($(#[doc = $word_doc:literal])* $name:ident = $text:literal,)* }) => {
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        #[cfg_attr(feature = "describe", derive(Serialize, ToSchema), serde(rename_all = "kebab-case"))]
+        $(#[$meta])*
         pub enum $list { $($(#[doc = $word_doc])* $name,)* }
 
         impl $list {
@@ -83,6 +90,7 @@ macro_rules! words {
 
 words! {
     /// What a height counts from.
+    #[cfg_attr(feature = "describe", schema(as = HeightDatum))]
     Datum {
         /// Mean sea level.
         Amsl = "amsl",
@@ -115,6 +123,7 @@ impl Datum {
 
 words! {
     /// What a place lacks.
+    #[cfg_attr(feature = "describe", schema(as = MissingPart))]
     Missing {
         /// Latitude or longitude.
         Place = "place",
@@ -157,7 +166,7 @@ impl From<Wanted> for Figure {
 
 macro_rules! kinds {
     ($($(#[doc = $doc:literal])* $name:ident = $code:literal {
-        $($(#[doc = $field_doc:literal])* $field:ident: $kind:ty,)*
+        $($(#[$field_meta:meta])* $field:ident: $kind:ty,)*
     },)*) => {
         /// What kind of finding it is. [`FindingCode::as_str`] is stable and fit for scripts.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -175,9 +184,14 @@ macro_rules! kinds {
             }
         }
 
-        /// A kind of finding with its figures. Front doors hand on every kind: one more is to break their build.
+        /// What was found. `code` is stable; a figure's name ends in its unit.
         #[derive(Debug, Clone, PartialEq)]
-        pub enum FindingKind { $($(#[doc = $doc])* $name { $($(#[doc = $field_doc])* $field: $kind,)* },)* }
+        #[cfg_attr(feature = "describe", derive(Serialize, ToSchema), serde(tag = "code", content = "figures", rename_all = "kebab-case"))]
+        pub enum FindingKind {
+            $($(#[doc = $doc])* $name {
+                $($(#[$field_meta])* #[cfg_attr(feature = "describe", schema(required = true))] $field: $kind,)*
+            },)*
+        }
 
         impl FindingKind {
             /// The kind without its figures.
@@ -212,7 +226,8 @@ kinds! {
     BadValue = "bad-value" {
         /// Which: `param1` … `param4`, `x`, `y`, `z`, `frame`.
         field: &'static str,
-        /// The value.
+        /// The value; null when it is no number.
+        #[cfg_attr(feature = "describe", schema(value_type = Option<f64>))]
         value: f64,
         /// What it must be.
         wanted: Wanted,
@@ -234,9 +249,9 @@ kinds! {
         value: f64,
         /// Symbol of the unit; empty when there is none.
         unit: &'static str,
-        /// Least; `None` without one.
+        /// Least; null without one.
         min: Option<f64>,
-        /// Most; `None` without one.
+        /// Most; null without one.
         max: Option<f64>,
     },
     /// A parameter that ArduPlane keeps as another value.
@@ -342,7 +357,7 @@ kinds! {
     FlatApproach = "flat-approach" {},
     /// Outside the fence.
     OutsideFence = "outside-fence" {
-        /// The rally point, counted from 1; `None` when it is an item, or home.
+        /// The rally point, counted from 1; null when it is an item, or home.
         rally_point: Option<usize>,
         /// The zone that forbids it, counted from 1.
         zone: usize,
@@ -358,11 +373,11 @@ kinds! {
     BadFence = "bad-fence" {
         /// What is wrong.
         fault: FenceFault,
-        /// The zone, counted from 1; `None` for the return point.
+        /// The zone, counted from 1; null for the return point.
         zone: Option<usize>,
         /// Corners of the polygon.
         corners: Option<usize>,
-        /// Radius of the circle, or `None`.
+        /// Radius of the circle, or null.
         radius_m: Option<f64>,
         /// Height of the return point, above home.
         alt_rel_home_m: Option<f64>,
@@ -373,7 +388,8 @@ kinds! {
         rally_point: usize,
         /// What is wrong.
         fault: RallyFault,
-        /// Its height in its frame.
+        /// Its height in its frame; null when it is no number.
+        #[cfg_attr(feature = "describe", schema(value_type = Option<f64>))]
         alt_m: f64,
     },
 }
@@ -384,29 +400,36 @@ impl std::fmt::Display for FindingCode {
     }
 }
 
-/// One thing that is wrong or doubtful.
+/// Something wrong or doubtful in a plan. `message` and `remedy` say it in English; `code` and `figures` say the same to programs.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "describe", derive(Serialize, ToSchema))]
 pub struct Finding {
     /// How bad it is.
     pub severity: Severity,
-    /// What it is.
-    pub code: FindingCode,
-    /// The same with its figures.
-    pub kind: FindingKind,
-    /// Index in `plan.mission.items`; `None` when it is about the whole plan, home, the fence or rally points.
+    /// The item, counted from 1 as its seq on ArduPilot; null when it is about the whole plan, home, the fence or rally points.
+    #[cfg_attr(feature = "describe", schema(required = true))]
     pub item: Option<usize>,
-    /// What is wrong, in English. Items are called by their seq on ArduPilot: index + 1.
+    /// What is wrong.
     pub message: String,
-    /// How to mend it, in English.
+    /// How to mend it.
     pub remedy: String,
+    /// What it is.
+    #[cfg_attr(feature = "describe", serde(flatten))]
+    pub kind: FindingKind,
 }
 
 impl Finding {
+    /// What it is, without its figures.
+    #[must_use]
+    pub const fn code(&self) -> FindingCode {
+        self.kind.code()
+    }
+
     /// A finding in words; `item` is the one that it is about, with its index.
     pub(super) fn new(severity: Severity, kind: FindingKind, item: Option<(usize, &MissionItem)>) -> Self {
         let name = item.map_or_else(String::new, |(index, item)| format!("item {} ({})", index + 1, item.command));
         let (message, remedy) = sentences(&kind, &name);
-        Self { severity, code: kind.code(), kind, item: item.map(|(index, _)| index), message, remedy }
+        Self { severity, item: item.map(|(index, _)| index + 1), message, remedy, kind }
     }
 }
 

@@ -118,6 +118,12 @@ impl std::fmt::Display for MavFrame {
 
 /// What a value must be to be sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "describe",
+    derive(serde::Serialize, utoipa::ToSchema),
+    serde(rename_all = "kebab-case"),
+    schema(as = WantedValue)
+)]
 pub enum Wanted {
     /// A number that fits the wire.
     Finite,

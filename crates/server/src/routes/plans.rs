@@ -12,7 +12,7 @@ use serde::Deserialize;
 use utoipa::IntoParams;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
-use vencejo_flight::checks::{CheckContext, Severity, check_plan};
+use vencejo_flight::checks::{CheckContext, Finding, Severity, check_plan};
 use vencejo_flight::formats::{MAX_FILE_BYTES, PlanSettings, read_plan, write_plan_json, write_waypoints};
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::landing::design_landing;
@@ -24,8 +24,7 @@ use vencejo_vehicle::Request;
 use crate::convert;
 use crate::dto::cause::Cause;
 use crate::dto::{
-    CommandInfo, Finding, Landing, LandingRequest, Operation, OperationKind, Plan, PlanCheck, PlanFormat, PlanKind,
-    PlanOnBoard,
+    CommandInfo, Landing, LandingRequest, Operation, OperationKind, Plan, PlanCheck, PlanFormat, PlanKind, PlanOnBoard,
 };
 use crate::extract::{Json as Body, Operator, Pilot, Vehicle, Viewer};
 use crate::problem::Problem;
@@ -253,7 +252,7 @@ async fn check(State(app): State<App>, _: Viewer, Body(asked): Body<PlanCheck>) 
     let vehicle = asked.vehicle.and_then(|id| app.station().vehicle(SystemId(id)));
     let found =
         vehicle.map_or_else(|| check_plan(&plan, &CheckContext::default()), |vehicle| vehicle.check_plan(&plan));
-    Ok(Json(found.into_iter().map(Finding::from).collect()))
+    Ok(Json(found))
 }
 
 /// Designs a landing: the items that end a mission, none of their heights tuned by hand.
