@@ -76,6 +76,10 @@ def test_a_mission_is_sent_flown_and_followed(pilot: Client) -> None:
         hello = socket.until("hello")
         assert hello["has_control"] is True
         socket.say(type="subscribe", vehicle=1, rate_hz=20)
+        socket.say(type="assess_plan", seq=7, vehicle=1, plan=plan)
+        assessment = socket.until("assessment", seq=7)
+        assert (assessment["findings"], assessment["trip"]["end"]) == ([], "end")
+        assert assessment["trip"]["distance_m"] > 5000.0
         operation = pilot.done("PUT", "vehicles/1/plan/mission", plan)
         assert operation["kind"] == "upload_mission"
         ended = socket.until("operation", id=operation["id"], state="done")

@@ -440,6 +440,6 @@ proptest! {
             let wire = plan.mission.to_wire(vencejo_proto::Address::new(1, 1), true);
             prop_assert!(wire.is_ok());
         }
-        let _ = crate::progress::mission_length_m(&plan.mission, &crate::progress::ProgressOptions::default());
+        let _ = crate::progress::trip(&plan.mission, Some(20.0), &crate::progress::ProgressOptions::default());
     }
 }

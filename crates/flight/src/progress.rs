@@ -45,6 +45,50 @@ pub struct Remaining {
     pub leg_m: Option<f64>,
 }
 
+/// How a mission ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema), serde(rename_all = "snake_case"))]
+pub enum TripEnd {
+    /// At its landing, its return to launch or after its last item.
+    End,
+    /// In a circle without end.
+    Unlimited,
+    /// Never: a jump repeats for ever.
+    Endless,
+}
+
+/// A mission as it is flown, in calm air at the speeds that are known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema))]
+pub struct Trip {
+    /// Length of the way over ground, circles included, metres; up to the circle without end where it ends in one. Null when it
+    /// never ends, needs a home that is unknown, or holds an item of unknown length.
+    #[cfg_attr(feature = "describe", schema(required = true))]
+    pub distance_m: Option<f64>,
+    /// Time for that, seconds; null when the distance is, or without a speed.
+    #[cfg_attr(feature = "describe", schema(required = true))]
+    pub time_s: Option<f64>,
+    /// How it ends.
+    pub end: TripEnd,
+    /// Whether the distance rests on what the plan does not tell: a speed, a climb, the vehicle's own radius.
+    pub is_estimate: bool,
+}
+
+impl Trip {
+    const UNKNOWN: Self = Self { distance_m: None, time_s: None, end: TripEnd::End, is_estimate: false };
+    const ENDLESS: Self = Self { end: TripEnd::Endless, ..Self::UNKNOWN };
+}
+
+/// The whole mission from home, or from its first destination when home is unknown, begun at this speed (m/s).
+#[must_use]
+pub fn trip(mission: &Mission, speed_m_s: Option<f64>, options: &ProgressOptions) -> Trip {
+    let home = mission.home.and_then(|home| home.point().ok());
+    match home.or_else(|| mission.items.iter().find_map(|item| place(item, options))) {
+        Some(start) => walk(mission, 0, start, speed_m_s, options),
+        None => Trip::UNKNOWN,
+    }
+}
+
 /// What is left from a position, with the item in execution at `current_index` of `mission.items` (on
 /// ArduPilot the seq of `MISSION_CURRENT` minus 1).
 ///
@@ -65,19 +109,8 @@ pub fn remaining(
         let start = mission.items[..index].iter().rev().find_map(|item| place(item, options));
         way_m(item, start, position, point)
     });
-    let Some((distance_m, time_s)) = walk(mission, current_index, position, ground_speed_m_s, options) else {
-        return Remaining { leg_m, ..Remaining::default() };
-    };
-    Remaining { distance_m: Some(distance_m), time_s, leg_m }
-}
-
-/// Length of a whole mission from home, or from its first destination when home is unknown; metres.
-/// `None` as in [`Remaining::distance_m`], and for a mission without destination.
-#[must_use]
-pub fn mission_length_m(mission: &Mission, options: &ProgressOptions) -> Option<f64> {
-    let home = mission.home.and_then(|home| home.point().ok());
-    let start = home.or_else(|| mission.items.iter().find_map(|item| place(item, options)))?;
-    walk(mission, 0, start, None, options).map(|(distance_m, _)| distance_m)
+    let Trip { distance_m, time_s, .. } = walk(mission, current_index, position, ground_speed_m_s, options);
+    Remaining { distance_m, time_s, leg_m }
 }
 
 /// Where the plane flies to at an item: its own place, or that of the next item that has one; with that item's index.
@@ -152,14 +185,14 @@ pub(crate) fn alt_amsl_m(item: &MissionItem, home_alt_amsl_m: Option<f64>) -> Op
     }
 }
 
-/// Distance and time along the mission; `None` when the distance is unknown.
+/// The way along the mission from an item on.
 fn walk(
     mission: &Mission,
     start_index: usize,
     start: GeoPoint,
     ground_speed_m_s: Option<f64>,
     options: &ProgressOptions,
-) -> Option<(f64, Option<f64>)> {
+) -> Trip {
     let home_alt_amsl_m = mission.home.map(|home| home.alt_amsl_m);
     let mut point = start;
     // Where the leg begins that the position is on.
@@ -169,17 +202,18 @@ fn walk(
     let mut speed_m_s = ground_speed_m_s.filter(|speed| *speed >= MIN_GROUND_SPEED_M_S);
     let mut distance_total_m = 0.0;
     let mut time_total_s = Some(0.0);
+    let mut is_estimate = false;
     let mut repeats_left: HashMap<usize, u32> = HashMap::new();
     let mut index = start_index;
 
     for _ in 0..MAX_STEPS {
         let Some(item) = mission.items.get(index) else {
-            return Some((distance_total_m, time_total_s));
+            return Trip { distance_m: Some(distance_total_m), time_s: time_total_s, end: TripEnd::End, is_estimate };
         };
         index += 1;
         let mut leg_m = 0.0;
         let mut wait_s = 0.0;
-        let mut ends = false;
+        let mut end = None;
         if let Some(there) = place(item, options) {
             leg_m = way_m(item, leg_start, point, there);
             point = there;
@@ -187,12 +221,15 @@ fn walk(
         }
         match item.command {
             Command::NAV_RETURN_TO_LAUNCH => {
-                leg_m = distance_m(point, mission.home?.point().ok()?);
-                ends = true;
+                let Some(home) = mission.home.and_then(|home| home.point().ok()) else { return Trip::UNKNOWN };
+                leg_m = distance_m(point, home);
+                end = Some(TripEnd::End);
             }
-            Command::NAV_LAND | Command::NAV_VTOL_LAND | Command::NAV_LOITER_UNLIM => ends = true,
+            Command::NAV_LAND | Command::NAV_VTOL_LAND => end = Some(TripEnd::End),
+            Command::NAV_LOITER_UNLIM => end = Some(TripEnd::Unlimited),
             Command::NAV_LOITER_TURNS => {
                 let radius_m = item.param(3).map(f64::abs).filter(|radius| *radius > 0.0);
+                is_estimate |= radius_m.is_none();
                 let radius_m = radius_m.unwrap_or(options.loiter_radius_m);
                 leg_m += item.param(1).unwrap_or(0.0).max(0.0) * std::f64::consts::TAU * radius_m;
             }
@@ -204,13 +241,14 @@ fn walk(
                 let change_m = alt_amsl_m(item, home_alt_amsl_m)
                     .zip(alt_m)
                     .map_or(0.0, |(to_m, from_m): (f64, f64)| (to_m - from_m).abs());
+                is_estimate = true;
                 if options.climb_rate_m_s > 0.0 {
                     let climb_s = change_m / options.climb_rate_m_s;
                     // it climbs on the leg already
                     wait_s = speed_m_s.map_or(0.0, |speed| (climb_s - leg_m / speed).max(0.0));
                 }
             }
-            Command::NAV_CONTINUE_AND_CHANGE_ALT | Command::NAV_ALTITUDE_WAIT => return None,
+            Command::NAV_CONTINUE_AND_CHANGE_ALT | Command::NAV_ALTITUDE_WAIT => return Trip::UNKNOWN,
             Command::DO_CHANGE_SPEED => {
                 let kind = item.param(1).unwrap_or(0.0);
                 if let Some(speed) = item.param(2).filter(|v| *v >= MIN_GROUND_SPEED_M_S && kind < 2.0) {
@@ -218,10 +256,10 @@ fn walk(
                 }
             }
             Command::DO_JUMP | Command::DO_JUMP_TAG => {
-                let to = jump_index(mission, item)?;
+                let Some(to) = jump_index(mission, item) else { return Trip::UNKNOWN };
                 let repeats = item.param(2).unwrap_or(0.0);
                 if repeats < 0.0 {
-                    return None; // for ever
+                    return Trip::ENDLESS;
                 }
                 let left = repeats_left.entry(index).or_insert(repeats as u32);
                 if *left > 0 {
@@ -233,13 +271,14 @@ fn walk(
             _ => {}
         }
         alt_m = alt_amsl_m(item, home_alt_amsl_m).or(alt_m);
+        is_estimate |= wait_s > 0.0;
         distance_total_m += leg_m + speed_m_s.map_or(0.0, |speed| speed * wait_s);
         time_total_s = time_total_s.zip(speed_m_s).map(|(time_s, speed)| time_s + leg_m / speed + wait_s);
-        if ends {
-            return Some((distance_total_m, time_total_s));
+        if let Some(end) = end {
+            return Trip { distance_m: Some(distance_total_m), time_s: time_total_s, end, is_estimate };
         }
     }
-    None
+    Trip::UNKNOWN
 }
 
 /// Index in `mission.items` of the target of a jump; `None` when there is no such item.
@@ -318,6 +357,27 @@ mod tests {
     }
 
     #[test]
+    fn a_trip_says_how_it_ends_and_what_it_rests_on() {
+        let of = |items: Vec<MissionItem>| {
+            let mission = Mission { home: Some(HOME), items };
+            trip(&mission, Some(20.0), &ProgressOptions::default())
+        };
+        let (lat_deg, lon_deg) = north(1_000.0);
+        let turns = |radius_m| MissionItem::loiter_turns(lat_deg, lon_deg, 100.0, 1.0, radius_m);
+        assert!(!of(vec![turns(-100.0)]).is_estimate);
+        assert!(of(vec![turns(0.0)]).is_estimate, "the vehicle's own radius, which may be another");
+        let unlimited = of(vec![MissionItem::loiter_unlimited(lat_deg, lon_deg, 100.0, 0.0), waypoint(9_000.0)]);
+        assert_eq!((unlimited.end, unlimited.is_estimate), (TripEnd::Unlimited, false));
+        assert!((unlimited.distance_m.unwrap() - 1_000.0).abs() < 0.1);
+        assert_eq!(of(vec![waypoint(1_000.0), MissionItem::jump(MissionSeq(1), -1)]), Trip::ENDLESS);
+        assert_eq!(of(vec![waypoint(1_000.0), MissionItem::jump(MissionSeq(9), 1)]), Trip::UNKNOWN);
+        let slower = MissionItem::action(Command::DO_CHANGE_SPEED, [0.0, 10.0, -1.0, 0.0]);
+        let found = of(vec![slower, MissionItem::loiter_time(lat_deg, lon_deg, 100.0, 30.0, true)]);
+        assert!((found.time_s.unwrap() - 130.0).abs() < 0.1 && found.is_estimate, "{found:?}");
+        assert_eq!(trip(&Mission::default(), Some(20.0), &ProgressOptions::default()), Trip::UNKNOWN);
+    }
+
+    #[test]
     fn jumps_are_followed() {
         let lap = |repeats| vec![waypoint(1_000.0), waypoint(2_000.0), MissionItem::jump(MissionSeq(1), repeats)];
         check(lap(0), Some((2_000.0, 200.0)));
@@ -375,7 +435,7 @@ mod tests {
         ] {
             let items = vec![waypoint(1_000.0), arc(2_000.0, angle_deg), waypoint(3_000.0)];
             let mission = Mission { home: Some(HOME), items };
-            let found = mission_length_m(&mission, &copter).unwrap();
+            let found = trip(&mission, None, &copter).distance_m.unwrap();
             assert!((found - 2_000.0 - length_m).abs() < 0.05, "{angle_deg}: {found}");
             // On the way: the rest of the arc. It turns right, so half-way lies to the west of the chord.
             if angle_deg == 180.0 {
@@ -390,7 +450,7 @@ mod tests {
                 assert!((left.leg_m.unwrap() - distance_m(away, arc(2_000.0, 0.0).point().unwrap())).abs() < 0.01);
             }
             // ArduPlane goes straight from the first to the last.
-            assert!((mission_length_m(&mission, &ProgressOptions::default()).unwrap() - 3_000.0).abs() < 0.01);
+            assert!((trip(&mission, None, &ProgressOptions::default()).distance_m.unwrap() - 3_000.0).abs() < 0.01);
             let left = remaining(&mission, 1, HOME.point().unwrap(), None, &ProgressOptions::default());
             assert!((left.leg_m.unwrap() - 3_000.0).abs() < 0.01);
         }
@@ -399,7 +459,7 @@ mod tests {
     #[test]
     fn a_whole_mission_has_a_length() {
         let mut mission = Mission { home: Some(HOME), items: vec![waypoint(1_000.0), waypoint(3_000.0)] };
-        let length_m = |mission: &Mission| mission_length_m(mission, &ProgressOptions::default());
+        let length_m = |mission: &Mission| trip(mission, None, &ProgressOptions::default()).distance_m;
         assert!((length_m(&mission).unwrap() - 3_000.0).abs() < 0.01);
         mission.home = None;
         assert!((length_m(&mission).unwrap() - 2_000.0).abs() < 0.01);

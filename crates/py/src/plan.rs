@@ -217,7 +217,7 @@ pub fn findings(found: Vec<Finding>) -> Vec<FindingTuple> {
 #[pyfunction]
 fn mission_length_m(plan: PlanTuple) -> PyResult<Option<f64>> {
     let mission = plan_from_tuple(plan)?.mission;
-    Ok(vencejo_flight::progress::mission_length_m(&mission, &ProgressOptions::default()))
+    Ok(vencejo_flight::progress::trip(&mission, None, &ProgressOptions::default()).distance_m)
 }
 
 /// Reads a parameter file of any known kind.

@@ -32,6 +32,7 @@
 //! and no other site's page sends.
 
 mod access;
+mod assess;
 mod body;
 mod convert;
 mod door;
@@ -53,6 +54,7 @@ pub mod strict;
 #[cfg(test)]
 mod tests;
 mod tokens;
+mod turns;
 pub mod video;
 mod ws;
 

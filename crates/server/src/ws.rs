@@ -13,6 +13,7 @@ use tokio::time::{Instant, Interval, MissedTickBehavior, interval, sleep_until, 
 use vencejo_proto::{SystemId, message_id_of};
 use vencejo_station::{DropOldest, Received, Taken};
 
+use crate::assess::assess;
 use crate::convert;
 use crate::dto::cause::{Crowd, Thing};
 use crate::dto::telemetry::Sent;
@@ -21,9 +22,10 @@ use crate::outbox::{Outbox, Outgoing, json};
 use crate::problem::Problem;
 use crate::sessions::SessionId;
 use crate::state::{App, closed};
+use crate::turns::in_turn;
 
-/// Bytes of a client's message at most.
-pub const MAX_MESSAGE_BYTES: usize = 4096;
+/// Bytes of a client's message at most: a plan of a thousand items, as JSON, has a fifth of that.
+pub const MAX_MESSAGE_BYTES: usize = 1024 * 1024;
 /// Vehicles that one client follows at most.
 const MAX_SUBSCRIPTIONS: usize = 64;
 /// Raw messages of one vehicle that wait to be looked at, and how long at most: 10,000 a second fit.
@@ -304,6 +306,16 @@ impl Client {
             Ok(ClientMessage::UnsubscribeMessages { vehicle }) => {
                 self.messages.remove(&vehicle);
                 Ok(())
+            }
+            Ok(ClientMessage::AssessPlan { seq, vehicle, plan }) => {
+                let app = self.app.clone();
+                match in_turn(move || assess(&app, vehicle, &plan)).await {
+                    Ok(assessment) => {
+                        let answer = ServerMessage::Assessment { seq, assessment };
+                        return self.send(socket, Message::Text(json(&answer))).await;
+                    }
+                    Err(problem) => Err(problem),
+                }
             }
             Err(error) => Err(Problem::invalid(format!("this is no message that is understood: {error}"))),
         };

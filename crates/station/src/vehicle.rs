@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use vencejo_flight::checks::{CheckContext, Finding, check_plan};
 use vencejo_flight::plan::{Mission, Plan, PlanKind};
+use vencejo_flight::progress::Trip;
 use vencejo_link::{LinkId, LinkInfo, LinkStats, SendReport, SourceStats};
 use vencejo_proto::{Address, Frame, Message, MissionSeq, MonoTime, SystemId};
 use vencejo_vehicle::telemetry::{Telemetry, Text};
@@ -161,6 +162,11 @@ impl VehicleHandle {
     /// The same before a plan is sent: it may wait on board until the plane flies, so it need not begin with a take-off.
     pub fn check_upload(&self, plan: &Plan) -> Vec<Finding> {
         check_plan(plan, &CheckContext { on_ground: None, ..self.check_context() })
+    }
+
+    /// A mission as this vehicle would fly it, in calm air.
+    pub fn trip(&self, mission: &Mission) -> Option<Trip> {
+        self.station.shared.with_vehicle(self.system, |vehicle| vehicle.trip(mission))
     }
 
     fn check_context(&self) -> CheckContext {

@@ -244,6 +244,11 @@ class MockSocket {
 
   send(text: string) {
     const message = JSON.parse(text) as ClientMessage;
+    if (message.type === 'assess_plan') {
+      const trip = { distance_m: 6200, time_s: 280, end: 'end', is_estimate: true } as const;
+      this.say({ type: 'assessment', seq: message.seq, findings: [], trip });
+      return;
+    }
     clearInterval(this.#rates.get(message.vehicle));
     if (message.type !== 'subscribe') return;
     const { vehicle, rate_hz } = message;

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
+use vencejo_flight::checks::Finding;
+use vencejo_flight::progress::Trip;
 
 use super::PlanUncertainty;
 
@@ -60,6 +62,15 @@ pub struct PlanStates {
     pub fence: PlanState,
     /// The rally points.
     pub rally: PlanState,
+}
+
+/// What the core says of a plan.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct Assessment {
+    /// What is wrong or doubtful in it.
+    pub findings: Vec<Finding>,
+    /// Its mission as it is flown.
+    pub trip: Trip,
 }
 
 /// One part of the plan on board, as far as it is known.

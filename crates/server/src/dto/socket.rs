@@ -7,8 +7,8 @@ use utoipa::ToSchema;
 
 use super::storage::StorageProblem;
 use super::{
-    Cause, LinkInfo, MissionProgress, Operation, PlanKind, PlanState, RawMessage, SessionInfo, TelemetryGroups,
-    VehicleSummary,
+    Assessment, Cause, LinkInfo, MissionProgress, Operation, Plan, PlanKind, PlanState, RawMessage, SessionInfo,
+    TelemetryGroups, VehicleSummary,
 };
 
 /// What a client says on the WebSocket.
@@ -44,6 +44,17 @@ pub enum ClientMessage {
     UnsubscribeMessages {
         /// The vehicle's system id.
         vehicle: u8,
+    },
+    /// Wants to know what the core says of a plan, as while a point of it is dragged. One question after the other is answered:
+    /// who asks again before the answer waits for two.
+    AssessPlan {
+        /// Comes back with the answer.
+        seq: u64,
+        /// The vehicle that is to fly it; an ArduPlane as it comes when absent.
+        #[serde(default)]
+        vehicle: Option<u8>,
+        /// It.
+        plan: Plan,
     },
 }
 
@@ -124,6 +135,14 @@ pub enum ServerMessage {
         kind: PlanKind,
         /// What is known now.
         state: PlanState,
+    },
+    /// The answer to `assess_plan`.
+    Assessment {
+        /// The question's.
+        seq: u64,
+        /// What was found.
+        #[serde(flatten)]
+        assessment: Assessment,
     },
     /// An operation began, went on or ended; without its result.
     Operation(Operation),

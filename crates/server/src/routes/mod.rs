@@ -25,7 +25,6 @@ use axum::http::Uri;
 use axum::response::IntoResponse;
 use axum::routing::get;
 use axum::{Json, Router, middleware};
-use tokio::sync::Semaphore;
 use tower_http::compression::CompressionLayer;
 use tower_http::compression::predicate::{NotForContentType, Predicate, SizeAbove};
 use utoipa::OpenApi;
@@ -37,15 +36,13 @@ use vencejo_flight::FlightError;
 use crate::dto::cause::{Cause, Thing};
 use crate::problem::Problem;
 use crate::state::App;
+use crate::turns::in_turn;
 use crate::{access, body, dto, files};
 
 /// Bytes of a request's body where nothing larger is expected.
 const MAX_BODY: usize = 64 * 1024;
 /// Bytes of a plan as JSON: 10,000 items fit.
 const MAX_PLAN: usize = 8 * 1024 * 1024;
-
-/// Files that are read at once; each takes some tens of megabytes.
-static PARSERS: Semaphore = Semaphore::const_new(2);
 
 /// Where all paths begin.
 const PREFIX: &str = "/api/v1";
@@ -118,17 +115,12 @@ pub fn router(app: App) -> Router {
         .with_state(app)
 }
 
-/// What a file of somebody's holds, read off the runtime's threads, few at once.
+/// What a file of somebody's holds.
 async fn parsed<T: Send + 'static>(
     body: Bytes,
     read: impl FnOnce(&[u8]) -> Result<T, FlightError> + Send + 'static,
 ) -> Result<T, Problem> {
-    let turn = PARSERS.acquire().await.map_err(|_| Problem::closed())?;
-    let done = tokio::task::spawn_blocking(move || {
-        let _turn = turn;
-        read(&body)
-    });
-    Ok(done.await.map_err(|_| Problem::closed())??)
+    in_turn(move || Ok(read(&body)?)).await
 }
 
 async fn no_such_path(uri: Uri) -> impl IntoResponse {

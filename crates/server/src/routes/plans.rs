@@ -12,15 +12,15 @@ use serde::Deserialize;
 use utoipa::IntoParams;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
-use vencejo_flight::checks::{CheckContext, Finding, Severity, check_plan};
+use vencejo_flight::checks::{Finding, Severity};
 use vencejo_flight::formats::{MAX_FILE_BYTES, PlanSettings, read_plan, write_plan_json, write_waypoints};
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::landing::design_landing;
 use vencejo_flight::plan::{self as core};
-use vencejo_proto::SystemId;
 use vencejo_station::{Pending, RequestResult, VehicleHandle};
 use vencejo_vehicle::Request;
 
+use crate::assess::assess;
 use crate::convert;
 use crate::dto::cause::Cause;
 use crate::dto::{
@@ -248,11 +248,7 @@ async fn format_plan(
 #[utoipa::path(post, path = "/plan/check", tag = "plans", request_body = PlanCheck,
     responses((status = 200, body = Vec<Finding>), Problem))]
 async fn check(State(app): State<App>, _: Viewer, Body(asked): Body<PlanCheck>) -> Result<Json<Vec<Finding>>, Problem> {
-    let plan = convert::core_plan(&asked.plan)?;
-    let vehicle = asked.vehicle.and_then(|id| app.station().vehicle(SystemId(id)));
-    let found =
-        vehicle.map_or_else(|| check_plan(&plan, &CheckContext::default()), |vehicle| vehicle.check_plan(&plan));
-    Ok(Json(found))
+    Ok(Json(assess(&app, asked.vehicle, &asked.plan)?.findings))
 }
 
 /// Designs a landing: the items that end a mission, none of their heights tuned by hand.

@@ -37,7 +37,7 @@ use std::time::Duration;
 use vencejo_flight::checks::CheckContext;
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::plan::{Home, Mission, PlanKind};
-use vencejo_flight::progress::ProgressOptions;
+use vencejo_flight::progress::{ProgressOptions, Trip, trip};
 use vencejo_proto::{Address, MavVersion, MonoTime};
 
 use crate::command::{CommandConfig, Commands};
@@ -243,12 +243,22 @@ impl Vehicle {
     /// Where it stands in its mission.
     #[must_use]
     pub fn progress(&self) -> MissionProgress {
-        let default = ProgressOptions::default();
-        let loiter_radius_m = self.flight_parameters.loiter_radius_m.unwrap_or(default.loiter_radius_m);
-        let options = ProgressOptions { loiter_radius_m, flies_arcs: self.flies_arcs(), ..default };
+        let options = self.progress_options();
         let progress =
             self.tracker.progress(&self.telemetry, self.mission().map(Arc::as_ref), self.first_seq(), &options);
         MissionProgress { target_off_m: self.target_off_m(), ..progress }
+    }
+
+    /// A mission as it would fly it, in calm air.
+    #[must_use]
+    pub fn trip(&self, mission: &Mission) -> Trip {
+        trip(mission, Some(self.check_context().airspeed_m_s), &self.progress_options())
+    }
+
+    fn progress_options(&self) -> ProgressOptions {
+        let default = ProgressOptions::default();
+        let loiter_radius_m = self.flight_parameters.loiter_radius_m.unwrap_or(default.loiter_radius_m);
+        ProgressOptions { loiter_radius_m, flies_arcs: self.flies_arcs(), ..default }
     }
 
     /// What its parameters say of how it flies, as far as they were read.

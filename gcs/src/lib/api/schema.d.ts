@@ -1736,6 +1736,13 @@ export interface components {
             /** @description The plan. */
             plan: components["schemas"]["Plan"];
         };
+        /** @description What the core says of a plan. */
+        Assessment: {
+            /** @description What is wrong or doubtful in it. */
+            findings: components["schemas"]["Finding"][];
+            /** @description Its mission as it is flown. */
+            trip: components["schemas"]["Trip"];
+        };
         /** @description ATTITUDE: body (forward, right, down) in the local north, east, down frame. */
         Attitude: {
             /**
@@ -2619,6 +2626,21 @@ export interface components {
              * @description The vehicle's system id.
              */
             vehicle: number;
+        } | {
+            /** @description It. */
+            plan: components["schemas"]["Plan"];
+            /**
+             * Format: int64
+             * @description Comes back with the answer.
+             */
+            seq: number;
+            /** @enum {string} */
+            type: "assess_plan";
+            /**
+             * Format: int32
+             * @description The vehicle that is to fly it; an ArduPlane as it comes when absent.
+             */
+            vehicle?: number | null;
         };
         /** @description A height to climb or sink to at a rate. */
         ClimbTo: {
@@ -5461,7 +5483,16 @@ export interface components {
              * @description The vehicle.
              */
             vehicle: number;
-        } | (components["schemas"]["Operation"] & {
+        } | (components["schemas"]["Assessment"] & {
+            /**
+             * Format: int64
+             * @description The question's.
+             */
+            seq: number;
+        } & {
+            /** @enum {string} */
+            type: "assessment";
+        }) | (components["schemas"]["Operation"] & {
             /** @enum {string} */
             type: "operation";
         }) | {
@@ -5860,6 +5891,29 @@ export interface components {
          * @enum {string}
          */
         Thing: "path" | "file" | "vehicle" | "link" | "operation" | "recording" | "camera" | "message" | "command" | "area";
+        /** @description A mission as it is flown, in calm air at the speeds that are known. */
+        Trip: {
+            /**
+             * Format: double
+             * @description Length of the way over ground, circles included, metres; up to the circle without end where it ends in one. Null when it
+             *     never ends, needs a home that is unknown, or holds an item of unknown length.
+             */
+            distance_m: number | null;
+            /** @description How it ends. */
+            end: components["schemas"]["TripEnd"];
+            /** @description Whether the distance rests on what the plan does not tell: a speed, a climb, the vehicle's own radius. */
+            is_estimate: boolean;
+            /**
+             * Format: double
+             * @description Time for that, seconds; null when the distance is, or without a speed.
+             */
+            time_s: number | null;
+        };
+        /**
+         * @description How a mission ends.
+         * @enum {string}
+         */
+        TripEnd: "end" | "unlimited" | "endless";
         /** @description Everything that is known of a vehicle. */
         VehicleState: {
             /** @description Whether it flies the arcs of `NAV_ARC_WAYPOINT`; a plane passes straight over such an item. */

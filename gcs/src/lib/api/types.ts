@@ -27,6 +27,8 @@ export type TelemetryGroups = { [Name in GroupName]?: NonNullable<TelemetryChang
 
 // Vehicles and links
 export type MissionProgress = Schemas['MissionProgress'];
+export type Assessment = Schemas['Assessment'];
+export type Trip = Schemas['Trip'];
 export type PlanKind = Schemas['PlanKind'];
 export type PlanOnBoard = Schemas['PlanOnBoard'];
 export type PlanState = Schemas['PlanState'];

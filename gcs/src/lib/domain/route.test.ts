@@ -1,8 +1,8 @@
 import { describe, expect, it } from 'vitest';
 import { destination } from './geo';
-import { makeItem, type PlanItem, withParam } from './plan';
+import { makeItem, withParam } from './plan';
 import { profileOf } from './profile';
-import { approachesOf, flightOrder, PLANE_ROUTE, stopsOf, tripOf } from './route';
+import { approachesOf, flightOrder, PLANE_ROUTE, stopsOf } from './route';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
 const at = (distance_m: number) => destination(HOME, 0, distance_m);
@@ -10,57 +10,15 @@ const waypoint = (distance_m: number, alt_m = 80) => makeItem('waypoint', { at: 
 const jump = (target: number, repeats: number) => withParam(withParam(makeItem('jump'), 0, target), 1, repeats);
 const turns = (distance_m: number, count: number, radius_m: number) =>
   withParam(withParam(makeItem('loiter_turns', { at: at(distance_m), alt_m: 80 }), 0, count), 2, radius_m);
-const trip = (...items: PlanItem[]) => tripOf(items, HOME, { ...PLANE_ROUTE, cruise_m_s: 20 });
 
-describe('what is circled', () => {
-  it('counts turns by the circumference', () => {
-    expect(trip(turns(1000, 3, -100)).distance_m).toBeCloseTo(1000 + 600 * Math.PI, 1);
-    expect(trip(turns(1000, 3, -100))).toMatchObject({ isEstimate: false, end: 'end' });
-    // the vehicle's own radius, which may be another
-    expect(trip(turns(1000, 1, 0))).toMatchObject({ isEstimate: true });
-  });
-
-  it('counts time at the speed that the plan sets', () => {
-    const items = [
-      withParam(makeItem('change_speed'), 1, 10),
-      withParam(makeItem('loiter_time', { at: at(1000) }), 0, 30),
-    ];
-    const found = trip(...items);
-    expect(found.distance_m).toBeCloseTo(1300, 1);
-    expect(found.time_s).toBeCloseTo(130, 1);
-  });
-
-  it('climbs on the way to a circle first, and in it for the rest', () => {
-    // 300 m at 2.5 m/s are 120 s, of which 5 pass on the leg of 100 m
-    const items = [waypoint(1000, 100), makeItem('loiter_to_height', { at: at(1100), alt_m: 400 })];
-    const found = trip(...items);
-    expect(found.distance_m).toBeCloseTo(1100 + 115 * 20, 0);
-    expect(found.time_s).toBeCloseTo(55 + 115, 1);
-    const [, there] = stopsOf(items, HOME, { ...PLANE_ROUTE, cruise_m_s: 20 });
-    expect(there!.loiter!.changedBefore).toBeCloseTo(5 / 120, 4);
-    // how high it comes from is not known
-    const above = makeItem('loiter_to_height', { at: at(500), alt_m: 60, frame: 'terrain' });
-    expect(trip(waypoint(300), above)).toMatchObject({ distance_m: null, time_s: null, end: 'end' });
-  });
-
-  it('ends at a circle without end, up to which it is known', () => {
-    const endless = makeItem('loiter_unlimited', { at: at(1000), alt_m: 80 });
-    expect(trip(endless, waypoint(9000))).toMatchObject({ end: 'unlimited', isEstimate: false });
-    expect(trip(endless, waypoint(9000)).distance_m).toBeCloseTo(1000, 1);
-  });
+it('climbs on the way to a circle first, and in it for the rest', () => {
+  // 300 m at 2.5 m/s are 120 s, of which 5 pass on the leg of 100 m
+  const items = [waypoint(1000, 100), makeItem('loiter_to_height', { at: at(1100), alt_m: 400 })];
+  const [, there] = stopsOf(items, HOME, { ...PLANE_ROUTE, cruise_m_s: 20 });
+  expect(there!.loiter!.changedBefore).toBeCloseTo(5 / 120, 4);
 });
 
 describe('jumps', () => {
-  it('are followed as often as they say', () => {
-    expect(trip(waypoint(1000), waypoint(2000), jump(1, 2)).distance_m).toBeCloseTo(6000, 0);
-    expect(trip(waypoint(1000), waypoint(2000), jump(1, 0)).distance_m).toBeCloseTo(2000, 0);
-    expect(trip(waypoint(1000), jump(1, -1))).toMatchObject({ distance_m: null, end: 'endless' });
-    expect(trip(waypoint(1000), jump(9, 1))).toMatchObject({ distance_m: null, end: 'end' });
-    const tag: PlanItem = { ...jump(7, 0), command: 600, name: 'MAV_CMD_JUMP_TAG' };
-    const toTag: PlanItem = { ...jump(7, 1), command: 601, name: 'MAV_CMD_DO_JUMP_TAG' };
-    expect(trip(tag, waypoint(1000), waypoint(2000), toTag).distance_m).toBeCloseTo(4000, 0);
-  });
-
   it('take turns: who looks ahead of a flight takes endless ones alone', () => {
     const items = [waypoint(1000), waypoint(2000), jump(1, 3), waypoint(3000), jump(2, -1)];
     const ahead = flightOrder(items, 1, true);

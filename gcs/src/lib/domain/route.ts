@@ -225,49 +225,6 @@ export function jumpTarget(items: readonly PlanItem[], jump: PlanItem): number |
   return Number.isInteger(index) && index >= 0 && index < items.length ? index : null;
 }
 
-/** A mission as it is flown, from home to its end. */
-export interface Trip {
-  /** Metres; up to the endless circle when it ends in one. `null` when it repeats for ever, or is not known. */
-  readonly distance_m: number | null;
-  /** Seconds; `null` likewise. At the speeds of the plan, in calm air. */
-  readonly time_s: number | null;
-  readonly end: 'end' | 'unlimited' | 'endless';
-  /** Whether the distance depends on what the plan does not tell. */
-  readonly isEstimate: boolean;
-}
-
-/** How far and how long a mission is: it ends at its first landing, endless circle or return, or after its last item. */
-export function tripOf(items: readonly PlanItem[], home: LonLat | Home | null, options?: RouteOptions): Trip {
-  const order: number[] = [];
-  const steps = flightOrder(items);
-  let ending: Trip['end'] | null = null;
-  while (ending === null) {
-    const step = steps.next();
-    if (step.done) {
-      if (step.value !== 'end') return { distance_m: null, time_s: null, end: endOf(step.value), isEstimate: false };
-      ending = 'end';
-      break;
-    }
-    order.push(step.value);
-    const kind = kindOf(items[step.value] as PlanItem);
-    if (kind === 'loiter_unlimited') ending = 'unlimited';
-    else if (kind === 'land' || kind === 'return_to_launch') ending = 'end';
-  }
-  let distance_m: number | null = 0;
-  let time_s: number | null = 0;
-  let isEstimate = false;
-  for (const { leg, loiter, speed_m_s } of stopsOf(items, home, options, order)) {
-    const leg_m = leg?.length_m ?? 0;
-    const circling = loiter === null || loiter.kind === 'unlimited' ? { length_m: 0, time_s: 0 } : loiter;
-    isEstimate ||= loiter?.isEstimate ?? false;
-    distance_m = distance_m === null || circling.length_m === null ? null : distance_m + leg_m + circling.length_m;
-    time_s = time_s === null || circling.time_s === null ? null : time_s + leg_m / speed_m_s + circling.time_s;
-  }
-  return { distance_m, time_s, end: ending, isEstimate };
-}
-
-const endOf = (end: OrderEnd): Trip['end'] => (end === 'endless' ? 'endless' : 'end');
-
 /** Last approach of a plan: from the place before the landing to the landing. */
 export interface Approach {
   readonly landIndex: number;

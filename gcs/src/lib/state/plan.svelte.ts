@@ -7,6 +7,7 @@ import type {
   PlanFinding,
   PlanKind,
   Problem,
+  Trip,
 } from '$lib/api/types';
 import { type Areas, isFenceEmpty, isSameFence, isSameRally } from '$lib/domain/area-edit';
 import { commit, type History, historyOf, redo, seal, undo } from '$lib/domain/history';
@@ -50,15 +51,13 @@ import { readPlan } from '$lib/domain/plan-read';
 import { elevation } from './maps-elevation.svelte';
 import { onBoard, PLAN_PARTS } from './on-board.svelte';
 import type { DraftState, PlanDraft } from './plan-draft';
-import { api, operations, problemFrom } from './station.svelte';
+import { api, operations, problemFrom, station } from './station.svelte';
 import { load, save } from './stored';
 import { type Vehicle, vehicles } from './vehicles.svelte';
 
 /** What a click on the map makes. */
 export type PlanTool = EditableKind | 'select';
 
-/** After an edit the checks wait this long for the next. */
-const CHECK_MS = 300;
 const SAVE_MS = 300;
 
 interface Transfer {
@@ -84,14 +83,16 @@ class PlanStore implements PlanDraft {
   /** What went wrong with the last transfer or file. */
   problem = $state.raw<Problem | null>(null);
   findings = $state.raw<readonly PlanFinding[]>([]);
+  /** The mission as it is flown; `null` when that is not known. */
+  trip = $state.raw<Trip | null>(null);
   checkState = $state<'none' | 'checking' | 'done' | 'unavailable'>('none');
   commands = $state.raw<readonly CommandInfo[]>([]);
   /** Those of missions that the editor has no kind for. */
   rareCommands = $derived(this.commands.filter(({ number, support }) => support !== 'list' && !isKindCommand(number)));
   /** Whether each click or tap on an item adds it to the selection, for those who have no Shift key. */
   isPickingMany = $state(false);
-  #checkTimer: ReturnType<typeof setTimeout> | undefined;
-  #checkRun = 0;
+  #isAsking = false;
+  #asksAgain = false;
   #landingRun = 0;
   /** Whether the core is at work on a landing that was asked for. */
   isDesigning = $state(false);
@@ -417,7 +418,7 @@ class PlanStore implements PlanDraft {
     }
     clearTimeout(this.#saveTimer);
     this.#saveTimer = setTimeout(() => this.saveNow(), SAVE_MS);
-    this.checkSoon();
+    this.assess();
   }
 
   saveNow(): void {
@@ -427,31 +428,40 @@ class PlanStore implements PlanDraft {
 
   // --- Checks, files ------------------------------------------------------------------------------------------------
 
-  checkSoon(): void {
-    clearTimeout(this.#checkTimer);
-    this.#checkRun += 1;
-    if (PLAN_PARTS.every((part) => this.isEmpty(part))) {
+  /** Asks the core about the draft: one question at a time, and of the edits that come meanwhile the last. */
+  assess(): void {
+    if (this.#isNothing) {
       this.findings = [];
+      this.trip = null;
       this.checkState = 'none';
       return;
     }
-    this.checkState = 'checking';
-    const run = this.#checkRun;
-    this.#checkTimer = setTimeout(() => void this.#check(run), CHECK_MS);
+    // what was found before stands for the moment until the answer
+    if (this.checkState !== 'done') this.checkState = 'checking';
+    if (this.#isAsking) this.#asksAgain = true;
+    else void this.#ask();
   }
 
-  async #check(run: number): Promise<void> {
-    let findings: readonly PlanFinding[] = [];
-    let isDone = true;
+  get #isNothing(): boolean {
+    return PLAN_PARTS.every((part) => this.isEmpty(part));
+  }
+
+  async #ask(): Promise<void> {
+    this.#isAsking = true;
     try {
-      findings = await api.checkPlan(this.#apiPlan(), vehicles.selected?.systemId);
+      do {
+        this.#asksAgain = false;
+        const { findings, trip } = await station.assess(this.#apiPlan(), vehicles.selected?.systemId);
+        if (this.#isNothing) return;
+        [this.findings, this.trip] = [findings, trip];
+      } while (this.#asksAgain);
+      this.checkState = 'done';
     } catch {
-      isDone = false;
+      [this.findings, this.trip] = [[], null];
+      this.checkState = 'unavailable';
+    } finally {
+      this.#isAsking = false;
     }
-    // an edit came meanwhile: its own check has the say
-    if (run !== this.#checkRun) return;
-    this.findings = findings;
-    this.checkState = isDone ? 'done' : 'unavailable';
   }
 
   async loadCommands(): Promise<void> {

@@ -1,7 +1,7 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
 import type { LandingRequest, Plan, PlanState } from '$lib/api/types';
 import { makeItem } from '$lib/domain/plan';
-import { api } from './station.svelte';
+import { api, station } from './station.svelte';
 import { plan } from './plan.svelte';
 import { vehicles } from './vehicles.svelte';
 
@@ -56,13 +56,13 @@ function serve() {
       return done(onBoard);
     }),
   };
+  station.assess = () => answer({ findings: [], trip: null });
   Object.assign(api, {
     sendPlan: spies.send,
     readPlan: spies.read,
     planOnBoard: spies.known,
     clearPlan: spies.clear,
     designLanding: spies.design,
-    checkPlan: () => answer([]),
   });
   const byOthers = (items: Plan['items'], told: PlanState | null = null) => {
     onBoard = { ...onBoard, items };
@@ -149,6 +149,28 @@ describe('the plan store', () => {
     expect(plan.vehiclePlan?.items).toHaveLength(3);
     plan.undo();
     expect(plan.items).toHaveLength(2);
+  });
+
+  it('asks one question about the draft at a time, and of the edits meanwhile about the last', async () => {
+    const asked: number[] = [];
+    const answers: ((answer: Awaited<ReturnType<typeof station.assess>>) => void)[] = [];
+    station.assess = (draft) => {
+      asked.push(draft.items.length);
+      return new Promise((resolve) => answers.push(resolve));
+    };
+    for (let edit = 0; edit < 4; edit += 1) plan.add('waypoint', AT);
+    expect(asked).toEqual([1]);
+    const trip = { distance_m: 100, time_s: 5, end: 'end' as const, is_estimate: false };
+    answers[0]!({ findings: [], trip });
+    await vi.waitFor(() => expect(asked).toEqual([1, 4]));
+    expect([plan.trip, plan.checkState]).toEqual([trip, 'checking']);
+    answers[1]!({ findings: [], trip: { ...trip, distance_m: 400 } });
+    await vi.waitFor(() => expect(plan.checkState).toBe('done'));
+    expect(plan.trip?.distance_m).toBe(400);
+    station.assess = () => Promise.reject(new Error('away'));
+    plan.add('waypoint', AT);
+    await vi.waitFor(() => expect(plan.checkState).toBe('unavailable'));
+    expect(plan.trip).toBeNull();
   });
 
   it('reads into the draft, and undo brings the old one back', async () => {

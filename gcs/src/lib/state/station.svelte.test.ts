@@ -59,3 +59,21 @@ it('does not lose what is told while it asks for the whole state', async () => {
   expect(vehicle.planStates).toMatchObject({ mission: mixed, fence: unknown });
   expect(vehicle.mode).toBe('RTL');
 });
+
+it('gives the answer to the last question about a plan, and none that never comes', async () => {
+  vi.stubGlobal('document', { hidden: true });
+  const station = new Station();
+  const draft = { items: [], home: null, fence: { zones: [], return_point: null }, rally: [] };
+  await expect(station.assess(draft, 9)).rejects.toThrow('no connection');
+  station.socketState = 'open';
+  const first = station.assess(draft, 9);
+  const second = station.assess(draft, undefined);
+  await expect(first).rejects.toThrow('another question');
+  const trip = { distance_m: 1, time_s: 2, end: 'end', is_estimate: false } as const;
+  station.receive({ type: 'assessment', seq: 2, findings: [], trip });
+  station.receive({ type: 'assessment', seq: 3, findings: [], trip: { ...trip, distance_m: 3 } });
+  await expect(second).resolves.toMatchObject({ trip: { distance_m: 3 } });
+  const third = station.assess(draft, 9);
+  station.receive({ type: 'error', detail: 'no plan', cause: { code: 'invalid' } } as never);
+  await expect(third).rejects.toThrow('no plan');
+});

@@ -4,7 +4,17 @@ import type { Options } from '$lib/api/http';
 import { problemFrom } from '$lib/api/problem';
 
 import { parse, Socket, type SocketState } from '$lib/api/socket';
-import type { LinkInfo, Problem, ServerMessage, Session, StatusText, StorageProblem } from '$lib/api/types';
+import type {
+  Assessment,
+  LinkInfo,
+  Plan,
+  Problem,
+  ServerMessage,
+  Session,
+  StatusText,
+  StorageProblem,
+  Trip,
+} from '$lib/api/types';
 import { SvelteMap } from 'svelte/reactivity';
 import { clock } from './clock.svelte';
 import { Operations } from './operations.svelte';
@@ -19,6 +29,15 @@ export const operations = new Operations(api);
 /** More answers than these are not shown at once. */
 const ANSWERS_SHOWN = 3;
 const ACCEPTED_SHOWN_MS = 10_000;
+/** Longer plans, as JSON, are not asked about over the WebSocket, which takes a megabyte. */
+const MAX_ASSESSED = 900_000;
+
+/** A question about a plan that has no answer yet. */
+interface Question {
+  readonly seq: number;
+  readonly resolve: (assessment: Assessment) => void;
+  readonly reject: (error: Error) => void;
+}
 
 /** What became of the last command of a kind: a button pressed is not a command accepted. */
 export interface Answer {
@@ -51,6 +70,9 @@ export class Station {
   readonly #subscribed = new Map<number, number>();
   /** What is told of a vehicle while its whole state is asked for; of the two, this is the newer. */
   readonly #meanwhile = new Map<number, ServerMessage[]>();
+
+  #question: Question | null = null;
+  #nextSeq = 1;
 
   readonly #socket = new Socket({
     address: (signal) => this.#openSession(signal),
@@ -94,6 +116,28 @@ export class Station {
   /** Tells the selected rate to the server again, after it was changed. */
   resubscribe(): void {
     for (const vehicle of vehicles.all) this.#subscribe(vehicle.systemId);
+  }
+
+  /**
+   * Asks what the core says of a plan. One question at a time: a second one ends the first.
+   *
+   * Rejects when the connection ends before the answer, and for what is no plan. A plan too long for the WebSocket goes another
+   * way, which tells its findings alone.
+   */
+  async assess(plan: Plan, vehicle: number | undefined): Promise<Omit<Assessment, 'trip'> & { trip: Trip | null }> {
+    if (JSON.stringify(plan).length > MAX_ASSESSED) return { findings: await api.checkPlan(plan, vehicle), trip: null };
+    this.#question?.reject(new Error('another question came'));
+    const seq = this.#nextSeq++;
+    return new Promise((resolve, reject) => {
+      this.#question = { seq, resolve, reject };
+      if (!this.isOnline) this.#endQuestion('no connection');
+      else this.#socket.send({ type: 'assess_plan', seq, vehicle: vehicle ?? null, plan });
+    });
+  }
+
+  #endQuestion(why: string): void {
+    this.#question?.reject(new Error(why));
+    this.#question = null;
   }
 
   /** Sends a command and remembers the vehicle's answer. Gives whether it was accepted. */
@@ -220,8 +264,15 @@ export class Station {
       case 'event':
         // What an event tells is in the telemetry as well.
         break;
+      case 'assessment':
+        if (message.seq === this.#question?.seq) {
+          this.#question.resolve(message);
+          this.#question = null;
+        }
+        break;
       case 'error':
         console.error('The server did not understand:', message.detail);
+        this.#endQuestion(message.detail);
         break;
     }
   }
@@ -246,7 +297,10 @@ export class Station {
       this.#away_ms = null;
       this.#subscribed.clear();
       for (const vehicle of vehicles.all) void this.#meet(vehicle);
-    } else this.#away_ms ??= performance.now();
+    } else {
+      this.#away_ms ??= performance.now();
+      this.#endQuestion('the connection was lost');
+    }
   }
 
   /** Subscribes to a vehicle and reads what is told only when asked. */
