@@ -145,11 +145,6 @@ CIRCLES: tuple[tuple[str, ...], ...] = (
         "crates/maps/src/xyz.rs",
     ),
     (
-        "crates/proto/src/fields.rs",
-        "crates/proto/src/frame.rs",
-        "crates/proto/src/message.rs",
-    ),
-    (
         "crates/py/src/pending.rs",
         "crates/py/src/station.rs",
         "crates/py/src/subscription.rs",

@@ -7,7 +7,6 @@ use mavlink::MavlinkVersion;
 
 use crate::ids::{Address, ComponentId, SystemId};
 use crate::info::info;
-use crate::message::Message;
 
 /// First byte of a MAVLink 1 frame.
 pub(crate) const STX_V1: u8 = 0xfe;
@@ -184,15 +183,6 @@ impl Frame {
             system: info.target_system_offset().map(|at| SystemId(field(at))),
             component: info.target_component_offset().map(|at| ComponentId(field(at))),
         }
-    }
-
-    /// Reads the message.
-    ///
-    /// # Errors
-    /// [`DecodeError`] when the dialect does not have the id, or a field holds a value that it does not allow.
-    #[inline]
-    pub fn decode(&self) -> Result<Message, DecodeError> {
-        Message::from_payload(self.version(), self.message_id(), self.payload())
     }
 
     #[inline]

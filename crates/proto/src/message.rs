@@ -47,6 +47,17 @@ pub enum Message {
     Dialect(MavMessage),
 }
 
+impl Frame {
+    /// Reads the message.
+    ///
+    /// # Errors
+    /// [`DecodeError`] when the dialect does not have the id, or a field holds a value that it does not allow.
+    #[inline]
+    pub fn decode(&self) -> Result<Message, DecodeError> {
+        Message::from_payload(self.version(), self.message_id(), self.payload())
+    }
+}
+
 impl Message {
     /// Reads a message from its payload; bytes missing at the end read as zero.
     ///
