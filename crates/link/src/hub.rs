@@ -8,29 +8,16 @@ use std::time::Duration;
 
 use smallvec::SmallVec;
 use tokio::sync::watch;
-use vencejo_proto::{
-    Address, DecoderStats, Frame, FrameDecoder, Header, MavVersion, Message, MonoTime, SigningKey, SigningTime,
-    SystemId,
-};
+use vencejo_proto::{Address, Frame, Header, MavVersion, Message, MonoTime, SigningKey, SigningTime, SystemId};
 
 use crate::address::LinkAddress;
 use crate::clock::Clock;
-use crate::endpoint::{self, LinkHandle, LinkState};
-use crate::outlet::{Class, Outlet, PeerId, Sent, To};
+use crate::outlet::{Class, Outlet, PeerId, To};
+use crate::port::{LinkId, LinkOptions, LinkState, Port};
 use crate::recorder::RecorderHandle;
 use crate::router::{MAX_LINKS, Router, SETUP_SIGNING_ID, Slot, SlotSet, Verdict};
 use crate::signing::{Admission, KeyId, SigningState, SigningTable, UnsignedPolicy, VehicleKeys};
 use crate::stats::{LinkMeter, LinkStats, PortCounters};
-
-/// Names one open link; never used again for another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct LinkId(pub u32);
-
-impl fmt::Display for LinkId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "link {}", self.0)
-    }
-}
 
 /// Where a frame came from: the link, and who at its other end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -39,26 +26,6 @@ pub struct Origin {
     pub link: LinkId,
     /// Who at its other end.
     pub peer: PeerId,
-}
-
-/// How a link takes part.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct LinkOptions {
-    /// A name for people; the link string by default.
-    pub name: Option<String>,
-    /// Whether frames are passed on between this link and every other one. Two links pass frames to each other when
-    /// at least one of them forwards: open a tee for another ground station with `forwards`, and leave it off (the
-    /// default) on the links of vehicles, so that the vehicles' telemetry does not fill each other's radios.
-    pub forwards: bool,
-    /// Whether frames that should be signed and are not are believed when they come over it.
-    pub unsigned: UnsignedPolicy,
-}
-
-impl LinkOptions {
-    /// The options of a tee: a link that other ground stations join the vehicles through.
-    pub fn tee() -> Self {
-        Self { forwards: true, ..Self::default() }
-    }
 }
 
 /// Where a frame of our own goes.
@@ -134,40 +101,6 @@ pub enum LinkError {
     /// There is no such link (any more).
     #[error("{0} is not open; `links()` lists those that are")]
     UnknownLink(LinkId),
-}
-
-/// The hub's side of one open link, shared with its tasks.
-pub(crate) struct Port {
-    pub(crate) id: LinkId,
-    slot: Slot,
-    name: String,
-    address: LinkAddress,
-    forwards: bool,
-    /// Believed without signatures.
-    believed: bool,
-    outlet: Arc<dyn Outlet>,
-    state: watch::Receiver<LinkState>,
-    counters: PortCounters,
-}
-
-impl Port {
-    fn is_replay(&self) -> bool {
-        matches!(self.address, LinkAddress::Tlog { .. })
-    }
-
-    fn send(&self, frame: &Frame, to: To, class: Class) -> bool {
-        match self.outlet.send(frame, to, class) {
-            Sent::Accepted { displaced } => {
-                self.counters.add_sent(frame.bytes().len());
-                self.counters.add_dropped(displaced);
-                true
-            }
-            Sent::NobodyThere | Sent::Full => {
-                self.counters.add_dropped(1);
-                false
-            }
-        }
-    }
 }
 
 struct OpenLink {
@@ -252,15 +185,6 @@ impl Hub {
     /// The hub's clock.
     pub fn clock(&self) -> &Arc<dyn Clock> {
         &self.shared.clock
-    }
-
-    /// Opens a link and keeps it open until [`LinkHandle::close`]: it connects, and connects again, by itself.
-    /// Must be called within a tokio runtime.
-    ///
-    /// # Errors
-    /// [`LinkError::TooManyLinks`] only; anything that can go wrong on the way shows in the link's state.
-    pub fn open(&self, address: LinkAddress, options: LinkOptions) -> Result<LinkHandle, LinkError> {
-        endpoint::open(self, address, options)
     }
 
     /// Gives a link its place.
@@ -673,63 +597,6 @@ fn send_to(ports: &[Arc<Port>], to: To, frame: &Frame, recorder: Option<&Recorde
         }
     }
     report
-}
-
-/// Turns what a socket gives into frames for the hub, and counts what was none.
-#[derive(Default)]
-pub(crate) struct Intake {
-    decoder: FrameDecoder,
-    counted: DecoderStats,
-    /// Bytes of the frames that the decoder handed out.
-    framed_bytes: u64,
-}
-
-impl Intake {
-    pub(crate) fn new() -> Self {
-        Self::default()
-    }
-
-    /// Takes in bytes; calls `each` with every frame in them.
-    pub(crate) fn feed(&mut self, port: &Port, bytes: &[u8], mut each: impl FnMut(&Frame)) {
-        self.decoder.push(bytes);
-        while let Some(frame) = self.decoder.next_frame() {
-            self.framed_bytes += frame.bytes().len() as u64;
-            each(&frame);
-        }
-        let stats = self.decoder.stats();
-        port.counters.add_decoded(self.counted, stats);
-        self.counted = stats;
-    }
-
-    /// Takes in a datagram. Normally it holds whole frames: when it does, a beginning that an earlier, damaged one left
-    /// behind is given up at once instead of swallowing what follows.
-    pub(crate) fn feed_datagram(&mut self, port: &Port, bytes: &[u8], each: impl FnMut(&Frame)) {
-        let held_back = self.counted.bytes - self.counted.garbage_bytes - self.framed_bytes;
-        if held_back > 0 && is_all_frames(bytes) {
-            port.counters.add_garbage(0, held_back);
-            *self = Self::new();
-        }
-        self.feed(port, bytes, each);
-    }
-
-    /// Bytes that came from somebody to whom we do not listen.
-    pub(crate) fn ignore(port: &Port, bytes: usize) {
-        port.counters.add_garbage(bytes as u64, bytes as u64);
-    }
-}
-
-/// Whether bytes are whole frames that the dialect knows, from the first byte to the last.
-fn is_all_frames(bytes: &[u8]) -> bool {
-    let mut decoder = FrameDecoder::new();
-    decoder.push(bytes);
-    let mut framed = 0;
-    while let Some(frame) = decoder.next_frame() {
-        if !frame.is_known() {
-            return false;
-        }
-        framed += frame.bytes().len();
-    }
-    framed == bytes.len()
 }
 
 #[cfg(test)]

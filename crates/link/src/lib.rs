@@ -63,6 +63,7 @@ mod clock;
 mod endpoint;
 mod hub;
 mod outlet;
+mod port;
 mod recorder;
 mod router;
 mod signing;
@@ -76,9 +77,10 @@ pub use address::{
     AddressError, DEFAULT_BAUD, DEFAULT_TCP_PORT, DEFAULT_UDP_PORT, DEFAULT_USB_BAUD, HostPort, LinkAddress,
 };
 pub use clock::{Clock, SystemClock};
-pub use endpoint::{LinkHandle, LinkState, serial_ports};
-pub use hub::{FrameSink, Hub, LinkError, LinkId, LinkInfo, LinkOptions, Origin, Route, SendReport, SinkId, SinkScope};
+pub use endpoint::{LinkHandle, serial_ports};
+pub use hub::{FrameSink, Hub, LinkError, LinkInfo, Origin, Route, SendReport, SinkId, SinkScope};
 pub use outlet::PeerId;
+pub use port::{LinkId, LinkOptions, LinkState};
 pub use recorder::{
     Folder, Recorder, RecorderConfig, RecorderHandle, RecorderState, RecorderStatus, Storage, StorageFile, StoredFile,
     is_kept_recording, keep_recording,

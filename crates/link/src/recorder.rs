@@ -25,7 +25,7 @@ use vencejo_proto::{Frame, MonoTime};
 use vencejo_store::{Floors, Space};
 
 use crate::clock::Clock;
-use crate::hub::LinkId;
+use crate::port::LinkId;
 use crate::router::SETUP_SIGNING_ID;
 use crate::tlog::write_entry;
 

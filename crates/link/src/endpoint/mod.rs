@@ -18,8 +18,9 @@ use vencejo_proto::MonoTime;
 pub use serial::serial_ports;
 
 use crate::address::{HostPort, LinkAddress};
-use crate::hub::{Hub, LinkError, LinkId, LinkOptions, Port};
+use crate::hub::{Hub, LinkError};
 use crate::outlet::{NoOutlet, Outlet, StreamQueue};
+use crate::port::{LinkId, LinkOptions, LinkState, Port};
 
 /// The first wait before connecting again.
 const FIRST_WAIT: Duration = Duration::from_millis(250);
@@ -29,39 +30,6 @@ const LONGEST_WAIT: Duration = Duration::from_millis(1500);
 const GOOD_LIFE: Duration = Duration::from_secs(5);
 /// How long connecting may take.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
-
-/// How a link is.
-#[derive(Debug, Clone, PartialEq)]
-pub enum LinkState {
-    /// On its way up, for the `attempt`th time since it was last up.
-    Connecting {
-        /// 1 for the first.
-        attempt: u32,
-        /// What went wrong the last time.
-        last_error: Option<String>,
-    },
-    /// Open. Nobody needs to have spoken yet.
-    Up {
-        /// Since when.
-        since: MonoTime,
-        /// How many are at the other end: for links that listen, those heard lately; otherwise 1.
-        peers: usize,
-    },
-    /// Closed by us.
-    Down,
-    /// A replay is over.
-    Ended {
-        /// What was wrong with the recording, if anything.
-        remark: Option<String>,
-    },
-}
-
-impl LinkState {
-    /// Whether it is [`LinkState::Up`].
-    pub fn is_up(&self) -> bool {
-        matches!(self, Self::Up { .. })
-    }
-}
 
 /// An open link. Dropping the handle closes the link in the background; [`Self::close`] waits for it.
 #[derive(Debug)]
@@ -207,60 +175,67 @@ impl Endpoint {
     }
 }
 
-pub(crate) fn open(hub: &Hub, address: LinkAddress, options: LinkOptions) -> Result<LinkHandle, LinkError> {
-    let (endpoint, outlet): (Endpoint, Arc<dyn Outlet>) = match &address {
-        LinkAddress::UdpIn { bind } => {
-            let udp = udp::Udp::listen(bind.clone());
-            let outlet = udp.outlet();
-            (Endpoint::Udp(udp), outlet)
-        }
-        LinkAddress::UdpOut { remote, bind: Some(bind) } => {
-            let udp = udp::Udp::listen_and_call(bind.clone(), remote.clone());
-            let outlet = udp.outlet();
-            (Endpoint::Udp(udp), outlet)
-        }
-        LinkAddress::UdpOut { remote, bind: None } => {
-            let udp = udp::Udp::connect(remote.clone());
-            let outlet = udp.outlet();
-            (Endpoint::Udp(udp), outlet)
-        }
-        LinkAddress::UdpBroadcast { remote } => {
-            let udp = udp::Udp::broadcast(remote.clone());
-            let outlet = udp.outlet();
-            (Endpoint::Udp(udp), outlet)
-        }
-        LinkAddress::TcpClient { remote } => {
-            let queue = Arc::new(StreamQueue::default());
-            (Endpoint::TcpClient(tcp::Client::new(remote.clone(), queue.clone())), queue)
-        }
-        LinkAddress::TcpServer { bind } => {
-            let server = tcp::Server::new(bind.clone());
-            let outlet = server.outlet();
-            (Endpoint::TcpServer(server), outlet)
-        }
-        LinkAddress::Serial { path, baud } => {
-            let queue = Arc::new(StreamQueue::default());
-            (Endpoint::Serial(serial::Serial::new(path.clone(), *baud, queue.clone())), queue)
-        }
-        LinkAddress::Tlog { path, speed, repeat } => {
-            (Endpoint::Tlog(tlog::Replay::new(path.clone(), *speed, *repeat)), Arc::new(NoOutlet))
-        }
-    };
-    let (state, state_watch) = watch::channel(LinkState::Connecting { attempt: 1, last_error: None });
-    let (local, local_watch) = watch::channel(None);
-    let port = hub.attach(address.clone(), options, outlet, state_watch.clone())?;
-    let cancel = CancellationToken::new();
-    let id = port.id;
-    let context = Arc::new(Context {
-        hub: hub.clone(),
-        port,
-        cancel: cancel.clone(),
-        state,
-        local,
-        up_since: std::sync::Mutex::new(None),
-    });
-    let task = tokio::spawn(live(endpoint, context));
-    Ok(LinkHandle { id, address, local: local_watch, state: state_watch, cancel, task: Some(task) })
+impl Hub {
+    /// Opens a link and keeps it open until [`LinkHandle::close`]: it connects, and connects again, by itself.
+    /// Must be called within a tokio runtime.
+    ///
+    /// # Errors
+    /// [`LinkError::TooManyLinks`] only; anything that can go wrong on the way shows in the link's state.
+    pub fn open(&self, address: LinkAddress, options: LinkOptions) -> Result<LinkHandle, LinkError> {
+        let (endpoint, outlet): (Endpoint, Arc<dyn Outlet>) = match &address {
+            LinkAddress::UdpIn { bind } => {
+                let udp = udp::Udp::listen(bind.clone());
+                let outlet = udp.outlet();
+                (Endpoint::Udp(udp), outlet)
+            }
+            LinkAddress::UdpOut { remote, bind: Some(bind) } => {
+                let udp = udp::Udp::listen_and_call(bind.clone(), remote.clone());
+                let outlet = udp.outlet();
+                (Endpoint::Udp(udp), outlet)
+            }
+            LinkAddress::UdpOut { remote, bind: None } => {
+                let udp = udp::Udp::connect(remote.clone());
+                let outlet = udp.outlet();
+                (Endpoint::Udp(udp), outlet)
+            }
+            LinkAddress::UdpBroadcast { remote } => {
+                let udp = udp::Udp::broadcast(remote.clone());
+                let outlet = udp.outlet();
+                (Endpoint::Udp(udp), outlet)
+            }
+            LinkAddress::TcpClient { remote } => {
+                let queue = Arc::new(StreamQueue::default());
+                (Endpoint::TcpClient(tcp::Client::new(remote.clone(), queue.clone())), queue)
+            }
+            LinkAddress::TcpServer { bind } => {
+                let server = tcp::Server::new(bind.clone());
+                let outlet = server.outlet();
+                (Endpoint::TcpServer(server), outlet)
+            }
+            LinkAddress::Serial { path, baud } => {
+                let queue = Arc::new(StreamQueue::default());
+                (Endpoint::Serial(serial::Serial::new(path.clone(), *baud, queue.clone())), queue)
+            }
+            LinkAddress::Tlog { path, speed, repeat } => {
+                (Endpoint::Tlog(tlog::Replay::new(path.clone(), *speed, *repeat)), Arc::new(NoOutlet))
+            }
+        };
+        let (state, state_watch) = watch::channel(LinkState::Connecting { attempt: 1, last_error: None });
+        let (local, local_watch) = watch::channel(None);
+        let port = self.attach(address.clone(), options, outlet, state_watch.clone())?;
+        let cancel = CancellationToken::new();
+        let id = port.id;
+        let context = Arc::new(Context {
+            hub: self.clone(),
+            port,
+            cancel: cancel.clone(),
+            state,
+            local,
+            up_since: std::sync::Mutex::new(None),
+        });
+        let task = tokio::spawn(live(endpoint, context));
+        Ok(LinkHandle { id, address, local: local_watch, state: state_watch, cancel, task: Some(task) })
+    }
 }
 
 /// The one task of a link.

@@ -5,8 +5,8 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 
 use super::{Context, End};
-use crate::hub::Intake;
 use crate::outlet::{PeerId, StreamQueue};
+use crate::port::Intake;
 
 /// What one read takes at most.
 const READ_BYTES: usize = 16 * 1024;

@@ -19,8 +19,8 @@ use vencejo_proto::{Frame, MonoTime};
 
 use super::{Context, End, bind_error, resolve};
 use crate::address::HostPort;
-use crate::hub::Intake;
 use crate::outlet::{Class, Outlet, PeerId, Sent, To};
+use crate::port::Intake;
 use crate::systems::SystemSet;
 
 /// Peers of one link. Beyond, the least worthy makes room; if all are worth their places, newcomers are ignored.

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::*;
 use crate::clock::testing::ManualClock;
+use crate::outlet::Sent;
 use crate::testing::{US, command_to, heartbeat, radio_status, setup_signing, signed, unknown};
 
 /// An outlet that keeps what it is given, or refuses it.

@@ -1,6 +1,6 @@
 //! Tests of signatures on links: who is believed, what an attacker gains, and with what we sign.
 
-use vencejo_proto::{Heartbeat, KeyUse, SignatureFault, dialect};
+use vencejo_proto::{FrameDecoder, Heartbeat, KeyUse, SignatureFault, dialect};
 
 use super::*;
 use crate::clock::testing::WALL_START_US;

@@ -1,0 +1,167 @@
+//! Owns a link as the hub and its endpoint share it: its name, how it takes part, its state, the way out, the way in.
+
+use std::fmt;
+use std::sync::Arc;
+
+use tokio::sync::watch;
+use vencejo_proto::{DecoderStats, Frame, FrameDecoder, MonoTime};
+
+use crate::address::LinkAddress;
+use crate::outlet::{Class, Outlet, Sent, To};
+use crate::router::Slot;
+use crate::signing::UnsignedPolicy;
+use crate::stats::PortCounters;
+
+/// Names one open link; never used again for another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct LinkId(pub u32);
+
+impl fmt::Display for LinkId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "link {}", self.0)
+    }
+}
+
+/// How a link takes part.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct LinkOptions {
+    /// A name for people; the link string by default.
+    pub name: Option<String>,
+    /// Whether frames are passed on between this link and every other one. Two links pass frames to each other when
+    /// at least one of them forwards: open a tee for another ground station with `forwards`, and leave it off (the
+    /// default) on the links of vehicles, so that the vehicles' telemetry does not fill each other's radios.
+    pub forwards: bool,
+    /// Whether frames that should be signed and are not are believed when they come over it.
+    pub unsigned: UnsignedPolicy,
+}
+
+impl LinkOptions {
+    /// The options of a tee: a link that other ground stations join the vehicles through.
+    pub fn tee() -> Self {
+        Self { forwards: true, ..Self::default() }
+    }
+}
+
+/// How a link is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LinkState {
+    /// On its way up, for the `attempt`th time since it was last up.
+    Connecting {
+        /// 1 for the first.
+        attempt: u32,
+        /// What went wrong the last time.
+        last_error: Option<String>,
+    },
+    /// Open. Nobody needs to have spoken yet.
+    Up {
+        /// Since when.
+        since: MonoTime,
+        /// How many are at the other end: for links that listen, those heard lately; otherwise 1.
+        peers: usize,
+    },
+    /// Closed by us.
+    Down,
+    /// A replay is over.
+    Ended {
+        /// What was wrong with the recording, if anything.
+        remark: Option<String>,
+    },
+}
+
+impl LinkState {
+    /// Whether it is [`LinkState::Up`].
+    pub fn is_up(&self) -> bool {
+        matches!(self, Self::Up { .. })
+    }
+}
+
+/// The hub's side of one open link, shared with its tasks.
+pub(crate) struct Port {
+    pub(crate) id: LinkId,
+    pub(crate) slot: Slot,
+    pub(crate) name: String,
+    pub(crate) address: LinkAddress,
+    pub(crate) forwards: bool,
+    /// Believed without signatures.
+    pub(crate) believed: bool,
+    pub(crate) outlet: Arc<dyn Outlet>,
+    pub(crate) state: watch::Receiver<LinkState>,
+    pub(crate) counters: PortCounters,
+}
+
+impl Port {
+    pub(crate) fn is_replay(&self) -> bool {
+        matches!(self.address, LinkAddress::Tlog { .. })
+    }
+
+    pub(crate) fn send(&self, frame: &Frame, to: To, class: Class) -> bool {
+        match self.outlet.send(frame, to, class) {
+            Sent::Accepted { displaced } => {
+                self.counters.add_sent(frame.bytes().len());
+                self.counters.add_dropped(displaced);
+                true
+            }
+            Sent::NobodyThere | Sent::Full => {
+                self.counters.add_dropped(1);
+                false
+            }
+        }
+    }
+}
+
+/// Turns what a socket gives into frames for the hub, and counts what was none.
+#[derive(Default)]
+pub(crate) struct Intake {
+    decoder: FrameDecoder,
+    counted: DecoderStats,
+    /// Bytes of the frames that the decoder handed out.
+    framed_bytes: u64,
+}
+
+impl Intake {
+    pub(crate) fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes in bytes; calls `each` with every frame in them.
+    pub(crate) fn feed(&mut self, port: &Port, bytes: &[u8], mut each: impl FnMut(&Frame)) {
+        self.decoder.push(bytes);
+        while let Some(frame) = self.decoder.next_frame() {
+            self.framed_bytes += frame.bytes().len() as u64;
+            each(&frame);
+        }
+        let stats = self.decoder.stats();
+        port.counters.add_decoded(self.counted, stats);
+        self.counted = stats;
+    }
+
+    /// Takes in a datagram. Normally it holds whole frames: when it does, a beginning that an earlier, damaged one left
+    /// behind is given up at once instead of swallowing what follows.
+    pub(crate) fn feed_datagram(&mut self, port: &Port, bytes: &[u8], each: impl FnMut(&Frame)) {
+        let held_back = self.counted.bytes - self.counted.garbage_bytes - self.framed_bytes;
+        if held_back > 0 && is_all_frames(bytes) {
+            port.counters.add_garbage(0, held_back);
+            *self = Self::new();
+        }
+        self.feed(port, bytes, each);
+    }
+
+    /// Bytes that came from somebody to whom we do not listen.
+    pub(crate) fn ignore(port: &Port, bytes: usize) {
+        port.counters.add_garbage(bytes as u64, bytes as u64);
+    }
+}
+
+/// Whether bytes are whole frames that the dialect knows, from the first byte to the last.
+fn is_all_frames(bytes: &[u8]) -> bool {
+    let mut decoder = FrameDecoder::new();
+    decoder.push(bytes);
+    let mut framed = 0;
+    while let Some(frame) = decoder.next_frame() {
+        if !frame.is_known() {
+            return false;
+        }
+        framed += frame.bytes().len();
+    }
+    framed == bytes.len()
+}
