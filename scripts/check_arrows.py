@@ -146,12 +146,6 @@ CIRCLES: tuple[tuple[str, ...], ...] = (
         "crates/py/src/vehicle.rs",
     ),
     (
-        "crates/server/src/access.rs",
-        "crates/server/src/state.rs",
-        "crates/server/src/storage.rs",
-        "crates/server/src/tokens.rs",
-    ),
-    (
         "crates/server/src/door.rs",
         "crates/server/src/door/answering.rs",
         "crates/server/src/door/stream.rs",

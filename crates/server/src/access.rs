@@ -1,55 +1,13 @@
-//! Who may talk to the server: `Host` and `Origin` checks, cookies, and the headers that keep a page to itself.
+//! Who may talk to the server: `Host` and `Origin` checks, and cookies.
 
-use std::io;
 use std::net::{IpAddr, SocketAddr};
 
-use axum::extract::{ConnectInfo, Request, State};
 use axum::http::uri::Authority;
-use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, Uri, header};
-use axum::middleware::Next;
-use axum::response::{IntoResponse, Response};
+use axum::http::{HeaderMap, HeaderValue, Uri, header};
 
-use crate::door::Caller;
 use crate::dto::Cause;
 use crate::problem::Problem;
-use crate::state::App;
 use crate::tokens::TokenStore;
-
-/// Random bytes of a token or session secret: 128 bits.
-const SECRET_BYTES: usize = 16;
-
-/// What the page may load. Map tiles are pictures from any server by https; nothing else comes from elsewhere.
-const CONTENT_SECURITY_POLICY: &str = "default-src 'self'; img-src 'self' data: blob: https:; connect-src 'self'; \
-    style-src 'self'; style-src-attr 'unsafe-inline'; worker-src 'self' blob:; object-src 'none'; base-uri 'none'; \
-    form-action 'self'; frame-ancestors 'none'";
-
-/// Headers of every answer.
-const HEADERS: [(HeaderName, &str); 7] = [
-    (header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY),
-    (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
-    (header::X_FRAME_OPTIONS, "DENY"),
-    // Tile servers want to know who asks; they learn the address, never the path.
-    (header::REFERRER_POLICY, "strict-origin-when-cross-origin"),
-    (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
-    (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
-    (HeaderName::from_static("permissions-policy"), "camera=(), microphone=(), geolocation=(self)"),
-];
-
-/// A random secret in hexadecimal digits.
-///
-/// # Errors
-/// When the system has no random numbers.
-pub fn random_secret() -> io::Result<String> {
-    let mut bytes = [0_u8; SECRET_BYTES];
-    getrandom::fill(&mut bytes).map_err(|error| io::Error::other(error.to_string()))?;
-    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
-}
-
-/// Whether two texts are the same, in a time that does not depend on where they differ.
-pub fn same(left: &str, right: &str) -> bool {
-    let (left, right) = (left.as_bytes(), right.as_bytes());
-    left.len() == right.len() && left.iter().zip(right).fold(0, |sum, (a, b)| sum | (a ^ b)) == 0
-}
 
 /// Who may talk to the server, and from where.
 #[derive(Debug, Clone)]
@@ -143,42 +101,6 @@ fn host_of(authority: &str) -> Option<&str> {
     };
     let is_clean = !host.is_empty() && (host.starts_with('[') == host.ends_with(']'));
     (is_clean && (host.starts_with('[') || !host.contains(':')) && port.parse::<u16>().is_ok()).then_some(host)
-}
-
-/// Checks where each request comes from, and puts the headers on each answer.
-pub async fn guard(State(app): State<App>, request: Request, next: Next) -> Response {
-    let is_api = request.uri().path().starts_with("/api/");
-    let mut answering = None;
-    if let Some(ConnectInfo(Caller { connection, .. })) = request.extensions().get() {
-        answering = connection.asked();
-        if answering.is_none() {
-            return StatusCode::SERVICE_UNAVAILABLE.into_response();
-        }
-        if !connection.has_session()
-            && app.access().cookie(request.headers()).is_some_and(|it| app.sessions().knows(it))
-        {
-            connection.showed_session();
-        }
-    }
-    let mut response = match app.access().check(request.uri(), request.headers()) {
-        Ok(()) => next.run(request).await,
-        Err(problem) => problem.into_response(),
-    };
-    let headers = response.headers_mut();
-    for (name, value) in HEADERS {
-        headers.insert(name, HeaderValue::from_static(value));
-    }
-    // Pictures say themselves how long they hold.
-    if is_api && !headers.contains_key(header::CACHE_CONTROL) {
-        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
-    }
-    if app.access().is_tls {
-        headers.insert(header::STRICT_TRANSPORT_SECURITY, HeaderValue::from_static("max-age=31536000"));
-    }
-    match answering {
-        Some(answering) => answering.until_sent(response),
-        None => response,
-    }
 }
 
 #[cfg(test)]

@@ -40,6 +40,7 @@ mod drafts;
 pub mod dto;
 mod extract;
 mod files;
+mod guard;
 mod operations;
 mod operator;
 mod outbox;

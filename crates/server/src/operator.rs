@@ -3,9 +3,9 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::access::random_secret;
 use crate::dto::Role;
 use crate::state::App;
+use crate::tokens::random_secret;
 
 /// A session of this very program. It ends when it is closed or dropped.
 pub struct Operator {

@@ -29,6 +29,7 @@ use crate::dto::storage::StorageProblem;
 use crate::operator::Operator;
 use crate::routes;
 use crate::state::App;
+use crate::storage;
 use crate::tokens::{TokenStore, Tokens};
 use crate::video::VideoHub;
 
@@ -251,7 +252,7 @@ impl Server {
         if let Some(tokens) = app.access().tokens.clone() {
             runtime.spawn(app.clone().watch_tokens(tokens, alive.clone()));
         }
-        runtime.spawn(app.clone().tell_storage(alive.clone()));
+        runtime.spawn(storage::tell(app.clone(), alive.clone()));
         runtime.spawn(app.clone().tell(alive));
         Ok(Self { app, address, handle, tasks: Mutex::new(Some((serving, ended))) })
     }

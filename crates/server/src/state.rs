@@ -15,6 +15,7 @@ use vencejo_station::{Observed, Pending, RequestResult, Station, VehicleHandle};
 use vencejo_vehicle::VehicleEvent;
 
 use crate::access::Access;
+use crate::convert;
 use crate::drafts::Drafts;
 use crate::dto::cause::{Cause, Crowd};
 use crate::dto::storage::{StorageFault, StorageProblem};
@@ -25,7 +26,6 @@ use crate::problem::{self, Problem};
 use crate::sessions::Sessions;
 use crate::tokens::{self, Throttle, TokenStore};
 use crate::video::VideoHub;
-use crate::{convert, storage};
 
 /// How often leases and the list of vehicles are looked at.
 const TICK: Duration = Duration::from_millis(200);
@@ -33,8 +33,6 @@ const TICK: Duration = Duration::from_millis(200);
 const TELL_EVERY: u32 = 5;
 /// How often clients are told at most that something of the maps is another.
 const TELL_MAPS: Duration = Duration::from_secs(1);
-/// How often folders are looked at: whether there is room, and whether they can be written.
-const LOOK_AT_DISK: Duration = Duration::from_secs(2);
 /// Events of one vehicle that wait to be told at most; the oldest are dropped.
 const EVENT_QUEUE: usize = 1024;
 
@@ -406,50 +404,8 @@ impl App {
         }
     }
 
-    /// Tells the clients what of the disk does not work, until the server is closed. The flight recorder is told of as soon as
-    /// its state changes; folders are looked at off the runtime's threads, since a disk may not answer.
-    pub async fn tell_storage(self, _alive: Alive) {
-        let (mut recorder, mut closing) = (self.shared.station.recorder_changes(), self.closing());
-        let mut ticks = interval(LOOK_AT_DISK);
-        ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        let mut folders = Vec::new();
-        let mut looking: Option<(tokio::task::JoinHandle<Vec<StorageProblem>>, MonoTime)> = None;
-        loop {
-            let told = self.recorder_problem(&recorder).into_iter().chain(folders.iter().cloned()).collect();
-            self.tell_storage_problems(told);
-            let since = looking.as_ref().map(|(_, since)| *since);
-            let looked = async {
-                match &mut looking {
-                    Some((looking, _)) => looking.await.unwrap_or_default(),
-                    None => std::future::pending().await,
-                }
-            };
-            tokio::select! {
-                () = closed(&mut closing) => return,
-                // An error means that the station is gone, which is an end as well.
-                changed = recorder.changed() => if changed.is_err() { return },
-                found = looked => (folders, looking) = (found, None),
-                _ = ticks.tick() => match since {
-                    // It was looked at a tick ago, and the disk has not answered since.
-                    Some(since) => folders = vec![storage::stalled(convert::seconds(since))],
-                    None => {
-                        let (app, known) = (self.clone(), folders.clone());
-                        let look = tokio::task::spawn_blocking(move || storage::folder_problems(&app, &known));
-                        looking = Some((look, self.now()));
-                    }
-                },
-            }
-        }
-    }
-
-    fn recorder_problem(
-        &self,
-        changes: &watch::Receiver<Option<vencejo_link::RecorderStatus>>,
-    ) -> Option<StorageProblem> {
-        storage::recorder_problem(changes.borrow().as_ref()?)
-    }
-
-    fn tell_storage_problems(&self, problems: Vec<StorageProblem>) {
+    /// Keeps what of the disk does not work, and tells the clients when that is another than before.
+    pub fn tell_storage_problems(&self, problems: Vec<StorageProblem>) {
         let is_other = self.shared.storage.send_if_modified(|known| {
             let is_other = *known != problems;
             if is_other {

@@ -1,16 +1,61 @@
 //! What of the server's disk does not work, said once for all front doors.
 
+use std::time::Duration;
+
+use tokio::time::{MissedTickBehavior, interval};
 use vencejo_link::{RecorderState, RecorderStatus};
 use vencejo_maps::FolderProblem;
+use vencejo_proto::MonoTime;
 use vencejo_store::LowSpace;
 
 use crate::convert;
 use crate::drafts::DraftFault;
 use crate::dto::storage::{StorageClass, StorageFault, StorageProblem};
-use crate::state::App;
+use crate::state::{Alive, App, closed};
+
+/// How often folders are looked at: whether there is room, and whether they can be written.
+const LOOK_AT_DISK: Duration = Duration::from_secs(2);
+
+/// Tells the clients what of the disk does not work, until the server is closed. The flight recorder is told of as soon as
+/// its state changes; folders are looked at off the runtime's threads, since a disk may not answer.
+pub async fn tell(app: App, _alive: Alive) {
+    let (mut recorder, mut closing) = (app.station().recorder_changes(), app.closing());
+    let mut ticks = interval(LOOK_AT_DISK);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut folders = Vec::new();
+    let mut looking: Option<(tokio::task::JoinHandle<Vec<StorageProblem>>, MonoTime)> = None;
+    loop {
+        let recording = recorder.borrow().as_ref().and_then(recorder_problem);
+        let told = recording.into_iter().chain(folders.iter().cloned()).collect();
+        app.tell_storage_problems(told);
+        let since = looking.as_ref().map(|(_, since)| *since);
+        let looked = async {
+            match &mut looking {
+                Some((looking, _)) => looking.await.unwrap_or_default(),
+                None => std::future::pending().await,
+            }
+        };
+        tokio::select! {
+            () = closed(&mut closing) => return,
+            // An error means that the station is gone, which is an end as well.
+            changed = recorder.changed() => if changed.is_err() { return },
+            found = looked => (folders, looking) = (found, None),
+            _ = ticks.tick() => match since {
+                // It was looked at a tick ago, and the disk has not answered since.
+                Some(since) => folders = vec![stalled(convert::seconds(since))],
+                None => {
+                    let since = app.now();
+                    let (app, known) = (app.clone(), folders.clone());
+                    let look = tokio::task::spawn_blocking(move || folder_problems(&app, &known));
+                    looking = Some((look, since));
+                }
+            },
+        }
+    }
+}
 
 /// Why no telemetry is recorded.
-pub fn recorder_problem(status: &RecorderStatus) -> Option<StorageProblem> {
+fn recorder_problem(status: &RecorderStatus) -> Option<StorageProblem> {
     let fault = match &status.state {
         RecorderState::Starting | RecorderState::Recording { .. } | RecorderState::Closed => return None,
         RecorderState::LowSpace { free_bytes, floor_bytes } => low_space(*free_bytes, *floor_bytes),
@@ -28,13 +73,13 @@ pub fn recorder_problem(status: &RecorderStatus) -> Option<StorageProblem> {
 }
 
 /// What is said when looking at the folders takes too long.
-pub fn stalled(since_s: f64) -> StorageProblem {
+fn stalled(since_s: f64) -> StorageProblem {
     let text = "maps are shown, but none are kept: the disk does not answer".to_owned();
     StorageProblem { since_s, ..of(StorageClass::Maps, StorageFault::Stalled, text) }
 }
 
 /// What is wrong with the folders of maps, missions, drafts and cameras, and since when as far as `known` tells. Looks at the disk.
-pub fn folder_problems(app: &App, known: &[StorageProblem]) -> Vec<StorageProblem> {
+fn folder_problems(app: &App, known: &[StorageProblem]) -> Vec<StorageProblem> {
     let now_s = convert::seconds(app.now());
     let since = |mut problem: StorageProblem| {
         problem.since_s = known.iter().find(|other| other.is_same(&problem)).map_or(now_s, |other| other.since_s);

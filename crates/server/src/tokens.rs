@@ -12,14 +12,32 @@ use serde::{Deserialize, Serialize};
 use vencejo_proto::MonoTime;
 use vencejo_store::Access;
 
-use crate::access::{random_secret, same};
 use crate::dto::Role;
 use crate::dto::storage::StorageFault;
+
+/// Random bytes of a token or session secret: 128 bits.
+const SECRET_BYTES: usize = 16;
 
 /// How often the file is looked at.
 pub const LOOK_INTERVAL: Duration = Duration::from_secs(1);
 /// Hexadecimal digits of a token at least.
 const LEAST_DIGITS: usize = 32;
+
+/// A random secret in hexadecimal digits.
+///
+/// # Errors
+/// When the system has no random numbers.
+pub fn random_secret() -> io::Result<String> {
+    let mut bytes = [0_u8; SECRET_BYTES];
+    getrandom::fill(&mut bytes).map_err(|error| io::Error::other(error.to_string()))?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+/// Whether two texts are the same, in a time that does not depend on where they differ.
+pub fn same(left: &str, right: &str) -> bool {
+    let (left, right) = (left.as_bytes(), right.as_bytes());
+    left.len() == right.len() && left.iter().zip(right).fold(0, |sum, (a, b)| sum | (a ^ b)) == 0
+}
 
 /// The tokens of a server, one for each role.
 #[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]

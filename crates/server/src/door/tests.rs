@@ -250,7 +250,7 @@ async fn whoever_guesses_tokens_is_slowed_after_ten() {
 async fn a_token_that_is_replaced_ends_its_sessions_and_their_websockets() {
     let station = station(true);
     let folder =
-        std::env::temp_dir().join(format!("vencejo-revoke-{}", crate::access::random_secret().expect("random")));
+        std::env::temp_dir().join(format!("vencejo-revoke-{}", crate::tokens::random_secret().expect("random")));
     let path = folder.join("tokens.json");
     let bind = SocketAddr::from(([127, 0, 0, 1], 0));
     let config = ServerConfig { bind, token_file: Some(path.clone()), ..ServerConfig::default() };

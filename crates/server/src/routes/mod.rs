@@ -37,7 +37,7 @@ use crate::dto::cause::{Cause, Thing};
 use crate::problem::Problem;
 use crate::state::App;
 use crate::turns::in_turn;
-use crate::{access, body, dto, files};
+use crate::{body, dto, files, guard};
 
 /// Bytes of a request's body where nothing larger is expected.
 const MAX_BODY: usize = 64 * 1024;
@@ -111,7 +111,7 @@ pub fn router(app: App) -> Router {
         .method_not_allowed_fallback(no_such_method)
         .layer(CompressionLayer::new().gzip(true).compress_when(worth_packing))
         .layer(middleware::from_fn(body::in_time))
-        .layer(middleware::from_fn_with_state(app.clone(), access::guard))
+        .layer(middleware::from_fn_with_state(app.clone(), guard::guard))
         .with_state(app)
 }
 

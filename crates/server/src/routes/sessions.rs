@@ -9,7 +9,6 @@ use axum::response::{AppendHeaders, IntoResponse, Response};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use crate::access::random_secret;
 use crate::door::Caller;
 use crate::dto::cause::{Cause, Crowd};
 use crate::dto::{NewSession, Role, SessionInfo};
@@ -17,7 +16,7 @@ use crate::extract::{InSession, Operator, OptionalJson};
 use crate::problem::Problem;
 use crate::sessions::{MAX_SESSIONS, MAX_SOCKETS, NotGiven, SessionId};
 use crate::state::App;
-use crate::tokens::TokenStore;
+use crate::tokens::{TokenStore, random_secret};
 use crate::ws::{self, SocketGuard};
 
 pub(super) fn router() -> OpenApiRouter<App> {
