@@ -146,11 +146,6 @@ CIRCLES: tuple[tuple[str, ...], ...] = (
         "crates/py/src/vehicle.rs",
     ),
     (
-        "crates/server/src/door.rs",
-        "crates/server/src/door/answering.rs",
-        "crates/server/src/door/stream.rs",
-    ),
-    (
         "crates/server/src/dto/cause.rs",
         "crates/server/src/dto/plan.rs",
     ),

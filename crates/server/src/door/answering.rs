@@ -10,20 +10,27 @@ use axum::http::StatusCode;
 use axum::response::Response;
 use http_body::{Frame, SizeHint};
 
-use super::Connection;
+use super::places::Connection;
 
 /// How many answers have ended, of all connections.
 static ENDS: AtomicU64 = AtomicU64::new(1);
+
+impl Connection {
+    /// A whole request has come. `None`: too late, the connection has made room for another, and nothing is to be done for it.
+    pub fn asked(self: &Arc<Self>) -> Option<Answering> {
+        self.has_asked.store(true, Ordering::Relaxed);
+        // ENDED is the number after which there is none.
+        let begun =
+            self.under_way.fetch_update(Ordering::SeqCst, Ordering::SeqCst, |count: usize| count.checked_add(1));
+        begun.is_ok().then(|| Answering(self.clone()))
+    }
+}
 
 /// A request under way. Dropped, it is over.
 #[derive(Debug)]
 pub struct Answering(Arc<Connection>);
 
 impl Answering {
-    pub(super) fn new(connection: Arc<Connection>) -> Self {
-        Self(connection)
-    }
-
     /// Goes on until the answer has been sent; with a WebSocket for as long as the connection lives.
     pub fn until_sent(self, response: Response) -> Response {
         if response.status() == StatusCode::SWITCHING_PROTOCOLS {

@@ -12,7 +12,7 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::{Sleep, sleep, timeout};
 
-use super::{Connection, DoorLimits, Place};
+use super::places::{Connection, DoorLimits, Place};
 
 /// A stream with its place and its limits.
 pub struct Guarded<S> {

@@ -1,6 +1,6 @@
 //! The door over real sockets: many who say nothing, half of something, or more than they read.
 
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
 
 use axum::body::{Body, Bytes};
@@ -13,6 +13,7 @@ use tokio::runtime::Handle;
 use tokio::time::{Instant, timeout};
 use tokio_tungstenite::tungstenite::Message;
 
+use super::places::network_of;
 use super::*;
 use crate::tests::{PATIENCE, Plain, Ws, connect_to, cookie, futures_next, put, station};
 use crate::{Server, ServerConfig, Tokens};
