@@ -146,10 +146,6 @@ CIRCLES: tuple[tuple[str, ...], ...] = (
         "crates/py/src/vehicle.rs",
     ),
     (
-        "crates/server/src/dto/cause.rs",
-        "crates/server/src/dto/plan.rs",
-    ),
-    (
         "crates/server/src/video/mod.rs",
         "crates/server/src/video/queue.rs",
     ),

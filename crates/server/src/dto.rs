@@ -27,7 +27,7 @@ use utoipa::openapi::schema::{ObjectBuilder, Schema, Type};
 use utoipa::{PartialSchema, ToSchema};
 use vencejo_vehicle::Refusal;
 
-pub use cause::{Cause, PlanUncertainty};
+pub use cause::Cause;
 pub use command::{
     AbortLanding, AltFrame, ClimbTo, Done, FlyCourse, Force, Goto, MissionStart, Mode, NewNote, SetAltitude, SetHome,
     SetItem, SetMode, SetSpeed, SetVelocity, SpeedKind, Takeoff,
@@ -38,8 +38,8 @@ pub use message::RawMessage;
 pub use operation::{Operation, OperationKind, OperationResult, OperationState};
 pub use plan::{
     Assessment, Fence, FenceZone, Home, Landing, LandingCaution, LandingDirection, LandingRequest, LandingWind, LatLon,
-    Plan, PlanCertainty, PlanCheck, PlanFormat, PlanItem, PlanKind, PlanOnBoard, PlanState, PlanStates, RallyPoint,
-    ReturnPoint, ZoneShape,
+    Plan, PlanCertainty, PlanCheck, PlanFormat, PlanItem, PlanKind, PlanOnBoard, PlanState, PlanStates,
+    PlanUncertainty, RallyPoint, ReturnPoint, ZoneShape,
 };
 pub use session::{NewSession, Role, SessionInfo};
 pub use signing::{ChangeSigning, SigningAct, SigningInfo};

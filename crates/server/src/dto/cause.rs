@@ -3,7 +3,7 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::PlanKind;
+use super::{PlanKind, PlanUncertainty};
 
 /// Something that a request may name and that is not there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
@@ -49,28 +49,6 @@ pub enum Crowd {
     Links,
     /// Vehicles or messages that one client follows.
     Subscriptions,
-}
-
-/// Why a plan on board is not known.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum PlanUncertainty {
-    /// It was never read.
-    NeverRead,
-    /// A transfer runs.
-    Transferring,
-    /// A transfer failed or was given up half-way.
-    TransferFailed,
-    /// The vehicle restarted.
-    Rebooted,
-    /// Another station changed it.
-    ChangedElsewhere,
-    /// Another station is sending one, or was not seen to end it; it may be a mixture.
-    SentElsewhere,
-    /// What was written down of it cannot be read, and may have said that it is a mixture.
-    RecordDamaged,
-    /// It was read, and is no mission that is known to be whole: neither what was sent last nor what was there before.
-    Mixed,
 }
 
 /// Why a vehicle takes its mission only.

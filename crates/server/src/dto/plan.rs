@@ -5,8 +5,6 @@ use utoipa::ToSchema;
 use vencejo_flight::checks::Finding;
 use vencejo_flight::progress::Trip;
 
-use super::PlanUncertainty;
-
 /// Which plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -29,6 +27,28 @@ pub enum PlanCertainty {
     Empty,
     /// Read back from the vehicle.
     Verified,
+}
+
+/// Why a plan on board is not known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PlanUncertainty {
+    /// It was never read.
+    NeverRead,
+    /// A transfer runs.
+    Transferring,
+    /// A transfer failed or was given up half-way.
+    TransferFailed,
+    /// The vehicle restarted.
+    Rebooted,
+    /// Another station changed it.
+    ChangedElsewhere,
+    /// Another station is sending one, or was not seen to end it; it may be a mixture.
+    SentElsewhere,
+    /// What was written down of it cannot be read, and may have said that it is a mixture.
+    RecordDamaged,
+    /// It was read, and is no mission that is known to be whole: neither what was sent last nor what was there before.
+    Mixed,
 }
 
 /// What is known of a plan on board.
