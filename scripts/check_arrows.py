@@ -146,10 +146,6 @@ CIRCLES: tuple[tuple[str, ...], ...] = (
         "crates/py/src/vehicle.rs",
     ),
     (
-        "crates/server/src/video/mod.rs",
-        "crates/server/src/video/queue.rs",
-    ),
-    (
         "crates/station/src/config.rs",
         "crates/station/src/error.rs",
         "crates/station/src/signing.rs",

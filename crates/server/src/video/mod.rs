@@ -6,6 +6,7 @@
 //!
 //! What only the feeder can do (a picture with its position, recording) is asked of it as a [`CameraRequest`].
 
+mod codec;
 pub mod footage;
 mod queue;
 pub mod stream;
@@ -20,6 +21,7 @@ use axum::extract::ws::Utf8Bytes;
 use thiserror::Error;
 use tokio::sync::{Notify, mpsc, oneshot, watch};
 
+pub use codec::Codec;
 pub use queue::{QueuedFrame, ViewerQueue};
 
 /// Cameras at most.
@@ -36,25 +38,6 @@ const MAX_GROUP_FRAMES: usize = 600;
 const MAX_GROUP_BYTES: usize = 8 * 1024 * 1024;
 /// Requests that wait for one feeder.
 const MAX_REQUESTS: usize = 8;
-
-/// How a picture is encoded on its way to the viewers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Codec {
-    /// H.264 as a byte stream (ITU-T H.264 annex B), one access unit a frame; key frames bring their parameter sets.
-    H264,
-    /// One JPEG picture a frame.
-    Jpeg,
-}
-
-impl Codec {
-    /// The number that stands for it in a frame's header.
-    fn number(self) -> u8 {
-        match self {
-            Self::H264 => 1,
-            Self::Jpeg => 2,
-        }
-    }
-}
 
 /// What a viewer can show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

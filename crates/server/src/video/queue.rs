@@ -9,7 +9,7 @@ use axum::extract::ws::Utf8Bytes;
 use tokio::sync::Notify;
 use tokio::time::{Duration, Instant};
 
-use super::Codec;
+use super::codec::Codec;
 
 /// Once the oldest picture has waited for this long, those that wait are dropped.
 pub const MAX_WAIT: Duration = Duration::from_millis(1000);
