@@ -140,12 +140,6 @@ CIRCLES: tuple[tuple[str, ...], ...] = (
         "crates/maps/src/xyz.rs",
     ),
     (
-        "crates/py/src/pending.rs",
-        "crates/py/src/station.rs",
-        "crates/py/src/subscription.rs",
-        "crates/py/src/vehicle.rs",
-    ),
-    (
         "crates/station/src/config.rs",
         "crates/station/src/error.rs",
         "crates/station/src/signing.rs",

@@ -9,6 +9,7 @@ mod errors;
 mod geodesy;
 mod guidance;
 mod landing;
+mod link;
 mod messages;
 mod operator;
 mod pending;

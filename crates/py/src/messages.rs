@@ -3,14 +3,33 @@
 use std::collections::BTreeMap;
 
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyString};
-use vencejo_proto::{FieldValue, decode_fields};
+use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyString, PyTuple};
+use vencejo_proto::{FieldValue, Frame, MonoTime, decode_fields};
 
 use crate::errors;
+use crate::telemetry::seconds;
 
 /// Adds this module's function.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(message_fields, module)?)
+}
+
+/// The id of a message by its name.
+pub fn message_id(name: &str) -> PyResult<u32> {
+    vencejo_proto::message_id_of(name).ok_or_else(|| {
+        errors::raise("InvalidRequest", format!("'{name}' is no message of the dialect; names are like 'ATTITUDE'"))
+    })
+}
+
+/// `(name, system id, component id, time, message id, payload)` of a message.
+pub fn message_tuple<'py>(py: Python<'py>, frame: &Frame, at: MonoTime) -> PyResult<Bound<'py, PyTuple>> {
+    let (id, source) = (frame.message_id(), frame.source());
+    let name = match vencejo_proto::message_name(id) {
+        Some(name) => PyString::intern(py, name),
+        None => PyString::new(py, &format!("UNKNOWN_{id}")),
+    };
+    let payload = PyBytes::new(py, frame.payload());
+    (name, source.system.0, source.component.0, seconds(at), id, payload).into_pyobject(py)
 }
 
 /// The fields of a payload by their names, in the order of the wire. `None` for a message that the dialect does not have.

@@ -1,20 +1,24 @@
 //! An operation under way, as Python sees it.
 
+use std::time::Duration;
+
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 use vencejo_flight::plan::{Mission, Plan};
-use vencejo_proto::{Address, Header, MavVersion, MonoTime};
+use vencejo_proto::{Address, Header, MavVersion};
 use vencejo_station::{Pending, RequestResult, StationError, VehicleHandle};
 use vencejo_vehicle::{Param, Reply};
 
+use crate::messages::message_tuple;
 use crate::plan::plan_to_tuple;
-use crate::vehicle::PyVehicle;
-use crate::{errors, runtime, telemetry};
+use crate::{errors, runtime};
+
+/// Makes what came of a wait an object of Python.
+type ToPython = fn(Python<'_>, VehicleHandle) -> PyResult<Bound<'_, PyAny>>;
 
 /// What is waited for.
 enum Inner {
     Request(Pending<RequestResult>, VehicleHandle),
-    Vehicle(Pending<Result<VehicleHandle, StationError>>),
+    Vehicle(Pending<Result<VehicleHandle, StationError>>, ToPython),
 }
 
 /// An operation under way.
@@ -28,12 +32,29 @@ impl PyPending {
     pub fn of_request(pending: Pending<RequestResult>, vehicle: VehicleHandle) -> Self {
         Self { inner: Inner::Request(pending, vehicle) }
     }
+
+    /// A wait for a vehicle.
+    pub fn of_vehicle(pending: Pending<Result<VehicleHandle, StationError>>, to_python: ToPython) -> Self {
+        Self { inner: Inner::Vehicle(pending, to_python) }
+    }
 }
 
-impl From<Pending<Result<VehicleHandle, StationError>>> for PyPending {
-    fn from(pending: Pending<Result<VehicleHandle, StationError>>) -> Self {
-        Self { inner: Inner::Vehicle(pending) }
+/// Waits for the end; an operation that still runs after the timeout is cancelled.
+fn end_of<T: Clone + Send + Sync>(
+    py: Python<'_>,
+    pending: &Pending<Result<T, StationError>>,
+    timeout: Option<Duration>,
+) -> PyResult<T> {
+    let mut end = runtime::wait(py, timeout, pending.wait())?;
+    if end.is_none() {
+        runtime::detached(py, || pending.cancel());
+        end = runtime::wait(py, None, pending.wait())?;
     }
+    end.flatten().unwrap_or(Err(StationError::Closed)).map_err(|error| errors::from_station(&error))
+}
+
+async fn has_ended<T: Clone>(pending: Pending<T>) {
+    pending.wait().await;
 }
 
 #[pymethods]
@@ -43,25 +64,8 @@ impl PyPending {
     fn wait<'py>(&self, py: Python<'py>, timeout_s: Option<f64>) -> PyResult<Bound<'py, PyAny>> {
         let timeout = timeout_s.map(runtime::seconds);
         match &self.inner {
-            Inner::Request(pending, vehicle) => {
-                let mut end = runtime::wait(py, timeout, pending.wait())?;
-                if end.is_none() {
-                    runtime::detached(py, || pending.cancel());
-                    end = runtime::wait(py, None, pending.wait())?;
-                }
-                let reply = end.flatten().unwrap_or(Err(StationError::Closed));
-                reply_to_python(py, vehicle, reply.map_err(|error| errors::from_station(&error))?)
-            }
-            Inner::Vehicle(pending) => {
-                let mut end = runtime::wait(py, timeout, pending.wait())?;
-                if end.is_none() {
-                    runtime::detached(py, || pending.cancel());
-                    end = runtime::wait(py, None, pending.wait())?;
-                }
-                let vehicle = end.flatten().unwrap_or(Err(StationError::Closed));
-                let vehicle = vehicle.map_err(|error| errors::from_station(&error))?;
-                Ok(Bound::new(py, PyVehicle::new(vehicle))?.into_any())
-            }
+            Inner::Request(pending, vehicle) => reply_to_python(py, vehicle, end_of(py, pending, timeout)?),
+            Inner::Vehicle(pending, to_python) => to_python(py, end_of(py, pending, timeout)?),
         }
     }
 
@@ -69,7 +73,7 @@ impl PyPending {
     fn done(&self) -> bool {
         match &self.inner {
             Inner::Request(pending, _) => pending.end().is_some(),
-            Inner::Vehicle(pending) => pending.end().is_some(),
+            Inner::Vehicle(pending, _) => pending.end().is_some(),
         }
     }
 
@@ -77,7 +81,7 @@ impl PyPending {
     fn progress(&self) -> Option<(u32, u32)> {
         let progress = match &self.inner {
             Inner::Request(pending, _) => pending.progress(),
-            Inner::Vehicle(pending) => pending.progress(),
+            Inner::Vehicle(pending, _) => pending.progress(),
         };
         (progress.report > 0).then_some((progress.done, progress.total))
     }
@@ -89,7 +93,7 @@ impl PyPending {
                 Some(Ok(Reply::Plan { position_error_m, .. })) => position_error_m,
                 _ => None,
             },
-            Inner::Vehicle(_) => None,
+            Inner::Vehicle(..) => None,
         }
     }
 
@@ -97,7 +101,7 @@ impl PyPending {
     fn wait_progress(&self, py: Python<'_>, seen: u64) -> PyResult<Option<(u64, u32, u32)>> {
         let progress = match &self.inner {
             Inner::Request(pending, _) => runtime::wait(py, None, pending.next_progress(seen))?,
-            Inner::Vehicle(pending) => runtime::wait(py, None, pending.next_progress(seen))?,
+            Inner::Vehicle(pending, _) => runtime::wait(py, None, pending.next_progress(seen))?,
         };
         Ok(progress.flatten().map(|progress| (progress.report, progress.done, progress.total)))
     }
@@ -106,25 +110,15 @@ impl PyPending {
     fn cancel(&self, py: Python<'_>) {
         runtime::detached(py, || match &self.inner {
             Inner::Request(pending, _) => pending.cancel(),
-            Inner::Vehicle(pending) => pending.cancel(),
+            Inner::Vehicle(pending, _) => pending.cancel(),
         });
     }
 
     /// Calls a function once it has ended, in a thread of its own.
     fn on_done(&self, callback: Py<PyAny>) {
         let ended: std::pin::Pin<Box<dyn Future<Output = ()> + Send>> = match &self.inner {
-            Inner::Request(pending, _) => {
-                let pending = pending.clone();
-                Box::pin(async move {
-                    pending.wait().await;
-                })
-            }
-            Inner::Vehicle(pending) => {
-                let pending = pending.clone();
-                Box::pin(async move {
-                    pending.wait().await;
-                })
-            }
+            Inner::Request(pending, _) => Box::pin(has_ended(pending.clone())),
+            Inner::Vehicle(pending, _) => Box::pin(has_ended(pending.clone())),
         };
         runtime::handle().spawn(async move {
             ended.await;
@@ -165,19 +159,4 @@ fn reply_to_python<'py>(py: Python<'py>, vehicle: &VehicleHandle, reply: Reply) 
         Reply::Parameter(parameter) => parameter_tuple(parameter).into_pyobject(py)?.into_any(),
         _ => py.None().into_bound(py),
     })
-}
-
-/// `(name, system id, component id, time, message id, payload)` of a message.
-pub fn message_tuple<'py>(
-    py: Python<'py>,
-    frame: &vencejo_proto::Frame,
-    at: MonoTime,
-) -> PyResult<Bound<'py, PyTuple>> {
-    let (id, source) = (frame.message_id(), frame.source());
-    let name = match vencejo_proto::message_name(id) {
-        Some(name) => pyo3::types::PyString::intern(py, name),
-        None => pyo3::types::PyString::new(py, &format!("UNKNOWN_{id}")),
-    };
-    let payload = pyo3::types::PyBytes::new(py, frame.payload());
-    (name, source.system.0, source.component.0, telemetry::seconds(at), id, payload).into_pyobject(py)
 }

@@ -10,7 +10,7 @@ use vencejo_proto::MonoTime;
 use vencejo_station::{DropOldest, Observed, Received, Taken, WeakVehicleHandle};
 use vencejo_vehicle::VehicleEvent;
 
-use crate::pending::message_tuple;
+use crate::messages::message_tuple;
 use crate::runtime;
 use crate::telemetry::seconds;
 

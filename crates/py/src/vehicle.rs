@@ -13,13 +13,14 @@ use vencejo_vehicle::signing::SETUP_SIGNING_ID;
 use vencejo_vehicle::telemetry::Severity;
 use vencejo_vehicle::{AltFrame, Danger, ModeChoice, PlanState, Request, SpeedKind, Turn};
 
+use crate::link::{link_dict, signing_dict};
+use crate::messages::{fields_of, message_id};
 use crate::operator::PyOperator;
 use crate::pending::PyPending;
 use crate::plan::{FindingTuple, PlanTuple, findings, home_from_tuple, plan_from_tuple, plan_to_tuple};
-use crate::station::{link_dict, message_id, signing_dict};
 use crate::subscription::Subscription;
 use crate::telemetry::{TelemetrySnapshot, seconds};
-use crate::{errors, messages, runtime};
+use crate::{errors, runtime};
 
 /// Adds this module's class and functions.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -102,6 +103,11 @@ impl PyVehicle {
     /// A vehicle for Python.
     pub fn new(vehicle: VehicleHandle) -> Self {
         Self { vehicle }
+    }
+
+    /// The same as an object of Python.
+    pub fn into_python(py: Python<'_>, vehicle: VehicleHandle) -> PyResult<Bound<'_, PyAny>> {
+        Ok(Bound::new(py, Self::new(vehicle))?.into_any())
     }
 
     fn start(&self, py: Python<'_>, request: Request) -> PyPending {
@@ -253,7 +259,7 @@ impl PyVehicle {
         despite_mixed_plan: bool,
     ) -> PyResult<()> {
         let address = self.vehicle.address().unwrap_or(Address::new(self.vehicle.system().0, 1));
-        let message = Message::from_fields(name, messages::fields_of(name, fields)?, address).map_err(invalid)?;
+        let message = Message::from_fields(name, fields_of(name, fields)?, address).map_err(invalid)?;
         if message.id() == SETUP_SIGNING_ID {
             return Err(invalid("SETUP_SIGNING carries a key: use set_up_signing, rotate_signing or remove_signing"));
         }
