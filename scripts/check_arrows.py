@@ -140,13 +140,6 @@ CIRCLES: tuple[tuple[str, ...], ...] = (
         "crates/maps/src/xyz.rs",
     ),
     (
-        "crates/station/src/config.rs",
-        "crates/station/src/error.rs",
-        "crates/station/src/signing.rs",
-        "crates/station/src/station.rs",
-        "crates/station/src/vehicle.rs",
-    ),
-    (
         "crates/vehicle/src/preparation.rs",
         "crates/vehicle/src/vehicle/mod.rs",
         "crates/vehicle/src/vehicle/onboard.rs",

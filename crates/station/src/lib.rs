@@ -34,6 +34,7 @@ mod recording;
 mod records;
 mod signing;
 mod station;
+mod subscriptions;
 mod vehicle;
 
 pub use changes::Changes;
@@ -45,5 +46,6 @@ pub use pending::{Pending, Progress};
 pub use queue::{DropOldest, Taken};
 pub use recording::{RecordedEvent, RecordingSummary, Sender, summarize_recording};
 pub use signing::{KeyInfo, SigningChange, SigningError, SigningInfo};
-pub use station::{RequestResult, Station};
-pub use vehicle::{Observed, Received, VehicleHandle, WeakVehicleHandle};
+pub use station::{RequestResult, Station, VehicleHandle};
+pub use subscriptions::{Observed, Received};
+pub use vehicle::WeakVehicleHandle;

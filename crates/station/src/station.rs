@@ -33,8 +33,8 @@ use crate::error::StationError;
 use crate::namesake::Namesake;
 use crate::pending::{Finisher, Pending};
 use crate::records::{self, Records};
-use crate::signing::{self, SigningError, Vault};
-use crate::vehicle::{Observed, Subscriptions, VehicleHandle};
+use crate::signing::{SigningError, Vault};
+use crate::subscriptions::{Observed, Subscriptions};
 
 /// How often our heartbeat goes out, and the driver looks round at the latest (mavlink.io, "Heartbeat protocol").
 const HEARTBEAT_INTERVAL: Duration = Duration::from_secs(1);
@@ -42,6 +42,10 @@ const HEARTBEAT_INTERVAL: Duration = Duration::from_secs(1);
 /// bytes.
 const INVITE_EVERY: u32 = 5;
 
+/// How often it is looked whether keys changed, here or on disk.
+const LOOK: Duration = Duration::from_secs(1);
+/// How often the keys' times are written: half of what is reserved.
+const WRITE_TIMES: Duration = Duration::from_secs(30);
 /// `TIMESYNC`: its answers tell the round trip.
 const TIMESYNC_ID: u32 = 111;
 
@@ -52,6 +56,15 @@ pub type RequestResult = Result<Reply, StationError>;
 #[derive(Clone)]
 pub struct Station {
     pub(crate) shared: Arc<Shared>,
+}
+
+/// A vehicle of a station. Cheap to clone. The station lives as long as somebody holds it or one of its vehicles.
+#[derive(Debug, Clone)]
+pub struct VehicleHandle {
+    pub(crate) station: Station,
+    pub(crate) system: SystemId,
+    /// In whose name it acts; the station's own when absent.
+    pub(crate) operator: Option<Arc<Operator>>,
 }
 
 pub(crate) struct Shared {
@@ -225,7 +238,7 @@ impl Station {
         let driver = runtime.spawn(drive(Arc::downgrade(&shared), shared.closing.subscribe()));
         shared.owned().driver = Some(driver);
         if shared.vault.is_some() {
-            let keeper = runtime.spawn(signing::keep(Arc::downgrade(&shared), shared.closing.subscribe()));
+            let keeper = runtime.spawn(keep_keys(Arc::downgrade(&shared), shared.closing.subscribe()));
             shared.owned().keeper = Some(keeper);
         }
         Ok(Self { shared })
@@ -419,7 +432,7 @@ impl Station {
     }
 
     fn handle(&self, system: SystemId) -> VehicleHandle {
-        VehicleHandle::new(self.clone(), system)
+        VehicleHandle { station: self.clone(), system, operator: None }
     }
 }
 
@@ -695,7 +708,7 @@ impl Shared {
         let is_theirs = |waiting: &mut Waiting| waiting.wanted.is_none_or(|wanted| wanted == system);
         for waiting in core.waiting.extract_if(.., is_theirs) {
             let station = Station { shared: self.clone() };
-            waiting.finisher.finish(Ok(VehicleHandle::new(station, system)));
+            waiting.finisher.finish(Ok(station.handle(system)));
         }
     }
 
@@ -827,6 +840,24 @@ impl Shared {
         }
     }
 
+    pub(crate) fn vault(&self) -> Result<&Vault, SigningError> {
+        let fault = || self.vault_fault.clone().unwrap_or(SigningError::NoFolder);
+        self.vault.as_ref().ok_or_else(fault)
+    }
+
+    /// Does something with the keys off the runtime's threads.
+    pub(crate) async fn blocking<T: Send + 'static>(
+        self: &Arc<Self>,
+        work: impl FnOnce(&Vault, &Hub) -> Result<T, SigningError> + Send + 'static,
+    ) -> Result<T, StationError> {
+        let shared = self.clone();
+        let done = self.runtime.spawn_blocking(move || {
+            let vault = shared.vault()?;
+            work(vault, &shared.hub)
+        });
+        done.await.map_err(|_| StationError::Closed)?.map_err(StationError::from)
+    }
+
     /// Sends our heartbeat on all links, in the oldest version that a vehicle speaks: everybody reads MAVLink 1.
     ///
     /// With `invites` in MAVLink 2 besides: PX4 and ArduPilots of some years speak MAVLink 1 until they hear MAVLink 2, and
@@ -900,6 +931,29 @@ async fn drive(shared: Weak<Shared>, mut closing: watch::Receiver<bool>) {
             () = woken => {}
             // An error means that the station is gone, which is an end as well.
             _ = closing.wait_for(|closing| *closing) => return,
+        }
+    }
+}
+
+/// Keeps keys and times in step with the disk, until the station ends.
+async fn keep_keys(shared: Weak<Shared>, mut closing: watch::Receiver<bool>) {
+    let mut looked = 0;
+    loop {
+        tokio::select! {
+            () = tokio::time::sleep(LOOK) => {}
+            // An error means that the station is gone, which is an end as well.
+            _ = closing.wait_for(|closing| *closing) => return,
+        }
+        looked += 1;
+        let write_times = looked % (WRITE_TIMES.as_secs() / LOOK.as_secs()) == 0;
+        let Some(strong) = shared.upgrade() else { return };
+        let kept = strong.blocking(move |vault, hub| {
+            vault.follow(hub)?;
+            vault.look(hub)?;
+            if write_times { vault.write_times(hub, false) } else { Ok(()) }
+        });
+        if let Err(error) = kept.await {
+            tracing::error!(%error, "signing keys or their times are not on disk");
         }
     }
 }

@@ -1,121 +1,26 @@
-//! A handle to one vehicle of a station, and the queues of those who watch it.
+//! What can be asked of one vehicle of a station.
 
 use std::collections::BTreeSet;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, PoisonError, Weak};
 use std::time::Duration;
 
 use vencejo_flight::checks::{CheckContext, Finding, check_plan};
 use vencejo_flight::plan::{Mission, Plan, PlanKind};
 use vencejo_flight::progress::Trip;
-use vencejo_link::{LinkId, LinkInfo, LinkStats, SendReport, SourceStats};
-use vencejo_proto::{Address, Frame, Message, MissionSeq, MonoTime, SystemId};
+use vencejo_link::{LinkInfo, LinkStats, SendReport, SourceStats};
+use vencejo_proto::{Address, Message, MissionSeq, MonoTime, SystemId};
 use vencejo_vehicle::telemetry::{Telemetry, Text};
-use vencejo_vehicle::{
-    Danger, FlightParameters, FlightPreparation, MissionProgress, PlanState, Request, Vehicle, VehicleEvent,
-};
+use vencejo_vehicle::{Danger, FlightParameters, FlightPreparation, MissionProgress, PlanState, Request, Vehicle};
 
 use crate::changes::Changes;
 use crate::control::{Held, Operator};
 use crate::error::StationError;
 use crate::pending::Pending;
 use crate::queue::DropOldest;
-use crate::station::{RequestResult, Shared, Station};
-
-/// A message as it was received.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Received {
-    /// The link that it came over.
-    pub link: LinkId,
-    /// The whole frame; it shares its memory.
-    pub frame: Frame,
-    /// When it came.
-    pub at: MonoTime,
-}
-
-/// An event and its moment.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Observed {
-    /// What happened.
-    pub event: VehicleEvent,
-    /// When.
-    pub at: MonoTime,
-}
-
-#[derive(Debug)]
-struct MessageQueue {
-    /// Only these ids; all when absent.
-    ids: Option<BTreeSet<u32>>,
-    queue: Arc<DropOldest<Received>>,
-}
-
-/// The queues of one vehicle's watchers. A queue whose reader is gone is forgotten.
-#[derive(Debug, Default)]
-pub(crate) struct Subscriptions {
-    messages: Mutex<Vec<MessageQueue>>,
-    events: Mutex<Vec<Arc<DropOldest<Observed>>>>,
-}
-
-fn is_read<T>(queue: &Arc<DropOldest<T>>) -> bool {
-    Arc::strong_count(queue) > 1 && !queue.is_closed()
-}
-
-impl Subscriptions {
-    /// Passes a message on to those who want it.
-    pub(crate) fn on_message(&self, link: LinkId, frame: &Frame, at: MonoTime) {
-        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
-        if messages.is_empty() {
-            return;
-        }
-        messages.retain(|subscriber| is_read(&subscriber.queue));
-        let id = frame.message_id();
-        for subscriber in messages.iter() {
-            if subscriber.ids.as_ref().is_none_or(|ids| ids.contains(&id)) {
-                subscriber.queue.push(Received { link, frame: frame.clone(), at });
-            }
-        }
-    }
-
-    /// Passes an event on.
-    pub(crate) fn on_event(&self, observed: &Observed) {
-        let mut events = self.events.lock().unwrap_or_else(PoisonError::into_inner);
-        events.retain(is_read);
-        for queue in events.iter() {
-            queue.push(observed.clone());
-        }
-    }
-
-    /// Ends all queues.
-    pub(crate) fn close(&self) {
-        for subscriber in self.messages.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
-            subscriber.queue.close();
-        }
-        for queue in self.events.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
-            queue.close();
-        }
-    }
-}
-
-impl Drop for Subscriptions {
-    /// The vehicle, or the whole station, is gone: a reader that waits must know.
-    fn drop(&mut self) {
-        self.close();
-    }
-}
-
-/// A vehicle of a station. Cheap to clone. The station lives as long as somebody holds it or one of its vehicles.
-#[derive(Debug, Clone)]
-pub struct VehicleHandle {
-    station: Station,
-    system: SystemId,
-    /// In whose name it acts; the station's own when absent.
-    operator: Option<Arc<Operator>>,
-}
+use crate::station::{RequestResult, Shared, Station, VehicleHandle};
+use crate::subscriptions::{MessageQueue, Observed, Received};
 
 impl VehicleHandle {
-    pub(crate) fn new(station: Station, system: SystemId) -> Self {
-        Self { station, system, operator: None }
-    }
-
     /// Its system id.
     pub fn system(&self) -> SystemId {
         self.system

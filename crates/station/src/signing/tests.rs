@@ -1,11 +1,14 @@
 //! Tests of the folder of keys: what is in it, who may read it, and what damage does.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use vencejo_link::SystemClock;
 use vencejo_proto::Address;
 
 use super::*;
+use crate::error::StationError;
+use crate::station::Station;
 
 /// A folder of its own, gone afterwards.
 struct Scratch(PathBuf);

@@ -1,0 +1,91 @@
+//! The queues of those who watch a vehicle.
+
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use vencejo_link::LinkId;
+use vencejo_proto::{Frame, MonoTime};
+use vencejo_vehicle::VehicleEvent;
+
+use crate::queue::DropOldest;
+
+/// A message as it was received.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Received {
+    /// The link that it came over.
+    pub link: LinkId,
+    /// The whole frame; it shares its memory.
+    pub frame: Frame,
+    /// When it came.
+    pub at: MonoTime,
+}
+
+/// An event and its moment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Observed {
+    /// What happened.
+    pub event: VehicleEvent,
+    /// When.
+    pub at: MonoTime,
+}
+
+#[derive(Debug)]
+pub(crate) struct MessageQueue {
+    /// Only these ids; all when absent.
+    pub(crate) ids: Option<BTreeSet<u32>>,
+    pub(crate) queue: Arc<DropOldest<Received>>,
+}
+
+/// The queues of one vehicle's watchers. A queue whose reader is gone is forgotten.
+#[derive(Debug, Default)]
+pub(crate) struct Subscriptions {
+    pub(crate) messages: Mutex<Vec<MessageQueue>>,
+    pub(crate) events: Mutex<Vec<Arc<DropOldest<Observed>>>>,
+}
+
+fn is_read<T>(queue: &Arc<DropOldest<T>>) -> bool {
+    Arc::strong_count(queue) > 1 && !queue.is_closed()
+}
+
+impl Subscriptions {
+    /// Passes a message on to those who want it.
+    pub(crate) fn on_message(&self, link: LinkId, frame: &Frame, at: MonoTime) {
+        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        if messages.is_empty() {
+            return;
+        }
+        messages.retain(|subscriber| is_read(&subscriber.queue));
+        let id = frame.message_id();
+        for subscriber in messages.iter() {
+            if subscriber.ids.as_ref().is_none_or(|ids| ids.contains(&id)) {
+                subscriber.queue.push(Received { link, frame: frame.clone(), at });
+            }
+        }
+    }
+
+    /// Passes an event on.
+    pub(crate) fn on_event(&self, observed: &Observed) {
+        let mut events = self.events.lock().unwrap_or_else(PoisonError::into_inner);
+        events.retain(is_read);
+        for queue in events.iter() {
+            queue.push(observed.clone());
+        }
+    }
+
+    /// Ends all queues.
+    pub(crate) fn close(&self) {
+        for subscriber in self.messages.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+            subscriber.queue.close();
+        }
+        for queue in self.events.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+            queue.close();
+        }
+    }
+}
+
+impl Drop for Subscriptions {
+    /// The vehicle, or the whole station, is gone: a reader that waits must know.
+    fn drop(&mut self) {
+        self.close();
+    }
+}
