@@ -32,6 +32,8 @@ pub struct CheckContext {
     pub on_ground: Option<bool>,
     /// Whether it can hover (quadplane). Default no.
     pub can_hover: bool,
+    /// Whether its return looks for the mission's landing sequence (`RTL_AUTOLAND` of ArduPlane); `None`: unknown.
+    pub finds_landing: Option<bool>,
     /// Whether it flies the arcs of `NAV_ARC_WAYPOINT`, as ArduCopter does. Default no.
     pub flies_arcs: bool,
     /// Items that it holds, home included. Default 650.
@@ -55,6 +57,7 @@ impl Default for CheckContext {
             position: None,
             on_ground: None,
             can_hover: false,
+            finds_landing: None,
             flies_arcs: false,
             max_items: 650,
             far_from_home_m: 20_000.0,
@@ -291,6 +294,10 @@ impl<'a> Check<'a> {
         for (index, item) in self.items_of_mission() {
             if item.command != Command::DO_LAND_START {
                 continue;
+            }
+            // `AP_Arming_Plane::mission_checks`: "DO_LAND_START set and RTL_AUTOLAND disabled"
+            if self.context.finds_landing == Some(false) {
+                self.warn(Some((index, item)), FindingKind::LandStartDisabled {});
             }
             let sequence = nav.iter().filter(|(place, _)| *place > index);
             if !sequence.clone().any(|(_, item)| item.command.is_landing()) {

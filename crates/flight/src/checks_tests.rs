@@ -186,6 +186,16 @@ fn beginning_and_end() {
 }
 
 #[test]
+fn a_landing_sequence_that_keeps_a_vehicle_from_arming_is_told() {
+    let start = sound().iter().position(|item| item.command == Command::DO_LAND_START).expect("one");
+    for (finds_landing, told) in [(None, vec![]), (Some(true), vec![]), (Some(false), vec![Some(start + 1)])] {
+        let findings = check_plan(&plan(sound()), &CheckContext { finds_landing, ..context() });
+        assert_eq!(findings.iter().map(|one| one.item).collect::<Vec<_>>(), told, "{findings:?}");
+        assert!(findings.iter().all(|one| one.code() == FindingCode::LandStartDisabled), "{findings:?}");
+    }
+}
+
+#[test]
 fn what_waits_or_acts_needs_no_takeoff_before_it() {
     let delay = || MissionItem::action(Command::NAV_DELAY, [60.0, -1.0, -1.0, -1.0]);
     let script = || MissionItem::action(Command::NAV_SCRIPT_TIME, [1.0, 5.0, 0.0, 0.0]);

@@ -300,6 +300,8 @@ kinds! {
         /// Whether there is a landing, and it lacks its approach.
         has_landing: bool,
     },
+    /// A start of a landing sequence for a vehicle that is set to know none.
+    LandStartDisabled = "land-start-disabled" {},
     /// A jump to nowhere.
     JumpTarget = "jump-target" {
         /// The item or tag that it names.
@@ -514,6 +516,10 @@ fn sentences(kind: &FindingKind, name: &str) -> (String, String) {
         LandStartWithoutLanding { has_landing: true } => (
             format!("{name} is followed by the landing at once, without an approach"),
             "put a waypoint before the landing, in line with the runway",
+        ),
+        LandStartDisabled {} => (
+            format!("{name}: with RTL_AUTOLAND 0 this vehicle refuses to arm with a landing sequence"),
+            "set RTL_AUTOLAND to 2, so that a return flies it, or delete it",
         ),
         JumpTarget { target, last } => {
             return (format!("{name} jumps to {target}, which is no item"), format!("choose an item from 1 to {last}"));

@@ -354,6 +354,7 @@ impl Vehicle {
             position: position.and_then(|at| GeoPoint::new(at.lat_deg?, at.lon_deg?).ok()),
             on_ground: self.telemetry.is_on_ground(),
             can_hover: self.limits.can_hover || tells_vtol || mav_type.is_some_and(is_hovering_type),
+            finds_landing: self.flight_parameters.finds_landing,
             flies_arcs: self.flies_arcs(),
             airspeed_m_s: self.flight_parameters.airspeed_m_s.unwrap_or(self.limits.airspeed_m_s),
             ..self.limits

@@ -48,6 +48,8 @@ export const findingsEn = {
   'finding.items-after-landing':
     '{item} lands before the mission ends: item {next_item} and what follows are not flown.',
   'finding.items-after-landing.remedy': 'Move the landing to the end.',
+  'finding.land-start-disabled': '{item}: with RTL_AUTOLAND 0 this vehicle refuses to arm with a landing sequence.',
+  'finding.land-start-disabled.remedy': 'Set RTL_AUTOLAND to 2, so that a return flies it, or delete it.',
   'finding.land-start-without-landing': '{item} starts a landing sequence, but no landing follows.',
   'finding.land-start-without-landing.remedy': 'Add a landing after it, or delete it.',
   'finding.land-start-without-landing.has-landing': '{item} is followed by the landing at once, without an approach.',
