@@ -133,13 +133,6 @@ CIRCLES: tuple[tuple[str, ...], ...] = (
         "crates/maps/src/tiles.rs",
     ),
     (
-        "crates/maps/src/google.rs",
-        "crates/maps/src/grid.rs",
-        "crates/maps/src/net.rs",
-        "crates/maps/src/settings.rs",
-        "crates/maps/src/xyz.rs",
-    ),
-    (
         "crates/vehicle/src/preparation.rs",
         "crates/vehicle/src/vehicle/mod.rs",
         "crates/vehicle/src/vehicle/onboard.rs",

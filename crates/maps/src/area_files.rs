@@ -196,7 +196,7 @@ fn import(
             tiles += 1;
         }
     }
-    let bounds = corners.and_then(|extent| crate::settings::Bounds::around(grid.crs, extent));
+    let bounds = corners.and_then(|extent| crate::geo::Bounds::around(grid.crs, extent));
     let Some(bounds) = bounds.filter(|_| tiles > 0) else {
         return Err(wrong("it has no tiles that the source could show".to_owned()));
     };

@@ -17,10 +17,11 @@ use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::files::geotiff::GeoTiff;
 use crate::files::{About, TileFile};
+use crate::geo::Bounds;
 use crate::grid::{Level, TileGrid, TileId};
 use crate::net::{Answer, Fetcher, Freshness, Request};
 use crate::service::blocking;
-use crate::settings::{Bounds, SourceSettings};
+use crate::settings::SourceSettings;
 
 /// Bytes of a block.
 const BLOCK: u64 = 16 * 1024;

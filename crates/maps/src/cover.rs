@@ -6,8 +6,8 @@ use vencejo_flight::geodesy::{GeoPoint, direct, inverse, wrap_180_deg};
 
 use crate::crs::{Crs, MERCATOR_MAX_LAT_DEG};
 use crate::error::{MapError, Result};
+use crate::geo::{Bounds, Corner};
 use crate::grid::{TileGrid, TileId};
-use crate::settings::{Bounds, Corner};
 
 /// Points of a shape at most.
 const MAX_POINTS: usize = 5000;

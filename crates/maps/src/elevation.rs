@@ -3,8 +3,9 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use crate::geo::Corner;
 use crate::raster::Raster;
-use crate::settings::{Corner, Encoding};
+use crate::settings::Encoding;
 
 /// Pixels of a tile of heights at most.
 const MAX_PX: u64 = 2048 * 2048;

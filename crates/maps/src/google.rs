@@ -5,14 +5,13 @@ use serde::Deserialize;
 use tokio::sync::Mutex;
 
 use crate::error::{MapError, Result};
+use crate::geo::Bounds;
 use crate::grid::TileId;
 use crate::net::{Fetcher, Request};
-use crate::settings::{Attribution, Bounds, SourceSettings};
+use crate::settings::{Attribution, GOOGLE, SourceSettings};
 use crate::sniff;
 use crate::xyz::escape;
 
-/// Where the service is, unless the settings say otherwise.
-pub(crate) const SERVICE: &str = "https://tile.googleapis.com";
 /// Bytes of an answer in JSON at most.
 const MAX_JSON: usize = 256 * 1024;
 /// A session is renewed so long before it ends.
@@ -118,7 +117,7 @@ impl Google {
 }
 
 fn service(settings: &SourceSettings) -> &str {
-    settings.url.as_deref().unwrap_or(SERVICE).trim_end_matches('/')
+    settings.url.as_deref().unwrap_or(GOOGLE).trim_end_matches('/')
 }
 
 /// What a service says with a status, in words.

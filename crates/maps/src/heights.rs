@@ -7,9 +7,10 @@ use tokio::task::JoinSet;
 
 use crate::elevation::{self, ElevationPoint, HeightTile, Profile, ProfileSample};
 use crate::error::{MapError, Result};
+use crate::geo::Corner;
 use crate::grid::{TileGrid, TileId};
 use crate::service::{Maps, blocking};
-use crate::settings::{Corner, Role};
+use crate::settings::Role;
 use crate::source::{Live, Source};
 
 /// Heights that are kept unpacked, eight bytes each.

@@ -35,6 +35,7 @@ pub mod elevation;
 pub mod error;
 pub mod file;
 pub mod files;
+pub mod geo;
 mod google;
 pub mod grid;
 mod heights;

@@ -3,8 +3,9 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use crate::geo::{Bounds, Corner};
 use crate::grid::TileGrid;
-use crate::settings::{Attribution, Bounds, Caching, Corner, Role, SourceKind, SourceSettings};
+use crate::settings::{Attribution, Caching, Role, SourceKind, SourceSettings};
 use crate::source::{Source, SourceState};
 
 /// Whether offline areas may be made of a source.

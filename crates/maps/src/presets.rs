@@ -3,7 +3,8 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use crate::settings::{Attribution, Bounds, Caching, Encoding, Role, SourceKind, SourceSettings};
+use crate::geo::Bounds;
+use crate::settings::{Attribution, Caching, Encoding, Role, SourceKind, SourceSettings};
 
 /// A source that can be added as it is.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]

@@ -6,6 +6,10 @@ use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
 use crate::crs::Crs;
+use crate::geo::{Bounds, Corner};
+
+/// Where Google's service is, unless the settings say otherwise.
+pub(crate) const GOOGLE: &str = "https://tile.googleapis.com";
 
 /// How a source is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema)]
@@ -77,48 +81,6 @@ pub enum Caching {
     Headers,
     /// Nothing.
     None,
-}
-
-/// A rectangle of the Earth. West greater than east: over the date line.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = MapBounds)]
-pub struct Bounds {
-    /// −180 to 180.
-    pub west_deg: f64,
-    /// −90 to 90.
-    pub south_deg: f64,
-    /// −180 to 180.
-    pub east_deg: f64,
-    /// −90 to 90.
-    pub north_deg: f64,
-}
-
-impl Bounds {
-    /// What is wrong with it.
-    #[must_use]
-    pub fn fault(&self) -> Option<String> {
-        let is_lon = |lon: f64| (-180.0..=180.0).contains(&lon);
-        let is_lat = |lat: f64| (-90.0..=90.0).contains(&lat);
-        if !is_lon(self.west_deg) || !is_lon(self.east_deg) {
-            return Some("longitudes go from -180 to 180".to_owned());
-        }
-        if !is_lat(self.south_deg) || !is_lat(self.north_deg) {
-            return Some("latitudes go from -90 to 90".to_owned());
-        }
-        (self.south_deg >= self.north_deg).then(|| "south_deg must be less than north_deg".to_owned())
-    }
-}
-
-/// A place on the ground.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = MapCorner)]
-pub struct Corner {
-    /// WGS-84 latitude.
-    pub lat_deg: f64,
-    /// WGS-84 longitude.
-    pub lon_deg: f64,
 }
 
 /// Who is to be named with a map, as plain text.
@@ -380,7 +342,7 @@ impl SourceSettings {
     /// The hosts that its key is for: those of the addresses that the user gave.
     #[must_use]
     pub fn key_hosts(&self) -> BTreeSet<String> {
-        let own = (self.kind == SourceKind::Google && self.url.is_none()).then_some(crate::google::SERVICE);
+        let own = (self.kind == SourceKind::Google && self.url.is_none()).then_some(GOOGLE);
         let given = [self.url.as_deref(), self.attribution_url.as_deref(), own];
         given.into_iter().flatten().flat_map(|url| crate::xyz::hosts(url, &self.subdomains)).collect()
     }

@@ -12,9 +12,10 @@ use crate::files::mbtiles::Mbtiles;
 use crate::files::overlay::MAX_PX;
 use crate::files::pmtiles::Pmtiles;
 use crate::files::{About, TileFile};
+use crate::geo::{Bounds, Corner};
 use crate::raster::Raster;
 use crate::service::{Maps, blocking};
-use crate::settings::{Bounds, Corner, Role, SourceKind, SourceSettings};
+use crate::settings::{Role, SourceKind, SourceSettings};
 
 /// Bytes of a file at most.
 pub const MAX_FILE_BYTES: u64 = 8 * 1024 * 1024 * 1024;

@@ -6,7 +6,8 @@ use utoipa::ToSchema;
 
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
-use crate::settings::{Attribution, Bounds, SourceKind, SourceSettings};
+use crate::geo::Bounds;
+use crate::settings::{Attribution, SourceKind, SourceSettings};
 use crate::sniff::one_line;
 use crate::xml::Element;
 

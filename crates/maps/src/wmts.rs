@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
+use crate::geo::Bounds;
 use crate::grid::{Level, MAX_LEVELS, TileGrid, TileId};
-use crate::settings::{Attribution, Bounds, SourceKind, SourceSettings};
+use crate::settings::{Attribution, SourceKind, SourceSettings};
 use crate::sniff::one_line;
 use crate::wms::{CapLayer, CapMatrixSet, CapStyle, Capabilities, is_shown, useful, with_parameters};
 use crate::xml::Element;

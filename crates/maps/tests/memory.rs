@@ -16,10 +16,10 @@ use vencejo_maps::files::geotiff::GeoTiff;
 use vencejo_maps::files::mbtiles::Mbtiles;
 use vencejo_maps::files::overlay::Overlay;
 use vencejo_maps::files::pmtiles::Pmtiles;
+use vencejo_maps::geo::Corner;
 use vencejo_maps::grid::TileId;
 use vencejo_maps::memory::MAX_READING;
 use vencejo_maps::raster::Raster;
-use vencejo_maps::settings::Corner;
 
 /// Counts what is held, and the most that ever was.
 struct Counting;

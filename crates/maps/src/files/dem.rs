@@ -10,8 +10,8 @@ use flate2::read::GzDecoder;
 
 use super::geotiff::GeoTiff;
 use crate::error::{MapError, Result};
+use crate::geo::Bounds;
 use crate::memory::{Unpacked, lease};
-use crate::settings::Bounds;
 
 /// Files of a folder at most.
 const MAX_FILES: usize = 20_000;

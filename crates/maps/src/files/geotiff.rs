@@ -19,10 +19,10 @@ use tiff::tags::Tag;
 use super::{About, TileFile, lzw, tags};
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
+use crate::geo::Bounds;
 use crate::grid::{Level, MAX_LEVELS, TileGrid, TileId};
 use crate::memory::{Deadline, Lease, Unpacked, lease};
 use crate::raster::{self, Raster, rgba_from};
-use crate::settings::Bounds;
 
 /// Pixels of the side of the tiles that are made.
 const TILE_PX: u32 = 256;

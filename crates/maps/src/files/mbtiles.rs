@@ -13,9 +13,10 @@ use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params};
 use super::{About, TileFile};
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
+use crate::geo::Bounds;
 use crate::grid::{TileGrid, TileId};
 use crate::memory::{Deadline, lease};
-use crate::settings::{Attribution, Bounds};
+use crate::settings::Attribution;
 use crate::sniff::{self, Picture};
 
 /// Connections that wait for the next reader.

@@ -11,8 +11,9 @@ mod tags;
 use bytes::Bytes;
 
 use crate::error::Result;
+use crate::geo::Bounds;
 use crate::grid::{TileGrid, TileId};
-use crate::settings::{Attribution, Bounds};
+use crate::settings::Attribution;
 
 /// A file whose tiles are shown.
 pub trait TileFile: Send + Sync {

@@ -9,10 +9,10 @@ use bytes::Bytes;
 use super::{About, TileFile};
 use crate::crs::{Crs, MERCATOR_HALF_M};
 use crate::error::{MapError, Result};
+use crate::geo::{Bounds, Corner};
 use crate::grid::{TileGrid, TileId};
 use crate::memory::{Lease, Unpacked};
 use crate::raster::Raster;
-use crate::settings::{Bounds, Corner};
 use crate::sniff::{self, Picture};
 
 /// Pixels of a picture at most: 160 MB unpacked.

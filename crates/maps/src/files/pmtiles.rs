@@ -14,9 +14,10 @@ use serde::Deserialize;
 use super::{About, TileFile};
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
+use crate::geo::Bounds;
 use crate::grid::{TileGrid, TileId};
 use crate::memory::{Unpacked, lease};
-use crate::settings::{Attribution, Bounds};
+use crate::settings::Attribution;
 use crate::sniff;
 
 const HEADER_BYTES: usize = 127;

@@ -16,10 +16,11 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Notify;
 use tokio::task::JoinHandle;
 use vencejo_maps::cover::Shape;
+use vencejo_maps::geo::{Bounds, Corner};
 use vencejo_maps::grid::TileId;
 use vencejo_maps::net::Patience;
 use vencejo_maps::raster::Raster;
-use vencejo_maps::settings::{Bounds, Caching, Corner, Encoding, Role, SourceKind, SourceSettings};
+use vencejo_maps::settings::{Caching, Encoding, Role, SourceKind, SourceSettings};
 use vencejo_maps::{AreaState, MapError, Maps, MapsConfig, NewArea, Origin, SourceCause, Status, Unreached};
 
 /// A hang is a failure.

@@ -73,7 +73,7 @@ pub struct MapFileTaken {
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum AreaShape {
     /// Between parallels and meridians; west greater than east: over the date line.
-    Box(vencejo_maps::settings::Bounds),
+    Box(vencejo_maps::geo::Bounds),
     /// Three or more corners.
     Polygon {
         /// In order.

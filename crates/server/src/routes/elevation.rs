@@ -10,7 +10,7 @@ use utoipa::IntoParams;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vencejo_maps::elevation::{ElevationPoint, Profile};
-use vencejo_maps::settings::Corner;
+use vencejo_maps::geo::Corner;
 
 use super::maps_areas::{corners, route_of};
 use crate::dto::maps::{ElevationRequest, Elevations, ProfileRequest};

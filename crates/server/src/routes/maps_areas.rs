@@ -13,7 +13,7 @@ use utoipa::IntoParams;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vencejo_maps::cover::Shape;
-use vencejo_maps::settings::Corner;
+use vencejo_maps::geo::Corner;
 use vencejo_maps::uploads::MAX_FILE_BYTES;
 use vencejo_maps::{Area, Estimate, NewArea};
 
