@@ -12,9 +12,10 @@ use crate::error::{MapError, Result};
 use crate::files::mbtiles;
 use crate::grid::{TileGrid, TileId};
 use crate::memory::lease;
-use crate::service::{Maps, blocking};
+use crate::service::Maps;
 use crate::settings::SourceSettings;
 use crate::sniff;
+use crate::task::blocking;
 
 /// Bytes of a note of a file at most: the largest is an area's outline.
 const MAX_NOTE: usize = 1024 * 1024;

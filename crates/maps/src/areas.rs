@@ -1,23 +1,24 @@
 //! Offline areas: what is fetched ahead of a flight and stays. Their lists of tiles are in the caches, so that a crash loses
 //! nothing: what is marked is there, what is not marked is looked for and fetched.
 
-use std::collections::HashMap;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use rusqlite::{Connection, ErrorCode, params};
 use serde::Serialize;
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::watch;
 use tokio::task::JoinSet;
 use utoipa::ToSchema;
 
 use crate::cache::{Cache, counted};
 use crate::cover::{self, Shape};
+use crate::downloads::Rate;
 use crate::error::{MapError, Result};
 use crate::grid::TileId;
-use crate::service::{Maps, blocking};
+use crate::service::Maps;
 use crate::source::Source;
+use crate::task::blocking;
 
 /// Tiles of an area at most.
 pub const MAX_TILES: u64 = 500_000;
@@ -27,8 +28,6 @@ const USUAL_BYTES: u64 = 18_000;
 const BATCH: u32 = 128;
 /// How often at least it is written down how far an area is, while tiles come.
 const NOTE_EVERY: Duration = Duration::from_secs(1);
-/// Areas that download at once.
-const AT_ONCE: usize = 2;
 /// Faults in a row after which an area gives up.
 const MAX_FAULTS: u32 = 25;
 /// How long an area waits for the network, at first and at most.
@@ -154,32 +153,6 @@ pub struct NewArea {
     pub min_level: u8,
     /// Finest level of the source's grid.
     pub max_level: u8,
-}
-
-#[derive(Debug, Clone, Copy, Default)]
-struct Rate {
-    tiles_s: Option<f64>,
-}
-
-/// The downloads under way.
-#[derive(Debug)]
-pub(crate) struct Running {
-    /// By area: which run it is, and what stops it.
-    stops: Mutex<HashMap<String, (u64, watch::Sender<bool>)>>,
-    runs: AtomicU64,
-    rates: Mutex<HashMap<String, Rate>>,
-    gate: Arc<Semaphore>,
-}
-
-impl Default for Running {
-    fn default() -> Self {
-        Self {
-            stops: Mutex::default(),
-            runs: AtomicU64::new(0),
-            rates: Mutex::default(),
-            gate: Arc::new(Semaphore::new(AT_ONCE)),
-        }
-    }
 }
 
 const COLUMNS: &str = "id, name, shape, min_level, max_level, state, detail, created_s, bytes";

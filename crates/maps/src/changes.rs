@@ -6,8 +6,9 @@ use std::sync::PoisonError;
 
 use crate::error::{MapError, Result};
 use crate::listing::MapSource;
-use crate::service::{Maps, blocking, is_cache_of, is_inside};
+use crate::service::{Maps, is_cache_of, is_inside};
 use crate::settings::SourceSettings;
+use crate::task::blocking;
 
 impl Maps {
     /// Puts a source in the place of that of its id, or adds it. A key that is absent stays as it was.

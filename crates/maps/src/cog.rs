@@ -19,9 +19,9 @@ use crate::files::geotiff::GeoTiff;
 use crate::files::{About, TileFile};
 use crate::geo::Bounds;
 use crate::grid::{Level, TileGrid, TileId};
-use crate::net::{Answer, Fetcher, Freshness, Request};
-use crate::service::blocking;
+use crate::net::{Answer, Fetcher, Freshness, Request, refused};
 use crate::settings::SourceSettings;
+use crate::task::blocking;
 
 /// Bytes of a block.
 const BLOCK: u64 = 16 * 1024;
@@ -288,7 +288,7 @@ impl Remote<'_> {
         match answer.status {
             206 => Ok(answer),
             416 => Err(self.error("the file is empty, or shorter than it was")),
-            _ => Err(crate::tiles::refused(&request, &answer)),
+            _ => Err(refused(&request, &answer)),
         }
     }
 
@@ -315,7 +315,7 @@ impl Remote<'_> {
                     blocks.put(range.start, &answer.body);
                 }
                 206 | 416 => return Err(Fault::Changed),
-                _ => return Err(crate::tiles::refused(&request, &answer).into()),
+                _ => return Err(refused(&request, &answer).into()),
             }
         }
         Ok(bytes)

@@ -7,7 +7,7 @@ use tokio::sync::Mutex;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
 use crate::grid::TileId;
-use crate::net::{Fetcher, Request};
+use crate::net::{Fetcher, Request, words};
 use crate::settings::{Attribution, GOOGLE, SourceSettings};
 use crate::sniff;
 use crate::xyz::escape;
@@ -118,21 +118,6 @@ impl Google {
 
 fn service(settings: &SourceSettings) -> &str {
     settings.url.as_deref().unwrap_or(GOOGLE).trim_end_matches('/')
-}
-
-/// What a service says with a status, in words.
-pub(crate) fn words(status: u16, body: &[u8]) -> String {
-    #[derive(Deserialize)]
-    struct Wrapped {
-        error: Said,
-    }
-    #[derive(Deserialize)]
-    struct Said {
-        message: String,
-    }
-    let said = serde_json::from_slice::<Wrapped>(body).map(|wrapped| sniff::one_line(&wrapped.error.message, 300));
-    let said = said.unwrap_or_else(|_| sniff::words(body));
-    if said.is_empty() { format!("HTTP status {status}") } else { format!("HTTP status {status}: {said}") }
 }
 
 /// Asks an address whom to name: Google's `copyright`, or Azure's `copyrights`.

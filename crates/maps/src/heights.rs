@@ -9,9 +9,10 @@ use crate::elevation::{self, ElevationPoint, HeightTile, Profile, ProfileSample}
 use crate::error::{MapError, Result};
 use crate::geo::Corner;
 use crate::grid::{TileGrid, TileId};
-use crate::service::{Maps, blocking};
+use crate::service::Maps;
 use crate::settings::Role;
 use crate::source::{Live, Source};
+use crate::task::blocking;
 
 /// Heights that are kept unpacked, eight bytes each.
 const KEPT_HEIGHTS: usize = 8 * 1024 * 1024;

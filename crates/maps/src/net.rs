@@ -14,11 +14,13 @@ use bytes::{Bytes, BytesMut};
 use reqwest::dns::{Addrs, Name, Resolve, Resolving};
 use reqwest::header::{self, HeaderMap, HeaderName};
 use reqwest::{Client, redirect};
+use serde::Deserialize;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use url::{Host, Url};
 
 use crate::error::{MapError, Result, Unreached};
 use crate::settings::SourceSettings;
+use crate::sniff;
 
 /// Who we say we are: operators of tile servers want to know.
 pub const USER_AGENT: &str =
@@ -542,6 +544,36 @@ pub fn hide(text: &str, secret: Option<&str>) -> String {
     match secret {
         Some(secret) if !secret.is_empty() => text.replace(secret, "…").replace(&crate::xyz::escape(secret), "…"),
         _ => text.to_owned(),
+    }
+}
+
+/// What a service says with a status, in words.
+pub(crate) fn words(status: u16, body: &[u8]) -> String {
+    #[derive(Deserialize)]
+    struct Wrapped {
+        error: Said,
+    }
+    #[derive(Deserialize)]
+    struct Said {
+        message: String,
+    }
+    let said = serde_json::from_slice::<Wrapped>(body).map(|wrapped| sniff::one_line(&wrapped.error.message, 300));
+    let said = said.unwrap_or_else(|_| sniff::words(body));
+    if said.is_empty() { format!("HTTP status {status}") } else { format!("HTTP status {status}: {said}") }
+}
+
+/// What a status other than 200 means.
+pub(crate) fn refused(request: &Request, answer: &Answer) -> MapError {
+    let words = words(answer.status, &answer.body);
+    let help = match answer.status {
+        401 | 403 => "; check the key, and whether the service may be used from here",
+        429 => "; it takes no more for now",
+        _ => "",
+    };
+    MapError::Service {
+        host: shown(&request.url),
+        status: Some(answer.status),
+        reason: hide(&format!("answers with {words}{help}"), request.secret.as_deref()),
     }
 }
 

@@ -10,6 +10,7 @@ use vencejo_store::{Class, LowSpace, Space};
 
 use crate::aside::Asides;
 use crate::cache::Cache;
+use crate::downloads::Running;
 use crate::elevation::HeightTile;
 use crate::error::{MapError, Result};
 use crate::file::{DEFAULT_CACHE_MAX_MB, Sources, SourcesFile};
@@ -17,10 +18,10 @@ use crate::geo::Bounds;
 use crate::google;
 use crate::grid::{TileGrid, TileId};
 use crate::listing::{MapConfiguration, MapSource, MapSources};
-use crate::net::{Fetcher, Patience, Request};
+use crate::net::{Fetcher, Patience, Request, refused};
 use crate::settings::{Attribution, Role, SourceKind, SourceSettings, url_fault};
 use crate::source::{Live, Source};
-use crate::tiles::refused;
+use crate::task::blocking;
 use crate::wms::{self, Capabilities};
 use crate::{wmts, xml};
 
@@ -98,7 +99,7 @@ pub(crate) struct Shared {
     pub(crate) edits: tokio::sync::Mutex<()>,
     /// Unpacked, by source and tile, the newest last.
     pub(crate) heights: Mutex<Vec<(HeightKey, Arc<HeightTile>)>>,
-    pub(crate) areas: crate::areas::Running,
+    pub(crate) areas: Running,
     pub(crate) asides: Arc<Asides>,
     /// Files that are read at once.
     pub(crate) readers: Semaphore,
@@ -119,19 +120,8 @@ impl std::fmt::Debug for Maps {
     }
 }
 
-/// What is said when reading something failed by a fault of ours.
-pub(crate) const FAILED_INSIDE: &str =
-    "reading it failed inside the program, which is a fault of the program: please report it, with the file if you may";
-
 /// Files that are read at once.
 const READERS: usize = 4;
-
-/// Runs what blocks off the runtime's threads.
-pub(crate) async fn blocking<T: Send + 'static>(work: impl FnOnce() -> Result<T> + Send + 'static) -> Result<T> {
-    tokio::task::spawn_blocking(work).await.unwrap_or_else(|error| {
-        Err(if error.is_panic() { MapError::file("a map", FAILED_INSIDE) } else { MapError::Closed })
-    })
-}
 
 impl Maps {
     /// Starts the maps of a folder, and goes on with its offline areas. To be awaited on the runtime they are to use.
@@ -168,7 +158,7 @@ impl Maps {
             state: RwLock::default(),
             edits: tokio::sync::Mutex::default(),
             heights: Mutex::default(),
-            areas: crate::areas::Running::default(),
+            areas: Running::default(),
             asides,
             readers: Semaphore::new(READERS),
             closing: watch::channel(false).0,

@@ -24,7 +24,8 @@ use crate::files::{About, TileFile};
 use crate::google::Google;
 use crate::grid::{TileGrid, TileId};
 use crate::settings::{Caching, DEFAULT_MAX_ZOOM, SourceKind, SourceSettings};
-use crate::tiles::Tile;
+use crate::task::FAILED_INSIDE;
+use crate::tile::Tile;
 use crate::xyz::Template;
 use crate::{wms, wmts};
 
@@ -204,7 +205,7 @@ impl Source {
             let ready = || prepare(&settings, folder, cache.as_deref(), &asides);
             let ready = std::panic::catch_unwind(std::panic::AssertUnwindSafe(ready));
             ready
-                .unwrap_or_else(|_| Err(crate::service::FAILED_INSIDE.to_owned()))
+                .unwrap_or_else(|_| Err(FAILED_INSIDE.to_owned()))
                 .unwrap_or_else(|reason| (Live::Unusable(reason), About::default()))
         };
         Self {

@@ -3,20 +3,20 @@
 use std::sync::{Arc, PoisonError};
 use std::time::Duration;
 
-use bytes::Bytes;
 use tokio::sync::watch;
 
 use crate::cache::Kept;
 use crate::cog::Made;
 use crate::error::{MapError, Result};
 use crate::files::TileFile;
-use crate::google;
 use crate::grid::TileId;
-use crate::net::{Answer, Freshness, Request};
-use crate::service::{Maps, blocking, with_key};
+use crate::net::{Freshness, Request, refused};
+use crate::service::{Maps, with_key};
 use crate::settings::{Caching, SourceKind, SourceSettings};
 use crate::sniff::{self, Picture};
 use crate::source::{Flight, Live, Source, SourceState, count, tile_url};
+use crate::task::blocking;
+use crate::tile::{Origin, Tile};
 use crate::xml;
 
 /// Bytes of a tile at most.
@@ -29,50 +29,6 @@ const USUAL_LIFETIME: Duration = Duration::from_secs(7 * 86_400);
 const NONE_LIFETIME: Duration = Duration::from_secs(86_400);
 /// How long browsers may show a tile without asking.
 const BROWSER_S: i64 = 3600;
-
-/// Where a tile came from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Origin {
-    /// From the cache, and new.
-    Hit,
-    /// From the service.
-    Fetched,
-    /// From the cache; the service says that it is the same.
-    Revalidated,
-    /// From the cache, old: the service failed.
-    Stale,
-    /// From a file of this machine.
-    File,
-}
-
-impl Origin {
-    /// In a word.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Hit => "hit",
-            Self::Fetched => "fetched",
-            Self::Revalidated => "revalidated",
-            Self::Stale => "stale",
-            Self::File => "file",
-        }
-    }
-}
-
-/// A tile to show.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Tile {
-    /// The picture.
-    pub data: Bytes,
-    /// What kind of picture.
-    pub picture: Picture,
-    /// Tells whether it is the same.
-    pub hash: u64,
-    /// Where it came from.
-    pub origin: Origin,
-    /// How long a browser may show it without asking again, seconds.
-    pub max_age_s: i64,
-}
 
 impl Maps {
     /// A tile of a source, from its file, its cache or its service.
@@ -419,7 +375,7 @@ impl Maps {
         }
         let path = self.folder().join(source.settings.path.as_deref().unwrap_or_default());
         let read = blocking(move || crate::files::overlay::read_file(&path).map_err(MapError::Storage)).await;
-        let data = Bytes::from(read.map_err(|error| source.unusable(error.to_string()))?);
+        let data = bytes::Bytes::from(read.map_err(|error| source.unusable(error.to_string()))?);
         let kind = Picture::of(&data).ok_or_else(|| source.unusable(format!("it is {}", sniff::describe(&data))))?;
         Ok(Tile { hash: sniff::hash(&data), data, picture: kind, origin: Origin::File, max_age_s: 60 })
     }
@@ -461,21 +417,6 @@ async fn abandoned(source: &Source, tile: TileId, flight: &Flight) {
             flights.remove(&tile);
             return;
         }
-    }
-}
-
-/// What a status other than 200 means.
-pub(crate) fn refused(request: &Request, answer: &Answer) -> MapError {
-    let words = google::words(answer.status, &answer.body);
-    let help = match answer.status {
-        401 | 403 => "; check the key, and whether the service may be used from here",
-        429 => "; it takes no more for now",
-        _ => "",
-    };
-    MapError::Service {
-        host: crate::net::shown(&request.url),
-        status: Some(answer.status),
-        reason: crate::net::hide(&format!("answers with {words}{help}"), request.secret.as_deref()),
     }
 }
 

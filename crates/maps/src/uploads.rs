@@ -14,8 +14,9 @@ use crate::files::pmtiles::Pmtiles;
 use crate::files::{About, TileFile};
 use crate::geo::{Bounds, Corner};
 use crate::raster::Raster;
-use crate::service::{Maps, blocking};
+use crate::service::Maps;
 use crate::settings::{Role, SourceKind, SourceSettings};
+use crate::task::blocking;
 
 /// Bytes of a file at most.
 pub const MAX_FILE_BYTES: u64 = 8 * 1024 * 1024 * 1024;
