@@ -135,10 +135,6 @@ CIRCLES: tuple[tuple[str, ...], ...] = (
         "crates/vehicle/src/vehicle/tell.rs",
     ),
     (
-        "crates/vehicle/src/transfer/config.rs",
-        "crates/vehicle/src/transfer/error.rs",
-    ),
-    (
         "python/vencejo/sim/autopilot/commands.py",
         "python/vencejo/sim/autopilot/core.py",
         "python/vencejo/sim/autopilot/landing.py",

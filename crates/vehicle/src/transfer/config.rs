@@ -8,7 +8,7 @@ use vencejo_flight::plan::PlanKind;
 use vencejo_proto::param::ParamEncoding;
 use vencejo_proto::{Address, Message};
 
-use super::TransferError;
+use super::error::{NoPlanKinds, TransferError};
 
 /// In which message plan items go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -19,15 +19,6 @@ pub enum ItemForm {
     Float,
     /// MISSION_ITEM_INT as long as it is understood.
     Unknown,
-}
-
-/// Why only the mission can go by the item protocol.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum NoPlanKinds {
-    /// The firmware is from before fences and rally points went by it (ArduPilot before 4.0 had messages of their own).
-    OldFirmware,
-    /// The vehicle speaks MAVLink 1, whose messages do not say which plan they are about: it would take them for the mission.
-    Mavlink1,
 }
 
 /// What a transfer must know of the vehicle and the link. Cheap to clone.

@@ -10,13 +10,20 @@ use vencejo_proto::MissionSeq;
 use vencejo_proto::ftp::FtpError;
 use vencejo_proto::param::{ParamError, ParamName, ParamValue};
 
-use super::NoPlanKinds;
-
 /// How many differences a message spells out.
 const DIFFERENCES_SHOWN: usize = 3;
 
 /// What was asked of a vehicle that answers nothing by MAVFTP.
 pub const FTP_OPEN: &str = "opening a file by MAVFTP";
+
+/// Why only the mission can go by the item protocol.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum NoPlanKinds {
+    /// The firmware is from before fences and rally points went by it (ArduPilot before 4.0 had messages of their own).
+    OldFirmware,
+    /// The vehicle speaks MAVLink 1, whose messages do not say which plan they are about: it would take them for the mission.
+    Mavlink1,
+}
 
 /// Why a transfer failed.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -38,8 +38,8 @@ mod tests;
 
 use vencejo_proto::{Address, Message, MonoTime};
 
-pub use config::{FtpSessions, ItemForm, NoPlanKinds, TransferConfig};
-pub use error::{FTP_OPEN, MissionResult, TransferError};
+pub use config::{FtpSessions, ItemForm, TransferConfig};
+pub use error::{FTP_OPEN, MissionResult, NoPlanKinds, TransferError};
 pub use ftp::FtpGet;
 pub use params::{ParamList, ParamRead, ParamSet};
 pub(crate) use plan::is_as_sent;
