@@ -2,12 +2,9 @@
 
 use std::fmt;
 
-use vencejo_flight::plan::PlanKind;
-
 use crate::modes::FlightMode;
 use crate::plan_state::PlanState;
 use crate::telemetry::{MissionState, Telemetry};
-use crate::vehicle::Vehicle;
 
 /// What [`crate::Request::PrepareFlight`] does to a vehicle as it is now.
 ///
@@ -59,21 +56,5 @@ impl fmt::Display for FlightPreparation {
             (None, true) => f.write_str("the mission back to its beginning"),
             (Some(_), false) => Ok(()),
         }
-    }
-}
-
-impl Vehicle {
-    /// What a flight needs first, as the vehicle is now; `None` before its first heartbeat. Whether it may be done now,
-    /// [`crate::Request::PrepareFlight`] finds out.
-    #[must_use]
-    pub fn flight_preparation(&self) -> Option<FlightPreparation> {
-        let plan = self.plan_state(PlanKind::Mission);
-        FlightPreparation::of(self.telemetry(), plan, self.first_nav())
-    }
-
-    /// Seq of the first item at which the mission stands; actions before it are passed over when it is looked for.
-    pub(crate) fn first_nav(&self) -> u16 {
-        let index = self.mission().and_then(|mission| mission.items.iter().position(|item| item.command.is_nav()));
-        u16::try_from(index.unwrap_or_default()).unwrap_or(u16::MAX).saturating_add(self.first_seq())
     }
 }

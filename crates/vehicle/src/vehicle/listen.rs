@@ -6,7 +6,7 @@ use vencejo_flight::plan::PlanKind;
 use vencejo_proto::dialect::{MavMessage, TIMESYNC_DATA};
 use vencejo_proto::{Address, ComponentId, Message, MissionAck, MissionSeq, MonoTime, StatusText};
 
-use super::ops::State;
+use super::operation::State;
 use super::steps::Effect;
 use super::{Told, Vehicle};
 use crate::error::VehicleError;

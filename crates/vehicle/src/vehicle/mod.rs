@@ -5,9 +5,11 @@
 //! | `listen` | what comes in: telemetry, events, restarts, other stations |
 //! | `steps` | what a request comes down to; the checks of its values |
 //! | `raw` | the numbers of commands and messages that go out as their caller made them |
-//! | `ops` | requests under way: commands, the effects that prove them, results |
+//! | `operation` | a request under way, and the state of its present step |
+//! | `ops` | what is done with those: commands, the effects that prove them, results |
 //! | `transfers` | requests that move plans and parameters |
-//! | `onboard` | plans beyond that: uploads of others, the doubt whether a mission is mixed, its record, reading back by itself |
+//! | `board` | what is known of plans beyond that |
+//! | `onboard` | what is done with it: uploads of others, the doubt whether a mission is mixed, its record, reading back by itself |
 //! | `guard` | what may not go out while the mission may be mixed |
 //! | `target` | whether the plane flies to where its plan says |
 //! | `lane` | the transfer that runs |
@@ -16,11 +18,13 @@
 //! | `age` | what the firmware is too old for |
 
 mod age;
+mod board;
 mod guard;
 mod hearing;
 mod lane;
 mod listen;
 mod onboard;
+mod operation;
 mod ops;
 mod raw;
 mod steps;
@@ -43,6 +47,7 @@ use vencejo_proto::{Address, MavVersion, MonoTime};
 use crate::command::{CommandConfig, Commands};
 use crate::modes::{FlightMode, ModeFamily, is_hovering_type};
 use crate::plan_state::{PlanState, PlanStates};
+use crate::preparation::FlightPreparation;
 use crate::progress::{MissionProgress, ProgressTracker};
 use crate::reach::Reach;
 use crate::request::{Output, VehicleEvent};
@@ -50,11 +55,10 @@ use crate::streams::{StreamConfig, Streams};
 use crate::telemetry::{BootClock, LOST_AFTER, LandedState, StatusLog, Telemetry};
 use crate::timesync::TimeSync;
 use crate::transfer::FtpSessions;
+use board::OnBoard;
 use lane::Lane;
-use onboard::OnBoard;
-use ops::{Op, State};
+use operation::{Op, State};
 use steps::Context;
-use target::TargetWatch;
 
 /// Settings of a vehicle.
 #[derive(Debug, Clone)]
@@ -107,6 +111,19 @@ pub struct FlightParameters {
     /// Whether a return looks for the mission's landing (`RTL_AUTOLAND` is not 0); where it does not, an ArduPlane does not arm
     /// with a `DO_LAND_START`.
     pub finds_landing: Option<bool>,
+}
+
+/// What the watch over the plane's target remembers; see `target`.
+#[derive(Debug, Default)]
+struct TargetWatch {
+    /// When POSITION_TARGET_GLOBAL_INT came last.
+    told_at: Option<MonoTime>,
+    /// The item that the reports below are about.
+    seq: Option<u16>,
+    /// Since when, and in how many reports, the target is elsewhere.
+    elsewhere: Option<(MonoTime, u32)>,
+    /// The item whose alarm was given, and how far from it the target is.
+    alarmed: Option<(u16, f64)>,
 }
 
 /// One vehicle: a state machine that takes messages and moments in and puts [`Output`]s out. See the [crate](crate).
@@ -379,6 +396,20 @@ impl Vehicle {
         };
         let index = mission.items.iter().rposition(|item| item.command.is_nav())?;
         u16::try_from(index).ok()?.checked_add(self.first_seq())
+    }
+
+    /// What a flight needs first, as the vehicle is now; `None` before its first heartbeat. Whether it may be done now,
+    /// [`crate::Request::PrepareFlight`] finds out.
+    #[must_use]
+    pub fn flight_preparation(&self) -> Option<FlightPreparation> {
+        let plan = self.plan_state(PlanKind::Mission);
+        FlightPreparation::of(self.telemetry(), plan, self.first_nav())
+    }
+
+    /// Seq of the first item at which the mission stands; actions before it are passed over when it is looked for.
+    pub(crate) fn first_nav(&self) -> u16 {
+        let index = self.mission().and_then(|mission| mission.items.iter().position(|item| item.command.is_nav()));
+        u16::try_from(index.unwrap_or_default()).unwrap_or(u16::MAX).saturating_add(self.first_seq())
     }
 
     fn context(&self, now: MonoTime) -> Context<'_> {

@@ -21,7 +21,8 @@ use vencejo_proto::ftp::{FtpOpcode, FtpPayload};
 use vencejo_proto::param::ParamName;
 use vencejo_proto::{Address, Message, MissionAck, MissionItemInt, MonoTime};
 
-use super::ops::{Op, State};
+use super::board::{Incoming, OnBoard, Own, Reading};
+use super::operation::{Op, State};
 use super::steps::Step;
 use super::{FlightParameters, Vehicle};
 use crate::plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
@@ -45,126 +46,8 @@ const RETRIES: [Duration; 2] = [Duration::from_secs(10), Duration::from_secs(60)
 const FLIGHT_PARAMETERS: [&str; 4] = ["WP_LOITER_RAD", "AIRSPEED_CRUISE", "ROLL_LIMIT_DEG", "RTL_AUTOLAND"];
 /// A plan that was read by itself this long ago is given to who asks for it.
 const FRESH_COPY: Duration = Duration::from_secs(3);
-/// A vehicle that has not told the id of its hardware for this long after it was heard is known by its system id.
-const IDENTIFIED_WITHIN: Duration = Duration::from_secs(5);
 /// How long an upload waits until it is written down that it begins. A disk that fails does not keep anybody from flying.
 const RECORDED_WITHIN: Duration = Duration::from_secs(2);
-
-/// Another station's upload of a mission.
-#[derive(Debug)]
-struct Incoming {
-    from: Address,
-    items: Vec<Option<MissionItemInt>>,
-    /// Whether the vehicle took it up.
-    has_begun: bool,
-    heard_at: MonoTime,
-    before: (PlanState, Option<Doubt>),
-}
-
-/// What is read by itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Reading {
-    Plan(PlanKind),
-    /// One of [`FLIGHT_PARAMETERS`].
-    Parameter(&'static str),
-}
-
-/// A reading that nobody asked for.
-#[derive(Debug, Clone, Copy)]
-struct Own {
-    id: RequestId,
-    what: Reading,
-    began: MonoTime,
-}
-
-/// See the module.
-#[derive(Debug)]
-pub(super) struct OnBoard {
-    doubt: Option<Doubt>,
-    /// The mission that was read back last, in this run or one before.
-    verified: Option<(u16, u64)>,
-    /// Whose record this is; `None` until the vehicle is identified.
-    key: Option<VehicleKey>,
-    /// The record whose doubt stands in until the vehicle is identified.
-    stand_in: Option<VehicleKey>,
-    /// Records from runs before.
-    stored: Vec<StoredRecord>,
-    /// What is written down.
-    kept: PlanRecord,
-    ticket: u64,
-    /// Whether anything was written down of it in this run.
-    has_put: bool,
-    /// When the wait for the hardware's id ends.
-    identified_by: MonoTime,
-    incoming: Option<Incoming>,
-    /// Another station's plan file that is being written.
-    incoming_file: Option<(Address, PlanKind)>,
-    /// Items in the mission by MISSION_CURRENT.
-    total: Option<u16>,
-    /// Until when that number counts as moving.
-    moving_until: Option<MonoTime>,
-    own: Option<Own>,
-    /// When a reading that nobody asked for was verified.
-    own_verified_at: Option<MonoTime>,
-    /// Whether the mission is to be read once more although it is known.
-    is_copy_doubted: bool,
-    attempts: [usize; 3],
-    /// How many of the flight parameters were asked for.
-    parameters_asked: usize,
-    not_before: [MonoTime; 3],
-    quiet_since: MonoTime,
-    pub(super) is_stirred: bool,
-}
-
-impl OnBoard {
-    pub(super) fn new(now: MonoTime) -> Self {
-        Self {
-            doubt: None,
-            verified: None,
-            key: None,
-            stand_in: None,
-            stored: Vec::new(),
-            kept: PlanRecord::default(),
-            ticket: 0,
-            has_put: false,
-            identified_by: now + IDENTIFIED_WITHIN,
-            incoming: None,
-            incoming_file: None,
-            total: None,
-            moving_until: None,
-            own: None,
-            own_verified_at: None,
-            is_copy_doubted: false,
-            attempts: [0; 3],
-            parameters_asked: 0,
-            not_before: [now; 3],
-            quiet_since: now,
-            is_stirred: false,
-        }
-    }
-
-    /// A plan's state is another one: what failed before may go now.
-    pub(super) fn on_state(&mut self, kind: PlanKind, state: PlanState) {
-        self.attempts[kind as usize] = 0;
-        if let (PlanKind::Mission, PlanState::Verified { .. } | PlanState::Empty) = (kind, state) {
-            self.verified = state.count().zip(state.hash());
-        }
-    }
-
-    pub(super) fn doubt(&self) -> Option<&Doubt> {
-        self.doubt.as_ref()
-    }
-
-    /// What this run has seen of the mission: from now on it is this vehicle's own, whoever it will tell to be.
-    pub(super) fn set_doubt(&mut self, doubt: Option<Doubt>) {
-        self.doubt = doubt;
-        self.stand_in = None;
-    }
-
-    pub(super) fn is_own(&self, id: RequestId) -> bool {
-        self.own.is_some_and(|own| own.id == id)
-    }
-}
 
 /// The reason that goes with a doubt.
 fn unknown_of(doubt: &Doubt) -> Unknown {

@@ -1,26 +1,19 @@
 //! Requests under way: their commands, the effects that prove them, their results.
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
 use vencejo_proto::{Message, MonoTime};
 
 use super::Vehicle;
-use super::lane::PlanBefore;
+use super::operation::{Commanding, EFFECT_WITHIN, Op, Seen, State};
 use super::steps::{Effect, Fallback, Step};
-use super::tell::Telling;
-use crate::command::{
-    CommandId, CommandMessage, CommandName, CommandOutcome, CommandOutput, CommandResult, Unanswered, WhenBusy,
-};
+use crate::command::{CommandId, CommandOutcome, CommandOutput, CommandResult, Unanswered, WhenBusy};
 use crate::error::VehicleError;
-use crate::modes::FlightMode;
 use crate::request::{Output, Reply, Request, RequestId};
 use crate::telemetry::{LandedState, Severity, Text};
 
 /// Requests that may be under way or waiting at once. More are refused.
 pub(super) const MAX_REQUESTS: usize = 64;
-/// How long an effect may take to show after the command was accepted: several heartbeats.
-pub(super) const EFFECT_WITHIN: Duration = Duration::from_secs(5);
 /// How long a message that was asked for may take.
 const MESSAGE_WITHIN: Duration = Duration::from_secs(2);
 /// How long to wait for what the vehicle writes about a refusal; arming fails with a list.
@@ -30,73 +23,6 @@ const ARM_REASONS_AFTER: Duration = Duration::from_millis(1_000);
 const PREARM_REPEATED: Duration = Duration::from_secs(35);
 /// Most reasons that an error carries.
 const MAX_REASONS: usize = 16;
-
-/// A request under way.
-#[derive(Debug)]
-pub(super) struct Op {
-    pub id: RequestId,
-    pub steps: VecDeque<Step>,
-    pub state: State,
-    /// `result_param2` of the last command's acknowledgement, for the requests that return it.
-    pub acknowledged: Option<i32>,
-    pub wants_acknowledgement: bool,
-}
-
-impl Op {
-    pub fn new(id: RequestId, steps: VecDeque<Step>) -> Self {
-        Self { id, steps, state: State::Ready, acknowledged: None, wants_acknowledgement: false }
-    }
-}
-
-#[derive(Debug)]
-pub(super) enum State {
-    /// The next step is to begin.
-    Ready,
-    /// A command is under way.
-    Commanding { command: Commanding, id: CommandId, asked: bool },
-    /// It was refused; the vehicle may write why.
-    Refused { command: Commanding, result: CommandResult, until: MonoTime },
-    /// It was accepted; its effect has to show.
-    Awaiting { command: Commanding, until: MonoTime },
-    /// A message without acknowledgement was sent; its effect has to show.
-    Telling(Box<Telling>),
-    /// A transfer waits until it is written down that it begins.
-    Recording { step: Step, before: PlanBefore, ticket: u64, until: MonoTime },
-    /// A transfer runs in a lane.
-    Transferring,
-    /// A parameter waits for the lane.
-    WaitingForLane(Step),
-}
-
-/// A command and what proves it.
-#[derive(Debug, Clone)]
-pub(super) struct Commanding {
-    pub message: CommandMessage,
-    pub effect: Effect,
-    pub fallback: Option<Fallback>,
-    pub first_sent: MonoTime,
-    pub last_sent: MonoTime,
-    pub mode_before: Option<FlightMode>,
-}
-
-impl Commanding {
-    pub fn name(&self) -> CommandName {
-        CommandName(self.message.command())
-    }
-}
-
-/// How an effect looks from here.
-#[derive(Debug, PartialEq)]
-pub(super) enum Seen {
-    /// It is there.
-    Shown,
-    /// The vehicle has said since that it is not.
-    NotShown,
-    /// Somebody else did something else.
-    Overtaken(String),
-    /// Nothing has been said since.
-    NotYet,
-}
 
 impl Vehicle {
     /// Ends the waits whose time is over.
@@ -225,8 +151,7 @@ impl Vehicle {
         if self.make_room(id, steps.make_contiguous(), needs_lane, now) {
             return Ok(());
         }
-        let is_guiding =
-            self.ops.iter().any(|op| matches!(op.state, State::Telling(ref telling) if telling.wants_ack()));
+        let is_guiding = self.ops.iter().any(|op| matches!(op.state, State::Telling(ref telling) if telling.wants_ack));
         if steps.iter().any(is_guided) && (self.transfer.is_some() || is_guiding) {
             let running = self.transfer.as_ref().map_or("guided target", |lane| lane.machine.name());
             return Err(VehicleError::TransferBusy { running });

@@ -4,13 +4,31 @@
 //! `handle_set_position_target_global_int` and the handlers behind them), which C++ leaves undefined for what does not fit: in its
 //! simulator, where such faults are trapped, that ends the autopilot.
 
+use std::ops::RangeInclusive;
+
 use vencejo_flight::plan::Command;
 use vencejo_proto::dialect::{MavMessage, PositionTargetTypemask};
 use vencejo_proto::{FieldValue, Message};
 
-use super::steps::{height, invalid};
 use crate::command::{CommandMessage, cmd};
 use crate::error::VehicleError;
+
+pub(super) fn height(field: &'static str, alt_m: f64) -> Result<f32, VehicleError> {
+    in_range(field, alt_m, -1_000.0..=100_000.0, "a height, -1,000 to 100,000 m")
+}
+
+pub(super) fn in_range(
+    field: &'static str,
+    value: f64,
+    range: RangeInclusive<f64>,
+    expected: &'static str,
+) -> Result<f32, VehicleError> {
+    if range.contains(&value) { Ok(value as f32) } else { Err(invalid(field, value, expected)) }
+}
+
+pub(super) fn invalid(field: &'static str, value: impl ToString, expected: &'static str) -> VehicleError {
+    VehicleError::InvalidValue { field, value: value.to_string(), expected }
+}
 
 /// Checks the numbers of a message. Parameters and debug values are excepted: any number may be one, and some are no numbers but
 /// whole numbers in the bytes of one.

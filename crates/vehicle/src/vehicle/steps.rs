@@ -1,7 +1,6 @@
 //! What a request comes down to: commands with the effect that proves them, parameters, transfers. Values are checked here.
 
 use std::collections::VecDeque;
-use std::ops::RangeInclusive;
 
 use vencejo_flight::plan::{Command, Home, Mission, PlanKind, items_to_wire};
 use vencejo_proto::dialect::{
@@ -10,7 +9,7 @@ use vencejo_proto::dialect::{
 };
 use vencejo_proto::{Address, CommandInt, Message, MissionItemFloat, MissionItemInt, MissionSeq};
 
-use super::raw;
+use super::raw::{self, height, in_range, invalid};
 use crate::command::{CommandMessage, Unanswered, WhenBusy, cmd};
 use crate::error::VehicleError;
 use crate::modes::{Action, FlightMode, ModeFamily};
@@ -613,21 +612,4 @@ fn message_number(message_id: u32) -> Result<f32, VehicleError> {
         return Err(invalid("message_id", message_id, "a message id, below 2^24"));
     }
     Ok(message_id as f32)
-}
-
-pub(super) fn height(field: &'static str, alt_m: f64) -> Result<f32, VehicleError> {
-    in_range(field, alt_m, -1_000.0..=100_000.0, "a height, -1,000 to 100,000 m")
-}
-
-fn in_range(
-    field: &'static str,
-    value: f64,
-    range: RangeInclusive<f64>,
-    expected: &'static str,
-) -> Result<f32, VehicleError> {
-    if range.contains(&value) { Ok(value as f32) } else { Err(invalid(field, value, expected)) }
-}
-
-pub(super) fn invalid(field: &'static str, value: impl ToString, expected: &'static str) -> VehicleError {
-    VehicleError::InvalidValue { field, value: value.to_string(), expected }
 }

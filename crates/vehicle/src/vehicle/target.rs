@@ -14,7 +14,7 @@ use vencejo_flight::plan::{Command, MissionItem};
 use vencejo_proto::dialect::POSITION_TARGET_GLOBAL_INT_DATA;
 use vencejo_proto::{MissionSeq, MonoTime};
 
-use super::Vehicle;
+use super::{TargetWatch, Vehicle};
 use crate::modes::ModeFamily;
 use crate::request::VehicleEvent;
 use crate::telemetry::{MissionState, Severity};
@@ -32,19 +32,6 @@ const OUTDATED: Duration = Duration::from_secs(3);
 const BEARING_ERROR: f64 = 0.05;
 /// DO_SET_RESUME_REPEAT_DIST: after an interruption the plane flies a part of its way once more, to where no item is.
 const REPEATS_WAY: Command = Command(215);
-
-/// See the module.
-#[derive(Debug, Default)]
-pub(super) struct TargetWatch {
-    /// When POSITION_TARGET_GLOBAL_INT came last.
-    told_at: Option<MonoTime>,
-    /// The item that the reports below are about.
-    seq: Option<u16>,
-    /// Since when, and in how many reports, the target is elsewhere.
-    elsewhere: Option<(MonoTime, u32)>,
-    /// The item whose alarm was given, and how far from it the target is.
-    alarmed: Option<(u16, f64)>,
-}
 
 /// Items that a plane flies to as they are.
 fn target_of(item: &MissionItem) -> Option<GeoPoint> {

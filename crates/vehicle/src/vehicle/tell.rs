@@ -9,35 +9,10 @@ use std::time::Duration;
 use vencejo_proto::{Message, MissionAck, MonoTime};
 
 use super::Vehicle;
-use super::ops::{Commanding, EFFECT_WITHIN, Seen, State};
+use super::operation::{Commanding, EFFECT_WITHIN, Seen, State, Telling};
 use super::steps::Effect;
 use crate::command::CommandResult;
 use crate::error::VehicleError;
-
-/// A message of which the effect is waited for.
-#[derive(Debug)]
-pub(super) struct Telling {
-    /// What it stands for, and its effect.
-    pub command: Commanding,
-    message: Message,
-    /// Whether MISSION_ACK answers it.
-    wants_ack: bool,
-    has_ack: bool,
-    attempts: u32,
-    retry_at: MonoTime,
-    until: MonoTime,
-}
-
-impl Telling {
-    pub(super) fn deadline(&self) -> MonoTime {
-        self.retry_at.min(self.until)
-    }
-
-    /// Whether MISSION_ACK answers it.
-    pub(super) fn wants_ack(&self) -> bool {
-        self.wants_ack
-    }
-}
 
 impl Vehicle {
     fn tell_again_after(&self) -> Duration {

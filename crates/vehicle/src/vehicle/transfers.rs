@@ -8,7 +8,7 @@ use vencejo_proto::{Message, MissionItemInt, MonoTime};
 
 use super::Vehicle;
 use super::lane::{Lane, Machine, PlanBefore, Yield};
-use super::ops::State;
+use super::operation::State;
 use super::steps::Step;
 use crate::error::VehicleError;
 use crate::plan_state::{PlanState, Unknown, hash_items};
