@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
+from .energy import Energy
 from .geo import Spot, distance_m
 from .interface import Mode, Severity, StoredItem
+from .landing import Landing
+from .mission import MissionRunner
 from .names import AT_ONCE, Cmd, is_nav
-
-if TYPE_CHECKING:
-    from .core import Autopilot
+from .navigator import Navigator
+from .plane import Plane
+from .takeoff import Takeoff
 
 __all__ = ["PASSED_OVER", "Commands"]
 
@@ -42,8 +44,22 @@ answers "try the next command". ``QuadPlane::do_vtol_takeoff`` and ``do_vtol_lan
 class Commands:
     """Begins and watches the commands of a mission."""
 
-    def __init__(self, ap: Autopilot) -> None:
-        self._ap = ap
+    def __init__(
+        self,
+        plane: Plane,
+        nav: Navigator,
+        mission: MissionRunner,
+        climbout: Takeoff,
+        landing: Landing,
+        energy: Energy,
+        change_mode: Callable[[Mode, str], None],
+    ) -> None:
+        self._plane = plane
+        self._nav = nav
+        self._mission = mission
+        self._climbout = climbout
+        self._landing = landing
+        self._energy = energy
         self.takeoff_complete = True
         self._condition_s = 0.0
         self._delay_until_s = 0.0
@@ -57,8 +73,8 @@ class Commands:
             Cmd.NAV_LOITER_TURNS: self._start_loiter_turns,
             Cmd.NAV_LOITER_TIME: self._start_loiter_time,
             Cmd.NAV_LOITER_TO_ALT: self._start_loiter,
-            Cmd.NAV_RETURN_TO_LAUNCH: lambda _: ap.change_mode(Mode.RTL, "mission command"),
-            Cmd.NAV_LAND: ap.landing.begin,
+            Cmd.NAV_RETURN_TO_LAUNCH: lambda _: change_mode(Mode.RTL, "mission command"),
+            Cmd.NAV_LAND: landing.begin,
             Cmd.NAV_TAKEOFF: self._start_takeoff,
             Cmd.NAV_CONTINUE_AND_CHANGE_ALT: self._start_change_alt,
             Cmd.NAV_ALTITUDE_WAIT: lambda _: None,
@@ -76,13 +92,13 @@ class Commands:
             Cmd.DO_GRIPPER: self._gripper,
             Cmd.DO_SET_RESUME_REPEAT_DIST: self._repeat_dist,
             Cmd.DO_SET_CAM_TRIGG_DIST: self._trigger_distance,
-            Cmd.DO_DIGICAM_CONTROL: lambda _: ap.take_picture(),
-            Cmd.IMAGE_START_CAPTURE: lambda _: ap.take_picture(),
+            Cmd.DO_DIGICAM_CONTROL: lambda _: plane.take_picture(),
+            Cmd.IMAGE_START_CAPTURE: lambda _: plane.take_picture(),
             Cmd.DO_SET_ROI: lambda _: None,
             Cmd.DO_SET_ROI_LOCATION: lambda _: None,
             Cmd.DO_SET_ROI_NONE: lambda _: None,
             Cmd.DO_MOUNT_CONTROL: lambda _: None,
-            Cmd.DO_VTOL_TRANSITION: lambda _: ap.say(Severity.NOTICE, "VTOL not available"),
+            Cmd.DO_VTOL_TRANSITION: lambda _: plane.say(Severity.NOTICE, "VTOL not available"),
             Cmd.DO_ENGINE_CONTROL: lambda _: None,
         }
         self._verifies: dict[int, Callable[[StoredItem], bool]] = {
@@ -96,10 +112,10 @@ class Commands:
             Cmd.NAV_TAKEOFF: self._verify_takeoff,
             Cmd.NAV_CONTINUE_AND_CHANGE_ALT: self._verify_change_alt,
             Cmd.NAV_ALTITUDE_WAIT: self._verify_altitude_wait,
-            Cmd.NAV_DELAY: lambda _: ap.armed or ap.time_s >= self._delay_until_s,
+            Cmd.NAV_DELAY: lambda _: plane.armed or plane.time_s >= self._delay_until_s,
             Cmd.NAV_SCRIPT_TIME: self._verify_script,
-            Cmd.CONDITION_DELAY: lambda _: ap.time_s >= self._condition_s,
-            Cmd.CONDITION_DISTANCE: lambda item: ap.nav.distance < max(0.0, item.p1),
+            Cmd.CONDITION_DELAY: lambda _: plane.time_s >= self._condition_s,
+            Cmd.CONDITION_DISTANCE: lambda item: self._nav.distance < max(0.0, item.p1),
         }
 
     # both
@@ -109,8 +125,8 @@ class Commands:
         start = self._starts.get(item.command)
         if is_nav(item.command):
             self.takeoff_complete = True
-            if self._ap.landing.active and item.command != Cmd.NAV_LAND:
-                self._ap.landing.end()
+            if self._landing.active and item.command != Cmd.NAV_LAND:
+                self._landing.end()
         if start is None:
             # A payload command that nothing here answers to is done by being announced; others are passed over.
             return item.command in AT_ONCE
@@ -122,26 +138,26 @@ class Commands:
         if verify is not None:
             return verify(item)
         if item.command not in self._starts:
-            self._ap.say(Severity.WARNING, f"Skipping invalid cmd #{item.command}")
+            self._plane.say(Severity.WARNING, f"Skipping invalid cmd #{item.command}")
         return True
 
     # waypoints
 
     def _start_waypoint(self, item: StoredItem) -> None:
-        self._ap.nav.set_next(self._ap.spot_of(item))
+        self._nav.set_next(self._plane.spot_of(item))
 
     def _verify_waypoint(self, item: StoredItem) -> bool:
-        ap = self._ap
-        nav = ap.nav
+        plane = self._plane
+        nav = self._nav
         nav.hold_course_rad = None
-        here = ap.here()
+        here = plane.here()
         target = nav.next
         if item.p3 > 0 and distance_m(nav.previous, target) > 0:
             # Fly on beyond the point before it counts.
             target = target.moved(math.atan2(target.e_m - nav.previous.e_m, target.n_m - nav.previous.n_m), item.p3)
         nav.fly_leg(nav.previous if nav.crosstrack else here, target)
         passed = nav.passed(nav.previous, target)
-        limit = ap.tune["WP_MAX_RADIUS"]
+        limit = plane.tune["WP_MAX_RADIUS"]
         if limit > 0 and nav.distance > limit:
             if passed and item.p3 <= 0:
                 nav.previous = here
@@ -154,40 +170,40 @@ class Commands:
             acceptance = nav.turn_distance()
         distance = distance_m(here, target)
         if distance <= acceptance:
-            ap.say(Severity.INFO, f"Reached waypoint #{item.seq} dist {int(distance)}m")
+            plane.say(Severity.INFO, f"Reached waypoint #{item.seq} dist {int(distance)}m")
             return True
         if passed:
-            ap.say(Severity.INFO, f"Passed waypoint #{item.seq} dist {int(distance)}m")
+            plane.say(Severity.INFO, f"Passed waypoint #{item.seq} dist {int(distance)}m")
             return True
         return False
 
     # loiters
 
     def _start_loiter(self, item: StoredItem) -> None:
-        ap = self._ap
-        spot = ap.spot_of(item)
+        plane = self._plane
+        spot = plane.spot_of(item)
         radius = item.p2 if item.command == Cmd.NAV_LOITER_TO_ALT else item.p3
         spot.anticlockwise = radius < 0
         spot.exit_tangent = item.p4 == 1
-        ap.nav.set_next(spot)
-        ap.nav.loiter.clockwise = not spot.anticlockwise
+        self._nav.set_next(spot)
+        self._nav.loiter.clockwise = not spot.anticlockwise
 
     def _start_loiter_turns(self, item: StoredItem) -> None:
         self._start_loiter(item)
-        self._ap.nav.loiter.total_rad = max(0.0, item.p1) * math.tau
+        self._nav.loiter.total_rad = max(0.0, item.p1) * math.tau
 
     def _start_loiter_time(self, item: StoredItem) -> None:
         self._start_loiter(item)
-        self._ap.nav.loiter.duration_s = max(0.0, item.p1)
+        self._nav.loiter.duration_s = max(0.0, item.p1)
 
     def _verify_loiter_unlimited(self, item: StoredItem) -> bool:
-        self._ap.nav.fly_circle(abs(item.p3))
+        self._nav.fly_circle(abs(item.p3))
         return False
 
     def _verify_loiter_turns(self, item: StoredItem) -> bool:
-        ap, loiter = self._ap, self._ap.nav.loiter
-        ap.nav.fly_circle(abs(item.p3))
-        if not ap.on_circle:
+        plane, loiter = self._plane, self._nav.loiter
+        self._nav.fly_circle(abs(item.p3))
+        if not plane.on_circle:
             return False
         if not loiter.goal_met:
             if loiter.turned_rad <= loiter.total_rad or not loiter.counting:
@@ -196,93 +212,93 @@ class Commands:
         return self._leave_circle("Loiter orbits complete")
 
     def _verify_loiter_time(self, item: StoredItem) -> bool:
-        ap, loiter = self._ap, self._ap.nav.loiter
+        plane, loiter = self._plane, self._nav.loiter
         # The radius of a timed loiter is always WP_LOITER_RAD.
-        ap.nav.fly_circle()
+        self._nav.fly_circle()
         if loiter.started_s is None or not loiter.counting:
             return False
         if not loiter.goal_met:
-            if ap.time_s - loiter.started_s <= loiter.duration_s:
+            if plane.time_s - loiter.started_s <= loiter.duration_s:
                 return False
             self._goal_met()
         return self._leave_circle("Loiter time complete")
 
     def _verify_loiter_to_alt(self, item: StoredItem) -> bool:
-        ap, loiter = self._ap, self._ap.nav.loiter
-        ap.nav.fly_circle(abs(item.p2))
+        plane, loiter = self._plane, self._nav.loiter
+        self._nav.fly_circle(abs(item.p2))
         if not loiter.goal_met:
             if not loiter.counting or not (loiter.reached_alt or loiter.stuck):
                 return False
             if loiter.stuck:
-                ap.say(Severity.INFO, f"Loiter to alt was stuck at {int(ap.here().alt_m)}")
+                plane.say(Severity.INFO, f"Loiter to alt was stuck at {int(plane.here().alt_m)}")
             self._goal_met()
         return self._leave_circle("Loiter to alt complete")
 
     def _goal_met(self) -> None:
-        self._ap.nav.loiter.goal_met = True
-        self._ap.nav.loiter.turned_rad = 0.0
+        self._nav.loiter.goal_met = True
+        self._nav.loiter.turned_rad = 0.0
 
     def _leave_circle(self, text: str) -> bool:
-        ap = self._ap
-        current = ap.mission.nav
-        following = None if current is None else ap.mission.next_nav(current.seq + 1)
-        target = None if following is None else ap.spot_of(following, or_none=True)
-        if not ap.nav.lined_up(target):
+        plane = self._plane
+        current = self._mission.nav
+        following = None if current is None else self._mission.next_nav(current.seq + 1)
+        target = None if following is None else plane.spot_of(following, or_none=True)
+        if not self._nav.lined_up(target):
             return False
-        ap.say(Severity.INFO, text)
+        plane.say(Severity.INFO, text)
         return True
 
     # take-off and landing
 
     def _start_takeoff(self, item: StoredItem) -> None:
-        ap = self._ap
-        nav = ap.nav
-        spot = ap.spot_of(item)
-        nav.previous = ap.here()
+        plane = self._plane
+        nav = self._nav
+        spot = plane.spot_of(item)
+        nav.previous = plane.here()
         # The place of a take-off item means nothing: straight ahead it goes.
-        nav.next = Spot(ap.home.n_m, ap.home.e_m, spot.alt_m)
+        nav.next = Spot(plane.home.n_m, plane.home.e_m, spot.alt_m)
         nav.hold_course_rad = None
         nav.reset_slope()
         self.takeoff_complete = False
-        ap.climbout.begin_climb(item.p1 if item.p1 > 0 else 4.0, spot.alt_m - ap.home.alt_m)
+        self._climbout.begin_climb(item.p1 if item.p1 > 0 else 4.0, spot.alt_m - plane.home.alt_m)
 
     def _verify_takeoff(self, item: StoredItem) -> bool:
-        if not self._ap.climbout.verify():
+        if not self._climbout.verify():
             return False
         self.takeoff_complete = True
         return True
 
     def _verify_land(self, item: StoredItem) -> bool:
-        self._ap.landing.verify()
+        self._landing.verify()
         return False
 
     # heights and waits
 
     def _start_change_alt(self, item: StoredItem) -> None:
-        ap = self._ap
-        nav = ap.nav
+        plane = self._plane
+        nav = self._nav
         if distance_m(nav.previous, nav.next) < 0.1:
             # No leg to go on along: take the course of the moment.
-            est = ap.est
+            est = plane.est
             course = math.atan2(est.velocity_e_m_s, est.velocity_n_m_s)
             nav.hold_course_rad = None
             nav.next = nav.next.moved(course, 1000.0)
         else:
             nav.next = nav.next.copy()
-        nav.next.alt_m = ap.alt_of(item)
+        nav.next.alt_m = plane.alt_of(item)
         self._change_alt_kind = int(item.p1)
         nav.reset_slope()
         nav.reset_loiter()
 
     def _verify_change_alt(self, item: StoredItem) -> bool:
-        ap = self._ap
-        nav = ap.nav
-        if distance_m(ap.here(), nav.next) < 200.0:
+        plane = self._plane
+        nav = self._nav
+        if distance_m(plane.here(), nav.next) < 200.0:
             nav.next = nav.next.moved(
                 math.atan2(nav.next.e_m - nav.previous.e_m, nav.next.n_m - nav.previous.n_m), 300.0
             )
         nav.fly_leg(nav.previous, nav.next)
-        error = ap.here().alt_m - nav.next.alt_m
+        error = plane.here().alt_m - nav.next.alt_m
         if self._change_alt_kind == 1:
             return error >= 0.0
         if self._change_alt_kind == 2:
@@ -290,25 +306,25 @@ class Commands:
         return abs(error) <= 5.0
 
     def _verify_altitude_wait(self, item: StoredItem) -> bool:
-        ap = self._ap
+        plane = self._plane
         # The height of this command is always above mean sea level.
-        if ap.here().alt_m > item.p1:
-            ap.say(Severity.INFO, "Reached altitude")
+        if plane.here().alt_m > item.p1:
+            plane.say(Severity.INFO, "Reached altitude")
             return True
-        sink = ap.est.velocity_d_m_s
+        sink = plane.est.velocity_d_m_s
         if item.p2 > 0 and sink > item.p2:
-            ap.say(Severity.INFO, f"Reached descent rate {sink:.1f} m/s")
+            plane.say(Severity.INFO, f"Reached descent rate {sink:.1f} m/s")
             return True
         return False
 
     def _start_delay(self, item: StoredItem) -> None:
         seconds = item.p1 if item.p1 > 0 else self._until_utc_s(int(item.p2), int(item.p3), int(item.p4))
-        self._delay_until_s = self._ap.time_s + seconds
-        self._ap.say(Severity.INFO, f"Delaying {int(seconds)} sec")
+        self._delay_until_s = self._plane.time_s + seconds
+        self._plane.say(Severity.INFO, f"Delaying {int(seconds)} sec")
 
     def _until_utc_s(self, hour: int, minute: int, second: int) -> float:
         """Seconds until a time of day, the next one that fits; −1 is any (AP_RTC::get_time_utc). 0 while the time is unknown."""
-        now_s = self._ap.utc_s()
+        now_s = self._plane.utc_s()
         if now_s is None:
             return 0.0
         if hour != -1:
@@ -327,15 +343,15 @@ class Commands:
     # a script that is not there
 
     def _start_script(self, _item: StoredItem) -> None:
-        ap, est = self._ap, self._ap.est
-        self._script_until_s = ap.time_s + _SCRIPT_SILENCE_S
+        plane, est = self._plane, self._plane.est
+        self._script_until_s = plane.time_s + _SCRIPT_SILENCE_S
         self._script_attitude = (est.roll_rad, est.pitch_rad)
-        self._script_throttle = ap.throttle
+        self._script_throttle = plane.throttle
 
     @property
     def scripted(self) -> bool:
         """True while a script may fly the plane."""
-        return self._script_until_s is not None and self._ap.nav_command == Cmd.NAV_SCRIPT_TIME
+        return self._script_until_s is not None and self._mission.nav_command == Cmd.NAV_SCRIPT_TIME
 
     def order_script(self) -> None:
         """What ArduPlane flies until the first word of the script: attitude and throttle of the moment the item began.
@@ -343,48 +359,48 @@ class Commands:
         ArduPlane holds the rates of that moment; between waypoints they are next to none.
         """
         roll_rad, pitch_rad = self._script_attitude
-        self._ap.pilot.fly_bank(roll_rad)
-        self._ap.pilot.fly_pitch(pitch_rad, self._script_throttle)
+        self._plane.pilot.fly_bank(roll_rad)
+        self._plane.pilot.fly_pitch(pitch_rad, self._script_throttle)
 
     def _verify_script(self, _item: StoredItem) -> bool:
-        ap = self._ap
-        if self._script_until_s is not None and ap.time_s > self._script_until_s:
+        plane = self._plane
+        if self._script_until_s is not None and plane.time_s > self._script_until_s:
             # Nobody gives orders: this plane runs no scripts.
             self._script_until_s = None
-            ap.say(Severity.INFO, "NavScript time out")
+            plane.say(Severity.INFO, "NavScript time out")
         return self._script_until_s is None
 
     def _start_condition_delay(self, item: StoredItem) -> None:
-        self._condition_s = self._ap.time_s + max(0.0, item.p1)
+        self._condition_s = self._plane.time_s + max(0.0, item.p1)
 
     # at once
 
     def _change_speed(self, item: StoredItem) -> None:
-        self._ap.change_speed(int(item.p1), item.p2, item.p3)
+        self._energy.change_speed(int(item.p1), item.p2, item.p3)
 
     def _set_home(self, item: StoredItem) -> None:
-        ap = self._ap
+        plane = self._plane
         if item.p1 == 1:
-            ap.set_home(None, None, None)
+            plane.set_home(None, None, None)
         else:
-            ap.set_home(item.lat_deg, item.lon_deg, ap.alt_of(item))
+            plane.set_home(item.lat_deg, item.lon_deg, plane.alt_of(item))
 
     def _inverted(self, item: StoredItem) -> None:
         if item.p1 in (0, 1):
-            self._ap.say(Severity.INFO, f"Set inverted {int(item.p1)}")
+            self._plane.say(Severity.INFO, f"Set inverted {int(item.p1)}")
 
     def _fence(self, item: StoredItem) -> None:
-        if self._ap.on_fence_enable is not None:
-            self._ap.on_fence_enable(int(item.p1))
+        if self._plane.on_fence_enable is not None:
+            self._plane.on_fence_enable(int(item.p1))
 
     def _gripper(self, item: StoredItem) -> None:
-        self._ap.say(Severity.INFO, "Gripper Grabbed" if item.p2 == 1 else "Gripper Released")
+        self._plane.say(Severity.INFO, "Gripper Grabbed" if item.p2 == 1 else "Gripper Released")
 
     def _repeat_dist(self, item: StoredItem) -> None:
-        self._ap.mission.repeat_on_resume(max(0.0, item.p1))
-        self._ap.say(Severity.INFO, f"Resume repeat dist set to {int(item.p1)} m")
+        self._mission.repeat_on_resume(max(0.0, item.p1))
+        self._plane.say(Severity.INFO, f"Resume repeat dist set to {int(item.p1)} m")
 
     def _trigger_distance(self, item: StoredItem) -> None:
-        self._ap.trigger_distance_m = max(0.0, item.p1)
+        self._plane.trigger_distance_m = max(0.0, item.p1)
         if item.p3 == 1:
-            self._ap.take_picture()
+            self._plane.take_picture()

@@ -7,33 +7,22 @@ home, speed. Where to go is :mod:`navigator`'s, what a mission command means :mo
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Literal, overload
 
-from vencejo._native import PlanePilot
-from vencejo.sim.battery import Battery
-from vencejo.sim.dynamics import Dynamics
 from vencejo.sim.hand import CARRY_HEIGHT_M, Hand
-from vencejo.sim.sensors import Sensors
-from vencejo.sim.wind import Wind
 
 from .commands import Commands
-from .geo import LocalFrame, Spot, distance_m, wrap_pi
+from .energy import Energy
+from .geo import Spot, distance_m, wrap_pi
 from .interface import (
     DT_S,
     Armed,
-    CameraTriggered,
     Disarmed,
     EkfFlag,
-    Event,
     FenceBreach,
-    HomeChanged,
     LandedState,
     MavResult,
     MissionCurrentChanged,
-    MissionItemReached,
     MissionState,
     Mode,
     ModeChanged,
@@ -44,22 +33,19 @@ from .interface import (
     Severity,
     SimConfig,
     Snapshot,
-    StatusText,
     StoredItem,
     SystemState,
 )
 from .landing import Landing
 from .mission import MissionRunner, RunState
-from .modes import AutoMode, FlightMode, GuidedMode, TakeoffMode, make_modes
+from .modes import Controls, FlightMode, GuidedMode, TakeoffMode, make_modes
 from .names import AT_ONCE, Cmd
 from .navigator import Navigator
-from .radio import Radio
+from .plane import Plane
 from .takeoff import Takeoff
-from .tuning import Tuning
 
-__all__ = ["Autopilot", "Estimate"]
+__all__ = ["Autopilot"]
 
-_EVENT_LIMIT = 1024
 _NAVIGATE_TICKS = 10
 _STICK_TICKS = 2
 _FLYING_TICKS = 20
@@ -86,29 +72,7 @@ _BOOT_TEXTS: tuple[tuple[float, Severity, str], ...] = (
 """What ArduPlane says while it starts, with the time since boot in seconds."""
 
 
-@dataclass(slots=True)
-class Estimate:
-    """The state as the autopilot believes it; the estimator itself is not modelled, its errors are."""
-
-    n_m: float = 0.0
-    e_m: float = 0.0
-    alt_m: float = 0.0
-    velocity_n_m_s: float = 0.0
-    velocity_e_m_s: float = 0.0
-    velocity_d_m_s: float = 0.0
-    groundspeed_m_s: float = 0.0
-    roll_rad: float = 0.0
-    pitch_rad: float = 0.0
-    yaw_rad: float = 0.0
-    p_rad_s: float = 0.0
-    q_rad_s: float = 0.0
-    r_rad_s: float = 0.0
-    airspeed_m_s: float = 0.0
-    eas_to_tas: float = 1.0
-    forward_accel_m_s2: float = 0.0
-
-
-class Autopilot:
+class Autopilot(Plane):
     """One simulated plane.
 
     Parameters
@@ -140,72 +104,45 @@ class Autopilot:
         plan: PlanView,
         prearm: Callable[[], list[str]] | None = None,
     ) -> None:
-        self.config = config
         self.prearm: Callable[[], list[str]] = prearm if prearm is not None else list
-        self.on_fence_enable: Callable[[int], None] | None = None
-        """Called with 0 or 1 by DO_FENCE_ENABLE (2 disables the floor only)."""
-        self.utc_s: Callable[[], float | None] = lambda: None
-        """Answers the time in seconds since 1970, None while it is unknown; for NAV_DELAY."""
-        self.tune = Tuning(params)
-        self._plan = plan
-        self._events: deque[Event] = deque(maxlen=_EVENT_LIMIT)
-        self._boot()
+        super().__init__(config, params, plan)
 
     def _boot(self) -> None:
-        config = self.config
+        super()._boot()
         self._tick = 0
-        self.time_s = 0.0
-        self.frame = LocalFrame(config.home_lat_deg, config.home_lon_deg)
-        self.body = Dynamics(
-            lat_deg=config.home_lat_deg,
-            lon_deg=config.home_lon_deg,
-            ground_amsl_m=config.home_alt_amsl_m,
-            heading_deg=config.heading_deg,
-            dt_s=DT_S,
-        )
         self._hand: Hand | None = None
         self._landings: tuple[tuple[float, float], ...] = ()
         self._landings_revision = -1
-        self.wind = Wind(config.wind_m_s, config.wind_from_deg, config.gust_m_s, config.seed)
-        self.sensors = Sensors(seed=config.seed, lat_deg=config.home_lat_deg, lon_deg=config.home_lon_deg)
-        self.battery = Battery(capacity_mah=self.tune["BATT_CAPACITY"])
-        self._errors = self.sensors.errors(0.0)
-        self.est = Estimate()
-        self._estimate()
-        self.home = Spot(0.0, 0.0, config.home_alt_amsl_m)
-        self._home_lat_lon = (config.home_lat_deg, config.home_lon_deg)
-        self.rc = Radio()
-        self.pilot = PlanePilot()
-        self.pilot.set_params(self.tune.for_pilot())
-        self._surfaces = (0.0, 0.0, 0.0, 0.0)
-
-        self.armed = False
-        self.throttle_suppressed = True
-        self.is_flying = False
-        self.flying_since_s: float | None = None
         self._flying_probability = 0.0
         self._last_flying_s: float | None = None
-        self._wind_estimate = (0.0, 0.0)
-        self._new_airspeed_m_s: float | None = None
-        self._min_groundspeed_m_s: float | None = None
-        self._cruise_throttle: float | None = None
         self._gcs_failsafe = False
         self._failsafe_pending = False
         self._breach: FenceBreach | None = None
         self._in_fence_recovery = False
         self._ground_heading_rad = self.body.yaw_rad
-        self.trigger_distance_m = 0.0
-        self._last_picture: tuple[float, float] | None = None
-        self._pictures = 0
-        self.resume_forced = False
 
         self.mission = MissionRunner(self._plan, self)
         self._mission_current = 0
-        self.climbout = Takeoff(self)
-        self.landing = Landing(self)
-        self.nav = Navigator(self)
-        self.commands = Commands(self)
-        self._modes = make_modes(self)
+        self.nav = Navigator(self, self.mission)
+        self.climbout = Takeoff(self, self.nav)
+        self.landing = Landing(self, self.nav, self.climbout, self.mission)
+        self.energy = Energy(self, self.nav, self.landing)
+        self.commands = Commands(
+            self, self.nav, self.mission, self.climbout, self.landing, self.energy, self.change_mode
+        )
+        self._modes = make_modes(
+            Controls(
+                self,
+                self.nav,
+                self.mission,
+                self.climbout,
+                self.landing,
+                self.energy,
+                self.commands,
+                self.change_mode,
+                self.enter_auto_to_land,
+            )
+        )
         self.mode: FlightMode = self._modes[Mode.MANUAL]
         self._pending_texts = list(_BOOT_TEXTS)
         self._home_found = False
@@ -257,27 +194,6 @@ class Autopilot:
         )
         battery.draw(body.motor_a, DT_S)
         self._estimate()
-
-    def _estimate(self) -> None:
-        body, est, errors = self.body, self.est, self._errors
-        north, east = self.frame.to_plane(body.lat_deg, body.lon_deg)
-        est.n_m = north + errors.north_m
-        est.e_m = east + errors.east_m
-        est.alt_m = body.alt_amsl_m - 0.112 + errors.up_m
-        vn, ve = body.velocity_n_m_s, body.velocity_e_m_s
-        est.velocity_n_m_s = vn
-        est.velocity_e_m_s = ve
-        est.velocity_d_m_s = body.velocity_d_m_s
-        est.groundspeed_m_s = math.sqrt(vn * vn + ve * ve)
-        est.roll_rad = body.roll_rad + errors.roll_rad
-        est.pitch_rad = body.pitch_rad + errors.pitch_rad
-        est.yaw_rad = wrap_pi(body.yaw_rad + errors.yaw_rad)
-        est.p_rad_s = body.p_rad_s
-        est.q_rad_s = body.q_rad_s
-        est.r_rad_s = body.r_rad_s
-        est.airspeed_m_s = max(0.0, body.airspeed_m_s + errors.airspeed_m_s)
-        est.eas_to_tas = body.eas_to_tas
-        est.forward_accel_m_s2 = body.accel_x_m_s2
 
     def _navigate(self) -> None:
         """Everything that runs 10 times a second."""
@@ -337,20 +253,16 @@ class Autopilot:
             self.climbout.throw()
 
     def _navigates(self) -> bool:
-        return self.mode.number in (Mode.AUTO, Mode.RTL, Mode.LOITER, Mode.GUIDED, Mode.TAKEOFF)
+        return self.flight_mode in (Mode.AUTO, Mode.RTL, Mode.LOITER, Mode.GUIDED, Mode.TAKEOFF)
 
     def _climbing_out(self) -> bool:
         mode = self.mode
         if isinstance(mode, TakeoffMode):
             return mode.climbing
         return self.in_auto and (
-            (not self.commands.takeoff_complete and self.nav_command == Cmd.NAV_TAKEOFF) or self.landing.aborting
+            (not self.commands.takeoff_complete and self.mission.nav_command == Cmd.NAV_TAKEOFF)
+            or self.landing.aborting
         )
-
-    @property
-    def nav_command(self) -> int | None:
-        """Number of the navigation command of the mission."""
-        return None if self.mission.nav is None else self.mission.nav.command
 
     def _judge_flying(self) -> None:
         """ArduPlane's guess, 5 times a second: moving through the air or over ground, low-passed."""
@@ -404,46 +316,7 @@ class Autopilot:
             self.say(Severity.INFO, "Auto disarmed")
             self.landing.report_rest()
 
-    # orders that several modes give
-
-    def order_energy(self) -> None:
-        """Target height and speed by total energy."""
-        tune = self.tune
-        high = tune["PTCH_LIM_MAX_DEG"]
-        if tune["TECS_PITCH_MAX"] > 0:
-            high = min(high, tune["TECS_PITCH_MAX"])
-        low = tune["PTCH_LIM_MIN_DEG"]
-        if tune["TECS_PITCH_MIN"] < 0:
-            low = max(low, tune["TECS_PITCH_MIN"])
-        self.pilot.fly_energy(
-            self.nav.target_alt_m,
-            self.target_airspeed_m_s(),
-            False,
-            math.radians(low),
-            math.radians(high),
-            max(0.0, tune["THR_MIN"]) * 0.01,
-            tune["THR_MAX"] * 0.01,
-        )
-
-    def stick_pitch_rad(self, stick: float) -> float:
-        """Pitch that a stick asks for, within PTCH_LIM_MAX_DEG and PTCH_LIM_MIN_DEG."""
-        limit = self.tune["PTCH_LIM_MAX_DEG"] if stick >= 0 else -self.tune["PTCH_LIM_MIN_DEG"]
-        return math.radians(stick * limit)
-
-    def throttle_ramp(self, target: float) -> float:
-        """Throttle on its way to a target, 0.1 s at 100 %/s further than it is."""
-        return min(target, self._surfaces[3] + 0.1)
-
-    def bank_limit_deg(self) -> float:
-        """ROLL_LIMIT_DEG, less when the airspeed does not carry the load of so steep a turn."""
-        limit = self.tune["ROLL_LIMIT_DEG"]
-        if self.tune["STALL_PREVENTION"] == 0 or not self.is_flying:
-            return limit
-        ratio = self.est.airspeed_m_s / max(1.0, self.tune["AIRSPEED_MIN"])
-        load = ratio * ratio
-        if load <= 1.0:
-            return min(limit, 25.0)
-        return min(limit, max(25.0, math.degrees(math.acos(1.0 / load))))
+    # limits
 
     def _bank_max_deg(self) -> float:
         limit = self.bank_limit_deg()
@@ -455,111 +328,6 @@ class Autopilot:
         if isinstance(mode, GuidedMode) and mode.heading is not None:
             return min(limit, math.degrees(mode.heading[2]))
         return limit
-
-    def target_airspeed_m_s(self) -> float:
-        """Airspeed to fly, m/s EAS."""
-        tune = self.tune
-        slow, fast = tune["AIRSPEED_MIN"], tune["AIRSPEED_MAX"]
-        target = tune["AIRSPEED_CRUISE"]
-        if self.mode.number in (Mode.FBWB, Mode.CRUISE):
-            target = slow + (fast - slow) * self.rc.throttle()
-        elif self.landing.active and not self.landing.aborting:
-            target = self.landing.airspeed_m_s()
-        elif self._new_airspeed_m_s is not None and self.mode.number in (Mode.AUTO, Mode.GUIDED):
-            target = self._new_airspeed_m_s
-        least = self._min_groundspeed_m_s if self._min_groundspeed_m_s is not None else tune["MIN_GROUNDSPEED"]
-        if least > 0 and self.mode.auto_throttle and self.mode.number is not Mode.CIRCLE:
-            est = self.est
-            ahead = est.velocity_n_m_s * math.cos(est.yaw_rad) + est.velocity_e_m_s * math.sin(est.yaw_rad)
-            target = max(target, est.airspeed_m_s + (least - ahead) / est.eas_to_tas)
-        return min(fast, max(slow, target))
-
-    def head_wind_m_s(self) -> float:
-        """Estimated wind against the nose."""
-        north, east = self._wind_estimate
-        return -(north * math.cos(self.est.yaw_rad) + east * math.sin(self.est.yaw_rad))
-
-    def wind_along_m_s(self, bearing: float) -> float:
-        """Estimated wind blowing along a bearing, negative against it."""
-        north, east = self._wind_estimate
-        return north * math.cos(bearing) + east * math.sin(bearing)
-
-    @property
-    def throttle(self) -> float:
-        """Present throttle, 0 to 1."""
-        return self._surfaces[3]
-
-    def l1_length_m(self) -> float:
-        """Present length of the lateral law."""
-        return self.pilot.track[4]
-
-    # places
-
-    def here(self) -> Spot:
-        """Where the plane believes it is."""
-        est = self.est
-        return Spot(est.n_m, est.e_m, est.alt_m)
-
-    @property
-    def alt_rel_home_m(self) -> float:
-        """Height above home."""
-        return self.est.alt_m - self.home.alt_m
-
-    @property
-    def on_circle(self) -> bool:
-        """True while an ordered circle is flown, not still approached."""
-        return self.pilot.on_circle
-
-    @property
-    def in_auto(self) -> bool:
-        """True in AUTO."""
-        return isinstance(self.mode, AutoMode)
-
-    def alt_of(self, item: StoredItem) -> float:
-        """Height of an item above mean sea level; terrain is flat here, at home's elevation."""
-        return item.alt_m if item.frame == 0 else item.alt_m + self.home.alt_m
-
-    @overload
-    def spot_of(self, item: StoredItem, *, or_none: Literal[False] = False) -> Spot: ...
-    @overload
-    def spot_of(self, item: StoredItem, *, or_none: Literal[True]) -> Spot | None: ...
-    def spot_of(self, item: StoredItem, *, or_none: bool = False) -> Spot | None:
-        """Place of an item; without one, where the plane is (or None), and without height, its height."""
-        if item.lat_deg == 0.0 and item.lon_deg == 0.0:
-            if or_none:
-                return None
-            here = self.here()
-            return here if item.alt_m == 0.0 else Spot(here.n_m, here.e_m, self.alt_of(item))
-        north, east = self.frame.to_plane(item.lat_deg, item.lon_deg)
-        return Spot(north, east, self.alt_of(item))
-
-    def distance_to_item(self, item: StoredItem) -> float | None:
-        """Distance to an item's place, or None without one."""
-        spot = self.spot_of(item, or_none=True)
-        if spot is None:
-            return None
-        here = self.here()
-        return math.hypot(distance_m(here, spot), spot.alt_m - here.alt_m)
-
-    def return_spot(self) -> Spot:
-        """Where RTL goes: the nearest rally point within RALLY_LIMIT_KM, or home at RTL_ALTITUDE."""
-        here = self.here()
-        altitude = self.tune["RTL_ALTITUDE"]
-        home = Spot(self.home.n_m, self.home.e_m, here.alt_m if altitude < 0 else self.home.alt_m + altitude)
-        best: Spot | None = None
-        for point in self._plan.rally:
-            north, east = self.frame.to_plane(point.lat_deg, point.lon_deg)
-            spot = Spot(north, east, point.alt_m + (self.home.alt_m if point.relative else 0.0))
-            if best is None or distance_m(here, spot) < distance_m(here, best):
-                best = spot
-        if best is None:
-            return home
-        limit = self.tune["RALLY_LIMIT_KM"] * 1000.0
-        if limit > 0 and distance_m(here, best) > limit and distance_m(here, home) < distance_m(here, best):
-            return home
-        if self.tune["RALLY_INCL_HOME"] != 0 and distance_m(here, home) < distance_m(here, best):
-            return home
-        return best
 
     # what the mission runner asks for
 
@@ -577,31 +345,6 @@ class Autopilot:
             self.change_mode(Mode.RTL, "mission end")
             self.say(Severity.INFO, "Mission complete, changing mode to RTL")
 
-    def where(self) -> tuple[float, float]:
-        """Latitude and longitude where the plane believes it is."""
-        return self.frame.to_earth(self.est.n_m, self.est.e_m)
-
-    # saying
-
-    def say(self, severity: Severity, text: str) -> None:
-        """Send a status text."""
-        self._events.append(StatusText(int(severity), text))
-
-    def item_reached(self, seq: int) -> None:
-        """Send MISSION_ITEM_REACHED."""
-        self._events.append(MissionItemReached(seq))
-
-    def circle_reached(self) -> None:
-        """A circle begins to be flown."""
-        if isinstance(self.mode, GuidedMode):
-            self.mode.circle_reached()
-
-    def events(self) -> list[Event]:
-        """Events since the last call, oldest first; at most 1,024 are kept (the oldest are dropped)."""
-        drained = list(self._events)
-        self._events.clear()
-        return drained
-
     # commands
 
     def arm(self, *, force: bool = False) -> MavResult:
@@ -611,7 +354,7 @@ class Autopilot:
         if not force:
             failures = list(self.prearm())
             if not self.mode.armable and not any("not armable" in failure for failure in failures):
-                failures.append(f"{self.mode.number.name} mode not armable")
+                failures.append(f"{self.flight_mode.name} mode not armable")
             if failures:
                 for failure in failures:
                     self.say(Severity.CRITICAL, f"Arm: {failure}")
@@ -641,8 +384,8 @@ class Autopilot:
         self.armed = False
         self.throttle_suppressed = True
         self.climbout.reset()
-        self._new_airspeed_m_s = None
-        self._min_groundspeed_m_s = None
+        self.energy.new_airspeed_m_s = None
+        self.energy.min_groundspeed_m_s = None
         self._events.append(Disarmed())
         self.say(Severity.INFO, "Throttle disarmed")
         if not self.in_auto:
@@ -664,12 +407,14 @@ class Autopilot:
 
     def change_mode(self, mode: Mode, reason: str) -> None:
         """Change the mode."""
-        if self.mode.number is mode:
+        if self.flight_mode is mode:
             return
         self.mode.leave()
         self.mode = self._modes[mode]
+        self.flight_mode = mode
+        self.energy.auto_throttle = self.mode.auto_throttle
         self.pilot.fly_level()
-        self._new_airspeed_m_s = None
+        self.energy.new_airspeed_m_s = None
         self.nav.hold_course_rad = None
         if not self.is_flying:
             self.throttle_suppressed = self.mode.auto_throttle or not self.armed
@@ -705,7 +450,7 @@ class Autopilot:
 
     def reposition(self, target: RepositionTarget) -> MavResult:
         """Fly to a point in GUIDED."""
-        if not target.change_mode and self.mode.number is not Mode.GUIDED:
+        if not target.change_mode and self.flight_mode is not Mode.GUIDED:
             return MavResult.DENIED
         values = (target.lat_deg, target.lon_deg, target.alt_m, target.radius_m)
         if any(value is not None and not math.isfinite(value) for value in values):
@@ -715,7 +460,7 @@ class Autopilot:
             return MavResult.DENIED
         if target.frame not in (0, 3, 10) or target.speed_m_s == 0.0:
             return MavResult.DENIED
-        if self.mode.number is not Mode.GUIDED:
+        if self.flight_mode is not Mode.GUIDED:
             result = self.set_mode(Mode.GUIDED)
             if result is not MavResult.ACCEPTED:
                 return result
@@ -739,26 +484,7 @@ class Autopilot:
 
     def change_speed(self, kind: int, speed_m_s: float, throttle_pct: float) -> MavResult:
         """Target airspeed (0), least ground speed (1) or cruise throttle."""
-        if not math.isfinite(speed_m_s):
-            return MavResult.DENIED
-        if kind == 0:
-            if speed_m_s == -2.0:
-                self._new_airspeed_m_s = None
-                return MavResult.ACCEPTED
-            if self.tune["AIRSPEED_MIN"] <= speed_m_s <= self.tune["AIRSPEED_MAX"]:
-                self._new_airspeed_m_s = speed_m_s
-                self.say(Severity.INFO, f"Set airspeed {int(speed_m_s)} m/s")
-                return MavResult.ACCEPTED
-        elif kind == 1:
-            self._min_groundspeed_m_s = max(0.0, speed_m_s)
-            self.say(Severity.INFO, f"Set groundspeed {int(max(0.0, speed_m_s))}")
-            return MavResult.ACCEPTED
-        if 0 < throttle_pct <= 100:
-            self._cruise_throttle = throttle_pct
-            self.pilot.set_params({**self.tune.for_pilot(), "TRIM_THROTTLE": throttle_pct})
-            self.say(Severity.INFO, f"Set throttle {int(throttle_pct)}")
-            return MavResult.ACCEPTED
-        return MavResult.FAILED
+        return self.energy.change_speed(kind, speed_m_s, throttle_pct)
 
     def change_altitude(self, alt_m: float, frame: int, rate_m_s: float = 0.0) -> MavResult:
         """Another height in GUIDED, at a climb rate or as fast as it goes (0)."""
@@ -784,23 +510,6 @@ class Autopilot:
         limit = math.atan(accel_m_s2 / 9.80665) if math.isfinite(accel_m_s2) and accel_m_s2 > 0 else math.radians(30.0)
         guided.heading = (kind, wrap_pi(math.radians(heading_deg)), limit)
         return MavResult.ACCEPTED
-
-    def set_home(self, lat_deg: float | None, lon_deg: float | None, alt_amsl_m: float | None) -> MavResult:
-        """Move home; all None is where the plane is."""
-        if lat_deg is None or lon_deg is None:
-            self._put_home(self.body.lat_deg, self.body.lon_deg, self.est.alt_m)
-            return MavResult.ACCEPTED
-        alt = self.home.alt_m if alt_amsl_m is None else alt_amsl_m
-        if not all(map(math.isfinite, (lat_deg, lon_deg, alt))) or abs(lat_deg) > 90 or abs(lon_deg) > 180:
-            return MavResult.DENIED
-        self._put_home(lat_deg, lon_deg, alt)
-        return MavResult.ACCEPTED
-
-    def _put_home(self, lat_deg: float, lon_deg: float, alt_m: float) -> None:
-        north, east = self.frame.to_plane(lat_deg, lon_deg)
-        self.home = Spot(north, east, alt_m)
-        self._home_lat_lon = (lat_deg, lon_deg)
-        self._events.append(HomeChanged(lat_deg, lon_deg, alt_m))
 
     def do_mission_command(self, item: StoredItem) -> MavResult:
         """A mission command sent on its own."""
@@ -909,7 +618,7 @@ class Autopilot:
         self.rc.clear()
         action = int(self.tune["FS_LONG_ACTN"])
         target: Mode | None = {0: None, 1: Mode.RTL, 2: Mode.FBWA, 4: Mode.AUTO}.get(action)
-        mode = self.mode.number
+        mode = self.flight_mode
         if mode is Mode.AUTO and (self.landing.active or self.mission.in_landing_sequence):
             target = None
         elif mode is Mode.RTL:
@@ -922,7 +631,7 @@ class Autopilot:
                 target = Mode.RTL
         if target is not None:
             self.change_mode(target, "GCS failsafe")
-        self.say(Severity.WARNING, f"GCS Failsafe On: {self.mode.number.name}")
+        self.say(Severity.WARNING, f"GCS Failsafe On: {self.flight_mode.name}")
 
     def fence_breached(self, kind: FenceBreach | None) -> None:
         """A fence was crossed, or all are clear again (None)."""
@@ -959,32 +668,6 @@ class Autopilot:
 
     # camera
 
-    def take_picture(self) -> None:
-        """Trigger the camera."""
-        self._pictures += 1
-        self._last_picture = (self.est.n_m, self.est.e_m)
-        est = self.est
-        lat, lon = self.frame.to_earth(est.n_m, est.e_m)
-        self._events.append(
-            CameraTriggered(
-                index=self._pictures,
-                lat_deg=lat,
-                lon_deg=lon,
-                alt_amsl_m=est.alt_m,
-                alt_rel_home_m=self.alt_rel_home_m,
-                roll_deg=math.degrees(est.roll_rad),
-                pitch_deg=math.degrees(est.pitch_rad),
-                yaw_deg=math.degrees(est.yaw_rad) % 360.0,
-            )
-        )
-
-    def _take_pictures(self) -> None:
-        if self.trigger_distance_m <= 0.0 or not self.is_flying:
-            return
-        last = self._last_picture
-        if last is None or math.hypot(self.est.n_m - last[0], self.est.e_m - last[1]) >= self.trigger_distance_m:
-            self.take_picture()
-
     def outlook(self) -> Outlook:
         """Where the plane truly is, for a camera on board."""
         body = self.body
@@ -1009,11 +692,6 @@ class Autopilot:
         )
 
     # telemetry
-
-    @property
-    def flight_mode(self) -> Mode:
-        """The present mode."""
-        return self.mode.number
 
     def snapshot(self) -> Snapshot:
         """The present instant."""

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
-from typing import TYPE_CHECKING
 
 from .geo import Spot, bearing_rad, distance_m, wrap_pi
 from .interface import Severity, StoredItem
-
-if TYPE_CHECKING:
-    from .core import Autopilot
+from .mission import MissionRunner
+from .navigator import Navigator
+from .plane import Plane
+from .takeoff import Takeoff
 
 __all__ = ["Landing", "Stage"]
 
@@ -46,8 +46,11 @@ class Stage(IntEnum):
 class Landing:
     """The landing of one plane, begun by NAV_LAND."""
 
-    def __init__(self, ap: Autopilot) -> None:
-        self._ap = ap
+    def __init__(self, plane: Plane, nav: Navigator, climbout: Takeoff, mission: MissionRunner) -> None:
+        self._plane = plane
+        self._nav = nav
+        self._climbout = climbout
+        self._mission = mission
         self.active = False
         self.stage = Stage.NORMAL
         self.aborting = False
@@ -66,21 +69,21 @@ class Landing:
 
     def begin(self, item: StoredItem) -> None:
         """Start NAV_LAND."""
-        ap = self._ap
-        self.active = True
+        plane = self._plane
+        self.active = self._nav.is_landing = True
         self.aborting = False
         self.stage = Stage.NORMAL
         self._slope = None
         self._fresh = False
-        self._groundspeed_m_s = ap.est.groundspeed_m_s
-        self._abort_alt_m = item.p1 if item.p1 > 0 else (ap.climbout.altitude_rel_m or 30.0)
-        spot = ap.spot_of(item)
-        ap.nav.set_next(spot)
-        ap.say(Severity.INFO, f"Landing approach start at {ap.alt_rel_home_m:.1f}m")
+        self._groundspeed_m_s = plane.est.groundspeed_m_s
+        self._abort_alt_m = item.p1 if item.p1 > 0 else (self._climbout.altitude_rel_m or 30.0)
+        spot = plane.spot_of(item)
+        self._nav.set_next(spot)
+        plane.say(Severity.INFO, f"Landing approach start at {plane.alt_rel_home_m:.1f}m")
 
     def end(self) -> None:
         """Another command or mode takes over."""
-        self.active = False
+        self.active = self._nav.is_landing = False
         self.aborting = False
         self.stage = Stage.NORMAL
         self._report = False
@@ -89,63 +92,63 @@ class Landing:
         """Break off; False when no landing is flown or the wheels are all but down."""
         if not self.active or self.aborting:
             return False
-        ap = self._ap
+        plane = self._plane
         self.aborting = True
         self.stage = Stage.NORMAL
-        ap.nav.hold_course_rad = ap.est.yaw_rad
-        ap.climbout.begin_climb(ap.climbout.pitch_deg or 10.0, self._abort_alt_m)
-        ap.say(Severity.NOTICE, f"Landing aborted, climbing to {self._abort_alt_m:.0f}m")
+        self._nav.hold_course_rad = plane.est.yaw_rad
+        self._climbout.begin_climb(self._climbout.pitch_deg or 10.0, self._abort_alt_m)
+        plane.say(Severity.NOTICE, f"Landing aborted, climbing to {self._abort_alt_m:.0f}m")
         return True
 
     # navigation, 10 times a second
 
     def verify(self) -> None:
         """Follow the runway and see which stage it is."""
-        ap = self._ap
-        nav = ap.nav
+        plane = self._plane
+        nav = self._nav
         if self.aborting:
             course = nav.hold_course_rad
             if course is not None:
-                ap.pilot.fly_heading(course)
-            if ap.alt_rel_home_m > self._abort_alt_m:
+                plane.pilot.fly_heading(course)
+            if plane.alt_rel_home_m > self._abort_alt_m:
                 self.end()
-                if not ap.mission.restart_landing(ap.distance_to_item):
-                    ap.mission.stop()
+                if not self._mission.restart_landing(plane.distance_to_item):
+                    self._mission.stop()
             return
-        height = ap.here().alt_m - nav.next.alt_m
-        sink = ap.est.velocity_d_m_s
+        height = plane.here().alt_m - nav.next.alt_m
+        sink = plane.est.velocity_d_m_s
         # Gusts do not move the aim point.
-        self._groundspeed_m_s += (ap.est.groundspeed_m_s - self._groundspeed_m_s) * 0.05
+        self._groundspeed_m_s += (plane.est.groundspeed_m_s - self._groundspeed_m_s) * 0.05
         if self.stage is Stage.NORMAL and self._fresh:
-            track = ap.pilot.track
+            track = plane.pilot.track
             lined_up = abs(track[2]) < math.radians(10.0)
             on_line = abs(track[3]) < 5.0
             part = nav.proportion
-            below = ap.here().alt_m < nav.previous.alt_m
+            below = plane.here().alt_m < nav.previous.alt_m
             if (
-                ap.mission.previous_nav_command == 31
+                self._mission.previous_nav_command == 31
                 or (part >= 0 and lined_up and on_line)
                 or (part > 0.15 and lined_up and below)
                 or part > 0.5
             ):
                 self.stage = Stage.APPROACH
-        tune = ap.tune
+        tune = plane.tune
         approaching = self.stage in (Stage.APPROACH, Stage.PREFLARE)
         flare_seconds = tune["LAND_FLARE_SEC"]
         low = height <= tune["LAND_FLARE_ALT"]
         # Not above twice LAND_FLARE_ALT, where the aim point expects it at the most.
         soon = flare_seconds > 0 and height <= sink * flare_seconds and nav.proportion > 0.5
         soon = soon and (tune["LAND_FLARE_ALT"] <= 0 or height <= 2.0 * tune["LAND_FLARE_ALT"])
-        crashed = abs(sink) < 0.2 and not ap.is_flying
+        crashed = abs(sink) < 0.2 and not plane.is_flying
         if self.stage is not Stage.FINAL and ((approaching and (low or soon)) or nav.proportion >= 1.0 or crashed):
             self.stage = Stage.FINAL
             self._report = True
             self._flare_height_m = max(0.5, height)
             self._flare_sink_m_s = max(0.0, sink)
-            distance = distance_m(ap.here(), nav.next)
-            ap.say(
+            distance = distance_m(plane.here(), nav.next)
+            plane.say(
                 Severity.INFO,
-                f"Flare {height:.1f}m sink={sink:.2f} speed={ap.est.groundspeed_m_s:.1f} dist={distance:.1f}",
+                f"Flare {height:.1f}m sink={sink:.2f} speed={plane.est.groundspeed_m_s:.1f} dist={distance:.1f}",
             )
         elif self.stage is Stage.APPROACH and tune["LAND_PF_ARSPD"] > 0:
             by_alt = 0 < height <= tune["LAND_PF_ALT"]
@@ -155,19 +158,19 @@ class Landing:
         self._fresh = True
         # The line goes on beyond the point, so that nothing turns when the plane floats past it.
         bearing = bearing_rad(nav.previous, nav.next)
-        ahead = nav.next.moved(bearing, distance_m(nav.previous, ap.here()) + 200.0)
+        ahead = nav.next.moved(bearing, distance_m(nav.previous, plane.here()) + 200.0)
         nav.fly_leg(nav.previous, ahead)
 
     def report_rest(self) -> None:
         """After disarming: say how far from the point the plane stands."""
         if self._report:
             self._report = False
-            distance = distance_m(self._ap.here(), self._ap.nav.next)
-            self._ap.say(Severity.INFO, f"Distance from LAND point={distance:.2f}m")
+            distance = distance_m(self._plane.here(), self._nav.next)
+            self._plane.say(Severity.INFO, f"Distance from LAND point={distance:.2f}m")
 
     def airspeed_m_s(self) -> float:
         """Target airspeed: the approach speed, and half of the head wind on top."""
-        tune = self._ap.tune
+        tune = self._plane.tune
         cruise, slowest = tune["AIRSPEED_CRUISE"], tune["AIRSPEED_MIN"]
         target = tune["TECS_LAND_ARSPD"] if tune["TECS_LAND_ARSPD"] >= 0 else 0.5 * (cruise + slowest)
         if self.stage is Stage.NORMAL:
@@ -175,14 +178,14 @@ class Landing:
         elif self.stage in (Stage.PREFLARE, Stage.FINAL) and tune["LAND_PF_ARSPD"] > 0:
             target = tune["LAND_PF_ARSPD"]
         part = min(1.0, max(0.0, tune["LAND_WIND_COMP"] * 0.01))
-        return min(max(target + part * self._ap.head_wind_m_s(), target), max(cruise, target))
+        return min(max(target + part * self._plane.head_wind_m_s(), target), max(cruise, target))
 
     def adjust_altitude(self) -> bool:
         """Target height on the glide slope; False while another rule gives it."""
         if not self.active or self.aborting or self.stage is Stage.NORMAL:
             return False
-        ap = self._ap
-        nav, tune = ap.nav, ap.tune
+        plane = self._plane
+        nav, tune = self._nav, plane.tune
         total = max(1.0, distance_m(nav.previous, nav.next))
         sink_height = nav.previous.alt_m - nav.next.alt_m
         groundspeed = max(0.5, self._groundspeed_m_s)
@@ -200,7 +203,7 @@ class Landing:
         slope = (sink_height - aim_height) / (total - flare_distance)
         self._slope = slope
         if first:
-            ap.say(Severity.INFO, f"Landing glide slope {math.degrees(math.atan(slope)):.1f} degrees")
+            plane.say(Severity.INFO, f"Landing glide slope {math.degrees(math.atan(slope)):.1f} degrees")
         # Aim beyond the ground, so that the target height has no kink near the runway.
         bearing = bearing_rad(nav.previous, nav.next)
         end = nav.next.moved(bearing, _PROJECTION_M - flare_distance)
@@ -215,50 +218,47 @@ class Landing:
         and 0.5 m/s: it floats longer from a higher flare and with the wind behind, and touches down at the same speed
         through the air.
         """
-        ap = self._ap
-        bearing = bearing_rad(ap.nav.previous, ap.nav.next)
-        tail_wind = ap.wind_along_m_s(bearing)
+        plane = self._plane
+        bearing = bearing_rad(self._nav.previous, self._nav.next)
+        tail_wind = plane.wind_along_m_s(bearing)
         seconds = _FLARE_S + _FLARE_S_PER_M * height + _FLARE_S_PER_M_S * max(0.0, tail_wind)
         # 50 is the default, and means as worked out.
-        seconds *= min(2.0, max(0.0, ap.tune["LAND_FLARE_AIM"] / 50.0))
-        touch_speed = max(0.0, _TOUCHDOWN_M_S * ap.est.eas_to_tas + _GROUND_WIND * tail_wind)
+        seconds *= min(2.0, max(0.0, plane.tune["LAND_FLARE_AIM"] / 50.0))
+        touch_speed = max(0.0, _TOUCHDOWN_M_S * plane.est.eas_to_tas + _GROUND_WIND * tail_wind)
         touch_speed = min(touch_speed, groundspeed)
         return 0.5 * (groundspeed + touch_speed) * seconds + touch_speed * touch_speed / (2.0 * _ROLL_DECEL_M_S2)
 
     # control
 
     def order(self) -> None:
-        """Pitch and throttle for this stage."""
-        ap = self._ap
-        tune = ap.tune
-        if self.aborting:
-            ap.climbout.order_climb()
-            return
-        nav = ap.nav
+        """Pitch and throttle for this stage, once it is no longer :data:`Stage.NORMAL`."""
+        plane = self._plane
+        tune = plane.tune
+        nav = self._nav
         pitch_max = math.radians(min(tune["PTCH_LIM_MAX_DEG"], tune["TECS_LAND_PMAX"]))
         pitch_min = math.radians(tune["PTCH_LIM_MIN_DEG"])
-        if self.stage is Stage.NORMAL:
-            ap.order_energy()
-        elif self.stage is not Stage.FINAL:
-            ap.pilot.fly_approach(
+        if self.stage is not Stage.FINAL:
+            plane.pilot.fly_approach(
                 nav.target_alt_m, self.airspeed_m_s(), nav.proportion, pitch_min, pitch_max, tune["THR_MAX"] * 0.01
             )
-        elif ap.body.on_wheels:
-            ap.pilot.fly_pitch(0.0, 0.0)
+        elif plane.body.on_wheels:
+            plane.pilot.fly_pitch(0.0, 0.0)
         else:
-            height = ap.here().alt_m - nav.next.alt_m
+            height = plane.here().alt_m - nav.next.alt_m
             # The nose must be up before the wheels touch.
             touch = math.radians(tune["LAND_PITCH_DEG"])
             part = min(1.0, max(0.0, (height - tune["TECS_FLARE_HGT"]) / max(0.5, self._flare_height_m)))
             low = touch + part * (math.radians(-12.0) - touch)
-            ap.pilot.fly_flare(height, self._flare_height_m, self._flare_sink_m_s, self.airspeed_m_s(), low, pitch_max)
+            plane.pilot.fly_flare(
+                height, self._flare_height_m, self._flare_sink_m_s, self.airspeed_m_s(), low, pitch_max
+            )
 
     def ground_heading_rad(self) -> float | None:
         """Runway heading to steer when rolling."""
         if not self.flaring:
             return None
-        return wrap_pi(bearing_rad(self._ap.nav.previous, self._ap.nav.next))
+        return wrap_pi(bearing_rad(self._nav.previous, self._nav.next))
 
     def target(self) -> Spot:
         """Where it lands."""
-        return self._ap.nav.next
+        return self._nav.next

@@ -98,6 +98,11 @@ class MissionRunner:
     # reading
 
     @property
+    def nav_command(self) -> int | None:
+        """Number of the navigation command that is flown."""
+        return None if self.nav is None else self.nav.command
+
+    @property
     def total(self) -> int:
         """Items without home."""
         return max(0, len(self._plan.mission) - 1)

@@ -3,17 +3,36 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from dataclasses import dataclass
 
+from .commands import Commands
+from .energy import Energy
 from .geo import Spot, bearing_rad, distance_m, wrap_pi
 from .interface import Mode, Severity
-from .mission import RunState
+from .landing import Landing, Stage
+from .mission import MissionRunner, RunState
 from .names import Cmd
+from .navigator import Navigator
+from .plane import Plane
+from .takeoff import Takeoff
 
-if TYPE_CHECKING:
-    from .core import Autopilot
+__all__ = ["Controls", "FlightMode", "GuidedMode", "TakeoffMode", "make_modes"]
 
-__all__ = ["FlightMode", "GuidedMode", "TakeoffMode", "make_modes"]
+
+@dataclass(frozen=True, slots=True)
+class Controls:
+    """What a mode flies the plane with."""
+
+    plane: Plane
+    nav: Navigator
+    mission: MissionRunner
+    climbout: Takeoff
+    landing: Landing
+    energy: Energy
+    commands: Commands
+    change_mode: Callable[[Mode, str], None]
+    enter_auto_to_land: Callable[[], None]
 
 
 class FlightMode:
@@ -28,8 +47,16 @@ class FlightMode:
     """The autopilot chooses the way (ArduPlane's ``does_auto_navigation``)."""
     armable = True
 
-    def __init__(self, ap: Autopilot) -> None:
-        self._ap = ap
+    def __init__(self, controls: Controls) -> None:
+        self._plane = controls.plane
+        self._nav = controls.nav
+        self._mission = controls.mission
+        self._climbout = controls.climbout
+        self._landing = controls.landing
+        self._energy = controls.energy
+        self._commands = controls.commands
+        self._change_mode = controls.change_mode
+        self._enter_auto_to_land = controls.enter_auto_to_land
 
     def enter(self) -> None:
         """The mode begins."""
@@ -45,7 +72,7 @@ class FlightMode:
 
     def adjust_altitude(self) -> None:
         """Target height."""
-        self._ap.nav.adjust_altitude()
+        self._nav.adjust_altitude()
 
 
 class ManualMode(FlightMode):
@@ -55,9 +82,9 @@ class ManualMode(FlightMode):
     stick = True
 
     def update(self) -> None:
-        rc = self._ap.rc
-        self._ap.pilot.stick_aileron(rc.stick(1))
-        self._ap.pilot.stick_elevator(rc.stick(2), rc.throttle())
+        rc = self._plane.rc
+        self._plane.pilot.stick_aileron(rc.stick(1))
+        self._plane.pilot.stick_elevator(rc.stick(2), rc.throttle())
 
 
 class StabilizeMode(FlightMode):
@@ -67,16 +94,16 @@ class StabilizeMode(FlightMode):
     stick = True
 
     def update(self) -> None:
-        ap = self._ap
-        roll, pitch = ap.rc.stick(1), ap.rc.stick(2)
+        plane = self._plane
+        roll, pitch = plane.rc.stick(1), plane.rc.stick(2)
         if abs(roll) > 0.5:
-            ap.pilot.stick_aileron(roll)
+            plane.pilot.stick_aileron(roll)
         else:
-            ap.pilot.fly_bank(2.0 * roll * math.radians(ap.bank_limit_deg()))
+            plane.pilot.fly_bank(2.0 * roll * math.radians(plane.bank_limit_deg()))
         if abs(pitch) > 0.5:
-            ap.pilot.stick_elevator(pitch, ap.rc.throttle())
+            plane.pilot.stick_elevator(pitch, plane.rc.throttle())
         else:
-            ap.pilot.fly_pitch(ap.stick_pitch_rad(2.0 * pitch), ap.rc.throttle())
+            plane.pilot.fly_pitch(plane.stick_pitch_rad(2.0 * pitch), plane.rc.throttle())
 
 
 class FbwaMode(FlightMode):
@@ -86,9 +113,9 @@ class FbwaMode(FlightMode):
     stick = True
 
     def update(self) -> None:
-        ap = self._ap
-        ap.pilot.fly_bank(ap.rc.stick(1) * math.radians(ap.bank_limit_deg()))
-        ap.pilot.fly_pitch(ap.stick_pitch_rad(ap.rc.stick(2)), ap.rc.throttle())
+        plane = self._plane
+        plane.pilot.fly_bank(plane.rc.stick(1) * math.radians(plane.bank_limit_deg()))
+        plane.pilot.fly_pitch(plane.stick_pitch_rad(plane.rc.stick(2)), plane.rc.throttle())
 
 
 class FbwbMode(FlightMode):
@@ -99,23 +126,23 @@ class FbwbMode(FlightMode):
     auto_throttle = True
 
     def enter(self) -> None:
-        self._ap.nav.target_alt_m = self._ap.here().alt_m
+        self._nav.target_alt_m = self._plane.here().alt_m
 
     def navigate(self) -> None:
         """Height follows the stick."""
         self._climb_with_stick()
 
     def update(self) -> None:
-        ap = self._ap
-        ap.pilot.fly_bank(ap.rc.stick(1) * math.radians(ap.bank_limit_deg()))
-        ap.order_energy()
+        plane = self._plane
+        plane.pilot.fly_bank(plane.rc.stick(1) * math.radians(plane.bank_limit_deg()))
+        self._energy.order()
 
     def adjust_altitude(self) -> None:
         """The stick does."""
 
     def _climb_with_stick(self) -> None:
-        ap = self._ap
-        ap.nav.target_alt_m += ap.rc.stick(2) * ap.tune["FBWB_CLIMB_RATE"] * 0.1
+        plane = self._plane
+        self._nav.target_alt_m += plane.rc.stick(2) * plane.tune["FBWB_CLIMB_RATE"] * 0.1
 
 
 class CruiseMode(FbwbMode):
@@ -123,8 +150,8 @@ class CruiseMode(FbwbMode):
 
     number = Mode.CRUISE
 
-    def __init__(self, ap: Autopilot) -> None:
-        super().__init__(ap)
+    def __init__(self, controls: Controls) -> None:
+        super().__init__(controls)
         self._start: Spot | None = None
         self._course_rad = 0.0
 
@@ -133,28 +160,28 @@ class CruiseMode(FbwbMode):
         self._start = None
 
     def navigate(self) -> None:
-        ap = self._ap
+        plane = self._plane
         self._climb_with_stick()
-        free = abs(ap.rc.stick(1)) < 0.01 and abs(ap.rc.stick(4)) < 0.01
+        free = abs(plane.rc.stick(1)) < 0.01 and abs(plane.rc.stick(4)) < 0.01
         if not free:
             self._start = None
-        elif self._start is None and ap.est.groundspeed_m_s > 3.0 and abs(ap.est.roll_rad) < math.radians(5.0):
-            self._start = ap.here()
-            self._course_rad = math.atan2(ap.est.velocity_e_m_s, ap.est.velocity_n_m_s)
+        elif self._start is None and plane.est.groundspeed_m_s > 3.0 and abs(plane.est.roll_rad) < math.radians(5.0):
+            self._start = plane.here()
+            self._course_rad = math.atan2(plane.est.velocity_e_m_s, plane.est.velocity_n_m_s)
         if self._start is not None:
-            nav = ap.nav
+            nav = self._nav
             nav.previous = self._start
             # Always a kilometre ahead.
-            nav.next = self._start.moved(self._course_rad, distance_m(self._start, ap.here()) + 1000.0)
+            nav.next = self._start.moved(self._course_rad, distance_m(self._start, plane.here()) + 1000.0)
             nav.next.alt_m = nav.target_alt_m
 
     def update(self) -> None:
-        ap = self._ap
+        plane = self._plane
         if self._start is None:
-            ap.pilot.fly_bank(ap.rc.stick(1) * math.radians(ap.bank_limit_deg()))
+            plane.pilot.fly_bank(plane.rc.stick(1) * math.radians(plane.bank_limit_deg()))
         else:
-            ap.nav.fly_leg(ap.nav.previous, ap.nav.next)
-        ap.order_energy()
+            self._nav.fly_leg(self._nav.previous, self._nav.next)
+        self._energy.order()
 
 
 class CircleMode(FlightMode):
@@ -166,13 +193,13 @@ class CircleMode(FlightMode):
     armable = False
 
     def enter(self) -> None:
-        self._ap.nav.stay()
-        self._ap.nav.reset_slope()
-        self._ap.nav.target_alt_m = self._ap.here().alt_m
+        self._nav.stay()
+        self._nav.reset_slope()
+        self._nav.target_alt_m = self._plane.here().alt_m
 
     def update(self) -> None:
-        self._ap.pilot.fly_bank(math.radians(self._ap.bank_limit_deg() / 3.0))
-        self._ap.order_energy()
+        self._plane.pilot.fly_bank(math.radians(self._plane.bank_limit_deg() / 3.0))
+        self._energy.order()
 
     def adjust_altitude(self) -> None:
         """Stays."""
@@ -187,17 +214,17 @@ class LoiterMode(FlightMode):
     armable = False
 
     def enter(self) -> None:
-        nav = self._ap.nav
+        nav = self._nav
         nav.stay()
         nav.reset_loiter()
         nav.reset_slope()
         nav.target_alt_m = nav.next.alt_m
 
     def navigate(self) -> None:
-        self._ap.nav.fly_circle()
+        self._nav.fly_circle()
 
     def update(self) -> None:
-        self._ap.order_energy()
+        self._energy.order()
 
 
 class RtlMode(FlightMode):
@@ -208,41 +235,41 @@ class RtlMode(FlightMode):
     navigates = True
     armable = False
 
-    def __init__(self, ap: Autopilot) -> None:
-        super().__init__(ap)
+    def __init__(self, controls: Controls) -> None:
+        super().__init__(controls)
         self._asked_for_landing = False
 
     def enter(self) -> None:
-        ap = self._ap
-        nav = ap.nav
+        plane = self._plane
+        nav = self._nav
         self._asked_for_landing = False
-        nav.set_guided(ap.return_spot())
+        nav.set_guided(plane.return_spot())
         nav.next_crosstrack = False
-        radius = ap.tune["RTL_RADIUS"]
-        nav.loiter.clockwise = (radius if radius != 0 else ap.tune["WP_LOITER_RAD"]) >= 0
+        radius = plane.tune["RTL_RADIUS"]
+        nav.loiter.clockwise = (radius if radius != 0 else plane.tune["WP_LOITER_RAD"]) >= 0
 
     def navigate(self) -> None:
-        ap = self._ap
-        nav = ap.nav
-        radius = ap.tune["RTL_RADIUS"]
+        plane = self._plane
+        nav = self._nav
+        radius = plane.tune["RTL_RADIUS"]
         if radius != 0:
             nav.loiter.clockwise = radius > 0
         nav.fly_circle(abs(radius))
         if self._asked_for_landing:
             return
-        autoland = int(ap.tune["RTL_AUTOLAND"])
-        there = ap.on_circle and abs(ap.here().alt_m - nav.target_alt_m) < 10.0
+        autoland = int(plane.tune["RTL_AUTOLAND"])
+        there = plane.on_circle and abs(plane.here().alt_m - nav.target_alt_m) < 10.0
         if autoland == 2 or (autoland == 1 and there):
             self._asked_for_landing = True
-            if ap.mission.jump_to_landing(ap.distance_to_item):
-                ap.enter_auto_to_land()
+            if self._mission.jump_to_landing(plane.distance_to_item):
+                self._enter_auto_to_land()
         elif autoland == 4:
             self._asked_for_landing = True
-            if ap.mission.jump_to_return_path(ap.distance_to_item):
-                ap.enter_auto_to_land()
+            if self._mission.jump_to_return_path(plane.distance_to_item):
+                self._enter_auto_to_land()
 
     def update(self) -> None:
-        self._ap.order_energy()
+        self._energy.order()
 
 
 class GuidedMode(FlightMode):
@@ -252,8 +279,8 @@ class GuidedMode(FlightMode):
     auto_throttle = True
     navigates = True
 
-    def __init__(self, ap: Autopilot) -> None:
-        super().__init__(ap)
+    def __init__(self, controls: Controls) -> None:
+        super().__init__(controls)
         self.radius_m = 0.0
         self.clockwise = True
         self.heading: tuple[int, float, float] | None = None
@@ -266,44 +293,40 @@ class GuidedMode(FlightMode):
         self.radius_m = 0.0
         self.heading = None
         self.climb_rate_m_s = 0.0
-        self.go_to(self._ap.here())
+        self.go_to(self._plane.here())
 
     def go_to(self, spot: Spot) -> None:
         """A new target."""
         self.heading = None
-        self._ap.nav.set_guided(spot)
+        self._nav.set_guided(spot)
         if self.radius_m > 0:
-            self._ap.nav.loiter.clockwise = self.clockwise
+            self._nav.loiter.clockwise = self.clockwise
 
     def navigate(self) -> None:
         """Where to go."""
-        nav = self._ap.nav
+        nav = self._nav
         if self.heading is None:
             nav.fly_circle(self.radius_m)
             return
         kind, angle, _ = self.heading
-        est = self._ap.est
+        est = self._plane.est
         drift = 0.0
         if kind == 0:
             drift = wrap_pi(est.yaw_rad - math.atan2(est.velocity_e_m_s, est.velocity_n_m_s))
-        self._ap.pilot.fly_heading(wrap_pi(angle + drift))
+        self._plane.pilot.fly_heading(wrap_pi(angle + drift))
 
     def update(self) -> None:
         """Orders to the control laws."""
-        self._ap.order_energy()
+        self._energy.order()
 
     def adjust_altitude(self) -> None:
         """Target height."""
-        nav = self._ap.nav
+        nav = self._nav
         if self.climb_rate_m_s > 0:
             step = self.climb_rate_m_s * 0.1
             nav.target_alt_m += min(step, max(-step, nav.next.alt_m - nav.target_alt_m))
         else:
             nav.adjust_altitude()
-
-    def circle_reached(self) -> None:
-        """The target is reached."""
-        self._ap.item_reached(0)
 
 
 class TakeoffMode(FlightMode):
@@ -313,8 +336,8 @@ class TakeoffMode(FlightMode):
     auto_throttle = True
     navigates = True
 
-    def __init__(self, ap: Autopilot) -> None:
-        super().__init__(ap)
+    def __init__(self, controls: Controls) -> None:
+        super().__init__(controls)
         self._start: Spot | None = None
         self.climbing = False
 
@@ -322,55 +345,55 @@ class TakeoffMode(FlightMode):
         """Set everything up."""
         self._start = None
         self.climbing = True
-        ap = self._ap
-        ap.climbout.begin_climb(ap.tune["TKOFF_LVL_PITCH"], ap.tune["TKOFF_ALT"])
+        plane = self._plane
+        self._climbout.begin_climb(plane.tune["TKOFF_LVL_PITCH"], plane.tune["TKOFF_ALT"])
 
     def navigate(self) -> None:
         """Where to go."""
-        ap = self._ap
-        nav, tune, est = ap.nav, ap.tune, ap.est
+        plane = self._plane
+        nav, tune, est = self._nav, plane.tune, plane.est
         alt, dist = tune["TKOFF_ALT"], tune["TKOFF_DIST"]
         if self._start is None:
-            here = ap.here()
+            here = plane.here()
             course = math.atan2(est.velocity_e_m_s, est.velocity_n_m_s)
-            if ap.is_flying and ap.flying_since_s is not None and ap.time_s - ap.flying_since_s > 10.0:
-                if ap.alt_rel_home_m >= alt:
-                    ap.say(Severity.INFO, "Above TKOFF alt - loitering")
+            if plane.is_flying and plane.flying_since_s is not None and plane.time_s - plane.flying_since_s > 10.0:
+                if plane.alt_rel_home_m >= alt:
+                    plane.say(Severity.INFO, "Above TKOFF alt - loitering")
                     nav.set_guided(here)
                     self.climbing = False
                 else:
-                    ap.say(Severity.INFO, "Climbing to TKOFF alt then loitering")
+                    plane.say(Severity.INFO, "Climbing to TKOFF alt then loitering")
                     target = here.moved(course, dist)
-                    target.alt_m = ap.home.alt_m + alt
+                    target.alt_m = plane.home.alt_m + alt
                     nav.set_guided(target)
                 self._start = here
-            elif not ap.throttle_suppressed and est.groundspeed_m_s > 0.3 * tune["AIRSPEED_MIN"]:
+            elif not plane.throttle_suppressed and est.groundspeed_m_s > 0.3 * tune["AIRSPEED_MIN"]:
                 heading = math.degrees(course) % 360.0
-                ap.say(Severity.INFO, f"Takeoff to {alt:.0f}m for {dist:.1f}m heading {heading:.1f} deg")
+                plane.say(Severity.INFO, f"Takeoff to {alt:.0f}m for {dist:.1f}m heading {heading:.1f} deg")
                 target = here.moved(course, dist)
                 target.alt_m = here.alt_m + alt
-                ap.climbout.altitude_rel_m = target.alt_m - ap.home.alt_m
+                self._climbout.altitude_rel_m = target.alt_m - plane.home.alt_m
                 nav.set_guided(target)
                 self._start = here
         if self._start is None:
-            ap.pilot.fly_level()
+            plane.pilot.fly_level()
             return
         if self.climbing:
-            high = ap.here().alt_m >= nav.next.alt_m - 2.0
-            if high or ap.climbout.is_level or distance_m(self._start, ap.here()) >= dist:
+            high = plane.here().alt_m >= nav.next.alt_m - 2.0
+            if high or self._climbout.is_level or distance_m(self._start, plane.here()) >= dist:
                 self.climbing = False
                 nav.target_alt_m = nav.next.alt_m
             else:
-                ap.pilot.fly_heading(bearing_rad(self._start, nav.next))
+                plane.pilot.fly_heading(bearing_rad(self._start, nav.next))
                 return
         nav.fly_circle()
 
     def update(self) -> None:
         """Orders to the control laws."""
         if self.climbing:
-            self._ap.climbout.order_climb()
+            self._climbout.order_climb(self._energy.airspeed_m_s())
         else:
-            self._ap.order_energy()
+            self._energy.order()
 
 
 class AutoMode(FlightMode):
@@ -381,52 +404,51 @@ class AutoMode(FlightMode):
     navigates = True
 
     def enter(self) -> None:
-        ap = self._ap
-        ap.nav.stay()
-        ap.mission.start_or_resume(restart=ap.tune["MIS_RESTART"] == 1 and not ap.resume_forced)
+        plane = self._plane
+        self._nav.stay()
+        self._mission.start_or_resume(restart=plane.tune["MIS_RESTART"] == 1 and not plane.resume_forced)
 
     def leave(self) -> None:
-        ap = self._ap
-        is_landing = ap.landing.active
-        ap.landing.end()
-        if ap.mission.state is RunState.RUNNING:
-            ap.mission.stop()
+        plane = self._plane
+        is_landing = self._landing.active
+        self._landing.end()
+        if self._mission.state is RunState.RUNNING:
+            self._mission.stop()
             if is_landing:
-                ap.mission.restart_landing(ap.distance_to_item)
-        ap.nav.hold_course_rad = None
+                self._mission.restart_landing(plane.distance_to_item)
+        self._nav.hold_course_rad = None
 
     def navigate(self) -> None:
-        ap = self._ap
-        for seq in ap.mission.update():
-            ap.item_reached(seq)
+        plane = self._plane
+        for seq in self._mission.update():
+            plane.item_reached(seq)
 
     def update(self) -> None:
-        ap = self._ap
-        if ap.mission.state is not RunState.RUNNING:
+        plane = self._plane
+        if self._mission.state is not RunState.RUNNING:
             # Its mission was removed, or a landing could not be restarted.
-            ap.change_mode(Mode.RTL, "mission end")
-            ap.say(Severity.INFO, "Aircraft in auto without a running mission")
+            self._change_mode(Mode.RTL, "mission end")
+            plane.say(Severity.INFO, "Aircraft in auto without a running mission")
             return
-        item = ap.mission.nav
-        command = None if item is None else item.command
-        if command == Cmd.NAV_TAKEOFF and not ap.commands.takeoff_complete:
-            ap.climbout.order_climb()
-        elif ap.landing.active:
-            ap.landing.order()
+        command = self._mission.nav_command
+        if (command == Cmd.NAV_TAKEOFF and not self._commands.takeoff_complete) or self._landing.aborting:
+            self._climbout.order_climb(self._energy.airspeed_m_s())
+        elif self._landing.active and self._landing.stage is not Stage.NORMAL:
+            self._landing.order()
         elif command == Cmd.NAV_ALTITUDE_WAIT:
-            ap.pilot.stick_aileron(0.0)
-            ap.pilot.stick_elevator(0.0, 0.0)
-        elif ap.commands.scripted:
-            ap.commands.order_script()
+            plane.pilot.stick_aileron(0.0)
+            plane.pilot.stick_elevator(0.0, 0.0)
+        elif self._commands.scripted:
+            self._commands.order_script()
         else:
-            ap.order_energy()
+            self._energy.order()
 
     def adjust_altitude(self) -> None:
-        if not self._ap.landing.adjust_altitude():
-            self._ap.nav.adjust_altitude()
+        if not self._landing.adjust_altitude():
+            self._nav.adjust_altitude()
 
 
-def make_modes(ap: Autopilot) -> dict[int, FlightMode]:
+def make_modes(controls: Controls) -> dict[int, FlightMode]:
     """Every mode of the simulated plane by its number."""
     kinds: tuple[type[FlightMode], ...] = (
         ManualMode,
@@ -441,4 +463,4 @@ def make_modes(ap: Autopilot) -> dict[int, FlightMode]:
         TakeoffMode,
         GuidedMode,
     )
-    return {int(kind.number): kind(ap) for kind in kinds}
+    return {int(kind.number): kind(controls) for kind in kinds}

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from .geo import Spot, bearing_rad, distance_m, wrap_pi
-
-if TYPE_CHECKING:
-    from .core import Autopilot
+from .interface import Mode
+from .mission import MissionRunner
+from .plane import Plane
 
 __all__ = ["Loiter", "Navigator"]
 
@@ -45,9 +44,10 @@ class Loiter:
 class Navigator:
     """Legs, circles and heights of one plane."""
 
-    def __init__(self, ap: Autopilot) -> None:
-        self._ap = ap
-        here = ap.here()
+    def __init__(self, plane: Plane, mission: MissionRunner) -> None:
+        self._plane = plane
+        self._mission = mission
+        here = plane.here()
         self.previous = here
         self.next = here.copy()
         self.crosstrack = False
@@ -57,6 +57,8 @@ class Navigator:
         self.turn_angle_deg = 90.0
         self.loiter = Loiter()
         self.hold_course_rad: float | None = None
+        self.is_landing = False
+        """The leg is a landing's, whose slope is flown however small it is."""
         self.target_alt_m = here.alt_m
         self._offset_m = 0.0
         """Height between start and end of a sloped leg; 0 when the target is simply the end's height."""
@@ -65,7 +67,7 @@ class Navigator:
 
     def set_next(self, spot: Spot) -> None:
         """Fly to the next waypoint of a mission, along the line from the last one."""
-        here = self._ap.here()
+        here = self._plane.here()
         if self.next_crosstrack:
             self.previous = self.next
             self.crosstrack = True
@@ -84,11 +86,11 @@ class Navigator:
 
     def set_guided(self, spot: Spot) -> None:
         """Fly straight to a point that no mission gave."""
-        here = self._ap.here()
+        here = self._plane.here()
         self.previous = here
         self.next = spot
         self.crosstrack = False
-        self.loiter.clockwise = not (self._ap.tune["WP_LOITER_RAD"] < 0 or spot.anticlockwise)
+        self.loiter.clockwise = not (self._plane.tune["WP_LOITER_RAD"] < 0 or spot.anticlockwise)
         self.target_alt_m = here.alt_m
         self.reset_loiter()
         self.update_distance()
@@ -97,7 +99,7 @@ class Navigator:
 
     def stay(self) -> None:
         """The next point is here."""
-        self.previous = self._ap.here()
+        self.previous = self._plane.here()
         self.next = self.previous.copy()
 
     def reset_loiter(self) -> None:
@@ -113,13 +115,13 @@ class Navigator:
 
     def update_distance(self) -> None:
         """Distance to go and part of the leg flown; 10 times a second."""
-        here = self._ap.here()
+        here = self._plane.here()
         self.distance = distance_m(here, self.next)
         self.proportion = self.proportion_of(self.previous, self.next)
 
     def proportion_of(self, start: Spot, end: Spot) -> float:
         """Part of a leg that lies behind the plane: 0 at its start, 1 at its end."""
-        here = self._ap.here()
+        here = self._plane.here()
         n, e = end.n_m - start.n_m, end.e_m - start.e_m
         square = n * n + e * e
         if square < 1e-6:
@@ -136,16 +138,16 @@ class Navigator:
         WP_RADIUS, but not more than the L1 length, and less for turns below 90°. ArduPlane widens WP_RADIUS by the square of
         true over equivalent airspeed (53 m for 50 m at 700 m above the sea); here a waypoint counts within WP_RADIUS always.
         """
-        ap = self._ap
-        full = min(ap.tune["WP_RADIUS"], ap.l1_length_m())
+        plane = self._plane
+        full = min(plane.tune["WP_RADIUS"], plane.l1_length_m())
         return full * min(1.0, abs(self.turn_angle_deg) / 90.0)
 
     def _set_up_turn(self) -> None:
-        ap = self._ap
-        current = ap.mission.nav
-        following = None if current is None else ap.mission.next_nav(current.seq + 1)
-        place = None if following is None else ap.spot_of(following, or_none=True)
-        if place is None or not ap.in_auto:
+        plane = self._plane
+        current = self._mission.nav
+        following = None if current is None else self._mission.next_nav(current.seq + 1)
+        place = None if following is None else plane.spot_of(following, or_none=True)
+        if place is None or not plane.in_auto:
             self.turn_angle_deg = 90.0
             return
         now = bearing_rad(self.previous, self.next)
@@ -159,27 +161,27 @@ class Navigator:
         As ArduPlane: a mission slopes when it is above 20 m or descends, other modes only when they descend; height differences
         below ALT_SLOPE_MIN are flown at once.
         """
-        here = self._ap.here()
+        here = self._plane.here()
         descends = here.alt_m > self.next.alt_m
-        if descends or (mission and here.alt_m - self._ap.home.alt_m > 20.0):
+        if descends or (mission and here.alt_m - self._plane.home.alt_m > 20.0):
             self._set_offset(self.previous)
         else:
             self._offset_m = 0.0
 
     def _set_offset(self, start: Spot) -> None:
         self._offset_m = self.next.alt_m - start.alt_m
-        smallest = self._ap.tune["ALT_SLOPE_MIN"]
-        if not self._ap.landing.active and (smallest <= 0 or abs(self._offset_m) < smallest):
+        smallest = self._plane.tune["ALT_SLOPE_MIN"]
+        if not self.is_landing and (smallest <= 0 or abs(self._offset_m) < smallest):
             self._offset_m = 0.0
 
     def adjust_altitude(self) -> None:
         """Target height for now."""
-        if self._offset_m == 0.0 or self._ap.on_circle or self.passed(self.previous, self.next):
+        if self._offset_m == 0.0 or self._plane.on_circle or self.passed(self.previous, self.next):
             self.target_alt_m = self.next.alt_m
             return
         self.set_proportion(self.next, self._offset_m, 1.0 - self.proportion)
-        here = self._ap.here()
-        highest = self._ap.tune["ALT_SLOPE_MAXHGT"]
+        here = self._plane.here()
+        highest = self._plane.tune["ALT_SLOPE_MAXHGT"]
         if highest > 0 and self._offset_m > 0 and here.alt_m > self.target_alt_m + highest:
             # Far above a climbing slope (the zoom after a take-off): begin a new one from here.
             self.previous = Spot(self.previous.n_m, self.previous.e_m, here.alt_m)
@@ -196,35 +198,36 @@ class Navigator:
 
     def fly_leg(self, start: Spot, end: Spot) -> None:
         """Follow a leg."""
-        self._ap.pilot.fly_leg(start.n_m, start.e_m, end.n_m, end.e_m)
+        self._plane.pilot.fly_leg(start.n_m, start.e_m, end.n_m, end.e_m)
 
     def fly_circle(self, radius_m: float = 0.0) -> None:
         """Circle around the next point; a radius of at most 1 m means WP_LOITER_RAD."""
-        ap = self._ap
+        plane = self._plane
         loiter = self.loiter
         if radius_m <= 1.0:
-            default = ap.tune["WP_LOITER_RAD"]
+            default = plane.tune["WP_LOITER_RAD"]
             radius_m = abs(default) if abs(default) > 1.0 else 60.0
             loiter.clockwise = not (self.next.anticlockwise or default < 0)
         loiter.radius_m = radius_m
         # In thin air the same bank needs a wider circle: true airspeed grows.
-        ap.pilot.fly_circle(self.next.n_m, self.next.e_m, self.circle_radius_m, loiter.clockwise)
-        if loiter.started_s is None and (ap.on_circle or self.proportion > 1.0):
-            loiter.started_s = ap.time_s
-            ap.circle_reached()
+        plane.pilot.fly_circle(self.next.n_m, self.next.e_m, self.circle_radius_m, loiter.clockwise)
+        if loiter.started_s is None and (plane.on_circle or self.proportion > 1.0):
+            loiter.started_s = plane.time_s
+            if plane.flight_mode is Mode.GUIDED:
+                plane.item_reached(0)
 
     @property
     def circle_radius_m(self) -> float:
         """Radius over ground of the circle being flown."""
-        return self.loiter.radius_m * self._ap.est.eas_to_tas**2
+        return self.loiter.radius_m * self._plane.est.eas_to_tas**2
 
     def count_turns(self) -> None:
         """Add up the angle flown on the circle, and see whether its height is reached; 10 times a second."""
-        ap, loiter = self._ap, self.loiter
-        here = ap.here()
+        plane, loiter = self._plane, self.loiter
+        here = plane.here()
         bearing = bearing_rad(here, self.next)
         if not loiter.counting:
-            if ap.on_circle:
+            if plane.on_circle:
                 loiter.counting = True
                 loiter.turned_rad = 1e-4
                 loiter.lap_alt_m = here.alt_m
@@ -233,7 +236,7 @@ class Navigator:
             delta = wrap_pi(bearing - loiter.last_bearing_rad)
             loiter.turned_rad += delta if loiter.clockwise else -delta
         loiter.last_bearing_rad = bearing
-        if ap.on_circle and abs(here.alt_m - self.target_alt_m) < 5.0:
+        if plane.on_circle and abs(here.alt_m - self.target_alt_m) < 5.0:
             loiter.reached_alt = True
             loiter.stuck = False
         elif not loiter.reached_alt and abs(loiter.turned_rad) >= loiter.next_lap_check_rad > 0.0:
@@ -249,7 +252,7 @@ class Navigator:
         """
         if target is None:
             return True
-        here = self._ap.here()
+        here = self._plane.here()
         radius = self.circle_radius_m
         if radius <= 0.0:
             return True

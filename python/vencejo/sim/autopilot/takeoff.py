@@ -6,12 +6,10 @@ Shared by NAV_TAKEOFF, mode TAKEOFF and the climb after an aborted landing.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from .interface import Severity
-
-if TYPE_CHECKING:
-    from .core import Autopilot
+from .navigator import Navigator
+from .plane import Plane
 
 __all__ = ["Takeoff"]
 
@@ -22,8 +20,9 @@ _COURSE_WAIT_S = 0.3
 class Takeoff:
     """The take-off of one plane."""
 
-    def __init__(self, ap: Autopilot) -> None:
-        self._ap = ap
+    def __init__(self, plane: Plane, nav: Navigator) -> None:
+        self._plane = plane
+        self._nav = nav
         self.pitch_deg = 0.0
         self.altitude_rel_m: float | None = None
         """Height above home where the climb ends."""
@@ -42,7 +41,7 @@ class Takeoff:
         self.altitude_rel_m = altitude_rel_m
         self._fast_since_s = None
         self._level_off_m = self._level_off_s = None
-        self._start_alt_m = self._ap.here().alt_m
+        self._start_alt_m = self._plane.here().alt_m
 
     def reset(self) -> None:
         """Disarmed: everything begins again."""
@@ -52,41 +51,41 @@ class Takeoff:
 
     def check_launch(self) -> bool:
         """The launch sequence, 10 times a second while the throttle is held back; True when it may be opened."""
-        ap = self._ap
-        if not ap.armed:
+        plane = self._plane
+        if not plane.armed:
             self.reset()
             return False
-        now = ap.time_s
-        delay = min(12.7, ap.tune["TKOFF_THR_DELAY"] * 0.1)
+        now = plane.time_s
+        delay = min(12.7, plane.tune["TKOFF_THR_DELAY"] * 0.1)
         if self._timer_s is None:
             self._timer_s = now
             if now - self._reported_s > 2.0:
                 self._reported_s = now
-                accel = ap.est.forward_accel_m_s2 - 9.81 * math.sin(ap.est.pitch_rad)
-                ap.say(Severity.INFO, f"Armed AUTO, xaccel = {accel:.1f} m/s/s, waiting {delay:.1f} sec")
-        est = ap.est
+                accel = plane.est.forward_accel_m_s2 - 9.81 * math.sin(plane.est.pitch_rad)
+                plane.say(Severity.INFO, f"Armed AUTO, xaccel = {accel:.1f} m/s/s, waiting {delay:.1f} sec")
+        est = plane.est
         if not -30.0 < math.degrees(est.pitch_rad) < 45.0 or abs(math.degrees(est.roll_rad)) > 30.0:
             if now - self._reported_s > 2.0:
                 self._reported_s = now
-                ap.say(Severity.WARNING, "Bad launch AUTO")
+                plane.say(Severity.WARNING, "Bad launch AUTO")
             self._timer_s = None
             return False
         if now - self._timer_s + 1e-6 >= delay:
-            ap.say(Severity.INFO, f"Triggered AUTO. GPS speed = {est.groundspeed_m_s:.1f}")
+            plane.say(Severity.INFO, f"Triggered AUTO. GPS speed = {est.groundspeed_m_s:.1f}")
             self._timer_s = None
             self._triggered_s = now
-            self._start_alt_m = ap.here().alt_m
+            self._start_alt_m = plane.here().alt_m
             return True
         return False
 
     def throw(self) -> None:
         """A hand launch: once the motor runs, the plane leaves the hand at flying speed."""
-        ap = self._ap
-        if self._thrown or self._triggered_s is None or ap.time_s - self._triggered_s < 0.6:
+        plane = self._plane
+        if self._thrown or self._triggered_s is None or plane.time_s - self._triggered_s < 0.6:
             return
         self._thrown = True
-        body = ap.body
-        if body.height_m > 1.0 or ap.est.groundspeed_m_s > 5.0:
+        body = plane.body
+        if body.height_m > 1.0 or plane.est.groundspeed_m_s > 5.0:
             return
         # Thrown at 9 m/s over ground, level with the eyes, 12° up.
         body.place(
@@ -96,37 +95,37 @@ class Takeoff:
             height_m=1.7,
             pitch_rad=math.radians(12.0),
             speed_m_s=9.0,
-            wind_ne_m_s=(ap.wind.north_m_s, ap.wind.east_m_s),
+            wind_ne_m_s=(plane.wind.north_m_s, plane.wind.east_m_s),
         )
 
     # NAV_TAKEOFF, 10 times a second
 
     def verify(self) -> bool:
         """Hold the course of the roll; True when the height is reached."""
-        ap = self._ap
-        nav = ap.nav
-        est = ap.est
-        if nav.hold_course_rad is None and not ap.throttle_suppressed:
+        plane = self._plane
+        nav = self._nav
+        est = plane.est
+        if nav.hold_course_rad is None and not plane.throttle_suppressed:
             if self._fast_since_s is None and est.groundspeed_m_s > _COURSE_SPEED_M_S:
-                self._fast_since_s = ap.time_s
-            if self._fast_since_s is not None and ap.time_s - self._fast_since_s >= _COURSE_WAIT_S:
+                self._fast_since_s = plane.time_s
+            if self._fast_since_s is not None and plane.time_s - self._fast_since_s >= _COURSE_WAIT_S:
                 course = math.atan2(est.velocity_e_m_s, est.velocity_n_m_s)
                 degrees = math.degrees(course) % 360.0
                 nav.hold_course_rad = course
-                ap.say(Severity.INFO, f"Autoland direction= {degrees:.0f}")
-                ap.say(
+                plane.say(Severity.INFO, f"Autoland direction= {degrees:.0f}")
+                plane.say(
                     Severity.INFO,
                     f"Holding course {int(degrees * 100)} at {est.groundspeed_m_s:.1f}m/s "
                     f"({math.degrees(est.yaw_rad - course):.1f})".replace("(-0.0)", "(0.0)"),
                 )
         if nav.hold_course_rad is None:
-            ap.pilot.fly_level()
+            plane.pilot.fly_level()
         else:
-            ap.pilot.fly_heading(nav.hold_course_rad)
-        reached = self.altitude_rel_m is not None and ap.alt_rel_home_m > self.altitude_rel_m
+            plane.pilot.fly_heading(nav.hold_course_rad)
+        reached = self.altitude_rel_m is not None and plane.alt_rel_home_m > self.altitude_rel_m
         if not reached and not self.is_level:
             return False
-        ap.say(Severity.INFO, f"Takeoff complete at {ap.alt_rel_home_m:.2f}m")
+        plane.say(Severity.INFO, f"Takeoff complete at {plane.alt_rel_home_m:.2f}m")
         nav.hold_course_rad = None
         nav.stay()
         nav.next_crosstrack = False
@@ -134,16 +133,16 @@ class Takeoff:
 
     # control
 
-    def order_climb(self) -> None:
+    def order_climb(self, airspeed_m_s: float) -> None:
         """Full throttle; pitch for speed, above the climb's pitch, which fades over the last seconds."""
-        ap = self._ap
-        tune = ap.tune
-        est = ap.est
+        plane = self._plane
+        tune = plane.tune
+        est = plane.est
         slow = max(tune["TKOFF_ROTATE_SPD"], tune["AIRSPEED_MIN"])
         throttle = (tune["TKOFF_THR_MAX"] or tune["THR_MAX"]) * 0.01
-        if ap.body.on_wheels and est.airspeed_m_s < slow:
+        if plane.body.on_wheels and est.airspeed_m_s < slow:
             # Rolling: the wheels carry the plane until it can fly.
-            ap.pilot.fly_pitch(0.0, ap.throttle_ramp(throttle))
+            plane.pilot.fly_pitch(0.0, plane.throttle_ramp(throttle))
             return
         low = self._pitch_min_deg()
         # Nose and throttle come down with the height that is left. ArduPlane lowers its least pitch only: at full throttle it
@@ -152,9 +151,9 @@ class Takeoff:
         high = max(low, min(tune["PTCH_LIM_MAX_DEG"], tune["TECS_PITCH_MAX"] or tune["PTCH_LIM_MAX_DEG"]) * left)
         cruise = min(throttle, tune["TRIM_THROTTLE"] * 0.01)
         throttle = cruise + (throttle - cruise) * left
-        ap.pilot.fly_energy(
-            ap.home.alt_m + (self.altitude_rel_m or 0.0),
-            ap.target_airspeed_m_s(),
+        plane.pilot.fly_energy(
+            plane.home.alt_m + (self.altitude_rel_m or 0.0),
+            airspeed_m_s,
             True,
             math.radians(low),
             math.radians(high),
@@ -163,23 +162,23 @@ class Takeoff:
         )
 
     def _pitch_min_deg(self) -> float:
-        ap = self._ap
-        remaining = (self.altitude_rel_m or 0.0) - ap.alt_rel_home_m
-        seconds = ap.tune["TKOFF_PLIM_SEC"]
-        climb = -ap.est.velocity_d_m_s
+        plane = self._plane
+        remaining = (self.altitude_rel_m or 0.0) - plane.alt_rel_home_m
+        seconds = plane.tune["TKOFF_PLIM_SEC"]
+        climb = -plane.est.velocity_d_m_s
         if self._level_off_m is not None:
             return self.pitch_deg * self._left()
-        if seconds > 0 and climb > 0.1 and ap.alt_rel_home_m >= 10.0 and 0 < remaining / climb <= seconds:
+        if seconds > 0 and climb > 0.1 and plane.alt_rel_home_m >= 10.0 and 0 < remaining / climb <= seconds:
             self._level_off_m = max(0.1, remaining)
-            self._level_off_s = ap.time_s
-            ap.say(Severity.INFO, f"Takeoff level-off starting at {int(remaining)}m")
+            self._level_off_s = plane.time_s
+            plane.say(Severity.INFO, f"Takeoff level-off starting at {int(remaining)}m")
         return self.pitch_deg
 
     def _left(self) -> float:
         """Part of the level-off that is still to be climbed; 1 before it."""
         if self._level_off_m is None:
             return 1.0
-        remaining = (self.altitude_rel_m or 0.0) - self._ap.alt_rel_home_m
+        remaining = (self.altitude_rel_m or 0.0) - self._plane.alt_rel_home_m
         return max(0.0, min(1.0, remaining / self._level_off_m))
 
     @property
@@ -190,13 +189,13 @@ class Takeoff:
         """
         if self._level_off_s is None:
             return False
-        return self._ap.time_s - self._level_off_s > 2.0 * self._ap.tune["TKOFF_PLIM_SEC"]
+        return self._plane.time_s - self._level_off_s > 2.0 * self._plane.tune["TKOFF_PLIM_SEC"]
 
     def bank_limit_deg(self, full_deg: float) -> float:
         """Bank limit: LEVEL_ROLL_LIMIT near the ground, all of it at three times TKOFF_LVL_ALT."""
-        ap = self._ap
-        level = ap.tune["LEVEL_ROLL_LIMIT"]
-        low = max(0.0, ap.tune["TKOFF_LVL_ALT"])
-        height = ap.here().alt_m - self._start_alt_m
+        plane = self._plane
+        level = plane.tune["LEVEL_ROLL_LIMIT"]
+        low = max(0.0, plane.tune["TKOFF_LVL_ALT"])
+        height = plane.here().alt_m - self._start_alt_m
         part = min(1.0, max(0.0, (height - low) / max(1.0, 2.0 * low)))
         return level + part * max(0.0, full_deg - level)
