@@ -3087,6 +3087,11 @@ export interface components {
             };
         } | {
             /** @enum {string} */
+            code: "land-start-disabled";
+            /** @description A start of a landing sequence for a vehicle that is set to know none. */
+            figures: Record<string, never>;
+        } | {
+            /** @enum {string} */
             code: "jump-target";
             /** @description A jump to nowhere. */
             figures: {
