@@ -468,6 +468,20 @@ fn what_is_not_known_is_read_by_itself_and_gives_way() {
 }
 
 #[test]
+fn a_request_at_any_moment_of_what_is_read_by_itself_goes_before_it() {
+    for has_ftp in [true, false] {
+        for step in 0..120 {
+            let mut plane = Plane::new();
+            plane.services.has_ftp = has_ftp;
+            let mut world = World::new(Station::with(reading()), plane, Faults::default(), 1);
+            wait(&mut world, 1_500 + 25 * step);
+            let sent = ask(&mut world, send(route(12, 0.0)));
+            assert!(sent.is_ok(), "MAVFTP {has_ftp}, {} ms: {sent:?}", 1_500 + 25 * step);
+        }
+    }
+}
+
+#[test]
 fn a_vehicle_without_missions_is_left_alone() {
     // It has no MAVFTP and answers no mission message at all.
     let mut plane = Plane::new();
