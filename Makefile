@@ -100,8 +100,9 @@ fmt: dev-env ## Format Rust and Python
 	.venv/bin/ruff format --quiet .
 
 bench: dev-env native ## Measure, side by side with the peers, into bench/RESULTS.md (about 20 minutes)
-	cargo build --release --locked --quiet -p vencejo-link --examples
+	cargo build --release --locked --quiet -p vencejo-bench-load -p vencejo-link --bins --examples
 	$(PY) bench/run.py $(BENCH_ARGS)
+	$(PY) bench/tiles.py
 	$(PY) bench/station/paint.py
 	$(PY) bench/station/frames.py
 

@@ -18,11 +18,13 @@ LAP_MS = 20_000
 #: What one vehicle of a fleet sends: five streams at 40 Hz and a heartbeat, 200 messages a second.
 FLEET = ("ATTITUDE", "GLOBAL_POSITION_INT", "VFR_HUD", "RAW_IMU", "GPS_RAW_INT")
 FLEET_RATE = 200
+#: A vehicle whose heartbeat is there as soon as anybody asks, so that nobody is measured by how long it waits for one.
+HEARTBEAT_EVERY = 10
 #: Parts of the recorder's own conversation; a plane that is only followed does not say them.
 LEFT_OUT = frozenset({"PARAM_VALUE", "TIMESYNC", "TERRAIN_REQUEST", "STATUSTEXT"})
 
 
-def prepare(output: Path, laps: int = 3, *, fleet: bool = False) -> int:
+def prepare(output: Path, laps: int = 3, *, fleet: bool = False, heartbeat_every: int = 0) -> int:
     """Write the frames file, unless it is there and newer than its sources.
 
     Parameters
@@ -33,6 +35,8 @@ def prepare(output: Path, laps: int = 3, *, fleet: bool = False) -> int:
         How many times the recording is played in it.
     fleet
         Leave out what a vehicle of a fleet does not send, and add its heartbeat each second.
+    heartbeat_every
+        A heartbeat among so many frames, beside those recorded; 0 for none.
 
     Returns
     -------
@@ -51,11 +55,12 @@ def prepare(output: Path, laps: int = 3, *, fleet: bool = False) -> int:
     writer: Any = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
     records: list[bytes] = []
     heartbeat = next(message for message in messages if message.get_type() == "HEARTBEAT")
+    every = FLEET_RATE if fleet else heartbeat_every
     for lap in range(laps):
         for message in messages:
             if message.get_type() in LEFT_OUT or (fleet and message.get_type() not in FLEET):
                 continue
-            if fleet and len(records) % FLEET_RATE == 0:
+            if every and len(records) % every == 0:
                 records.append(_record(heartbeat, writer))
             for field, per_ms in (
                 ("time_boot_ms", 1),

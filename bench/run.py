@@ -25,14 +25,19 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from bench import prepare, report
 from bench.harness import (
+    BYTECODE_KEPT,
+    BYTECODE_UNKEPT,
+    EAGER_FRAMES,
     FLEET_FRAMES,
     FRAMES,
     LOAD,
+    MOST_LOAD,
     OUT,
     ROOT,
     NotMeasured,
     contestant,
     free_port,
+    load,
     play,
     quantile,
     repeat,
@@ -85,32 +90,50 @@ def decode(runs: int, _seconds: float) -> Table:
 # --- following ----------------------------------------------------------------------------------
 
 
-def follow_once(name: str, seconds: float, rate: float, systems: int) -> Figures:
+def follow_once(name: str, seconds: float, rate: float, systems: int, task: str = "follow") -> Figures:
     """Let one contestant follow the load; measure latency inside it and usage from outside."""
     port = free_port()
-    command = contestant(name, "follow", port=port, seconds=seconds, warm_up=WARM_UP_S, systems=systems)
+    command = contestant(name, task, port=port, seconds=seconds, warm_up=WARM_UP_S, systems=systems)
     with running(command) as process:
         wait_line(process, "READY", 20)
         with running(play(port, rate=rate, seconds=seconds + 3 * WARM_UP_S, systems=systems)):
             time.sleep(1.5 * WARM_UP_S)
             usage = usage_over(process.pid, seconds - WARM_UP_S)
             found = result_of(process, seconds + 20)
-    ages_us = found["ages_us"]
-    return {
-        "median_us": quantile(ages_us, 0.5),
-        "p99_us": quantile(ages_us, 0.99),
+    figures = {
         "cpu_percent": usage.cpu * 100,
         "rss_mb": usage.rss_mb,
         "messages_per_s": found["messages"] / seconds,
     }
+    if "lost" in found:
+        figures["lost"] = float(found["lost"] + found["dropped"])
+    if ages_us := found.get("ages_us"):
+        figures |= {
+            "median_us": quantile(ages_us, 0.5),
+            "p99_us": quantile(ages_us, 0.99),
+            "worst_ms": max(ages_us) / 1000,
+        }
+    return figures
 
 
 def follow(runs: int, seconds: float) -> Table:
-    """Follow one plane that sends 1,000 messages a second."""
+    """Follow one plane that sends 1,000 messages a second, with all runs together for a minute at least: that of the worst."""
+    seconds = max(seconds, 60 / runs)
     return repeat(
         runs,
         {
             label: lambda name=name: follow_once(name, seconds, PLANE_RATE, 1)  # type: ignore[misc]
+            for label, name in PEERS.items()
+        },
+    )
+
+
+def snapshots(runs: int, seconds: float) -> Table:
+    """Follow the same plane by looking at its newest values ten times a second."""
+    return repeat(
+        runs,
+        {
+            label: lambda name=name: follow_once(name, seconds, PLANE_RATE, 1, "snapshots")  # type: ignore[misc]
             for label, name in PEERS.items()
         },
     )
@@ -128,16 +151,20 @@ def fleet(runs: int, seconds: float) -> Table:
 
 
 def first_position(runs: int, _seconds: float) -> Table:
-    """Measure from the start of a process to the first position it has."""
+    """Measure from the start of a process to the first position it has, with its bytecode kept from before and without."""
 
-    def once(name: str) -> Figures:
+    def seconds_of(name: str, environment: dict[str, str] = BYTECODE_KEPT) -> float:
         port = free_port()
-        with running(play(port, rate=PLANE_RATE, seconds=20)):
+        with running(play(port, rate=PLANE_RATE, seconds=20, frames=EAGER_FRAMES)):
             time.sleep(0.2)
             began = time.monotonic()
-            with running(contestant(name, "first_position", port=port)) as process:
+            with running(contestant(name, "first_position", port=port), environment) as process:
                 result_of(process, 15)
-                return {"seconds": time.monotonic() - began}
+                return time.monotonic() - began
+
+    def once(name: str) -> Figures:
+        seconds_of(name)  # after which there is bytecode
+        return {"seconds": seconds_of(name), "unkept_seconds": seconds_of(name, BYTECODE_UNKEPT)}
 
     return repeat(
         runs,
@@ -174,16 +201,20 @@ def forwarders() -> dict[str, Callable[[int, list[int]], list[str]]]:
     return {"vencejo": ours, "bare kernel calls (C)": bare, "MAVProxy": mavproxy}
 
 
+def forward_command(port: int, outs: list[int], rate: float, seconds: float) -> list[str]:
+    """Return the command that plays through a forwarder and listens at its far ends."""
+    return [
+        str(LOAD), "forward", "--frames", str(FRAMES), "--to", f"127.0.0.1:{port}",
+        "--rate", str(rate), "--seconds", str(seconds), "--sinks", ",".join(map(str, outs)),
+    ]  # fmt: skip
+
+
 def forward_load(port: int, outs: list[int], rate: float, seconds: float) -> dict[str, Any]:
     """Play through a running forwarder; return what came out and how late."""
     # A router takes a frame that it saw less than a second ago for one that came around a loop,
     # and every play begins with the same frames.
     time.sleep(1.2)
-    command = [
-        str(LOAD), "forward", "--frames", str(FRAMES), "--to", f"127.0.0.1:{port}",
-        "--rate", str(rate), "--seconds", str(seconds), "--sinks", ",".join(map(str, outs)),
-    ]  # fmt: skip
-    return output_of(command)
+    return output_of(forward_command(port, outs, rate, seconds))
 
 
 def forward(runs: int, seconds: float) -> Table:
@@ -195,24 +226,9 @@ def forward(runs: int, seconds: float) -> Table:
             time.sleep(WARM_UP_S)
             forward_load(port, outs, PLANE_RATE, 1.0)
             time.sleep(1.2)  # as in forward_load
-            with running(
-                [
-                    str(LOAD),
-                    "forward",
-                    "--frames",
-                    str(FRAMES),
-                    "--to",
-                    f"127.0.0.1:{port}",
-                    "--rate",
-                    str(PLANE_RATE),
-                    "--seconds",
-                    str(seconds),
-                    "--sinks",
-                    ",".join(map(str, outs)),
-                ]
-            ) as load:
+            with running(forward_command(port, outs, PLANE_RATE, seconds)) as player:
                 usage = usage_over(process.pid, seconds - 1)
-                found = result_of(load, seconds + 10)
+                found = result_of(player, seconds + 10)
             if found["median_us"] is None:
                 raise NotMeasured("nothing came out")
             expected = 4 * found["sent"]
@@ -309,6 +325,7 @@ TCP_PEERS = {
 SECTIONS: dict[str, Callable[[int, float], Table]] = {
     "decode": decode,
     "follow": follow,
+    "snapshots": snapshots,
     "fleet": fleet,
     "first_position": first_position,
     "forward": forward,
@@ -347,6 +364,9 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=8.0, help="length of a run that follows or forwards")
     parser.add_argument("--only", default=",".join(SECTIONS), help="sections, with commas between")
     parser.add_argument(
+        "--most-load", type=float, default=MOST_LOAD, help="load of each core beyond which nothing is recorded"
+    )
+    parser.add_argument(
         "--plane", default="", help="command line of another plane for the transfers, such as ArduPilot's"
     )
     parser.add_argument("--plane-port", type=int, default=PLANE.port, help="TCP port that it listens on")
@@ -354,8 +374,13 @@ def main() -> int:
     PLANE.command[:], PLANE.port = shlex.split(options.plane), options.plane_port
     OUT.mkdir(parents=True, exist_ok=True)
     if not LOAD.exists():
-        sys.exit("bench: the load generator is not built: cargo build --release -p vencejo-bench-load")
+        sys.exit("bench: the load generator is not built: cargo build --release --locked -p vencejo-bench-load")
+    if (before := load()) > options.most_load:
+        sys.exit(
+            f"bench: the load is {before:.2f} a core, beyond {options.most_load}: end what else runs, or say --most-load"
+        )
     prepare.prepare(FRAMES)
+    prepare.prepare(EAGER_FRAMES, heartbeat_every=prepare.HEARTBEAT_EVERY)
     prepare.prepare(FLEET_FRAMES, fleet=True)
     store = OUT / "results.json"
     results: dict[str, Any] = json.loads(store.read_text()) if store.exists() else {}
@@ -365,6 +390,7 @@ def main() -> int:
         print(f"{name}:", flush=True)
         results[name] = {
             "runs": options.runs,
+            "load": round(before, 2),
             "plane": "another plane" if PLANE.command else "the simulated plane",
             "date": datetime.now(timezone.utc).date().isoformat(),
             "figures": SECTIONS[name](options.runs, options.seconds),

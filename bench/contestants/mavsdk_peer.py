@@ -70,6 +70,23 @@ def follow(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> d
     return {"messages": callbacks, "systems": len(plugins), "ages_us": ages_us.tolist()}
 
 
+def snapshots(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> dict[str, Any]:
+    """Look at what the plane says ten times a second."""
+    from mavsdk.plugins.telemetry import Telemetry
+
+    del systems
+    _library, system = connect(f"udpin://127.0.0.1:{port}")
+    telemetry = Telemetry(system)
+    looks = 0
+    time.sleep(float(warm_up))
+    until = time.monotonic() + float(seconds)
+    while time.monotonic() < until:
+        position, attitude = telemetry.position(), telemetry.attitude_euler()
+        looks += math.isfinite(position.latitude_deg) and math.isfinite(attitude.roll_deg)
+        time.sleep(0.1)
+    return {"messages": looks}
+
+
 def first_position(port: str) -> dict[str, Any]:
     """Wait for the first position, then end."""
     from mavsdk.plugins.telemetry import Telemetry
@@ -145,6 +162,7 @@ def params(link: str, settle: str = "0") -> dict[str, Any]:
 
 TASKS: dict[str, Callable[..., dict[str, Any]]] = {
     "follow": follow,
+    "snapshots": snapshots,
     "first_position": first_position,
     "mission": mission,
     "params": params,

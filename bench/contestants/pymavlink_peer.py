@@ -59,6 +59,22 @@ def follow(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> d
     return {"messages": messages, "ages_us": ages_us.tolist()}
 
 
+def snapshots(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> dict[str, Any]:
+    """Read everything, and look at the newest ten times a second."""
+    del systems
+    link = connect(f"udpin:127.0.0.1:{port}")
+    print("READY", flush=True)
+    link.recv_match(blocking=True)
+    looks = 0
+    due = counts_from = time.monotonic() + float(warm_up)
+    while (now := time.monotonic()) < counts_from + float(seconds):
+        link.recv_match(blocking=True, timeout=1.0)
+        if now >= due:
+            due += 0.1
+            looks += "GLOBAL_POSITION_INT" in link.messages and "ATTITUDE" in link.messages
+    return {"messages": looks}
+
+
 def first_position(port: str) -> dict[str, Any]:
     """Wait for the first position, then end."""
     link = connect(f"udpin:127.0.0.1:{port}")
@@ -160,6 +176,7 @@ def params(link: str, settle: str = "0") -> dict[str, Any]:
 TASKS: dict[str, Callable[..., dict[str, Any]]] = {
     "decode": decode,
     "follow": follow,
+    "snapshots": snapshots,
     "first_position": first_position,
     "mission": mission,
     "params": params,

@@ -46,6 +46,23 @@ def follow(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> d
     return {"messages": messages, "ages_us": ages_us.tolist(), "dropped": dropped, "lost": lost}
 
 
+def snapshots(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> dict[str, Any]:
+    """Look at what the plane says ten times a second."""
+    del systems
+    looks = 0
+    with vencejo.Station(f"udpin:127.0.0.1:{port}", record=False) as station:
+        print("READY", flush=True)
+        plane = station.wait_vehicle(timeout_s=20)
+        counts_from = time.monotonic() + float(warm_up)
+        for telemetry in plane.stream(rate_hz=10):
+            now = time.monotonic()
+            if now >= counts_from + float(seconds):
+                break
+            is_whole = telemetry.position is not None and telemetry.attitude is not None
+            looks += now >= counts_from and is_whole
+    return {"messages": looks}
+
+
 def first_position(port: str) -> dict[str, Any]:
     """Wait for the first position, then end."""
     with vencejo.connect(f"udpin:127.0.0.1:{port}", record=False) as plane:
@@ -91,6 +108,7 @@ def params(link: str, settle: str = "0") -> dict[str, Any]:
 
 TASKS: dict[str, Callable[..., dict[str, Any]]] = {
     "follow": follow,
+    "snapshots": snapshots,
     "first_position": first_position,
     "mission": mission,
     "params": params,

@@ -79,7 +79,7 @@ def test_report_shows_ratios_and_reasons() -> None:
     machine = dict.fromkeys(("cores", "system", "architecture", "python", "pymavlink", "mavsdk", "MAVProxy"), "x")
     figures = {"vencejo": {"seconds": 0.1}, "pymavlink": {"seconds": 0.25}, "mavsdk": "not there"}
     page = report.render({"machine": machine, "first_position": {"runs": 5, "date": "2026-11-21", "figures": figures}})
-    assert "| pymavlink | 0.250 s | 2.50 × |" in page
+    assert "| pymavlink | 0.250 s | — | 2.50 × |" in page
     assert "| mavsdk | not measured: not there |" in page
     rows = [line for line in page.splitlines() if line.startswith("|")]
     assert len({row.count("|") for row in rows}) == 1, "a row with another number of cells"
