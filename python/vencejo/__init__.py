@@ -17,6 +17,8 @@ Fly a mission file on a simulated or real plane:
 For asyncio see `vencejo.aio`.
 """
 
+from typing import TYPE_CHECKING, Any
+
 from vencejo._native import Subscription, __version__
 from vencejo.control import Operator
 from vencejo.errors import (
@@ -39,26 +41,7 @@ from vencejo.errors import (
     VehicleLost,
     VencejoError,
 )
-from vencejo.link import LinkInfo
-from vencejo.params import load_params, save_params
-from vencejo.plan import (
-    Circle,
-    Command,
-    Fence,
-    Finding,
-    Frame,
-    GeoPoint,
-    Home,
-    MissionItem,
-    Plan,
-    PlanSettings,
-    Polygon,
-    RallyPoint,
-)
-from vencejo.signing import SigningInfo, SigningKeyInfo
 from vencejo.station import RecorderInfo, Station, connect, default_record_dir, default_signing_dir
-from vencejo.storage import Floors, StorageProblem
-from vencejo.telemetry import Telemetry
 from vencejo.vehicle import (
     Event,
     FlightPreparation,
@@ -70,6 +53,56 @@ from vencejo.vehicle import (
     StatusText,
     Vehicle,
 )
+
+if TYPE_CHECKING:
+    from vencejo.link import LinkInfo
+    from vencejo.params import load_params, save_params
+    from vencejo.plan import (
+        Circle,
+        Command,
+        Fence,
+        Finding,
+        Frame,
+        GeoPoint,
+        Home,
+        MissionItem,
+        Plan,
+        PlanSettings,
+        Polygon,
+        RallyPoint,
+    )
+    from vencejo.signing import SigningInfo, SigningKeyInfo
+    from vencejo.storage import Floors, StorageProblem
+    from vencejo.telemetry import Telemetry
+
+# Imported when somebody asks for it: to make the classes of plans and telemetry takes longer than to hear a plane.
+_LATER = {
+    "link": {"LinkInfo"},
+    "params": {"load_params", "save_params"},
+    "plan": {
+        "Circle", "Command", "Fence", "Finding", "Frame", "GeoPoint", "Home", "MissionItem", "Plan", "PlanSettings", "Polygon",
+        "RallyPoint",
+    },
+    "signing": {"SigningInfo", "SigningKeyInfo"},
+    "storage": {"Floors", "StorageProblem"},
+    "telemetry": {"Telemetry"},
+}  # fmt: skip
+
+if not TYPE_CHECKING:  # which would take any name for one that there is
+
+    def __getattr__(name: str) -> Any:
+        from importlib import import_module
+
+        for module, names in _LATER.items():
+            if name == module or name in names:
+                found = import_module(f"vencejo.{module}")
+                return found if name == module else globals().setdefault(name, getattr(found, name))
+        raise AttributeError(f"module 'vencejo' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
 
 __all__ = [
     "Busy",

@@ -9,18 +9,19 @@ import sys
 import weakref
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from datetime import datetime, timezone
 from pathlib import Path
-from typing import Any, NoReturn, cast
+from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 from vencejo import _native
 from vencejo._closing import Closing
 from vencejo.control import Operator
 from vencejo.errors import ClosedError, InvalidRequest, VencejoError
-from vencejo.link import LinkInfo
-from vencejo.signing import SigningInfo, SigningKeyInfo
-from vencejo.storage import Floors
 from vencejo.vehicle import Vehicle, VehicleState, _signing_info
+
+if TYPE_CHECKING:
+    from vencejo.link import LinkInfo
+    from vencejo.signing import SigningInfo, SigningKeyInfo
+    from vencejo.storage import Floors
 
 __all__ = ["RecorderInfo", "Station", "connect", "default_record_dir", "default_signing_dir"]
 
@@ -189,6 +190,8 @@ class Station(Closing):
     @property
     def links(self) -> list[LinkInfo]:
         """The links and their counters."""
+        from vencejo.link import LinkInfo
+
         return [LinkInfo(**info) for info in self._native.links()]
 
     @property
@@ -266,6 +269,10 @@ class Station(Closing):
     @property
     def signing_keys(self) -> list[SigningKeyInfo]:
         """The signing keys of this machine, without what is secret of them."""
+        from datetime import datetime, timezone
+
+        from vencejo.signing import SigningKeyInfo
+
         return [
             SigningKeyInfo(name=name, made=datetime.fromtimestamp(made_s, timezone.utc), vehicles=tuple(vehicles))
             for name, made_s, vehicles in self._native.signing_keys()

@@ -19,14 +19,14 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 from vencejo import _native
 from vencejo._closing import Closing
 from vencejo.errors import CommandTimeout, InvalidRequest
-from vencejo.findings import Finding
-from vencejo.link import LinkInfo
-from vencejo.plan import Home, Plan, findings_of, refuse_errors
-from vencejo.signing import SigningInfo
-from vencejo.telemetry import Telemetry
 
 if TYPE_CHECKING:
+    from vencejo.findings import Finding
+    from vencejo.link import LinkInfo
+    from vencejo.plan import Home, Plan
+    from vencejo.signing import SigningInfo
     from vencejo.station import Station
+    from vencejo.telemetry import Telemetry
 
 __all__ = [
     "Event",
@@ -294,6 +294,8 @@ def _frame_of(
 
 
 def _signing_info(info: dict[str, Any]) -> SigningInfo:
+    from vencejo.signing import SigningInfo
+
     return SigningInfo(**{**info, "unproven": tuple(info["unproven"])})
 
 
@@ -318,6 +320,10 @@ class VehicleState:
     @property
     def telemetry(self) -> Telemetry:
         """A snapshot of everything that it said, each value with its age."""
+        # Plans, telemetry and the like are imported where they are first used: their classes take longer to make than a vehicle to be
+        # heard.
+        from vencejo.telemetry import Telemetry
+
         return Telemetry(self._native.telemetry())
 
     @property
@@ -357,6 +363,8 @@ class VehicleState:
     @property
     def link(self) -> LinkInfo | None:
         """The link that it is reached over, with the counts of this vehicle alone; ``None`` when it is heard on none."""
+        from vencejo.link import LinkInfo
+
         info = self._native.link()
         return None if info is None else LinkInfo(**info)
 
@@ -459,10 +467,14 @@ class VehicleState:
         It knows the vehicle's position and home, whether it stands on the ground, whether it can hover, and what of its
         parameters was read.
         """
+        from vencejo.plan import findings_of
+
         return findings_of(self._native.check_plan(plan._to_native(), False))
 
     def _require_sound(self, plan: Plan) -> None:
         """Refuse a plan with an error; it may wait on board until the plane flies."""
+        from vencejo.plan import findings_of, refuse_errors
+
         refuse_errors(findings_of(self._native.check_plan(plan._to_native(), True)))
 
     # Each operation as it starts; the front doors below only differ in how they wait for the end.
@@ -483,6 +495,8 @@ class VehicleState:
         return self._native.reposition(lat_deg, lon_deg, alt_m, frame, radius_m, clockwise, speed_m_s, change_mode)
 
     def _upload(self, plan: Plan, kind: PlanKind, check: bool, while_heard: bool = False) -> _native.Pending:
+        from vencejo.plan import Plan
+
         if not isinstance(plan, Plan):
             raise TypeError(f"a Plan is uploaded, not a {type(plan).__name__}; Plan.load reads one from a file")
         if check and kind == "mission":
@@ -876,6 +890,8 @@ class Vehicle(Closing, VehicleState):
 
     def download(self, *, kinds: Sequence[PlanKind] = ("mission",), progress: ProgressCallback | None = None) -> Plan:
         """Read the mission (and fence, and rally points when asked) from the vehicle."""
+        from vencejo.plan import Plan
+
         parts = {kind: Plan._from_native(self._wait(self._native.download(kind), progress)) for kind in kinds}
         return _joined(parts)
 
@@ -1063,6 +1079,8 @@ def _item_number(item: int | None) -> int | None:
 
 
 def _joined(parts: Mapping[PlanKind, Plan]) -> Plan:
+    from vencejo.plan import Plan
+
     empty = Plan()
     mission, fence, rally = (parts.get(kind, empty) for kind in ("mission", "fence", "rally"))
     return Plan(items=mission.items, home=mission.home, fence=fence.fence, rally=rally.rally)
