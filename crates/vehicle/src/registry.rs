@@ -49,6 +49,11 @@ pub struct Vehicles {
     vehicles: BTreeMap<SystemId, Vehicle>,
     /// Events, and last words of vehicles that were dropped: a few for each message received; drained after every call.
     outputs: VecDeque<RegistryOutput>,
+    /// Vehicles that may want something: those that were reached for since they were last drained. With dozens of vehicles,
+    /// asking all of them after each message costs more than all that is done with it.
+    touched: Vec<SystemId>,
+    /// No later than the earliest deadline of the others.
+    rest_until: Option<MonoTime>,
     is_full: bool,
 }
 
@@ -56,7 +61,15 @@ impl Vehicles {
     /// None yet. We are `our`; each vehicle gets `config`.
     #[must_use]
     pub fn new(our: Address, config: VehicleConfig) -> Self {
-        Self { our, config, vehicles: BTreeMap::new(), outputs: VecDeque::new(), is_full: false }
+        Self {
+            our,
+            config,
+            vehicles: BTreeMap::new(),
+            outputs: VecDeque::new(),
+            touched: Vec::new(),
+            rest_until: None,
+            is_full: false,
+        }
     }
 
     /// One of them.
@@ -67,7 +80,9 @@ impl Vehicles {
 
     /// One of them, to ask something of it.
     pub fn get_mut(&mut self, system: SystemId) -> Option<&mut Vehicle> {
-        self.vehicles.get_mut(&system)
+        let vehicle = self.vehicles.get_mut(&system)?;
+        touch(&mut self.touched, system);
+        Some(vehicle)
     }
 
     /// All of them, by system id.
@@ -98,7 +113,7 @@ impl Vehicles {
         {
             self.welcome(source, now);
         }
-        if let Some(vehicle) = self.vehicles.get_mut(&source.system) {
+        if let Some(vehicle) = self.get_mut(source.system) {
             let group = vehicle.on_message(source.component, message, now);
             return group.map(|group| (source.system, group));
         }
@@ -106,12 +121,13 @@ impl Vehicles {
             // A radio speaks for the link, under a system id of its own.
             let mut changed = None;
             for (system, vehicle) in &mut self.vehicles {
+                touch(&mut self.touched, *system);
                 changed = vehicle.on_radio(message, now).map(|group| (*system, group)).or(changed);
             }
             return changed;
         }
         if let Some(target) = message.target().system
-            && let Some(vehicle) = self.vehicles.get_mut(&target)
+            && let Some(vehicle) = self.get_mut(target)
         {
             vehicle.on_foreign(source, message, now);
         }
@@ -129,13 +145,16 @@ impl Vehicles {
         despite_mixed_plan: bool,
         now: MonoTime,
     ) -> Result<(), VehicleError> {
-        self.vehicles.values_mut().try_for_each(|vehicle| vehicle.on_sending(message, despite_mixed_plan, now))
+        self.vehicles.iter_mut().try_for_each(|(system, vehicle)| {
+            touch(&mut self.touched, *system);
+            vehicle.on_sending(message, despite_mixed_plan, now)
+        })
     }
 
     /// In which version of the protocol a frame from `source` came. Only an autopilot's own frames count: a camera of the same
     /// system may be older.
     pub fn on_protocol_version(&mut self, source: Address, version: MavVersion) {
-        if let Some(vehicle) = self.vehicles.get_mut(&source.system)
+        if let Some(vehicle) = self.get_mut(source.system)
             && vehicle.address() == source
         {
             vehicle.on_protocol_version(version);
@@ -166,22 +185,29 @@ impl Vehicles {
         // Sessions of two vehicles do not share numbers, so that a log tells them apart.
         config.seed = config.seed.wrapping_add(u32::from(source.system.0) * 7);
         self.vehicles.insert(source.system, Vehicle::new(source, self.our, config, now));
+        touch(&mut self.touched, source.system);
         self.outputs.push_back(RegistryOutput::Event(RegistryEvent::Appeared(source)));
     }
 
     /// Lets time pass for those that want it.
     pub fn on_time(&mut self, now: MonoTime) {
-        for vehicle in self.vehicles.values_mut() {
-            if vehicle.deadline().is_some_and(|deadline| now >= deadline) {
+        self.rest_until = None;
+        for (system, vehicle) in &mut self.vehicles {
+            let deadline = vehicle.deadline();
+            if deadline.is_some_and(|deadline| now >= deadline) {
+                touch(&mut self.touched, *system);
                 vehicle.on_time(now);
+            } else {
+                self.rest_until = earlier(self.rest_until, deadline);
             }
         }
     }
 
-    /// When [`Self::on_time`] is wanted.
+    /// When [`Self::on_time`] is wanted at the latest; there may be nothing to do yet.
     #[must_use]
     pub fn deadline(&self) -> Option<MonoTime> {
-        self.vehicles.values().filter_map(Vehicle::deadline).min()
+        let touched = self.touched.iter().filter_map(|system| self.vehicles.get(system)?.deadline()).min();
+        earlier(self.rest_until, touched)
     }
 
     /// The next thing that the owner must do. Drain it after every call.
@@ -189,10 +215,26 @@ impl Vehicles {
         if let Some(output) = self.outputs.pop_front() {
             return Some(output);
         }
-        self.vehicles
-            .iter_mut()
-            .find_map(|(system, vehicle)| Some(RegistryOutput::Vehicle(*system, vehicle.poll_output()?)))
+        while let Some(system) = self.touched.last().copied() {
+            let vehicle = self.vehicles.get_mut(&system);
+            if let Some(output) = vehicle.and_then(Vehicle::poll_output) {
+                return Some(RegistryOutput::Vehicle(system, output));
+            }
+            self.touched.pop();
+            self.rest_until = earlier(self.rest_until, self.vehicles.get(&system).and_then(Vehicle::deadline));
+        }
+        None
     }
+}
+
+fn touch(touched: &mut Vec<SystemId>, system: SystemId) {
+    if !touched.contains(&system) {
+        touched.push(system);
+    }
+}
+
+fn earlier(one: Option<MonoTime>, other: Option<MonoTime>) -> Option<MonoTime> {
+    one.into_iter().chain(other).min()
 }
 
 #[cfg(test)]
@@ -269,6 +311,27 @@ mod tests {
         vehicles.on_message(Address::new(51, 68), &Message::Dialect(MavMessage::RADIO_STATUS(radio)), at(3));
         assert!(vehicles.iter().all(|(_, vehicle)| vehicle.telemetry().radio.is_some()));
         assert_eq!(vehicles.len(), 2);
+    }
+
+    #[test]
+    fn nobodys_deadline_is_missed() {
+        let mut vehicles = vehicles();
+        for ms in (0..20_000).step_by(50) {
+            let now = at(ms);
+            if ms % 500 == 0 {
+                vehicles.on_message(Address::new((ms / 500 % 5 + 1) as u8, 1), &heartbeat(1, 3), now);
+            }
+            if ms == 5000 {
+                vehicles.get_mut(SystemId(3)).expect("vehicle").request(Request::ParamList, now);
+            }
+            let earliest = |vehicles: &Vehicles| vehicles.iter().filter_map(|(_, vehicle)| vehicle.deadline()).min();
+            assert!(vehicles.deadline().expect("one") <= earliest(&vehicles).expect("one"), "at {ms} ms");
+            drain(&mut vehicles);
+            assert!(vehicles.deadline().expect("one") <= earliest(&vehicles).expect("one"), "drained at {ms} ms");
+            vehicles.on_time(now);
+            drain(&mut vehicles);
+            assert_eq!(vehicles.deadline(), earliest(&vehicles), "at {ms} ms");
+        }
     }
 
     #[test]
