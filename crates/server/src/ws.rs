@@ -113,7 +113,7 @@ impl MessageSubscription {
         }
         let Some(queue) = &self.queue else { return };
         for _ in 0..MESSAGE_QUEUE {
-            let Taken::Item(received) = queue.take_blocking(Some(Duration::ZERO)) else { break };
+            let Taken::Item(received) = queue.take_ready() else { break };
             let key = (received.frame.source().component.0, received.frame.message_id());
             let has_room = self.newest.len() < MAX_MESSAGE_KINDS;
             match self.newest.get_mut(&key) {

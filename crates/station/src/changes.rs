@@ -1,14 +1,21 @@
 //! Tells blocking and asynchronous readers that something new has arrived, without keeping it for them.
 
-use std::sync::{Condvar, Mutex, PoisonError};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use tokio::sync::Notify;
 
+#[derive(Debug, Default)]
+struct State {
+    count: u64,
+    /// Readers that are blocked: waking costs a system call, also when nobody sleeps.
+    blocked: usize,
+}
+
 /// Counts changes; a reader waits for the count to move on.
 #[derive(Debug, Default)]
 pub struct Changes {
-    count: Mutex<u64>,
+    state: Mutex<State>,
     blocking: Condvar,
     waiting: Notify,
 }
@@ -16,25 +23,33 @@ pub struct Changes {
 impl Changes {
     /// Something changed. Costs next to nothing while nobody waits.
     pub fn notify(&self) {
-        *self.count.lock().unwrap_or_else(PoisonError::into_inner) += 1;
-        self.blocking.notify_all();
+        let is_awaited = {
+            let mut state = self.lock();
+            state.count += 1;
+            state.blocked > 0
+        };
+        if is_awaited {
+            self.blocking.notify_all();
+        }
         self.waiting.notify_waiters();
     }
 
     /// The changes so far.
     pub fn count(&self) -> u64 {
-        *self.count.lock().unwrap_or_else(PoisonError::into_inner)
+        self.lock().count
     }
 
     /// Waits on this thread until the count is no longer `seen`, and gives it back; `None` when it stays so.
     pub fn wait_blocking(&self, seen: u64, timeout: Duration) -> Option<u64> {
-        let count = self.count.lock().unwrap_or_else(PoisonError::into_inner);
-        let count = self
+        let mut state = self.lock();
+        state.blocked += 1;
+        let mut state = self
             .blocking
-            .wait_timeout_while(count, timeout, |count| *count == seen)
+            .wait_timeout_while(state, timeout, |state| state.count == seen)
             .unwrap_or_else(PoisonError::into_inner)
             .0;
-        (*count != seen).then_some(*count)
+        state.blocked -= 1;
+        (state.count != seen).then_some(state.count)
     }
 
     /// Waits until the count is no longer `seen`, and gives it back.
@@ -48,6 +63,10 @@ impl Changes {
             }
             notified.await;
         }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -22,6 +22,8 @@ struct State<T> {
     items: VecDeque<T>,
     dropped: u64,
     is_closed: bool,
+    /// Readers that are blocked: waking costs a system call, also when nobody sleeps.
+    blocked: usize,
 }
 
 /// A queue of at most `capacity` entries between the link's task and one reader, blocking or asynchronous.
@@ -38,7 +40,7 @@ impl<T> DropOldest<T> {
     pub fn new(capacity: usize) -> Self {
         Self {
             capacity: capacity.max(1),
-            state: Mutex::new(State { items: VecDeque::new(), dropped: 0, is_closed: false }),
+            state: Mutex::new(State { items: VecDeque::new(), dropped: 0, is_closed: false, blocked: 0 }),
             blocking: Condvar::new(),
             waiting: Notify::new(),
         }
@@ -55,14 +57,23 @@ impl<T> DropOldest<T> {
             state.dropped += 1;
         }
         state.items.push_back(item);
+        let is_awaited = state.blocked > 0;
         drop(state);
-        self.blocking.notify_one();
+        if is_awaited {
+            self.blocking.notify_one();
+        }
         self.waiting.notify_one();
+    }
+
+    /// Takes the oldest entry if there is one; never waits.
+    pub fn take_ready(&self) -> Taken<T> {
+        Self::first(&mut self.lock())
     }
 
     /// Takes the oldest entry, waiting for one on this thread. `None` waits for ever.
     pub fn take_blocking(&self, timeout: Option<Duration>) -> Taken<T> {
-        let state = self.lock();
+        let mut state = self.lock();
+        state.blocked += 1;
         let is_idle = |state: &mut State<T>| state.items.is_empty() && !state.is_closed;
         let mut state = match timeout {
             None => self.blocking.wait_while(state, is_idle).unwrap_or_else(PoisonError::into_inner),
@@ -70,6 +81,11 @@ impl<T> DropOldest<T> {
                 self.blocking.wait_timeout_while(state, timeout, is_idle).unwrap_or_else(PoisonError::into_inner).0
             }
         };
+        state.blocked -= 1;
+        Self::first(&mut state)
+    }
+
+    fn first(state: &mut State<T>) -> Taken<T> {
         match state.items.pop_front() {
             Some(item) => Taken::Item(item),
             None if state.is_closed => Taken::Closed,
@@ -155,6 +171,30 @@ mod tests {
         queue.push(1);
         queue.close();
         assert_eq!(reader.join().expect("reader"), (Taken::Item(1), Taken::Closed));
+    }
+
+    #[test]
+    fn no_entry_is_lost_between_a_reader_that_falls_asleep_and_a_writer() {
+        let queue = Arc::new(DropOldest::new(100_000));
+        let readers: Vec<_> = (0..2)
+            .map(|_| {
+                let queue = queue.clone();
+                std::thread::spawn(move || {
+                    let mut taken = Vec::new();
+                    while let Taken::Item(item) = queue.take_blocking(None) {
+                        taken.push(item);
+                    }
+                    taken
+                })
+            })
+            .collect();
+        for item in 0..20_000 {
+            queue.push(item);
+        }
+        queue.close();
+        let taken: Vec<Vec<i32>> = readers.into_iter().map(|reader| reader.join().expect("reader")).collect();
+        assert!(taken.iter().all(|of_one| of_one.is_sorted()));
+        assert_eq!(taken.iter().map(Vec::len).sum::<usize>(), 20_000);
     }
 
     #[tokio::test]

@@ -138,14 +138,14 @@ async fn a_request_to_a_vehicle_that_is_forgotten_ends_and_cancels_no_other() {
     assert!(matches!(old.wait().await, Some(Err(StationError::Vehicle(_)))));
     assert_ne!(changes.count(), seen);
     let is_ended = |queue: &DropOldest<_>| loop {
-        match queue.take_blocking(Some(Duration::ZERO)) {
+        match queue.take_ready() {
             Taken::Item(_) => {}
             Taken::Closed => return true,
             Taken::TimedOut => return false,
         }
     };
     assert!(is_ended(&events));
-    assert_eq!(messages.take_blocking(Some(Duration::ZERO)), Taken::Closed);
+    assert_eq!(messages.take_ready(), Taken::Closed);
     // It comes back: a new vehicle, whose requests the old handles do not touch.
     station.hear(1, later + Duration::from_secs(20));
     let again = vehicle.request(Request::ReturnToLaunch);
@@ -318,7 +318,7 @@ async fn of_two_autopilots_with_one_id_the_first_is_followed_and_commanded() {
     assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
     assert!(vehicle.rival().expect("told").contains(&second.socket.local_addr().expect("bound").to_string()));
     let mut told = Vec::new();
-    while let Taken::Item(observed) = events.take_blocking(Some(Duration::ZERO)) {
+    while let Taken::Item(observed) = events.take_ready() {
         told.push(observed.event);
     }
     assert!(told.contains(&VehicleEvent::Contested), "{told:?}");
