@@ -19,7 +19,7 @@ For asyncio see `vencejo.aio`.
 
 from typing import TYPE_CHECKING, Any
 
-from vencejo._native import Subscription, __version__
+from vencejo._native import MavlinkMessage, Subscription, __version__
 from vencejo.control import Operator
 from vencejo.errors import (
     Busy,
@@ -45,7 +45,6 @@ from vencejo.station import RecorderInfo, Station, connect, default_record_dir, 
 from vencejo.vehicle import (
     Event,
     FlightPreparation,
-    MavlinkMessage,
     MissionProgress,
     Parameter,
     Parameters,

@@ -22,7 +22,7 @@ import contextlib
 import os
 import time
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 from vencejo import _native
 from vencejo.errors import CommandTimeout, InvalidRequest
@@ -395,7 +395,7 @@ class AsyncVehicle(VehicleState):
 
     async def request_message(self, name: str) -> MavlinkMessage:
         """Ask for one message once, and give it back."""
-        return MavlinkMessage(*await _finished(self._native.request_message(name)))
+        return cast("MavlinkMessage", await _finished(self._native.request_message(name)))
 
     async def set_message_rate(self, name: str, rate_hz: float | None) -> None:
         """Set how often the vehicle sends a message, up to 50 a second; ``None`` stops it."""

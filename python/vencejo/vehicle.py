@@ -12,12 +12,12 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from types import MappingProxyType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 from vencejo import _native
 from vencejo._closing import Closing
+from vencejo._native import MavlinkMessage
 from vencejo.errors import CommandTimeout, InvalidRequest
 
 if TYPE_CHECKING:
@@ -198,42 +198,6 @@ class Event:
     kind: str
     time_s: float
     detail: Mapping[str, Any]
-
-
-@dataclass(frozen=True)
-class MavlinkMessage:
-    """A raw MAVLink message.
-
-    Attributes
-    ----------
-    name : str
-        Such as ``"ATTITUDE"``; ``"UNKNOWN_12345"`` when the dialect does not have it.
-    system_id, component_id : int
-        Its sender.
-    time_s : float
-        When it arrived, on the clock of `Telemetry.time_s`.
-    id : int
-        Message id.
-    payload : bytes
-        As it came: MAVLink 2 cuts zeros off its end.
-    """
-
-    name: str
-    system_id: int
-    component_id: int
-    time_s: float
-    id: int
-    payload: bytes
-
-    @cached_property
-    def fields(self) -> Mapping[str, Any]:
-        """The fields as the message definition names them, in the units and the order of the wire; read at first use.
-
-        Enums and bit masks are integers, texts are without what follows their first zero, arrays are lists. ``payload`` alone for
-        a message that the dialect does not have.
-        """
-        fields = _native.message_fields(self.id, self.payload)
-        return MappingProxyType({"payload": self.payload} if fields is None else fields)
 
 
 @dataclass(frozen=True)
@@ -431,7 +395,7 @@ class VehicleState:
             Close it, or use it in a ``with`` statement, to end the calls; closing the station ends them too.
         """
         subscription = self._native.subscribe_messages(None if names is None else list(names), capacity)
-        _call_back(subscription, lambda item: callback(MavlinkMessage(*item)), callback)
+        _call_back(subscription, callback, callback)
         return subscription
 
     def on_event(self, callback: Callable[[Event], None], *, capacity: int = 1024) -> _native.Subscription:
@@ -1009,7 +973,7 @@ class Vehicle(Closing, VehicleState):
 
     def request_message(self, name: str) -> MavlinkMessage:
         """Ask for one message once, and give it back."""
-        return MavlinkMessage(*self._wait(self._native.request_message(name)))
+        return cast("MavlinkMessage", self._wait(self._native.request_message(name)))
 
     def set_message_rate(self, name: str, rate_hz: float | None) -> None:
         """Set how often the vehicle sends a message, up to 50 a second; ``None`` stops it."""

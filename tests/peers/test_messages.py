@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import random
 import struct
 from typing import Any
@@ -9,7 +10,6 @@ from typing import Any
 import pytest
 import vencejo
 from pymavlink.dialects.v20 import ardupilotmega
-from vencejo import _native
 
 from tests.faults.mock import MockPlane
 from tests.support import wait_for
@@ -41,10 +41,29 @@ def test_every_field_of_every_message_is_read() -> None:
                 wanted[name] = values if is_array else values[0]
                 packed += values
         payload = kind.unpacker.pack(*packed)
-        assert _native.message_fields(message_id, payload) == wanted, kind.msgname
+        assert vencejo.MavlinkMessage(kind.msgname, 1, 1, 0.0, message_id, payload).fields == wanted, kind.msgname
         # Zeros are cut off the end on the wire.
-        assert set(_native.message_fields(message_id, payload[:1]) or {}) == set(kind.fieldnames), kind.msgname
-    assert _native.message_fields(0xFFFFFF, b"") is None
+        cut = vencejo.MavlinkMessage(kind.msgname, 1, 1, 0.0, message_id, payload[:1])
+        assert set(cut.fields) == set(kind.fieldnames), kind.msgname
+    unknown = vencejo.MavlinkMessage("UNKNOWN_16777215", 1, 1, 0.0, 0xFFFFFF, b"ab")
+    assert unknown.fields == {"payload": b"ab"}
+
+
+def test_a_message_is_a_value() -> None:
+    message = vencejo.MavlinkMessage("SYSTEM_TIME", 1, 2, 3.5, 2, b"\x01")
+    assert message.fields["time_unix_usec"] == 1
+    same = pickle.loads(pickle.dumps(message))
+    assert (same, hash(same)) == (message, hash(message))
+    assert same != vencejo.MavlinkMessage("SYSTEM_TIME", 1, 2, 3.5, 2, b"\x02")
+    other: object = "SYSTEM_TIME"
+    assert message != other
+    assert repr(message) == (
+        "MavlinkMessage(name='SYSTEM_TIME', system_id=1, component_id=2, time_s=3.5, id=2, payload=b'\\x01')"
+    )
+    with pytest.raises(AttributeError):
+        message.id = 3  # type: ignore[misc]
+    with pytest.raises(TypeError):
+        message.fields["time_unix_usec"] = 2  # type: ignore[index]
 
 
 def test_values_of_python_become_those_of_the_wire() -> None:

@@ -32,7 +32,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     geodesy::register(module)?;
     guidance::register(module)?;
     landing::register(module)?;
-    messages::register(module)?;
     operator::register(module)?;
     plan::register(module)?;
     recording::register(module)?;
@@ -42,6 +41,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     vehicle::register(module)?;
     video::register(module)?;
     module.add_function(wrap_pyfunction!(runtime::end_waits, module)?)?;
+    module.add_class::<messages::PyMessage>()?;
     module.add_class::<pending::PyPending>()?;
     module.add_class::<subscription::Subscription>()?;
     module.add_class::<telemetry::TelemetrySnapshot>()?;

@@ -3,15 +3,29 @@
 use std::collections::BTreeMap;
 
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyString, PyTuple};
-use vencejo_proto::{FieldValue, Frame, MonoTime, decode_fields};
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyMapping, PyMappingProxy, PyString, PyTuple};
+use vencejo_proto::{FieldValue, Frame, MonoTime, decode_fields, message_name};
 
 use crate::errors;
 use crate::telemetry::seconds;
 
-/// Adds this module's function.
-pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_function(wrap_pyfunction!(message_fields, module)?)
+/// A raw MAVLink message. Its fields are read when they are asked for: most of those that are called back never are.
+#[pyclass(frozen, name = "MavlinkMessage", module = "vencejo._native")]
+pub struct PyMessage {
+    #[pyo3(get)]
+    name: Py<PyString>,
+    #[pyo3(get)]
+    system_id: u8,
+    #[pyo3(get)]
+    component_id: u8,
+    #[pyo3(get)]
+    time_s: f64,
+    #[pyo3(get)]
+    id: u32,
+    #[pyo3(get)]
+    payload: Py<PyBytes>,
+    fields: PyOnceLock<Py<PyMappingProxy>>,
 }
 
 /// The id of a message by its name.
@@ -21,26 +35,70 @@ pub fn message_id(name: &str) -> PyResult<u32> {
     })
 }
 
-/// `(name, system id, component id, time, message id, payload)` of a message.
-pub fn message_tuple<'py>(py: Python<'py>, frame: &Frame, at: MonoTime) -> PyResult<Bound<'py, PyTuple>> {
-    let (id, source) = (frame.message_id(), frame.source());
-    let name = match vencejo_proto::message_name(id) {
-        Some(name) => PyString::intern(py, name),
-        None => PyString::new(py, &format!("UNKNOWN_{id}")),
-    };
-    let payload = PyBytes::new(py, frame.payload());
-    (name, source.system.0, source.component.0, seconds(at), id, payload).into_pyobject(py)
+impl PyMessage {
+    /// A message as it was received.
+    pub fn received(py: Python<'_>, frame: &Frame, at: MonoTime) -> Self {
+        let (id, source) = (frame.message_id(), frame.source());
+        let name = match message_name(id) {
+            Some(name) => PyString::intern(py, name),
+            None => PyString::new(py, &format!("UNKNOWN_{id}")),
+        };
+        // A copy: what a program keeps must not keep what else came in the same datagrams.
+        let payload = PyBytes::new(py, frame.payload());
+        Self::new(name.unbind(), source.system.0, source.component.0, seconds(at), id, payload.unbind())
+    }
+
+    /// What tells it from others, in the order of its constructor.
+    fn parts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        (&self.name, self.system_id, self.component_id, self.time_s, self.id, &self.payload).into_pyobject(py)
+    }
 }
 
-/// The fields of a payload by their names, in the order of the wire. `None` for a message that the dialect does not have.
-#[pyfunction]
-fn message_fields<'py>(py: Python<'py>, id: u32, payload: &[u8]) -> PyResult<Option<Bound<'py, PyDict>>> {
-    let Some(fields) = decode_fields(id, payload) else { return Ok(None) };
-    let dict = PyDict::new(py);
-    for (name, value) in &fields {
-        dict.set_item(*name, to_python(py, value)?)?;
+#[pymethods]
+impl PyMessage {
+    #[new]
+    fn new(name: Py<PyString>, system_id: u8, component_id: u8, time_s: f64, id: u32, payload: Py<PyBytes>) -> Self {
+        Self { name, system_id, component_id, time_s, id, payload, fields: PyOnceLock::new() }
     }
-    Ok(Some(dict))
+
+    /// The fields by their names, in the order of the wire; `payload` alone for a message that the dialect does not have.
+    #[getter]
+    fn fields<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, PyMappingProxy>> {
+        let proxy = self.fields.get_or_try_init(py, || {
+            let dict = PyDict::new(py);
+            match decode_fields(self.id, self.payload.as_bytes(py)) {
+                Some(fields) => {
+                    for (name, value) in &fields {
+                        dict.set_item(*name, to_python(py, value)?)?;
+                    }
+                }
+                None => dict.set_item("payload", &self.payload)?,
+            }
+            Ok::<_, PyErr>(PyMappingProxy::new(py, dict.cast::<PyMapping>()?).unbind())
+        })?;
+        Ok(proxy.bind(py))
+    }
+
+    fn __eq__(&self, py: Python<'_>, other: &Self) -> PyResult<bool> {
+        self.parts(py)?.eq(other.parts(py)?)
+    }
+
+    fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
+        self.parts(py)?.hash()
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let Self { name, system_id, component_id, time_s, id, payload, .. } = self;
+        let (name, payload) = (name.bind(py).repr()?, payload.bind(py).repr()?);
+        Ok(format!(
+            "MavlinkMessage(name={name}, system_id={system_id}, component_id={component_id}, time_s={time_s}, id={id}, \
+             payload={payload})"
+        ))
+    }
+
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        self.parts(py)
+    }
 }
 
 fn to_python<'py>(py: Python<'py>, value: &FieldValue) -> PyResult<Bound<'py, PyAny>> {

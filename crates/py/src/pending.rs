@@ -8,7 +8,7 @@ use vencejo_proto::{Address, Header, MavVersion};
 use vencejo_station::{Pending, RequestResult, StationError, VehicleHandle};
 use vencejo_vehicle::{Param, Reply};
 
-use crate::messages::message_tuple;
+use crate::messages::PyMessage;
 use crate::plan::plan_to_tuple;
 use crate::{errors, runtime};
 
@@ -146,7 +146,7 @@ fn reply_to_python<'py>(py: Python<'py>, vehicle: &VehicleHandle, reply: Reply) 
         Reply::Message(message) => {
             let source = vehicle.address().unwrap_or(Address::new(vehicle.system().0, 1));
             let frame = message.encode(Header { sequence: 0, source, version: MavVersion::V2 });
-            message_tuple(py, &frame, vehicle.station().now())?.into_any()
+            Bound::new(py, PyMessage::received(py, &frame, vehicle.station().now()))?.into_any()
         }
         Reply::Plan { kind, items, home, .. } => {
             let plan = Plan::from_list(kind, Mission { home, items })

@@ -10,7 +10,7 @@ use vencejo_proto::MonoTime;
 use vencejo_station::{DropOldest, Observed, Received, Taken, WeakVehicleHandle};
 use vencejo_vehicle::VehicleEvent;
 
-use crate::messages::message_tuple;
+use crate::messages::PyMessage;
 use crate::runtime;
 use crate::telemetry::seconds;
 
@@ -23,25 +23,39 @@ enum Queue {
     Events(Arc<DropOldest<Observed>>, WeakVehicleHandle),
 }
 
-/// Something taken from a queue.
-enum Item {
-    Message(Received),
-    Event(Observed, WeakVehicleHandle),
+fn next_of<T: Send>(py: Python<'_>, queue: &DropOldest<T>, timeout: Option<Duration>) -> Taken<T> {
+    match queue.take_ready() {
+        Taken::TimedOut => runtime::detached(py, || queue.take_blocking(timeout)),
+        taken => taken,
+    }
+}
+
+fn to_python<'py, T>(
+    taken: Taken<T>,
+    convert: impl FnOnce(T) -> PyResult<Bound<'py, PyAny>>,
+) -> PyResult<Taken<Bound<'py, PyAny>>> {
+    Ok(match taken {
+        Taken::Item(item) => Taken::Item(convert(item)?),
+        Taken::TimedOut => Taken::TimedOut,
+        Taken::Closed => Taken::Closed,
+    })
 }
 
 impl Queue {
-    fn take(&self, timeout: Option<Duration>) -> Taken<Item> {
-        fn map<T>(taken: Taken<T>, wrap: impl Fn(T) -> Item) -> Taken<Item> {
-            match taken {
-                Taken::Item(item) => Taken::Item(wrap(item)),
-                Taken::TimedOut => Taken::TimedOut,
-                Taken::Closed => Taken::Closed,
-            }
-        }
+    /// The next entry: what waits already, or, without the GIL, what comes in time; `None` waits for ever.
+    ///
+    /// A reader that is behind so has all that waits with one acquisition of the GIL.
+    fn take<'py>(&self, py: Python<'py>, timeout: Option<Duration>) -> PyResult<Taken<Bound<'py, PyAny>>> {
         match self {
-            Self::Messages(queue) => map(queue.take_blocking(timeout), Item::Message),
+            Self::Messages(queue) => {
+                let taken = next_of(py, queue, timeout);
+                to_python(taken, |received| {
+                    Ok(Bound::new(py, PyMessage::received(py, &received.frame, received.at))?.into_any())
+                })
+            }
             Self::Events(queue, vehicle) => {
-                map(queue.take_blocking(timeout), |observed| Item::Event(observed, vehicle.clone()))
+                let taken = next_of(py, queue, timeout);
+                to_python(taken, |observed| event_tuple(py, vehicle, &observed.event, observed.at))
             }
         }
     }
@@ -97,8 +111,8 @@ impl Subscription {
             let rest = deadline.map_or(SIGNAL_INTERVAL, |deadline| {
                 deadline.saturating_duration_since(Instant::now()).min(SIGNAL_INTERVAL)
             });
-            match runtime::detached(py, || self.queue.take(Some(rest))) {
-                Taken::Item(item) => return item_to_python(py, &item).map(Some),
+            match self.queue.take(py, Some(rest))? {
+                Taken::Item(item) => return Ok(Some(item)),
                 Taken::Closed => return Ok(None),
                 Taken::TimedOut => py.check_signals()?,
             }
@@ -108,10 +122,16 @@ impl Subscription {
         }
     }
 
-    /// As `get` without a time-out, for the thread that calls back: nothing more once `close` was called.
+    /// As `get` without a time-out, for the thread that calls back, which no signal is for: nothing more once `close` was called.
     fn next<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let item = self.get(py, None)?;
-        Ok(item.filter(|_| !self.is_ended.load(Ordering::Acquire)))
+        let is_ended = || self.is_ended.load(Ordering::Acquire);
+        if is_ended() {
+            return Ok(None);
+        }
+        Ok(match self.queue.take(py, None)? {
+            Taken::Item(item) if !is_ended() => Some(item),
+            _ => None,
+        })
     }
 
     /// Ends it. A callback that runs comes to its end; what waits is not called back any more, but `get` still gives it.
@@ -134,13 +154,6 @@ impl Drop for Subscription {
     fn drop(&mut self) {
         // Nobody can read it any more.
         self.queue.close();
-    }
-}
-
-fn item_to_python<'py>(py: Python<'py>, item: &Item) -> PyResult<Bound<'py, PyAny>> {
-    match item {
-        Item::Message(received) => Ok(message_tuple(py, &received.frame, received.at)?.into_any()),
-        Item::Event(observed, vehicle) => event_tuple(py, vehicle, &observed.event, observed.at),
     }
 }
 
