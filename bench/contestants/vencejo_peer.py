@@ -39,9 +39,9 @@ def follow(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> d
         while len(station.vehicles) < int(systems) and time.monotonic() < give_up_at:
             time.sleep(0.01)
         counts_from = time.monotonic() + float(warm_up)
-        subscriptions = [vehicle.on_message(on_message) for vehicle in station.vehicles]
-        time.sleep(float(warm_up) + float(seconds))
-        dropped = sum(subscription.dropped for subscription in subscriptions)
+        with station.on_message(on_message) as subscription:
+            time.sleep(float(warm_up) + float(seconds))
+            dropped = subscription.dropped
         lost = sum(link.frames_lost for link in station.links)
     return {"messages": messages, "ages_us": ages_us.tolist(), "dropped": dropped, "lost": lost}
 

@@ -7,16 +7,17 @@ import contextlib
 import os
 import sys
 import weakref
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 from vencejo import _native
 from vencejo._closing import Closing
+from vencejo._native import MavlinkMessage, Subscription
 from vencejo.control import Operator
 from vencejo.errors import ClosedError, InvalidRequest, VencejoError
-from vencejo.vehicle import Vehicle, VehicleState, _signing_info
+from vencejo.vehicle import Vehicle, VehicleState, _call_back, _signing_info
 
 if TYPE_CHECKING:
     from vencejo.link import LinkInfo
@@ -250,6 +251,31 @@ class Station(Closing):
             When none is heard in time.
         """
         return self._vehicle(self._native.wait_vehicle(system_id).wait(timeout_s))
+
+    def on_message(
+        self, callback: Callable[[MavlinkMessage], None], *, names: Iterable[str] | None = None, capacity: int = 8192
+    ) -> Subscription:
+        """Call a function for each raw message of all vehicles, also of those not heard yet, in one thread and in the order they come.
+
+        For many vehicles at once: one thread costs a fraction of those of a `Vehicle.on_message` for each.
+
+        Parameters
+        ----------
+        callback : function of a MavlinkMessage
+            Its ``system_id`` tells the vehicle. A slow one loses the oldest messages (`Subscription.dropped`), it never delays a link.
+        names : iterable of str, optional
+            Only these messages.
+        capacity : int, optional
+            Messages that wait for the callback at most.
+
+        Returns
+        -------
+        Subscription
+            Close it, or use it in a ``with`` statement, to end the calls; closing the station ends them too.
+        """
+        subscription = self._native.subscribe_messages(None if names is None else list(names), capacity)
+        _call_back(subscription, callback, callback)
+        return subscription
 
     def _vehicle(self, native: _native.Vehicle) -> Vehicle:
         vehicle = self._vehicles.get(native.system_id)

@@ -77,6 +77,7 @@ ROUTES: dict[str, tuple[str, ...]] = {
     "Station.close": (),  # the server's owner closes it
     "Station.close_link": ("DELETE /api/v1/links/{id}",),
     "Station.links": ("GET /api/v1/links", "WS links"),
+    "Station.on_message": ("WS subscribe_messages", "WS message"),
     "Station.open_link": ("POST /api/v1/links",),
     "Station.operator": ("GET /api/v1/session", "POST /api/v1/control/take", "POST /api/v1/control/release"),
     "Station.recorder": ("GET /api/v1/recorder",),

@@ -1,6 +1,6 @@
 //! Raw messages for Python, by the names of their fields.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -9,6 +9,11 @@ use vencejo_proto::{FieldValue, Frame, MonoTime, decode_fields, message_name};
 
 use crate::errors;
 use crate::telemetry::seconds;
+
+/// The ids of messages by their names; `None` is all.
+pub fn message_ids(names: Option<Vec<String>>) -> PyResult<Option<BTreeSet<u32>>> {
+    names.map(|names| names.iter().map(|name| message_id(name)).collect()).transpose()
+}
 
 /// A raw MAVLink message. Its fields are read when they are asked for: most of those that are called back never are.
 #[pyclass(frozen, name = "MavlinkMessage", module = "vencejo._native")]

@@ -11,9 +11,10 @@ use vencejo_proto::{Address, SigningKey, SystemId};
 use vencejo_station::{Station, StationConfig};
 
 use crate::link::{link_dict, signing_dict};
-use crate::messages::message_id;
+use crate::messages::{message_id, message_ids};
 use crate::operator::PyOperator;
 use crate::pending::PyPending;
+use crate::subscription::Subscription;
 use crate::vehicle::PyVehicle;
 use crate::{errors, runtime, storage};
 
@@ -175,6 +176,11 @@ impl PyStation {
     #[pyo3(signature = (system_id))]
     fn wait_vehicle(&self, system_id: Option<u8>) -> PyPending {
         PyPending::of_vehicle(self.station.wait_vehicle(system_id.map(SystemId)), PyVehicle::into_python)
+    }
+
+    #[pyo3(signature = (names, capacity))]
+    fn subscribe_messages(&self, names: Option<Vec<String>>, capacity: usize) -> PyResult<Subscription> {
+        Ok(Subscription::of_messages(self.station.subscribe_messages(message_ids(names)?, capacity)))
     }
 
     fn signing_of<'py>(&self, py: Python<'py>, system_id: u8) -> PyResult<Bound<'py, PyDict>> {

@@ -1,6 +1,5 @@
 //! A vehicle for Python: every method starts a request or copies state; none waits.
 
-use std::collections::BTreeSet;
 use std::time::Duration;
 
 use pyo3::prelude::*;
@@ -14,7 +13,7 @@ use vencejo_vehicle::telemetry::Severity;
 use vencejo_vehicle::{AltFrame, Danger, ModeChoice, PlanState, Request, SpeedKind, Turn};
 
 use crate::link::{link_dict, signing_dict};
-use crate::messages::{fields_of, message_id};
+use crate::messages::{fields_of, message_id, message_ids};
 use crate::operator::PyOperator;
 use crate::pending::PyPending;
 use crate::plan::{FindingTuple, PlanTuple, findings, home_from_tuple, plan_from_tuple, plan_to_tuple};
@@ -239,10 +238,7 @@ impl PyVehicle {
 
     #[pyo3(signature = (names, capacity))]
     fn subscribe_messages(&self, names: Option<Vec<String>>, capacity: usize) -> PyResult<Subscription> {
-        let ids = names
-            .map(|names| names.iter().map(|name| message_id(name)).collect::<PyResult<BTreeSet<_>>>())
-            .transpose()?;
-        Ok(Subscription::of_messages(self.vehicle.subscribe_messages(ids, capacity)))
+        Ok(Subscription::of_messages(self.vehicle.subscribe_messages(message_ids(names)?, capacity)))
     }
 
     fn subscribe_events(&self, capacity: usize) -> Subscription {

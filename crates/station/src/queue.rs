@@ -1,7 +1,7 @@
 //! A bounded queue that drops its oldest entry when its reader is too slow: telemetry may be lost, flight may not wait.
 
 use std::collections::VecDeque;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use tokio::sync::Notify;
@@ -44,6 +44,13 @@ impl<T> DropOldest<T> {
             blocking: Condvar::new(),
             waiting: Notify::new(),
         }
+    }
+
+    /// One that has come to its end before anything was in it.
+    pub(crate) fn ended() -> Arc<Self> {
+        let queue = Self::new(1);
+        queue.close();
+        Arc::new(queue)
     }
 
     /// Adds an entry; never blocks. When full, the oldest entry is dropped and counted.
@@ -136,8 +143,6 @@ impl<T> DropOldest<T> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
 
     #[test]

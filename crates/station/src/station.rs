@@ -3,7 +3,7 @@
 //! A frame is handled where it is read: the link's task decodes it, feeds the vehicle's state machine, and sends what
 //! that wants, without a hop to another task. One more task, the driver, lets time pass and sends our heartbeat.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -32,9 +32,10 @@ use crate::control::{Control, Operator};
 use crate::error::StationError;
 use crate::namesake::Namesake;
 use crate::pending::{Finisher, Pending};
+use crate::queue::DropOldest;
 use crate::records::{self, Records};
 use crate::signing::{SigningError, Vault};
-use crate::subscriptions::{Observed, Subscriptions};
+use crate::subscriptions::{Observed, Received, Subscriptions};
 
 /// How often our heartbeat goes out, and the driver looks round at the latest (mavlink.io, "Heartbeat protocol").
 const HEARTBEAT_INTERVAL: Duration = Duration::from_secs(1);
@@ -111,6 +112,8 @@ pub(crate) struct Core {
     waiting: Vec<Waiting>,
     next_waiting: u64,
     pub(crate) watchers: HashMap<SystemId, Watchers>,
+    /// Of those who watch all vehicles at once.
+    subscriptions: Subscriptions,
     /// Another station with our address.
     namesake: Namesake,
 }
@@ -198,6 +201,7 @@ impl Station {
                 waiting: Vec::new(),
                 next_waiting: 0,
                 watchers: HashMap::new(),
+                subscriptions: Subscriptions::default(),
                 namesake: Namesake::default(),
             }),
             heartbeat: AtomicBool::new(config.heartbeat),
@@ -353,6 +357,14 @@ impl Station {
         self.shared.core().vehicles.get(system).is_some().then(|| self.handle(system))
     }
 
+    /// The messages of all vehicles from now on, also of those that are not heard yet, in the order in which they come: all or some
+    /// ids, at most `capacity` waiting. One queue costs a fraction of one for each of many vehicles.
+    pub fn subscribe_messages(&self, ids: Option<BTreeSet<u32>>, capacity: usize) -> Arc<DropOldest<Received>> {
+        // Under the lock: closing ends what it finds there.
+        let core = self.shared.core();
+        if self.is_closed() { DropOldest::ended() } else { core.subscriptions.subscribe(ids, capacity) }
+    }
+
     /// Waits for a vehicle, the first that is heard when none is named. Cancelling it ends it with
     /// [`StationError::NoVehicle`].
     pub fn wait_vehicle(&self, wanted: Option<SystemId>) -> Pending<Result<VehicleHandle, StationError>> {
@@ -503,6 +515,7 @@ impl Shared {
         self.closing.send_replace(true);
         let (requests, waiting) = {
             let mut core = self.core();
+            core.subscriptions.close();
             for watchers in core.watchers.values() {
                 watchers.subscriptions.close();
                 watchers.changes.notify();
@@ -542,6 +555,9 @@ impl Shared {
             let _ = self.hub.note_round_trip(link, round_trip);
         }
         let version = core.vehicles.get(from.system).map(Vehicle::protocol_version);
+        if version.is_some() {
+            core.subscriptions.on_message(link, frame, now);
+        }
         if let Some(watchers) = core.watchers.get_mut(&from.system) {
             watchers.version = version.unwrap_or_default();
             watchers.subscriptions.on_message(link, frame, now);

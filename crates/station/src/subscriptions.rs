@@ -30,16 +30,16 @@ pub struct Observed {
 }
 
 #[derive(Debug)]
-pub(crate) struct MessageQueue {
+struct MessageQueue {
     /// Only these ids; all when absent.
-    pub(crate) ids: Option<BTreeSet<u32>>,
-    pub(crate) queue: Arc<DropOldest<Received>>,
+    ids: Option<BTreeSet<u32>>,
+    queue: Arc<DropOldest<Received>>,
 }
 
-/// The queues of one vehicle's watchers. A queue whose reader is gone is forgotten.
+/// The queues of those who watch one vehicle, or all. A queue whose reader is gone is forgotten.
 #[derive(Debug, Default)]
 pub(crate) struct Subscriptions {
-    pub(crate) messages: Mutex<Vec<MessageQueue>>,
+    messages: Mutex<Vec<MessageQueue>>,
     pub(crate) events: Mutex<Vec<Arc<DropOldest<Observed>>>>,
 }
 
@@ -48,6 +48,14 @@ fn is_read<T>(queue: &Arc<DropOldest<T>>) -> bool {
 }
 
 impl Subscriptions {
+    /// Messages from now on, all or some ids, at most `capacity` waiting.
+    pub(crate) fn subscribe(&self, ids: Option<BTreeSet<u32>>, capacity: usize) -> Arc<DropOldest<Received>> {
+        let queue = Arc::new(DropOldest::new(capacity));
+        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        messages.push(MessageQueue { ids, queue: queue.clone() });
+        queue
+    }
+
     /// Passes a message on to those who want it.
     pub(crate) fn on_message(&self, link: LinkId, frame: &Frame, at: MonoTime) {
         let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);

@@ -18,7 +18,7 @@ use crate::error::StationError;
 use crate::pending::Pending;
 use crate::queue::DropOldest;
 use crate::station::{RequestResult, Shared, Station, VehicleHandle};
-use crate::subscriptions::{MessageQueue, Observed, Received};
+use crate::subscriptions::{Observed, Received};
 
 impl VehicleHandle {
     /// Its system id.
@@ -218,29 +218,24 @@ impl VehicleHandle {
 
     /// Its messages from now on, all or some ids, at most `capacity` waiting.
     pub fn subscribe_messages(&self, ids: Option<BTreeSet<u32>>, capacity: usize) -> Arc<DropOldest<Received>> {
-        let queue = Arc::new(DropOldest::new(capacity));
         let core = self.station.shared.core();
         match core.watchers.get(&self.system) {
-            Some(watchers) if !self.station.is_closed() => {
-                let mut messages = watchers.subscriptions.messages.lock().unwrap_or_else(PoisonError::into_inner);
-                messages.push(MessageQueue { ids, queue: queue.clone() });
-            }
-            _ => queue.close(),
+            Some(watchers) if !self.station.is_closed() => watchers.subscriptions.subscribe(ids, capacity),
+            _ => DropOldest::ended(),
         }
-        queue
     }
 
     /// Its events from now on, at most `capacity` waiting.
     pub fn subscribe_events(&self, capacity: usize) -> Arc<DropOldest<Observed>> {
-        let queue = Arc::new(DropOldest::new(capacity));
         let core = self.station.shared.core();
         match core.watchers.get(&self.system) {
             Some(watchers) if !self.station.is_closed() => {
+                let queue = Arc::new(DropOldest::new(capacity));
                 watchers.subscriptions.events.lock().unwrap_or_else(PoisonError::into_inner).push(queue.clone());
+                queue
             }
-            _ => queue.close(),
+            _ => DropOldest::ended(),
         }
-        queue
     }
 
     /// What tells that something new came from it.

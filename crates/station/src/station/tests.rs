@@ -10,7 +10,7 @@ use vencejo_proto::dialect::{ATTITUDE_DATA, MavMessage};
 use vencejo_proto::{FrameDecoder, Header};
 
 use super::*;
-use crate::{DropOldest, Taken};
+use crate::Taken;
 
 /// Vehicles that are followed at once.
 const MAX_VEHICLES: u8 = 64;
@@ -154,6 +154,26 @@ async fn a_request_to_a_vehicle_that_is_forgotten_ends_and_cancels_no_other() {
     again.cancel();
     assert_eq!(again.wait().await, Some(Err(StationError::Vehicle(VehicleError::Cancelled))));
     station.close().await;
+}
+
+#[tokio::test]
+async fn one_queue_has_the_messages_of_all_vehicles_in_order_from_their_first() {
+    let station = start();
+    let (all, some) = (station.subscribe_messages(None, 8), station.subscribe_messages(Some(BTreeSet::from([30])), 8));
+    for system in [1, 2, 1] {
+        station.hear(system, station.now());
+    }
+    // A camera of no vehicle.
+    let message = Message::Dialect(MavMessage::ATTITUDE(ATTITUDE_DATA::default()));
+    let stray = message.encode(Header { sequence: 0, source: Address::new(9, 100), version: MavVersion::V2 });
+    station.shared.on_frame(Origin { link: LinkId(0), peer: PeerId(0) }, &stray, station.now());
+    for system in [1, 2, 1] {
+        let Taken::Item(received) = all.take_ready() else { panic!("one more") };
+        assert_eq!(received.frame, plane_heartbeat(system));
+    }
+    assert_eq!((all.take_ready(), some.take_ready()), (Taken::TimedOut, Taken::TimedOut));
+    station.close().await;
+    assert_eq!((all.take_ready(), station.subscribe_messages(None, 8).take_ready()), (Taken::Closed, Taken::Closed));
 }
 
 #[tokio::test]
