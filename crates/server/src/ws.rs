@@ -24,8 +24,8 @@ use crate::sessions::SessionId;
 use crate::state::{App, closed};
 use crate::turns::in_turn;
 
-/// Bytes of a client's message at most: a plan of a thousand items, as JSON, has a fifth of that.
-pub const MAX_MESSAGE_BYTES: usize = 1024 * 1024;
+/// Bytes of a client's message at most: a plan of a thousand items has a quarter of that.
+pub const MAX_MESSAGE_BYTES: usize = 512 * 1024;
 /// Vehicles that one client follows at most.
 const MAX_SUBSCRIPTIONS: usize = 64;
 /// Raw messages of one vehicle that wait to be looked at, and how long at most: 10,000 a second fit.

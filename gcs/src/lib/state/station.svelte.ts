@@ -29,8 +29,8 @@ export const operations = new Operations(api);
 /** More answers than these are not shown at once. */
 const ANSWERS_SHOWN = 3;
 const ACCEPTED_SHOWN_MS = 10_000;
-/** Longer plans, as JSON, are not asked about over the WebSocket, which takes a megabyte. */
-const MAX_ASSESSED = 900_000;
+/** Longer plans, as JSON, are not asked about over the WebSocket, which takes half a megabyte. */
+const MAX_ASSESSED = 500_000;
 
 /** A question about a plan that has no answer yet. */
 interface Question {
