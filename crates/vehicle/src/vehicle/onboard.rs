@@ -418,7 +418,7 @@ impl Vehicle {
             (Reading::Plan(kind), (board.quiet_since + QUIET).max(moving).max(board.not_before[kind as usize]))
         };
         let parameter = FLIGHT_PARAMETERS.get(board.parameters_asked).filter(|_| self.is_arduplane());
-        let parameter = parameter.map(|name| (Reading::Parameter(*name), board.quiet_since + QUIET));
+        let parameter = parameter.map(|name| (Reading::Parameter(name), board.quiet_since + QUIET));
         // Of two at the same time the first.
         PlanKind::ALL.into_iter().filter(is_wanted).map(due).chain(parameter).min_by_key(|(_, at)| *at)
     }
