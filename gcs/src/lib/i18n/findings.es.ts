@@ -49,7 +49,8 @@ export const findingsEs: Record<keyof typeof findingsEn, string> = {
   'finding.items-after-landing':
     '{item} aterriza antes de que acabe la misión: el punto {next_item} y lo que sigue no se vuelan.',
   'finding.items-after-landing.remedy': 'Pon el aterrizaje al final.',
-  'finding.land-start-disabled': '{item}: con RTL_AUTOLAND a 0 este vehículo se niega a armar con una secuencia de aterrizaje.',
+  'finding.land-start-disabled':
+    '{item}: con RTL_AUTOLAND a 0 este vehículo se niega a armar con una secuencia de aterrizaje.',
   'finding.land-start-disabled.remedy': 'Pon RTL_AUTOLAND a 2, para que el regreso la vuele, o elimínala.',
   'finding.land-start-without-landing': '{item} inicia una secuencia de aterrizaje, pero no sigue ningún aterrizaje.',
   'finding.land-start-without-landing.remedy': 'Añade después un aterrizaje, o elimínalo.',

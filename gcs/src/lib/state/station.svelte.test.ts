@@ -74,6 +74,7 @@ it('gives the answer to the last question about a plan, and none that never come
   station.receive({ type: 'assessment', seq: 3, findings: [], trip: { ...trip, distance_m: 3 } });
   await expect(second).resolves.toMatchObject({ trip: { distance_m: 3 } });
   const third = station.assess(draft, 9);
+  vi.spyOn(console, 'error').mockReturnValue();
   station.receive({ type: 'error', detail: 'no plan', cause: { code: 'invalid' } } as never);
   await expect(third).rejects.toThrow('no plan');
 });
