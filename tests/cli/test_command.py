@@ -10,6 +10,7 @@ import socket
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -290,6 +291,40 @@ def test_replay_to_a_station() -> None:
         first = station.recv(2048)
         assert first[0] == 0xFD
         assert first in recorded, "untouched"
+
+
+def test_a_replay_begins_when_its_links_are_up_and_ends_when_the_last_frame_has_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    file = CAPTURES / "mission-upload-items.tlog"
+    frames = vencejo.recording.summarize(file).frames
+    # What each look at the link shows: it comes up, and when the recording has ended its last frame is still to leave.
+    looks = iter([("connecting", 0), ("up", 0), ("up", frames - 1), ("up", frames - 1), ("up", frames)])
+    states = []
+
+    class Scripted:
+        def __init__(self, **_: Any) -> None:
+            self.played = False
+
+        def __enter__(self) -> Scripted:
+            return self
+
+        def __exit__(self, *_: object) -> None: ...
+
+        def open_link(self, address: str, **_: Any) -> int:
+            self.played = address.startswith("tlog:")
+            return int(self.played)
+
+        @property
+        def links(self) -> list[Any]:
+            state, sent = next(looks)
+            states.append((state, self.played))
+            return [SimpleNamespace(id=0, address="udpout:there", state=state, frames_sent=sent)]
+
+    monkeypatch.setattr(vencejo, "Station", Scripted)
+    told = json.loads(run("replay", str(file), "--to", "udpout:there", "--json").stdout)
+    assert told["sent"] == {"udpout:there": frames}
+    assert states[:3] == [("connecting", False), ("up", False), ("up", True)]
 
 
 def test_same_value_in_a_file_and_on_a_vehicle() -> None:

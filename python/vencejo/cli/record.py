@@ -30,6 +30,10 @@ if TYPE_CHECKING:
     from vencejo.station import RecorderInfo, Station
 
 LINES_EVERY_S: Final = 10.0
+UP_WITHIN_S: Final = 5.0
+"""How long a replay waits for the links that it goes to."""
+REST_S: Final = 2.0
+"""A link that has sent nothing for this long has nothing waiting: a frame takes 0.3 s at 9,600 baud."""
 
 
 def record(
@@ -200,6 +204,11 @@ def _play(file: Path, to: list[str], speed: float, frames: int, *, json: bool) -
     with Station(system_id=254, component_id=240, record=False, heartbeat=False, request_streams=False) as station:
         for address in to:
             station.open_link(address, forward=True)
+        # What is played before they are up goes nowhere; one that never comes keeps nobody waiting.
+        deadline = time.monotonic() + UP_WITHIN_S
+        for _ in _every(0.02):
+            if all(info.state == "up" for info in station.links) or time.monotonic() >= deadline:
+                break
         played = station.open_link(f"tlog:{os.fspath(file)}?speed={speed:g}")
         with progress_bar(f"Playing {file.name}", quiet=json) as bar:
             for _ in _every(0.1):
@@ -210,9 +219,12 @@ def _play(file: Path, to: list[str], speed: float, frames: int, *, json: bool) -
                     bar(source.frames_received, frames)
                 if source is None or source.state == "ended":
                     break
-        for _ in _every(0.2):  # what waits in a slow link's queue
+        changed_at = time.monotonic()
+        for _ in _every(0.05):  # what waits in a slow link's queue
             before, sent = sent, {info.address: info.frames_sent for info in station.links if info.id != played}
-            if sent == before:
+            if sent != before:
+                changed_at = time.monotonic()
+            if min(sent.values(), default=0) >= frames or time.monotonic() - changed_at >= REST_S:
                 break
     if json:
         put_json({"file": str(file), "frames": frames, "sent": sent})
