@@ -461,9 +461,20 @@ impl VideoFeed {
             return;
         }
         if state.status.codec != status.codec {
-            // What comes next cannot be decoded after what there is.
-            state.group.clear();
-            state.still = None;
+            // What comes next cannot be shown after what was encoded otherwise. The first pictures may have come before this.
+            if status.codec != Some(Codec::H264) {
+                state.group.clear();
+            }
+            if status.codec != Some(Codec::Jpeg) {
+                state.still = None;
+            }
+            if status.codec == Some(Codec::H264) {
+                for (accepts, viewer) in state.viewers() {
+                    if accepts.h264 {
+                        viewer.begin(state.group.clone());
+                    }
+                }
+            }
         }
         state.status = status;
         drop(state);

@@ -72,6 +72,8 @@ impl ViewerQueue {
         let now = Instant::now();
         state.bytes = frames.iter().map(|frame| frame.bytes.len()).sum();
         state.frames = frames.into_iter().map(|frame| (now, frame)).collect();
+        drop(state);
+        self.news.notify_one();
     }
 
     /// Adds a picture, and drops what waits when that is too old or too much.

@@ -74,6 +74,26 @@ async fn who_comes_begins_at_the_last_key_frame() {
 }
 
 #[tokio::test]
+async fn the_first_picture_is_for_who_comes_next_too() {
+    for codec in [Codec::Jpeg, Codec::H264] {
+        let hub = VideoHub::default();
+        let feed = hub.add("nose", "test").expect("added");
+        let camera = hub.camera("nose").expect("there");
+        let early = camera.watch(SHOWS_H264);
+        feed.publish(&picture(codec, true, &[1])).expect("published");
+        feed.set_status(live(codec));
+        assert_eq!(waiting(&camera.watch(SHOWS_H264)), [1], "{codec:?} that came before it was said to come");
+        assert_eq!(waiting(&early), [1], "{codec:?} to who was there already");
+        let other = if codec == Codec::H264 { Codec::Jpeg } else { Codec::H264 };
+        feed.set_status(live(other));
+        assert_eq!(waiting(&camera.watch(SHOWS_H264)), [], "{codec:?} is of another stream");
+        feed.publish(&picture(other, true, &[2])).expect("published");
+        feed.set_status(CameraStatus { state: CameraState::Dead, ..CameraStatus::default() });
+        assert_eq!(waiting(&camera.watch(SHOWS_H264)), [], "nothing of a camera that is gone");
+    }
+}
+
+#[tokio::test]
 async fn each_is_sent_what_it_can_show() {
     let hub = VideoHub::default();
     let feed = hub.add("nose", "test").expect("added");

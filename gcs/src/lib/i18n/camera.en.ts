@@ -36,7 +36,7 @@ export const cameraEn = {
   'camera.starting': 'Starting',
   'camera.startingDetail': 'Waiting for the first picture.',
   'camera.stalled': 'No picture',
-  'camera.stalledDetail': 'The camera is there, but no pictures come. This one is {age} old.',
+  'camera.stalledDetail': 'The camera is there, but no pictures come.',
   'camera.dead': 'Camera lost',
   'camera.deadDetail': 'It is tried again and again.',
   'camera.away': 'No connection to Vencejo. Trying again.',

@@ -38,7 +38,7 @@ export const cameraEs: Record<keyof typeof cameraEn, string> = {
   'camera.starting': 'Empezando',
   'camera.startingDetail': 'A la espera de la primera imagen.',
   'camera.stalled': 'Sin imagen',
-  'camera.stalledDetail': 'La cámara está, pero no llegan imágenes. Esta tiene {age}.',
+  'camera.stalledDetail': 'La cámara está, pero no llegan imágenes.',
   'camera.dead': 'Cámara perdida',
   'camera.deadDetail': 'Se intenta una y otra vez.',
   'camera.away': 'Sin conexión con Vencejo. Se intenta de nuevo.',
