@@ -1,0 +1,367 @@
+//! Who may act on an aircraft: decided on board, by nobody else. No I/O; time comes in, and is the clock on board.
+//!
+//! One operator at a time has the lease. Each grant grows the epoch, and an order of an older epoch, or of another boot of the
+//! station on board, is fenced: it does nothing, however late the network brings it. An order has an id and is done at most once: the
+//! same id gets the answer that it got. And an order tells how old the picture is that it was based on, by the clock on board, so that
+//! nobody has to agree on a time. What the network does with orders (lose, repeat, reorder, hold back) changes when they are done,
+//! and whether, but never what is said above; `schedules` tries it.
+//!
+//! Who comes first: whoever has the sticks (that is the autopilot's to say); an operator on board or at a direct link; a chief; the
+//! operator who has the lease; one who asks.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+
+use vencejo_proto::MonoTime;
+
+use crate::payload::{Answer, End, Held, VERSION};
+use crate::signature::PublicKey;
+
+/// How long a lease lasts without a sign of its holder.
+pub const LEASE: Duration = Duration::from_secs(10);
+/// How often its holder renews it.
+pub const RENEW_EVERY: Duration = Duration::from_secs(2);
+/// How long somebody who asks for control is shown to its holder.
+pub const ASKS_FOR: Duration = Duration::from_secs(10);
+/// The oldest picture that an order may be based on.
+pub const FRESH: Duration = Duration::from_secs(5);
+/// How far in the future that picture may be: clocks are read in whole milliseconds.
+const AHEAD: Duration = Duration::from_secs(1);
+/// How long after that an order is known still: the same one may be on its way twice, and its sender has not noticed that the first
+/// got no answer.
+const OVERTAKEN: Duration = Duration::from_secs(1);
+/// How long an answer is kept for whoever asks again, at least.
+pub const KEEPS_ANSWERS: Duration = Duration::from_secs(60);
+/// Answers that are kept. One that is still fresh is never forgotten for another: then nothing more is taken on.
+pub const MAX_ANSWERS: usize = 1024;
+
+/// What an operator's key is good for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Role {
+    /// Asks for control where somebody has it.
+    Operator,
+    /// May take it from an operator at once.
+    Chief,
+}
+
+/// Who sent an order: its signature was checked.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Caller {
+    /// Its key.
+    pub key: PublicKey,
+    /// Its name.
+    pub name: String,
+    /// Its role.
+    pub role: Role,
+}
+
+/// What it wants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wish {
+    /// Control.
+    Ask,
+    /// To keep it.
+    Renew,
+    /// To give it up.
+    Release,
+    /// To give it to whoever asks, by key.
+    Grant(PublicKey),
+    /// To do something.
+    Act,
+}
+
+/// An order as far as it matters here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Claim {
+    /// The boot that it is for.
+    pub boot: u64,
+    /// The epoch in which it is meant.
+    pub epoch: u64,
+    /// Its id.
+    pub id: u128,
+    /// The moment on board that its sender's picture is of.
+    pub based_on: MonoTime,
+    /// What it wants.
+    pub wish: Wish,
+}
+
+/// What becomes of an order now.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Verdict {
+    /// Do it, then call [`Authority::on_ended`].
+    Execute,
+    /// It is being done: the answer comes with its end.
+    UnderWay,
+    /// This is its answer.
+    Answer(Box<Answer>),
+}
+
+#[derive(Debug, Clone)]
+struct Lease {
+    caller: Caller,
+    until: MonoTime,
+}
+
+#[derive(Debug)]
+struct Known {
+    key: PublicKey,
+    epoch: u64,
+    /// Until then the same order would be fresh.
+    fresh_until: MonoTime,
+    keep_until: MonoTime,
+    /// `None`: under way.
+    answer: Option<Answer>,
+}
+
+/// Decides who may act on one aircraft.
+#[derive(Debug)]
+pub struct Authority {
+    boot: u64,
+    epoch: u64,
+    lease: Option<Lease>,
+    asking: Option<Lease>,
+    /// Name of the operator on board or at a direct link who has control.
+    local: Option<String>,
+    known: BTreeMap<u128, Known>,
+    /// Ids of `known`, oldest first.
+    ids: VecDeque<u128>,
+    fenced: Vec<u128>,
+}
+
+impl Authority {
+    /// Of a station that has just started. `boot` is a random number: orders to the program that ran before are none to this one.
+    #[must_use]
+    pub fn new(boot: u64) -> Self {
+        Self {
+            boot,
+            epoch: 0,
+            lease: None,
+            asking: None,
+            local: None,
+            known: BTreeMap::new(),
+            ids: VecDeque::new(),
+            fenced: Vec::new(),
+        }
+    }
+
+    /// This boot's number.
+    #[must_use]
+    pub fn boot(&self) -> u64 {
+        self.boot
+    }
+
+    /// Key of the operator far away who has control, and the epoch.
+    #[must_use]
+    pub fn lease(&self) -> Option<(PublicKey, u64)> {
+        self.lease.as_ref().map(|lease| (lease.caller.key, self.epoch))
+    }
+
+    /// Whether an operator is there, so that the autopilot may be told of a ground station.
+    #[must_use]
+    pub fn is_manned(&self) -> bool {
+        self.lease.is_some() || self.local.is_some()
+    }
+
+    /// What the others are shown of it.
+    #[must_use]
+    pub fn held(&self) -> Held {
+        let name = |lease: &Option<Lease>| lease.as_ref().map(|lease| lease.caller.name.clone()).unwrap_or_default();
+        let key = |lease: &Option<Lease>| lease.as_ref().map(|lease| lease.caller.key.0.to_vec()).unwrap_or_default();
+        Held {
+            epoch: self.epoch,
+            holder: self.local.clone().unwrap_or_else(|| name(&self.lease)),
+            key: key(&self.lease),
+            asking: name(&self.asking),
+            asking_key: key(&self.asking),
+        }
+    }
+
+    /// The operator on board or at a direct link who has control now, if one has. It ends the lease.
+    pub fn set_local(&mut self, local: Option<String>) {
+        if local.is_some() && self.local.is_none() {
+            self.lease = None;
+            self.asking = None;
+            self.fence();
+        }
+        self.local = local;
+    }
+
+    /// Lets time pass.
+    pub fn on_time(&mut self, now: MonoTime) {
+        self.lease.take_if(|lease| lease.until <= now);
+        self.asking.take_if(|asking| asking.until <= now);
+    }
+
+    /// An order came in.
+    pub fn on_order(&mut self, caller: &Caller, claim: &Claim, now: MonoTime) -> Verdict {
+        self.on_time(now);
+        if let Some(known) = self.known.get(&claim.id) {
+            if known.key != caller.key {
+                return refused(claim, "this id is another operator's");
+            }
+            return match &known.answer {
+                Some(answer) => Verdict::Answer(Box::new(answer.clone())),
+                None => Verdict::UnderWay,
+            };
+        }
+        if claim.boot != self.boot {
+            // What the program before did with it, nobody knows.
+            let why = "the station on board has started again since; look at the aircraft, then decide";
+            return ended(claim, End::Unknown, why);
+        }
+        if claim.based_on > now + AHEAD {
+            return refused(claim, "it is based on a state that was never sent");
+        }
+        if now.since(claim.based_on) > FRESH {
+            return ended(
+                claim,
+                End::Stale,
+                "it is based on a picture of the aircraft that is too old; look at it again",
+            );
+        }
+        if !self.make_room(now) {
+            return refused(claim, "too many orders came at once; wait some seconds");
+        }
+        let verdict = match claim.wish {
+            Wish::Ask => self.on_ask(caller, claim, now),
+            Wish::Renew | Wish::Release | Wish::Grant(_) | Wish::Act => self.on_holders(caller, claim, now),
+        };
+        let answer = match &verdict {
+            Verdict::Execute => None,
+            // A renewal may be done twice, and comes often.
+            _ if claim.wish == Wish::Renew => return verdict,
+            Verdict::Answer(answer) => Some((**answer).clone()),
+            Verdict::UnderWay => return verdict,
+        };
+        let fresh_until = claim.based_on + FRESH + OVERTAKEN;
+        let known = Known { key: caller.key, epoch: self.epoch, fresh_until, keep_until: now + KEEPS_ANSWERS, answer };
+        self.known.insert(claim.id, known);
+        self.ids.push_back(claim.id);
+        verdict
+    }
+
+    fn on_ask(&mut self, caller: &Caller, claim: &Claim, now: MonoTime) -> Verdict {
+        if self.local.is_some() {
+            return self.held_by(claim, End::Held);
+        }
+        let Some(lease) = &mut self.lease else {
+            return self.grant(caller.clone(), claim, now);
+        };
+        if lease.caller.key == caller.key {
+            lease.until = now + LEASE;
+            return Verdict::Answer(Box::new(Answer { epoch: self.epoch, ..answer(claim, End::Granted, "") }));
+        }
+        if caller.role == Role::Chief && lease.caller.role != Role::Chief {
+            return self.grant(caller.clone(), claim, now);
+        }
+        if self.asking.as_ref().is_some_and(|asking| asking.caller.key != caller.key) {
+            return self.held_by(claim, End::Held);
+        }
+        self.asking = Some(Lease { caller: caller.clone(), until: now + ASKS_FOR });
+        self.held_by(claim, End::Asked)
+    }
+
+    /// What only the holder of the lease may do.
+    fn on_holders(&mut self, caller: &Caller, claim: &Claim, now: MonoTime) -> Verdict {
+        let epoch = self.epoch;
+        let holds = |lease: &&mut Lease| lease.caller.key == caller.key && claim.epoch == epoch;
+        let Some(lease) = self.lease.as_mut().filter(holds) else {
+            return self.held_by(claim, End::Held);
+        };
+        lease.until = now + LEASE;
+        match claim.wish {
+            Wish::Act => return Verdict::Execute,
+            Wish::Release => {
+                self.lease = None;
+                if let Some(asking) = self.asking.take() {
+                    self.give(asking.caller, now);
+                }
+            }
+            Wish::Grant(key) => match self.asking.take_if(|asking| asking.caller.key == key) {
+                Some(asking) => self.give(asking.caller, now),
+                None => return refused(claim, "nobody with that key asks for control"),
+            },
+            Wish::Renew | Wish::Ask => {}
+        }
+        ended(claim, End::Done, "")
+    }
+
+    fn grant(&mut self, caller: Caller, claim: &Claim, now: MonoTime) -> Verdict {
+        self.give(caller, now);
+        Verdict::Answer(Box::new(Answer { epoch: self.epoch, ..answer(claim, End::Granted, "") }))
+    }
+
+    fn give(&mut self, caller: Caller, now: MonoTime) {
+        self.asking.take_if(|asking| asking.caller.key == caller.key);
+        self.lease = Some(Lease { caller, until: now + LEASE });
+        self.fence();
+    }
+
+    /// A new epoch: what is under way from before is to be given up.
+    fn fence(&mut self) {
+        let epoch = self.epoch;
+        let under_way = self.known.iter().filter(|(_, known)| known.answer.is_none() && known.epoch <= epoch);
+        self.fenced.extend(under_way.map(|(id, _)| *id));
+        self.epoch += 1;
+    }
+
+    fn held_by(&self, claim: &Claim, end: End) -> Verdict {
+        let holder = self.held().holder;
+        let why = if holder.is_empty() { "nobody has control: ask for it" } else { "" };
+        Verdict::Answer(Box::new(Answer { holder, ..answer(claim, end, why) }))
+    }
+
+    /// Orders under way that lost their epoch: they are to be cancelled. Told once.
+    pub fn take_fenced(&mut self) -> Vec<u128> {
+        std::mem::take(&mut self.fenced)
+    }
+
+    /// What was to be executed has come to this end.
+    pub fn on_ended(&mut self, id: u128, answer: Answer, now: MonoTime) {
+        if let Some(known) = self.known.get_mut(&id) {
+            known.answer = Some(answer);
+            known.keep_until = now + KEEPS_ANSWERS;
+        }
+    }
+
+    /// Forgets what has been kept long enough; whether there is room for one more.
+    fn make_room(&mut self, now: MonoTime) -> bool {
+        while let Some(id) = self.ids.front() {
+            let is_full = self.ids.len() >= MAX_ANSWERS;
+            let may_go = |known: &Known| {
+                known.answer.is_some() && known.fresh_until < now && (is_full || known.keep_until < now)
+            };
+            if !self.known.get(id).is_none_or(may_go) {
+                break;
+            }
+            self.known.remove(id);
+            self.ids.pop_front();
+        }
+        self.ids.len() < MAX_ANSWERS
+    }
+}
+
+/// An answer to an order.
+#[must_use]
+pub fn answer(claim: &Claim, end: End, why: &str) -> Answer {
+    Answer {
+        version: VERSION,
+        id: claim.id.to_be_bytes().to_vec(),
+        end: end.into(),
+        why: why.to_owned(),
+        ..Answer::default()
+    }
+}
+
+fn ended(claim: &Claim, end: End, why: &str) -> Verdict {
+    Verdict::Answer(Box::new(answer(claim, end, why)))
+}
+
+fn refused(claim: &Claim, why: &str) -> Verdict {
+    ended(claim, End::Refused, why)
+}
+
+#[cfg(test)]
+mod schedules;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,312 @@
+//! Seeded schedules: stations far away, one beside the aircraft, and a network that loses, repeats, reorders and holds back what it
+//! carries, cuts some of them off, and a station on board that starts again. Whatever comes of it: nobody acts who is not the
+//! one who was given control last, nothing is done twice, and nothing on an old picture.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use rand::rngs::SmallRng;
+use rand::{Rng, SeedableRng};
+
+use super::*;
+use crate::errand::{Errand, Outcome, Step};
+
+/// Schedules in the usual run and for each seed that `make soak` asks for.
+const USUAL: u64 = 4_000;
+const EACH: u64 = 100;
+const STATIONS: usize = 3;
+/// Orders that a station has on their way at most.
+const AT_ONCE: usize = 3;
+
+fn schedules() -> u64 {
+    let seeds = std::env::var("VENCEJO_TEST_SEEDS").ok().and_then(|text| text.parse::<u64>().ok());
+    seeds.map_or(USUAL, |seeds| seeds * EACH)
+}
+
+/// What is on its way.
+#[derive(Debug, Clone)]
+enum Sent {
+    Order(usize, Claim),
+    Answer(usize, Answer),
+    /// Boot, moment on board, who asks for control.
+    State(usize, u64, MonoTime, Option<PublicKey>),
+}
+
+/// A station far away, as far as it has to do with this.
+struct Ground {
+    caller: Caller,
+    /// The newest picture: boot, moment on board, who asks.
+    seen: Option<(u64, MonoTime, Option<PublicKey>)>,
+    epoch: u64,
+    /// What it has on its way, and until when it waits: several things at once, as its operators want.
+    errands: Vec<(Errand, Claim, MonoTime)>,
+    is_cut: bool,
+}
+
+/// What happened, told apart from the authority's own account.
+#[derive(Default)]
+struct Truth {
+    /// Whom the lease was given last, in which boot and epoch; `None` after a local operator took control or a restart.
+    given: Option<(u64, u64, PublicKey)>,
+    epochs: BTreeMap<(u64, u64), PublicKey>,
+    executed: BTreeSet<u128>,
+    executions: u64,
+    answered: HashMap<u128, End>,
+    unknown: u64,
+}
+
+struct World {
+    rng: SmallRng,
+    now: MonoTime,
+    authority: Authority,
+    grounds: Vec<Ground>,
+    on_the_way: Vec<(MonoTime, Sent)>,
+    /// Acts under way on board and when they end.
+    under_way: Vec<(MonoTime, u128, usize)>,
+    local: bool,
+    truth: Truth,
+    ids: u128,
+}
+
+impl World {
+    fn new(seed: u64) -> Self {
+        let mut rng = SmallRng::seed_from_u64(seed);
+        let chief = rng.random_bool(0.5);
+        let ground = |number: usize| Ground {
+            caller: Caller {
+                key: PublicKey([number as u8 + 1; 32]),
+                name: format!("station {number}"),
+                role: if number == 0 && chief { Role::Chief } else { Role::Operator },
+            },
+            seen: None,
+            epoch: 0,
+            errands: Vec::new(),
+            is_cut: false,
+        };
+        Self {
+            authority: Authority::new(rng.random()),
+            grounds: (0..STATIONS).map(ground).collect(),
+            rng,
+            now: MonoTime::from_millis(1_000),
+            on_the_way: Vec::new(),
+            under_way: Vec::new(),
+            local: false,
+            truth: Truth::default(),
+            ids: 0,
+        }
+    }
+
+    fn send(&mut self, sent: Sent) {
+        let station = match &sent {
+            Sent::Order(station, _) | Sent::Answer(station, _) | Sent::State(station, ..) => *station,
+        };
+        if self.grounds[station].is_cut && self.rng.random_bool(0.9) || self.rng.random_bool(0.1) {
+            return;
+        }
+        for _ in 0..if self.rng.random_bool(0.15) { 2 } else { 1 } {
+            // Mostly a normal round trip, sometimes held back for longer than a lease.
+            let ms = if self.rng.random_bool(0.1) {
+                self.rng.random_range(0..20_000)
+            } else {
+                self.rng.random_range(5..400)
+            };
+            self.on_the_way.push((self.now + Duration::from_millis(ms), sent.clone()));
+        }
+    }
+
+    fn run(&mut self) {
+        for tick in 0_u32..300 {
+            self.now += Duration::from_millis(200);
+            self.authority.on_time(self.now);
+            if tick.is_multiple_of(5) {
+                for station in 0..STATIONS {
+                    let held = self.authority.held();
+                    let key = |key: &[u8]| key.try_into().ok().map(PublicKey);
+                    let boot = self.authority.boot();
+                    self.send(Sent::State(station, boot, self.now, key(&held.asking_key)));
+                }
+            }
+            self.happen();
+            let (due, rest) = std::mem::take(&mut self.on_the_way).into_iter().partition(|(at, _)| *at <= self.now);
+            self.on_the_way = rest;
+            for (_, sent) in due as Vec<(MonoTime, Sent)> {
+                self.arrive(sent);
+            }
+            self.end_acts();
+            for station in 0..STATIONS {
+                self.work(station);
+            }
+        }
+    }
+
+    /// Something of what happens to those who fly.
+    fn happen(&mut self) {
+        match self.rng.random_range(0..400) {
+            0..8 => {
+                let station = self.rng.random_range(0..STATIONS);
+                self.grounds[station].is_cut ^= true;
+            }
+            8 => {
+                // The program on board starts again: with what it knew go the acts that it was at.
+                self.authority = Authority::new(self.rng.random());
+                self.under_way.clear();
+                self.truth.given = None;
+                if self.local {
+                    self.authority.set_local(Some("field".into()));
+                }
+            }
+            9..12 => {
+                self.local ^= true;
+                self.authority.set_local(self.local.then(|| "field".into()));
+                if self.local {
+                    self.truth.given = None;
+                    self.cancel_fenced();
+                    assert!(self.under_way.is_empty(), "the operator beside the aircraft has it for himself");
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn cancel_fenced(&mut self) {
+        let fenced = self.authority.take_fenced();
+        let now = self.now;
+        for (_, id, station) in self.under_way.extract_if(.., |(_, id, _)| fenced.contains(id)).collect::<Vec<_>>() {
+            let answer = Answer { end: End::Unknown.into(), id: id.to_be_bytes().into(), ..Answer::default() };
+            self.authority.on_ended(id, answer.clone(), now);
+            self.send(Sent::Answer(station, answer));
+        }
+    }
+
+    fn end_acts(&mut self) {
+        let now = self.now;
+        for (_, id, station) in self.under_way.extract_if(.., |(at, ..)| *at <= now).collect::<Vec<_>>() {
+            let answer = Answer { end: End::Done.into(), id: id.to_be_bytes().into(), ..Answer::default() };
+            self.authority.on_ended(id, answer.clone(), now);
+            self.send(Sent::Answer(station, answer));
+        }
+    }
+
+    fn arrive(&mut self, sent: Sent) {
+        match sent {
+            Sent::Order(station, claim) => {
+                let caller = self.grounds[station].caller.clone();
+                match self.authority.on_order(&caller, &claim, self.now) {
+                    Verdict::Execute => self.execute(station, &caller, &claim),
+                    Verdict::UnderWay => {}
+                    Verdict::Answer(answer) => {
+                        self.hear_of(&caller, &claim, &answer);
+                        self.send(Sent::Answer(station, *answer));
+                    }
+                }
+                // Who has control now, was given it by an order: of whom, the state tells.
+                if let Some((key, epoch)) = self.authority.lease() {
+                    let boot = self.authority.boot();
+                    let owner = *self.truth.epochs.entry((boot, epoch)).or_insert(key);
+                    assert_eq!(owner, key, "two holders in epoch {epoch}");
+                    let before = self.truth.given.replace((boot, epoch, key));
+                    if let Some((_, before, _)) = before {
+                        assert!(epoch >= before, "epochs never go back");
+                    }
+                    assert!(!self.local, "beside an operator at the aircraft nobody has it");
+                }
+                self.cancel_fenced();
+            }
+            Sent::Answer(station, answer) => {
+                let ground = &mut self.grounds[station];
+                let id = answer.id.as_slice().try_into().map_or(0, u128::from_be_bytes);
+                let Some(place) = ground.errands.iter().position(|(_, claim, _)| claim.id == id) else { return };
+                let (mut errand, claim, _) = ground.errands.swap_remove(place);
+                if let Outcome::Answered(answer) = errand.on_answer(answer) {
+                    match answer.end() {
+                        End::Granted => ground.epoch = answer.epoch,
+                        End::Held | End::Asked => ground.epoch = 0,
+                        End::Done if claim.wish == Wish::Act => {
+                            assert!(self.truth.executed.contains(&id), "told as done, and was not");
+                        }
+                        End::Refused | End::Stale if claim.wish == Wish::Act => {
+                            assert!(!self.truth.executed.contains(&id), "told as not done, and was");
+                        }
+                        _ => {}
+                    }
+                } else {
+                    self.truth.unknown += 1;
+                }
+            }
+            Sent::State(station, boot, at, asking) => {
+                let ground = &mut self.grounds[station];
+                if ground.seen.is_none_or(|(known, seen, _)| known != boot || seen < at) {
+                    ground.seen = Some((boot, at, asking));
+                }
+            }
+        }
+    }
+
+    fn hear_of(&mut self, caller: &Caller, claim: &Claim, answer: &Answer) {
+        let end = answer.end();
+        // Of another boot nobody knows what became of it; and what was stale was forgotten.
+        let is_known = claim.boot == self.authority.boot() && end != End::Stale;
+        if claim.wish != Wish::Renew && is_known && !(end == End::Refused && answer.why.starts_with("this id")) {
+            let first = *self.truth.answered.entry(claim.id).or_insert(end);
+            assert_eq!(first, end, "one order, one answer ({})", caller.name);
+        }
+    }
+
+    /// An act is done: was it allowed to be?
+    fn execute(&mut self, station: usize, caller: &Caller, claim: &Claim) {
+        assert_eq!(self.truth.given, Some((claim.boot, claim.epoch, caller.key)), "an act after its fence");
+        assert!(!self.local, "an act beside the operator at the aircraft");
+        assert!(self.truth.executed.insert(claim.id), "done twice");
+        assert!(self.now.since(claim.based_on) <= FRESH, "done on an old picture");
+        self.truth.executions += 1;
+        let takes = Duration::from_millis(self.rng.random_range(10..6_000));
+        self.under_way.push((self.now + takes, claim.id, station));
+    }
+
+    /// What a station does when it has nothing on its way, or waits in vain.
+    fn work(&mut self, station: usize) {
+        let now = self.now;
+        let waits = |(_, _, due): &mut (Errand, Claim, MonoTime)| *due <= now;
+        for (mut errand, claim, _) in self.grounds[station].errands.extract_if(.., waits).collect::<Vec<_>>() {
+            if let Step::Send { wait, .. } = errand.on_silence(now) {
+                self.grounds[station].errands.push((errand, claim, now + wait));
+                self.send(Sent::Order(station, claim));
+            }
+        }
+        if self.grounds[station].errands.len() >= AT_ONCE {
+            return;
+        }
+        let Some((boot, based_on, asking)) = self.grounds[station].seen else { return };
+        let epoch = self.grounds[station].epoch;
+        let wish = match self.rng.random_range(0..10) {
+            0..2 if epoch == 0 => Wish::Ask,
+            0..4 if epoch > 0 => Wish::Act,
+            4..6 if epoch > 0 => Wish::Renew,
+            6 if epoch > 0 && self.rng.random_bool(0.2) => Wish::Release,
+            7 if epoch > 0 => match asking {
+                Some(key) => Wish::Grant(key),
+                None => return,
+            },
+            _ => return,
+        };
+        self.ids += 1;
+        let claim = Claim { boot, epoch, id: self.ids, based_on, wish };
+        let mut errand = Errand::new(Duration::from_secs(10), now);
+        let Step::Send { wait, .. } = errand.start() else { return };
+        self.grounds[station].errands.push((errand, claim, now + wait));
+        self.send(Sent::Order(station, claim));
+    }
+}
+
+#[test]
+fn schedules_of_what_networks_do() {
+    let (mut executions, mut unknown, mut epochs) = (0, 0, 0);
+    for seed in 0..schedules() {
+        let mut world = World::new(seed);
+        world.run();
+        executions += world.truth.executions;
+        unknown += world.truth.unknown;
+        epochs += world.truth.epochs.len();
+    }
+    println!("{} schedules: {executions} acts, {epochs} grants, {unknown} answers that told nothing", schedules());
+    assert!(executions > 5 * schedules() && epochs as u64 > 2 * schedules(), "it was tried: {executions}, {epochs}");
+}

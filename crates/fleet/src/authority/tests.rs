@@ -1,0 +1,189 @@
+//! The authority, rule by rule.
+
+use super::*;
+
+const BOOT: u64 = 77;
+
+fn at(ms: u64) -> MonoTime {
+    MonoTime::from_millis(ms)
+}
+
+fn caller(number: u8, role: Role) -> Caller {
+    Caller { key: PublicKey([number; 32]), name: format!("operator {number}"), role }
+}
+
+/// An authority, and orders based on the present moment.
+struct Bench {
+    authority: Authority,
+    now: MonoTime,
+    ids: u128,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self { authority: Authority::new(BOOT), now: at(100_000), ids: 0 }
+    }
+
+    fn claim(&mut self, wish: Wish, epoch: u64) -> Claim {
+        self.ids += 1;
+        Claim { boot: BOOT, epoch, id: self.ids, based_on: self.now, wish }
+    }
+
+    fn order(&mut self, caller: &Caller, wish: Wish, epoch: u64) -> Verdict {
+        let claim = self.claim(wish, epoch);
+        self.authority.on_order(caller, &claim, self.now)
+    }
+
+    fn end(&mut self, caller: &Caller, wish: Wish, epoch: u64) -> (End, Answer) {
+        match self.order(caller, wish, epoch) {
+            Verdict::Answer(answer) => (answer.end(), *answer),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn granted(&mut self, caller: &Caller) -> u64 {
+        let (end, answer) = self.end(caller, Wish::Ask, 0);
+        assert_eq!(end, End::Granted);
+        answer.epoch
+    }
+
+    fn pass(&mut self, s: f64) {
+        self.now += Duration::from_secs_f64(s);
+        self.authority.on_time(self.now);
+    }
+}
+
+#[test]
+fn the_one_who_asks_first_acts_and_the_other_is_told_who() {
+    let (mut bench, ana, ben) = (Bench::new(), caller(1, Role::Operator), caller(2, Role::Operator));
+    assert_eq!(bench.end(&ana, Wish::Act, 0).0, End::Held, "nothing is done without control");
+    let epoch = bench.granted(&ana);
+    assert_eq!(bench.order(&ana, Wish::Act, epoch), Verdict::Execute);
+    let (end, answer) = bench.end(&ben, Wish::Act, epoch);
+    assert_eq!((end, answer.holder.as_str()), (End::Held, "operator 1"), "the epoch alone is no key");
+    assert_eq!(bench.granted(&ana), epoch, "to ask again is to renew");
+}
+
+#[test]
+fn a_lease_ends_by_itself_and_renewals_keep_it() {
+    let (mut bench, ana, ben) = (Bench::new(), caller(1, Role::Operator), caller(2, Role::Operator));
+    let epoch = bench.granted(&ana);
+    for _ in 0..10 {
+        bench.pass(9.9);
+        assert_eq!(bench.end(&ana, Wish::Renew, epoch).0, End::Done);
+    }
+    bench.pass(9.9);
+    assert_eq!(bench.order(&ana, Wish::Act, epoch), Verdict::Execute, "an act renews too");
+    assert!(bench.authority.is_manned());
+    bench.pass(10.0);
+    assert!(!bench.authority.is_manned(), "the autopilot hears of no ground station any more");
+    assert_eq!(bench.end(&ana, Wish::Act, epoch).0, End::Held);
+    assert!(bench.granted(&ben) > epoch);
+}
+
+#[test]
+fn control_is_asked_for_and_given() {
+    let (mut bench, ana, ben, eve) =
+        (Bench::new(), caller(1, Role::Operator), caller(2, Role::Operator), caller(3, Role::Operator));
+    let epoch = bench.granted(&ana);
+    assert_eq!(bench.end(&ben, Wish::Ask, 0).0, End::Asked);
+    assert_eq!(bench.end(&eve, Wish::Ask, 0).0, End::Held, "one at a time");
+    assert_eq!(bench.authority.held().asking, "operator 2");
+    assert_eq!(bench.end(&ana, Wish::Grant(eve.key), epoch).0, End::Refused, "she does not ask");
+    assert_eq!(bench.end(&ana, Wish::Grant(ben.key), epoch).0, End::Done);
+    assert_eq!(bench.authority.lease(), Some((ben.key, epoch + 1)));
+    assert_eq!(bench.end(&ana, Wish::Act, epoch).0, End::Held);
+    assert_eq!(bench.end(&ana, Wish::Ask, 0).0, End::Asked);
+    assert_eq!(bench.end(&ben, Wish::Release, epoch + 1).0, End::Done);
+    assert_eq!(bench.authority.lease(), Some((ana.key, epoch + 2)), "it goes to the one who asks");
+    bench.end(&ben, Wish::Ask, 0);
+    bench.pass(9.0);
+    bench.end(&ana, Wish::Renew, epoch + 2);
+    bench.pass(1.0);
+    assert_eq!(bench.end(&ana, Wish::Grant(ben.key), epoch + 2).0, End::Refused, "nobody waits for ever");
+}
+
+#[test]
+fn a_chief_takes_control_and_what_was_under_way_is_given_up() {
+    let (mut bench, ana, chief) = (Bench::new(), caller(1, Role::Operator), caller(9, Role::Chief));
+    let epoch = bench.granted(&ana);
+    let act = bench.claim(Wish::Act, epoch);
+    assert_eq!(bench.authority.on_order(&ana, &act, bench.now), Verdict::Execute);
+    assert_eq!(bench.granted(&chief), epoch + 1);
+    assert_eq!(bench.authority.take_fenced(), [act.id]);
+    assert!(bench.authority.take_fenced().is_empty());
+    assert_eq!(bench.end(&ana, Wish::Ask, 0).0, End::Asked, "and not the other way round");
+    assert_eq!(bench.end(&caller(8, Role::Chief), Wish::Ask, 0).0, End::Held, "nor among chiefs");
+}
+
+#[test]
+fn the_operator_beside_the_aircraft_comes_first() {
+    let (mut bench, ana, chief) = (Bench::new(), caller(1, Role::Operator), caller(9, Role::Chief));
+    let epoch = bench.granted(&ana);
+    bench.authority.set_local(Some("Field".into()));
+    for who in [&ana, &chief] {
+        let (end, answer) = bench.end(who, Wish::Ask, 0);
+        assert_eq!((end, answer.holder.as_str()), (End::Held, "Field"));
+    }
+    assert_eq!(bench.end(&ana, Wish::Act, epoch).0, End::Held);
+    assert!(bench.authority.is_manned());
+    bench.authority.set_local(None);
+    assert_eq!(bench.end(&ana, Wish::Act, epoch).0, End::Held, "it does not come back by itself");
+    assert_eq!(bench.granted(&ana), epoch + 2);
+}
+
+#[test]
+fn an_order_is_done_at_most_once() {
+    let (mut bench, ana, ben) = (Bench::new(), caller(1, Role::Operator), caller(2, Role::Operator));
+    let epoch = bench.granted(&ana);
+    let act = bench.claim(Wish::Act, epoch);
+    let answer = answer(&act, End::Done, "");
+    assert_eq!(bench.authority.on_order(&ana, &act, bench.now), Verdict::Execute);
+    assert_eq!(bench.authority.on_order(&ana, &act, bench.now), Verdict::UnderWay);
+    assert!(
+        matches!(bench.authority.on_order(&ben, &act, bench.now), Verdict::Answer(answer) if answer.end() == End::Refused)
+    );
+    bench.authority.on_ended(act.id, answer.clone(), bench.now);
+    for _ in 0..3 {
+        assert_eq!(bench.authority.on_order(&ana, &act, bench.now), Verdict::Answer(Box::new(answer.clone())));
+        bench.pass(15.0);
+    }
+    bench.pass(60.0);
+    let epoch = bench.granted(&ana);
+    let late = Claim { epoch, ..act };
+    let verdict = bench.authority.on_order(&ana, &late, bench.now);
+    assert!(matches!(verdict, Verdict::Answer(answer) if answer.end() == End::Stale), "forgotten, and too old");
+}
+
+#[test]
+fn what_was_seen_too_long_ago_or_in_another_boot_is_no_ground_to_act() {
+    let (mut bench, ana) = (Bench::new(), caller(1, Role::Operator));
+    let epoch = bench.granted(&ana);
+    let end = |bench: &mut Bench, change: &dyn Fn(&mut Claim)| {
+        let mut claim = bench.claim(Wish::Act, epoch);
+        change(&mut claim);
+        match bench.authority.on_order(&ana, &claim, bench.now) {
+            Verdict::Answer(answer) => Some(answer.end()),
+            _ => None,
+        }
+    };
+    assert_eq!(end(&mut bench, &|claim| claim.based_on = at(95_000)), None, "five seconds are fresh");
+    assert_eq!(end(&mut bench, &|claim| claim.based_on = at(94_999)), Some(End::Stale));
+    assert_eq!(end(&mut bench, &|claim| claim.based_on = at(101_001)), Some(End::Refused));
+    assert_eq!(end(&mut bench, &|claim| claim.boot = 1), Some(End::Unknown));
+    assert_eq!(end(&mut bench, &|claim| claim.epoch -= 1), Some(End::Held));
+    assert_eq!(end(&mut bench, &|claim| claim.epoch += 1), Some(End::Held), "nor one that is not there yet");
+}
+
+#[test]
+fn a_flood_is_refused_and_forgets_nothing_that_is_fresh() {
+    let (mut bench, ana) = (Bench::new(), caller(1, Role::Operator));
+    let epoch = bench.granted(&ana);
+    let first = bench.claim(Wish::Act, epoch);
+    bench.authority.on_order(&ana, &first, bench.now);
+    bench.authority.on_ended(first.id, answer(&first, End::Done, ""), bench.now);
+    let executed = (0..2 * MAX_ANSWERS).filter(|_| bench.order(&ana, Wish::Act, epoch) == Verdict::Execute).count();
+    assert_eq!(executed, MAX_ANSWERS - 2, "the grant and the first are kept");
+    let again = bench.authority.on_order(&ana, &first, bench.now);
+    assert!(matches!(again, Verdict::Answer(answer) if answer.end() == End::Done));
+}

@@ -1,0 +1,190 @@
+//! How often an aircraft says where it is: as often as is wanted and its uplink carries. No I/O; time comes in.
+//!
+//! Priorities do not help on a full modem: what waits there waits in one line. So what is sent is held below what the uplink
+//! carries. Each second the aircraft asks for an echo; while that comes late, or not at all, the rate goes down a rung, and after
+//! ten good seconds it goes up one.
+
+use std::time::Duration;
+
+use vencejo_proto::MonoTime;
+
+/// Samples a second, best first. The last is faster than a vehicle is lost ([`vencejo_vehicle::telemetry::LOST_AFTER`]).
+pub const LADDER_HZ: [f64; 5] = [10.0, 5.0, 2.0, 1.0, 0.5];
+/// The rung of an aircraft that nobody has chosen: 1 Hz.
+const LISTED: usize = 3;
+/// How often an echo is asked for.
+pub const ECHO_INTERVAL: Duration = Duration::from_secs(1);
+/// An echo that has not come by then counts as lost.
+pub const ECHO_LOST: Duration = Duration::from_secs(3);
+/// An echo that takes longer is late, unless even the fastest takes a third of it.
+const LATE: Duration = Duration::from_millis(500);
+/// Good echoes for so long earn a rung.
+const GOOD_FOR: Duration = Duration::from_secs(10);
+/// The fastest echo is looked for over one to two times this: a new way to the router may be slower for good.
+const MEMORY: Duration = Duration::from_secs(30);
+/// Share of the uplink that samples may fill.
+const SHARE: f64 = 0.6;
+/// Bytes on the wire beside a sample of its own: TCP, IP and what the network adds (measured: 27 of Zenoh, batched; TLS 29, TCP/IP 40).
+const OVERHEAD_BYTES: usize = 96;
+
+/// The rate at which an aircraft may speak.
+#[derive(Debug, Clone)]
+pub struct Budget {
+    uplink_bit_s: Option<f64>,
+    /// The best rung that the uplink is believed to carry.
+    rung: usize,
+    good_since: Option<MonoTime>,
+    /// The fastest echo of the present and of the last stretch of [`MEMORY`].
+    fastest: [Option<Duration>; 2],
+    stretch_began: MonoTime,
+    /// Size of samples, smoothed.
+    sample_bytes: f64,
+}
+
+impl Budget {
+    /// Of an uplink of `uplink_bit_s`, where that is known.
+    #[must_use]
+    pub fn new(uplink_bit_s: Option<f64>, now: MonoTime) -> Self {
+        // It is not known yet what the uplink carries: begin where the list is.
+        Self { uplink_bit_s, rung: LISTED, good_since: None, fastest: [None; 2], stretch_began: now, sample_bytes: 0.0 }
+    }
+
+    /// An echo came back after this time.
+    pub fn on_echo(&mut self, took: Duration, now: MonoTime) {
+        if now.since(self.stretch_began) >= MEMORY {
+            self.fastest = [None, self.fastest[0]];
+            self.stretch_began = now;
+        }
+        self.fastest[0] = Some(self.fastest[0].map_or(took, |fastest| fastest.min(took)));
+        let fastest = self.fastest.into_iter().flatten().min().unwrap_or(took);
+        if took > LATE.max(fastest * 3) {
+            self.step_down();
+            return;
+        }
+        let since = *self.good_since.get_or_insert(now);
+        if now.since(since) >= GOOD_FOR {
+            self.rung = self.rung.saturating_sub(1);
+            self.good_since = Some(now);
+        }
+    }
+
+    /// An echo did not come.
+    pub fn on_echo_lost(&mut self) {
+        self.step_down();
+    }
+
+    fn step_down(&mut self) {
+        self.rung = (self.rung + 1).min(LADDER_HZ.len() - 1);
+        self.good_since = None;
+    }
+
+    /// A sample of this size went out.
+    pub fn on_sample(&mut self, bytes: usize) {
+        let bytes = (bytes + OVERHEAD_BYTES) as f64;
+        self.sample_bytes = if self.sample_bytes == 0.0 { bytes } else { 0.9 * self.sample_bytes + 0.1 * bytes };
+    }
+
+    /// Samples a second now, for an aircraft that somebody `watches` or that is only in a list.
+    #[must_use]
+    pub fn rate_hz(&self, watches: bool) -> f64 {
+        let wanted = if watches { 0 } else { LISTED };
+        let wanted = wanted.max(self.rung);
+        // The uplink's share; the last rung always goes.
+        let fits = |rate: &f64| self.uplink_bit_s.is_none_or(|bit_s| rate * self.sample_bytes * 8.0 <= SHARE * bit_s);
+        LADDER_HZ[wanted..].iter().copied().find(fits).unwrap_or(LADDER_HZ[LADDER_HZ.len() - 1])
+    }
+
+    /// Time between samples.
+    #[must_use]
+    pub fn interval(&self, watches: bool) -> Duration {
+        Duration::from_secs_f64(1.0 / self.rate_hz(watches))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A budget and its clock, an echo each second.
+    struct Bench(Budget, MonoTime);
+
+    impl Bench {
+        fn new(uplink_bit_s: Option<f64>) -> Self {
+            Self(Budget::new(uplink_bit_s, MonoTime::ZERO), MonoTime::ZERO)
+        }
+
+        fn echoes(&mut self, seconds: u32, ms: u64) -> f64 {
+            for _ in 0..seconds {
+                self.1 += ECHO_INTERVAL;
+                self.0.on_echo(Duration::from_millis(ms), self.1);
+            }
+            self.0.rate_hz(true)
+        }
+    }
+
+    #[test]
+    fn a_good_uplink_is_used_and_a_list_is_not_hurried() {
+        let mut bench = Bench::new(None);
+        assert_eq!(bench.0.rate_hz(true), 1.0, "nothing is known yet");
+        assert_eq!(bench.echoes(10, 50), 1.0);
+        assert_eq!(bench.echoes(1, 50), 2.0, "ten good seconds earn a rung");
+        assert_eq!(bench.echoes(20, 50), 10.0);
+        assert_eq!((bench.echoes(100, 50), bench.0.rate_hz(false)), (10.0, 1.0));
+    }
+
+    #[test]
+    fn late_and_lost_echoes_slow_it_down() {
+        let mut bench = Bench::new(None);
+        bench.echoes(40, 50);
+        assert_eq!(bench.echoes(1, 500), 10.0, "half a second is not late");
+        assert_eq!(bench.echoes(1, 501), 5.0);
+        bench.0.on_echo_lost();
+        assert_eq!(bench.0.rate_hz(true), 2.0);
+        for _ in 0..9 {
+            bench.0.on_echo_lost();
+        }
+        assert_eq!((bench.0.rate_hz(true), bench.0.rate_hz(false)), (0.5, 0.5), "never silent");
+    }
+
+    #[test]
+    fn a_long_way_is_not_a_full_one() {
+        let mut bench = Bench::new(None);
+        assert_eq!(bench.echoes(60, 600), 10.0, "a satellite takes that long");
+        assert_eq!(bench.echoes(1, 1801), 5.0);
+        let mut moved = Bench::new(None);
+        moved.echoes(60, 50);
+        moved.echoes(60, 700);
+        assert_eq!(moved.echoes(60, 700), 10.0, "the fast way is gone for good: forgotten after a minute");
+    }
+
+    #[test]
+    fn samples_fill_a_share_of_a_known_uplink() {
+        let mut bench = Bench::new(Some(20_000.0));
+        for _ in 0..100 {
+            bench.0.on_sample(120);
+        }
+        // (120 + 96) bytes × 8 = 1,728 bit; 60 % of 20 kbit/s carry 6.9 of them a second.
+        assert_eq!(bench.echoes(100, 50), 5.0);
+        let mut thin = Bench::new(Some(100.0));
+        thin.0.on_sample(120);
+        assert_eq!(thin.echoes(100, 50), 0.5);
+    }
+
+    /// An uplink of a fixed width, with a queue as in a modem: the ladder finds a rate that leaves it free.
+    #[test]
+    fn a_narrow_uplink_stays_free_for_commands() {
+        let (mut budget, mut now) = (Budget::new(None, MonoTime::ZERO), MonoTime::ZERO);
+        let (mut queue_bit, mut late, mut samples) = (0.0_f64, 0, 0.0);
+        for _ in 0..600 {
+            now += ECHO_INTERVAL;
+            let rate = budget.rate_hz(true);
+            samples += rate;
+            queue_bit = (queue_bit + rate * 216.0 * 8.0 - 6_000.0).max(0.0);
+            let took = Duration::from_secs_f64(0.08 + queue_bit / 6_000.0);
+            late += u32::from(took > Duration::from_secs(1));
+            if took > ECHO_LOST { budget.on_echo_lost() } else { budget.on_echo(took, now) }
+        }
+        assert!(late < 60, "{late} of 600 seconds had an echo of more than one");
+        assert!(samples / 600.0 >= 1.5, "{samples} samples of 2,083 that would fit");
+    }
+}

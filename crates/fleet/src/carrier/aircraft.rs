@@ -1,0 +1,388 @@
+//! The station on board: tells where its aircraft is, and does what whoever has control orders.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use prost::Message;
+use tokio::runtime::Handle;
+use tokio::sync::{mpsc, watch};
+use tokio::task::JoinHandle;
+use vencejo_proto::MonoTime;
+use vencejo_station::{DropOldest, Operator, Pending, Received, RequestResult, Station, Taken, VehicleHandle};
+use vencejo_vehicle::Request;
+use zenoh::Session;
+use zenoh::qos::Priority;
+use zenoh::query::Query;
+
+use super::endpoint::Endpoint;
+use super::network::{self, Heard, Part};
+use crate::act;
+use crate::authority::{Authority, Caller, Claim, Role, Verdict, Wish, answer};
+use crate::budget::{Budget, ECHO_INTERVAL, ECHO_LOST};
+use crate::error::FleetError;
+use crate::key::{Kind, Name, echo_key, key_of};
+use crate::operator::random;
+use crate::payload::{Answer, End, Order, Signed, Want};
+use crate::signature::PublicKey;
+use crate::speech::{EACH, NEWEST, Speaker};
+
+/// How often what the autopilot said is looked at: twice as often as it is told at most.
+const TICK: Duration = Duration::from_millis(50);
+/// How long to wait before a router is dialled again.
+const AGAIN: Duration = Duration::from_secs(1);
+/// Echoes lost in a row after which a session is opened anew: one that looks alive may not be.
+const DEAD_AFTER: u32 = 30;
+/// Messages of the autopilot that wait for a tick at most.
+const WAITING: usize = 1024;
+
+/// How an aircraft takes part in a fleet.
+#[derive(Debug, Clone)]
+pub struct AircraftConfig {
+    /// The organisation.
+    pub org: Name,
+    /// Its name there.
+    pub name: Name,
+    /// The router.
+    pub dial: Endpoint,
+    /// Whose orders it takes.
+    pub trust: BTreeMap<PublicKey, Role>,
+    /// What the uplink carries, where that is known, bit/s.
+    pub uplink_bit_s: Option<f64>,
+}
+
+/// How it goes.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct AircraftStatus {
+    /// Whether a router is reached.
+    pub is_connected: bool,
+    /// What the network said when it was not.
+    pub problem: Option<String>,
+    /// Who has control, near or far.
+    pub holder: Option<String>,
+    /// States told a second.
+    pub rate_hz: f64,
+}
+
+/// An aircraft of a fleet, seen from on board.
+pub struct Aircraft {
+    status: Arc<Mutex<AircraftStatus>>,
+    stop: watch::Sender<bool>,
+    task: Mutex<Option<JoinHandle<()>>>,
+}
+
+impl Aircraft {
+    /// Speaks for the first vehicle that the station hears, from when it hears it, and reaches for the router for ever. From now on the
+    /// station's heartbeat goes out only while somebody has control: the autopilot's ground-station failsafe counts it.
+    ///
+    /// # Errors
+    /// [`FleetError::NoRandom`].
+    pub fn start(station: Station, config: AircraftConfig, runtime: &Handle) -> Result<Self, FleetError> {
+        let boot = u64::from_be_bytes(random()?);
+        let status = Arc::new(Mutex::new(AircraftStatus::default()));
+        let (stop, mut stopped) = watch::channel(false);
+        station.set_heartbeat(false);
+        let shown = status.clone();
+        let task = runtime.spawn(async move {
+            tokio::select! {
+                () = live(&station, &config, boot, &shown) => {}
+                // An error means that nobody holds the handle any more: the end as well.
+                _ = stopped.wait_for(|stopped| *stopped) => {}
+            }
+            station.set_heartbeat(false);
+        });
+        Ok(Self { status, stop, task: Mutex::new(Some(task)) })
+    }
+
+    /// How it goes.
+    pub fn status(&self) -> AircraftStatus {
+        self.status.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Leaves the fleet. May be called again.
+    pub async fn close(&self) {
+        self.stop.send_replace(true);
+        let task = self.task.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(task) = task {
+            // A join error would be its panic, which has been reported already.
+            let _ = task.await;
+        }
+    }
+}
+
+/// Waits for the vehicle and the router, then flies; for ever.
+async fn live(station: &Station, config: &AircraftConfig, boot: u64, status: &Arc<Mutex<AircraftStatus>>) {
+    let Some(Ok(vehicle)) = station.wait_vehicle(None).wait().await else { return };
+    let Some(address) = vehicle.address() else { return };
+    let mut speaker = Speaker::new(boot, address);
+    let mut authority = Authority::new(boot);
+    let ids: BTreeSet<u32> = NEWEST.iter().chain(&EACH).copied().collect();
+    let heard = vehicle.subscribe_messages(Some(ids), WAITING);
+    let mut post = Post::new(station, &vehicle, config, status);
+    loop {
+        let failed = match network::open(Part::Client(config.dial)).await {
+            Ok(session) => {
+                let end = post.serve(&session, &mut speaker, &mut authority, &heard).await;
+                // Its end is the end of what it declared, whatever it says.
+                let _ = session.close().await;
+                match end {
+                    Ok(()) => return,
+                    Err(error) => error,
+                }
+            }
+            Err(error) => error,
+        };
+        tracing::debug!(error = %failed, "the router is not reached");
+        {
+            let mut status = status.lock().unwrap_or_else(PoisonError::into_inner);
+            (status.is_connected, status.problem) = (false, Some(failed.to_string()));
+        }
+        tokio::time::sleep(AGAIN).await;
+    }
+}
+
+/// An order that is being done.
+struct UnderWay {
+    pending: Pending<RequestResult>,
+    /// Who waits for its end.
+    queries: Vec<Query>,
+}
+
+/// What is done for those far away, from session to session.
+struct Post<'a> {
+    station: &'a Station,
+    vehicle: &'a VehicleHandle,
+    config: &'a AircraftConfig,
+    status: &'a Mutex<AircraftStatus>,
+    order_key: String,
+    under_way: HashMap<u128, UnderWay>,
+    ended: mpsc::Sender<(Claim, RequestResult)>,
+    ends: mpsc::Receiver<(Claim, RequestResult)>,
+    /// In whose name orders are done here: whoever has the lease.
+    acting: Option<(PublicKey, Arc<Operator>)>,
+}
+
+impl<'a> Post<'a> {
+    fn new(
+        station: &'a Station,
+        vehicle: &'a VehicleHandle,
+        config: &'a AircraftConfig,
+        status: &'a Mutex<AircraftStatus>,
+    ) -> Self {
+        let (ended, ends) = mpsc::channel(64);
+        let order_key = key_of(&config.org, &config.name, Kind::Order);
+        Self { station, vehicle, config, status, order_key, under_way: HashMap::new(), ended, ends, acting: None }
+    }
+
+    /// Until the station is closed, or the session is dead.
+    async fn serve(
+        &mut self,
+        session: &Session,
+        speaker: &mut Speaker,
+        authority: &mut Authority,
+        heard: &DropOldest<Received>,
+    ) -> Result<(), FleetError> {
+        let key = |kind| key_of(&self.config.org, &self.config.name, kind);
+        let (state_key, event_key) = (key(Kind::State), key(Kind::Event));
+        let declared = network::failed;
+        let orders = session.declare_queryable(self.order_key.clone()).complete(true).await.map_err(declared)?;
+        let states = session.declare_queryable(state_key.clone()).complete(true).await.map_err(declared)?;
+        let events = session.declare_queryable(event_key.clone()).complete(true).await.map_err(declared)?;
+        let _token = session.liveliness().declare_token(key(Kind::Alive)).await.map_err(declared)?;
+        let mut budget = Budget::new(self.config.uplink_bit_s, self.station.now());
+        let (echoed, mut echoes) = mpsc::channel(4);
+        let (mut sample_due, mut echo_due, mut lost) = (MonoTime::ZERO, MonoTime::ZERO, 0);
+        let mut tick = tokio::time::interval(TICK);
+        tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        loop {
+            tokio::select! {
+                _ = tick.tick() => {
+                    let now = self.station.now();
+                    while let Taken::Item(received) = heard.take_ready() {
+                        if let Some(event) = speaker.on_frame(&received.frame, received.at) {
+                            network::tell(session, &event_key, &event, Priority::InteractiveHigh).await;
+                        }
+                    }
+                    if self.station.is_closed() {
+                        return Ok(());
+                    }
+                    authority.on_time(now);
+                    self.keep_order(authority);
+                    let watched = authority.lease().is_some();
+                    if now >= sample_due {
+                        let state = speaker.sample(authority.held(), now);
+                        budget.on_sample(state.encoded_len());
+                        network::tell(session, &state_key, &state, Priority::Data).await;
+                        sample_due = now + budget.interval(watched);
+                    }
+                    if now >= echo_due {
+                        echo_due = now + ECHO_INTERVAL;
+                        self.ask_echo(session, echoed.clone());
+                    }
+                    self.show(authority, budget.rate_hz(watched));
+                }
+                Ok(query) = orders.recv_async() => self.on_order(query, authority),
+                Ok(query) = states.recv_async() => {
+                    let state = speaker.everything(authority.held(), self.station.now());
+                    network::reply(query, state_key.clone(), vec![state.encode_to_vec()]);
+                }
+                Ok(query) = events.recv_async() => {
+                    let from = query.parameters().get("from").and_then(|from| from.parse().ok()).unwrap_or(1);
+                    let kept = speaker.events_from(from).map(Message::encode_to_vec).collect();
+                    network::reply(query, event_key.clone(), kept);
+                }
+                Some((claim, result)) = self.ends.recv() => self.on_end(&claim, &result, authority),
+                Some(took) = echoes.recv() => {
+                    lost = if took.is_some() { 0 } else { lost + 1 };
+                    match took {
+                        Some(took) => budget.on_echo(took, self.station.now()),
+                        None => budget.on_echo_lost(),
+                    }
+                    if lost >= DEAD_AFTER {
+                        return Err(FleetError::Network { address: self.config.dial.to_string(), problem: "it answers no more".into() });
+                    }
+                }
+            }
+        }
+    }
+
+    /// Measures the way to the router and back.
+    fn ask_echo(&self, session: &Session, echoed: mpsc::Sender<Option<Duration>>) {
+        let (session, key, station) = (session.clone(), echo_key(&self.config.org), self.station.clone());
+        tokio::spawn(async move {
+            let began = station.now();
+            let heard = network::ask(&session, &key, Vec::new(), ECHO_LOST).await;
+            let took = matches!(heard, Heard::Answers(_)).then(|| station.now().since(began));
+            // Too many are waiting only where nothing is read: the session is at its end.
+            let _ = echoed.try_send(took);
+        });
+    }
+
+    /// Brings the station's own lease and heartbeat in step with the authority.
+    fn keep_order(&mut self, authority: &mut Authority) {
+        let now = self.station.now();
+        let is_ours = self.acting.as_ref().is_some_and(|(_, operator)| operator.has_control());
+        authority.set_local(self.station.control().holder().filter(|_| !is_ours));
+        match authority.lease() {
+            Some((key, _)) if self.acting.as_ref().is_none_or(|(acting, _)| *acting != key) => {
+                let operator = Arc::new(self.station.enlist(&authority.held().holder).yielding());
+                operator.attach(now);
+                // The one before gives up first.
+                self.acting = None;
+                if operator.take(now).is_err() {
+                    // Somebody here was faster: the next tick says so.
+                    tracing::debug!("control was taken on board");
+                }
+                self.acting = Some((key, operator));
+            }
+            Some(_) => {}
+            None => self.acting = None,
+        }
+        self.station.set_heartbeat(authority.is_manned());
+        for id in authority.take_fenced() {
+            if let Some(under_way) = self.under_way.get(&id) {
+                under_way.pending.cancel();
+            }
+        }
+    }
+
+    fn show(&self, authority: &Authority, rate_hz: f64) {
+        let holder = Some(authority.held().holder).filter(|holder| !holder.is_empty());
+        let status = AircraftStatus { is_connected: true, problem: None, holder, rate_hz };
+        *self.status.lock().unwrap_or_else(PoisonError::into_inner) = status;
+    }
+
+    /// An order came over the network: from anybody.
+    fn on_order(&mut self, query: Query, authority: &mut Authority) {
+        let signed = Signed::read(&network::bytes_of(query.payload()));
+        let order = signed.as_ref().map_err(Clone::clone).and_then(|signed| Order::read(&signed.order));
+        let (signed, order) = match (signed, order) {
+            (Ok(signed), Ok(order)) => (signed, order),
+            (_, Err(error)) | (Err(error), _) => {
+                let nobody = Claim { boot: 0, epoch: 0, id: 0, based_on: MonoTime::ZERO, wish: Wish::Act };
+                return self.answer(query, &answer(&nobody, End::Refused, &error.to_string()));
+            }
+        };
+        let (wish, deed) = match order.want.as_ref() {
+            Some(Want::Ask(_)) => (Wish::Ask, None),
+            Some(Want::Renew(_)) => (Wish::Renew, None),
+            Some(Want::Release(_)) => (Wish::Release, None),
+            Some(Want::Grant(key)) => (Wish::Grant(PublicKey(key.as_slice().try_into().unwrap_or_default())), None),
+            Some(Want::Act(act)) => (Wish::Act, Some(act)),
+            None => (Wish::Act, None),
+        };
+        let based_on = MonoTime::from_millis(order.based_on_ms);
+        let claim = Claim { boot: order.boot, epoch: order.epoch, id: order.id(), based_on, wish };
+        let refuse = |why: &str| answer(&claim, End::Refused, why);
+        let key = signed.key.as_slice().try_into().ok().map(PublicKey);
+        let trusted = key.and_then(|key| Some((key, *self.config.trust.get(&key)?)));
+        let Some((key, role)) = trusted else {
+            let key = key.map(|key| key.to_string()).unwrap_or_default();
+            return self
+                .answer(query, &refuse(&format!("it takes no orders of the key {key}: start it with --trust {key}")));
+        };
+        if !key.verifies(&signed.order, &signed.signature) {
+            return self.answer(query, &refuse("its signature is wrong"));
+        }
+        if (order.org.as_str(), order.aircraft.as_str()) != (self.config.org.as_str(), self.config.name.as_str()) {
+            return self.answer(query, &refuse("it is for another aircraft"));
+        }
+        let request = deed.map(act::request_of).transpose();
+        let request = match request {
+            Ok(None) if wish == Wish::Act => return self.answer(query, &refuse("it says nothing to do")),
+            Ok(request) => request,
+            Err(error) => return self.answer(query, &refuse(&error.to_string())),
+        };
+        let caller = Caller { key, name: order.operator.clone(), role };
+        match authority.on_order(&caller, &claim, self.station.now()) {
+            Verdict::Answer(answer) => {
+                // Who has control now acts from now on, and nobody else.
+                self.keep_order(authority);
+                self.answer(query, &answer);
+            }
+            Verdict::UnderWay => {
+                if let Some(under_way) = self.under_way.get_mut(&claim.id) {
+                    under_way.queries.push(query);
+                }
+            }
+            Verdict::Execute => {
+                tracing::info!(operator = caller.name, order = ?request, "an order from far away");
+                if let Some((request, confirmed)) = request {
+                    self.execute(query, claim, request, confirmed);
+                }
+            }
+        }
+    }
+
+    fn execute(&mut self, query: Query, claim: Claim, request: Request, confirmed: Option<vencejo_vehicle::Danger>) {
+        let vehicle = match &self.acting {
+            Some((_, operator)) => self.vehicle.acting_as(operator.clone()),
+            None => self.vehicle.clone(),
+        };
+        let pending = match confirmed {
+            Some(danger) => vehicle.request_naming(request, danger),
+            None => vehicle.request(request),
+        };
+        self.under_way.insert(claim.id, UnderWay { pending: pending.clone(), queries: vec![query] });
+        let ended = self.ended.clone();
+        tokio::spawn(async move {
+            let result = pending.wait().await.unwrap_or(Err(vencejo_station::StationError::Closed));
+            // Without a reader the session is at its end; whoever asked hears nothing, which is the truth.
+            let _ = ended.send((claim, result)).await;
+        });
+    }
+
+    fn on_end(&mut self, claim: &Claim, result: &RequestResult, authority: &mut Authority) {
+        let answer = act::answer_of(claim, result);
+        authority.on_ended(claim.id, answer.clone(), self.station.now());
+        if let Some(under_way) = self.under_way.remove(&claim.id) {
+            for query in under_way.queries {
+                self.answer(query, &answer);
+            }
+        }
+    }
+
+    fn answer(&self, query: Query, answer: &Answer) {
+        network::reply(query, self.order_key.clone(), vec![answer.encode_to_vec()]);
+    }
+}

@@ -1,0 +1,504 @@
+//! A ground station of a fleet: every aircraft of the organisation is a vehicle of its station.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
+use std::time::Duration;
+
+use prost::Message;
+use tokio::runtime::Handle;
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+use vencejo_proto::{Address, ComponentId, SystemId};
+use vencejo_station::{Carried, Remote, RequestResult, Station, StationError};
+use vencejo_vehicle::modes::ModeFamily;
+use vencejo_vehicle::{Danger, Request, VehicleError};
+use zenoh::Session;
+use zenoh::sample::SampleKind;
+
+use super::endpoint::Endpoint;
+use super::network::{self, Heard, Part};
+use crate::act;
+use crate::authority::{FRESH, RENEW_EVERY};
+use crate::errand::{AGAIN_AFTER, Errand, Outcome, Step};
+use crate::error::FleetError;
+use crate::key::{Kind, Name, aircraft_of, echo_key, key_of, keys_of_all};
+use crate::operator::random;
+use crate::payload::{Answer, End, Event, Nothing, Order, Signed, State, VERSION, Want};
+use crate::signature::{PublicKey, Signer};
+use crate::speech::{Listener, News, millis};
+
+/// Aircraft that are followed at most: as many as a station follows vehicles.
+const MAX_AIRCRAFT: usize = vencejo_vehicle::registry::MAX_VEHICLES;
+/// How long an act may take before nobody waits for it any more.
+const ACT_PATIENCE: Duration = Duration::from_secs(20);
+/// The same of control.
+const CONTROL_PATIENCE: Duration = Duration::from_secs(5);
+/// How long is waited for what is only read.
+const READ_WITHIN: Duration = Duration::from_secs(5);
+
+/// How a ground station takes part in a fleet.
+#[derive(Debug)]
+pub struct GroundConfig {
+    /// The organisation.
+    pub org: Name,
+    /// Where it is the router; port 0 takes a free one.
+    pub listen: Option<Endpoint>,
+    /// Another router that it uses instead.
+    pub dial: Option<Endpoint>,
+    /// Its key: what aircraft trust.
+    pub signer: Signer,
+}
+
+/// An aircraft far away, as a ground station sees it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Far {
+    /// Its name.
+    pub name: String,
+    /// Its system id in this station; `None` before it has said anything.
+    pub system: Option<SystemId>,
+    /// Whether the station on board is reachable, as far as the network knows.
+    pub is_present: bool,
+    /// Time since it said something.
+    pub age: Duration,
+    /// Who has control of it.
+    pub holder: Option<String>,
+    /// Who asks for control of it.
+    pub asking: Option<String>,
+}
+
+/// A ground station of a fleet.
+pub struct Ground {
+    fleet: Arc<Fleet>,
+    endpoint: Endpoint,
+    stop: watch::Sender<bool>,
+    task: Mutex<Option<JoinHandle<()>>>,
+}
+
+/// What all aircraft share.
+struct Fleet {
+    org: Name,
+    session: Session,
+    signer: Signer,
+    station: Station,
+    aircraft: Mutex<BTreeMap<Name, Arc<FarAircraft>>>,
+}
+
+/// One aircraft.
+struct FarAircraft {
+    name: Name,
+    fleet: Weak<Fleet>,
+    system: OnceLock<SystemId>,
+    known: Mutex<Known>,
+    /// One order for control at a time.
+    asking: tokio::sync::Mutex<()>,
+}
+
+#[derive(Default)]
+struct Known {
+    listener: Listener,
+    is_present: bool,
+    /// The component of its autopilot.
+    component: u8,
+    /// The boot and the epoch in which we have control.
+    lease: Option<(u64, u64)>,
+    /// Whether its missed events are being asked for.
+    is_catching_up: bool,
+}
+
+impl Ground {
+    /// Joins the fleet.
+    ///
+    /// # Errors
+    /// [`FleetError`].
+    pub async fn start(station: Station, config: GroundConfig, runtime: &Handle) -> Result<Self, FleetError> {
+        let (endpoint, part) = match (config.dial, config.listen) {
+            (Some(dial), _) => (dial, Part::Client(dial)),
+            (None, Some(listen)) => {
+                let listen = listen.with_port()?;
+                (listen, Part::Router(listen))
+            }
+            (None, None) => return Err(FleetError::Address(String::new())),
+        };
+        let session = network::open(part).await?;
+        let (org, signer) = (config.org, config.signer);
+        let fleet = Arc::new(Fleet { org, session, signer, station, aircraft: Mutex::default() });
+        let (stop, mut stopped) = watch::channel(false);
+        let (ready, is_ready) = tokio::sync::oneshot::channel();
+        let follow = fleet.clone();
+        let task = runtime.spawn(async move {
+            tokio::select! {
+                () = follow.follow(ready) => {}
+                // An error means that nobody holds the handle any more: the end as well.
+                _ = stopped.wait_for(|stopped| *stopped) => {}
+            }
+        });
+        let failed = |problem: String| FleetError::Network { address: endpoint.to_string(), problem };
+        is_ready.await.map_err(|_| failed("it ended at once".into()))??;
+        Ok(Self { fleet, endpoint, stop, task: Mutex::new(Some(task)) })
+    }
+
+    /// Where the network is joined: where its aircraft dial, when it is the router.
+    pub fn endpoint(&self) -> Endpoint {
+        self.endpoint
+    }
+
+    /// Its public key: what aircraft have to trust.
+    pub fn key(&self) -> PublicKey {
+        self.fleet.signer.public()
+    }
+
+    /// The aircraft that were heard of, by name.
+    pub fn aircraft(&self) -> Vec<Far> {
+        let now = self.fleet.station.now();
+        let some = |text: &String| Some(text.clone()).filter(|text| !text.is_empty());
+        let far = |(name, aircraft): (&Name, &Arc<FarAircraft>)| {
+            let known = aircraft.known();
+            Far {
+                name: name.to_string(),
+                system: aircraft.system.get().copied(),
+                is_present: known.is_present,
+                age: known.listener.age(now),
+                holder: some(&known.listener.held().holder),
+                asking: some(&known.listener.held().asking),
+            }
+        };
+        self.fleet.aircraft().iter().map(far).collect()
+    }
+
+    /// Leaves the fleet, with the control that it has of aircraft given up. May be called again.
+    pub async fn close(&self) {
+        self.stop.send_replace(true);
+        let task = self.task.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(task) = task {
+            // A join error would be its panic, which has been reported already.
+            let _ = task.await;
+            let aircraft: Vec<_> = self.fleet.aircraft().values().cloned().collect();
+            let held = aircraft.into_iter().filter(|aircraft| aircraft.known().lease.is_some());
+            let releases: Vec<_> = held
+                .map(|aircraft| tokio::spawn(async move { aircraft.release(Duration::from_millis(500)).await }))
+                .collect();
+            for release in releases {
+                let _ = release.await;
+            }
+            // What it declared ends with the process at the latest.
+            let _ = self.fleet.session.close().await;
+        }
+    }
+}
+
+impl Fleet {
+    fn aircraft(&self) -> MutexGuard<'_, BTreeMap<Name, Arc<FarAircraft>>> {
+        self.aircraft.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    async fn follow(self: &Arc<Self>, ready: tokio::sync::oneshot::Sender<Result<(), FleetError>>) {
+        let declared = async {
+            let failed = network::failed;
+            let session = &self.session;
+            let echoes = session.declare_queryable(echo_key(&self.org)).complete(true).await.map_err(failed)?;
+            let states = session.declare_subscriber(keys_of_all(&self.org, Kind::State)).await.map_err(failed)?;
+            let events = session.declare_subscriber(keys_of_all(&self.org, Kind::Event)).await.map_err(failed)?;
+            let tokens = session.liveliness().declare_subscriber(keys_of_all(&self.org, Kind::Alive)).history(true);
+            Ok((echoes, states, events, tokens.await.map_err(failed)?))
+        };
+        let (echoes, states, events, tokens) = match declared.await {
+            Ok(declared) => declared,
+            Err(error) => return drop(ready.send(Err(error))),
+        };
+        if ready.send(Ok(())).is_err() {
+            return;
+        }
+        let mut renew = tokio::time::interval(RENEW_EVERY);
+        renew.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        loop {
+            tokio::select! {
+                Ok(sample) = states.recv_async() => {
+                    if let Some(aircraft) = self.named(Kind::State, sample.key_expr().as_str()) {
+                        aircraft.on_state(&sample.payload().to_bytes());
+                    }
+                }
+                Ok(sample) = events.recv_async() => {
+                    if let Some(aircraft) = self.named(Kind::Event, sample.key_expr().as_str()) {
+                        aircraft.on_event(&sample.payload().to_bytes());
+                    }
+                }
+                Ok(sample) = tokens.recv_async() => {
+                    if let Some(aircraft) = self.named(Kind::Alive, sample.key_expr().as_str()) {
+                        let is_present = sample.kind() == SampleKind::Put;
+                        tracing::info!(aircraft = %aircraft.name, is_present, "an aircraft far away");
+                        aircraft.known().is_present = is_present;
+                    }
+                }
+                Ok(query) = echoes.recv_async() => {
+                    network::reply(query, echo_key(&self.org), vec![Vec::new()]);
+                }
+                _ = renew.tick() => self.renew(),
+            }
+        }
+    }
+
+    /// The aircraft that a key is of.
+    fn named(self: &Arc<Self>, kind: Kind, key: &str) -> Option<Arc<FarAircraft>> {
+        let name = aircraft_of(&self.org, kind, key)?;
+        let mut all = self.aircraft();
+        if !all.contains_key(&name) && all.len() >= MAX_AIRCRAFT {
+            tracing::warn!(aircraft = %name, "more aircraft are heard of than can be followed; this one is ignored");
+            return None;
+        }
+        let aircraft = all.entry(name.clone()).or_insert_with(|| {
+            Arc::new(FarAircraft {
+                name,
+                fleet: Arc::downgrade(self),
+                system: OnceLock::new(),
+                known: Mutex::default(),
+                asking: tokio::sync::Mutex::default(),
+            })
+        });
+        Some(aircraft.clone())
+    }
+
+    /// Keeps the control that we have of aircraft, while an operator of ours is there; gives it up otherwise.
+    fn renew(&self) {
+        let is_manned = self.station.control().holder().is_some();
+        let aircraft: Vec<_> = self.aircraft().values().filter(|far| far.known().lease.is_some()).cloned().collect();
+        for far in aircraft {
+            tokio::spawn(
+                async move { if is_manned { far.renew().await } else { far.release(CONTROL_PATIENCE).await } },
+            );
+        }
+    }
+}
+
+impl FarAircraft {
+    fn known(&self) -> MutexGuard<'_, Known> {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn on_state(self: &Arc<Self>, bytes: &[u8]) {
+        let Some(fleet) = self.fleet.upgrade() else { return };
+        let state = match State::read(bytes) {
+            Ok(state) => state,
+            Err(error) => return tracing::warn!(aircraft = %self.name, %error, "what it says cannot be read"),
+        };
+        let now = fleet.station.now();
+        let news = {
+            let mut known = self.known();
+            known.component = u8::try_from(state.component).unwrap_or(ComponentId::AUTOPILOT.0);
+            if known.lease.is_some_and(|(boot, _)| boot != state.boot) {
+                known.lease = None;
+            }
+            known.listener.on_state(&state, now)
+        };
+        self.tell(&fleet, news);
+    }
+
+    fn on_event(self: &Arc<Self>, bytes: &[u8]) {
+        let Some(fleet) = self.fleet.upgrade() else { return };
+        let Ok(event) = Event::read(bytes) else { return };
+        let news = self.known().listener.on_event(&event, fleet.station.now());
+        self.tell(&fleet, news);
+    }
+
+    /// Hands on to the station what is new, and fetches what was missed.
+    fn tell(self: &Arc<Self>, fleet: &Arc<Fleet>, news: News) {
+        if let Some(system) = self.adopted(fleet) {
+            fleet.station.on_remote(system, &news.said);
+        }
+        let Some(from) = news.missed_from else { return };
+        if std::mem::replace(&mut self.known().is_catching_up, true) {
+            return;
+        }
+        let far = self.clone();
+        tokio::spawn(async move {
+            far.catch_up(from).await;
+            far.known().is_catching_up = false;
+        });
+    }
+
+    /// Asks for the events from a number on; a newcomer, for everything else as well.
+    async fn catch_up(self: &Arc<Self>, from: u64) {
+        let Some(fleet) = self.fleet.upgrade() else { return };
+        if from == 1 {
+            let key = key_of(&fleet.org, &self.name, Kind::State);
+            if let Heard::Answers(states) = network::ask(&fleet.session, &key, Vec::new(), READ_WITHIN).await {
+                states.iter().for_each(|state| self.on_state(state));
+            }
+        }
+        let key = format!("{}?from={from}", key_of(&fleet.org, &self.name, Kind::Event));
+        let Heard::Answers(events) = network::ask(&fleet.session, &key, Vec::new(), READ_WITHIN).await else { return };
+        let mut events: Vec<_> = events.iter().filter_map(|bytes| Event::read(bytes).ok()).collect();
+        events.sort_by_key(|event| event.number);
+        let now = fleet.station.now();
+        let said: Vec<_> = {
+            let mut known = self.known();
+            known.listener.on_events_asked(events.first().map(|event| event.number));
+            events.iter().flat_map(|event| known.listener.on_event(event, now).said).collect()
+        };
+        if let Some(system) = self.system.get() {
+            fleet.station.on_remote(*system, &said);
+        }
+    }
+
+    /// Its system id in our station, which takes it on when it says something for the first time.
+    fn adopted(self: &Arc<Self>, fleet: &Fleet) -> Option<SystemId> {
+        if let Some(system) = self.system.get() {
+            return Some(*system);
+        }
+        let autopilot = ComponentId(self.known().component);
+        let system = fleet.station.adopt(self.name.as_str(), autopilot, self.clone())?;
+        Some(*self.system.get_or_init(|| system))
+    }
+
+    /// Its address in our station.
+    fn address(&self) -> Address {
+        let system = self.system.get().copied().unwrap_or(SystemId(0));
+        Address { system, component: ComponentId(self.known().component) }
+    }
+
+    /// Does one errand: the same order until it is answered, or given up.
+    async fn send(&self, want: Want, operator: &str, epoch: u64, patience: Duration) -> Result<Outcome, StationError> {
+        let fleet = self.fleet.upgrade().ok_or(StationError::Closed)?;
+        let now = fleet.station.now();
+        let (boot, based_on) = {
+            let known = self.known();
+            let age = known.listener.age(now);
+            let picture = known.listener.picture().filter(|_| age < FRESH);
+            picture.ok_or(StationError::Vehicle(VehicleError::NotHeard { age }))?
+        };
+        let id = random::<16>()
+            .map_err(|error| StationError::RemoteRefused { name: self.name.to_string(), why: error.to_string() })?;
+        let order = Order {
+            version: VERSION,
+            org: fleet.org.to_string(),
+            aircraft: self.name.to_string(),
+            boot,
+            epoch,
+            id: id.to_vec(),
+            based_on_ms: millis(based_on.as_duration()),
+            operator: operator.to_owned(),
+            want: Some(want),
+        }
+        .encode_to_vec();
+        let signature = fleet.signer.sign(&order);
+        let signed = Signed { key: fleet.signer.public().0.to_vec(), order, signature }.encode_to_vec();
+        let key = key_of(&fleet.org, &self.name, Kind::Order);
+        let mut errand = Errand::new(patience, now);
+        let mut step = errand.start();
+        loop {
+            let (after, wait) = match step {
+                Step::Send { after, wait } => (after, wait),
+                Step::End(outcome) => return Ok(outcome),
+            };
+            tokio::time::sleep(after).await;
+            let was_present = self.known().is_present;
+            let heard = network::ask(&fleet.session, &key, signed.clone(), wait).await;
+            let now = fleet.station.now();
+            let answers = match heard {
+                Heard::Answers(answers) => answers,
+                // Where somebody was there when it was sent, it may have arrived, whatever the network says when it loses the way.
+                Heard::Nobody if was_present => {
+                    tokio::time::sleep(AGAIN_AFTER).await;
+                    step = errand.on_silence(now);
+                    continue;
+                }
+                Heard::Nobody => {
+                    step = errand.on_nobody(now);
+                    continue;
+                }
+                Heard::Silence => {
+                    step = errand.on_silence(now);
+                    continue;
+                }
+            };
+            let read = answers.iter().filter_map(|bytes| Answer::read(bytes).ok());
+            match read.into_iter().find(|answer| answer.id == id) {
+                Some(answer) => return Ok(errand.on_answer(answer)),
+                None => step = errand.on_silence(now),
+            }
+        }
+    }
+
+    /// The epoch in which we have control; asks for it where we have not.
+    async fn control(&self, operator: &str) -> Result<u64, StationError> {
+        let _one = self.asking.lock().await;
+        if let Some((_, epoch)) = self.known().lease {
+            return Ok(epoch);
+        }
+        match self.send(Want::Ask(Nothing {}), operator, 0, CONTROL_PATIENCE).await? {
+            Outcome::Answered(answer) if answer.end() == End::Granted => {
+                let mut known = self.known();
+                let boot = known.listener.picture().map_or(0, |(boot, _)| boot);
+                known.lease = Some((boot, answer.epoch));
+                Ok(answer.epoch)
+            }
+            // Whatever became of it, it was no act.
+            Outcome::Answered(answer) => match self.result_of(&answer, &Request::LoiterHere) {
+                Err(error) => Err(error),
+                Ok(_) => Err(self.unreached()),
+            },
+            Outcome::Unreached | Outcome::Unknown { .. } => Err(self.unreached()),
+        }
+    }
+
+    fn unreached(&self) -> StationError {
+        let age = self.fleet.upgrade().map_or(FRESH, |fleet| self.known().listener.age(fleet.station.now()));
+        StationError::Vehicle(VehicleError::NotHeard { age })
+    }
+
+    fn result_of(&self, answer: &Answer, request: &Request) -> RequestResult {
+        let mode =
+            self.fleet.upgrade().and_then(|fleet| fleet.station.vehicle(*self.system.get()?)?.telemetry().0.mode());
+        let family = mode.map_or(ModeFamily::Other, |mode| mode.family);
+        act::result_of(answer, request, self.name.as_str(), self.address(), family)
+    }
+
+    async fn carry(self: Arc<Self>, request: Request, confirmed: Option<Danger>, operator: String) -> RequestResult {
+        let Some(act) = act::act_of(&request, confirmed) else {
+            let why = "this does not go over a network yet; ask for it at a direct link".to_owned();
+            return Err(StationError::RemoteRefused { name: self.name.to_string(), why });
+        };
+        let mut has_asked_again = false;
+        loop {
+            let epoch = self.control(&operator).await?;
+            let outcome = self.send(Want::Act(act.clone()), &operator, epoch, ACT_PATIENCE).await?;
+            let answer = match outcome {
+                Outcome::Answered(answer) => answer,
+                Outcome::Unreached => return Err(self.unreached()),
+                Outcome::Unknown { attempts } => {
+                    return Err(act::unknown(act::command_of(&request), self.address(), attempts));
+                }
+            };
+            if answer.end() == End::Held {
+                self.known().lease.take_if(|(_, held)| *held == epoch);
+                // The lease ran out, and nobody has taken it since.
+                if answer.holder.is_empty() && !has_asked_again {
+                    has_asked_again = true;
+                    continue;
+                }
+            }
+            return self.result_of(&answer, &request);
+        }
+    }
+
+    async fn renew(&self) {
+        let Some((_, epoch)) = self.known().lease else { return };
+        let renewed = self.send(Want::Renew(Nothing {}), "", epoch, Duration::ZERO).await;
+        if let Ok(Outcome::Answered(answer)) = renewed
+            && answer.end() == End::Held
+        {
+            self.known().lease.take_if(|(_, held)| *held == epoch);
+        }
+    }
+
+    async fn release(&self, patience: Duration) {
+        let Some((_, epoch)) = self.known().lease.take() else { return };
+        // Unheard, it ends by itself.
+        let _ = self.send(Want::Release(Nothing {}), "", epoch, patience).await;
+    }
+}
+
+impl Remote for FarAircraft {
+    fn request(self: Arc<Self>, request: Request, confirmed: Option<Danger>, operator: String) -> Carried {
+        Box::pin(self.carry(request, confirmed, operator))
+    }
+}

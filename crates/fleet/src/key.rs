@@ -1,0 +1,134 @@
+//! Names of organisations and aircraft, and the keys under which their data goes: version 1 of the key space.
+//!
+//! `vencejo/1/<org>/<aircraft>/…`: the aircraft before the kind, so that one prefix is one rule of access, and
+//! `vencejo/1/<org>/*/state` the list of all. An aircraft's name is never its MAVLink system id, which others have too.
+
+use std::fmt;
+use std::str::FromStr;
+
+use thiserror::Error;
+
+/// Characters of a name.
+const MAX_NAME: usize = 32;
+
+/// Name of an organisation or an aircraft: 1 to 32 of `a-z`, `0-9` and `-`, so that it means nothing to the network.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Name(String);
+
+/// A name that cannot be one.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("'{0}' is no name here: use 1 to 32 of a-z, 0-9 and '-'")]
+pub struct BadName(pub String);
+
+impl Name {
+    /// The name.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl FromStr for Name {
+    type Err = BadName;
+
+    fn from_str(text: &str) -> Result<Self, BadName> {
+        let is_good = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
+        if text.is_empty() || text.len() > MAX_NAME || !text.bytes().all(is_good) {
+            // What is shown of it has an end.
+            return Err(BadName(text.chars().filter(|c| !c.is_control()).take(2 * MAX_NAME).collect()));
+        }
+        Ok(Self(text.to_owned()))
+    }
+}
+
+impl fmt::Display for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// What an aircraft has under its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// A token: the station on board is reachable. It says nothing of the autopilot.
+    Alive,
+    /// [`State`](crate::payload::State), again and again; the oldest is dropped.
+    State,
+    /// [`Event`](crate::payload::Event), numbered; asked with `from=NUMBER` it gives those from there on.
+    Event,
+    /// Takes a signed [`Order`](crate::payload::Order), gives an [`Answer`](crate::payload::Answer).
+    Order,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Alive, Self::State, Self::Event, Self::Order];
+
+    /// Its part of the key.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Alive => "alive",
+            Self::State => "state",
+            Self::Event => "event",
+            Self::Order => "order",
+        }
+    }
+}
+
+/// The key of one kind of an aircraft.
+#[must_use]
+pub fn key_of(org: &Name, aircraft: &Name, kind: Kind) -> String {
+    format!("vencejo/1/{org}/{aircraft}/{}", kind.as_str())
+}
+
+/// The keys of one kind of all aircraft.
+#[must_use]
+pub fn keys_of_all(org: &Name, kind: Kind) -> String {
+    format!("vencejo/1/{org}/*/{}", kind.as_str())
+}
+
+/// Where an aircraft asks for an echo, to measure its way to the router. No aircraft can have that name.
+#[must_use]
+pub fn echo_key(org: &Name) -> String {
+    format!("vencejo/1/{org}/_hub/echo")
+}
+
+/// The aircraft that a key of this organisation and kind is of.
+#[must_use]
+pub fn aircraft_of(org: &Name, kind: Kind, key: &str) -> Option<Name> {
+    let rest = key.strip_prefix("vencejo/1/")?.strip_prefix(org.as_str())?.strip_prefix('/')?;
+    let (aircraft, end) = rest.split_once('/')?;
+    if end == kind.as_str() { aircraft.parse().ok() } else { None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_mean_nothing_to_the_network() {
+        for good in ["a", "plane7", "north-1", &"x".repeat(32)] {
+            assert_eq!(good.parse::<Name>().map(|name| name.to_string()), Ok(good.to_owned()));
+        }
+        for bad in ["", "Plane", "a/b", "*", "$x", "a b", "_hub", "#", "?", "@", "ñ", &"x".repeat(33)] {
+            assert!(bad.parse::<Name>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_key_tells_whose_it_is() {
+        let (org, aircraft) = ("acme".parse().expect("a name"), "plane7".parse().expect("a name"));
+        for kind in Kind::ALL {
+            let key = key_of(&org, &aircraft, kind);
+            assert_eq!(aircraft_of(&org, kind, &key), Some(aircraft.clone()), "{key}");
+            assert_eq!(keys_of_all(&org, kind).replace('*', aircraft.as_str()), key);
+        }
+        let state = Kind::State;
+        for other in ["vencejo/1/acme/plane7/event", "vencejo/1/acme2/plane7/state", "vencejo/2/acme/plane7/state"] {
+            assert_eq!(aircraft_of(&org, state, other), None, "{other}");
+        }
+        assert_eq!(aircraft_of(&org, state, "vencejo/1/acme/_hub/state"), None);
+        assert_eq!(aircraft_of(&org, state, "vencejo/1/acme/a/b/state"), None);
+    }
+}

@@ -1,0 +1,35 @@
+//! Aircraft far away: what goes over a network between the station on board and those on the ground, and who decides.
+//!
+//! The station on board speaks MAVLink with its autopilot, over a wire; what crosses the network is what it saw, an order, and what
+//! became of it. It alone decides who may act ([`authority`]); the network only carries, and is trusted with nothing: orders are
+//! signed ([`signature`]), done at most once, and mean nothing once somebody else has control.
+//!
+//! | module | owns |
+//! |---|---|
+//! | [`key`] | names, and the keys under which data goes |
+//! | [`payload`] | what is in it |
+//! | [`speech`] | what an aircraft says, and what is heard of it |
+//! | [`signature`] | signatures of orders |
+//! | [`authority`] | who may act on an aircraft; on board |
+//! | [`errand`] | one order on its way; on the ground |
+//! | [`budget`] | how often an aircraft speaks |
+//! | [`act`] | requests as orders, results as answers |
+//! | [`operator`] | a ground station's own key |
+//! | `carrier` | the network: Eclipse Zenoh, named nowhere else (feature `carrier`) |
+//!
+//! All but the last two are without I/O: time comes in.
+
+pub mod act;
+pub mod authority;
+pub mod budget;
+#[cfg(feature = "carrier")]
+pub mod carrier;
+pub mod errand;
+mod error;
+pub mod key;
+pub mod operator;
+pub mod payload;
+pub mod signature;
+pub mod speech;
+
+pub use error::FleetError;

@@ -1,0 +1,589 @@
+//! What is in the samples, orders and answers: Protocol Buffers, version 1.
+//!
+//! What an aircraft says of itself goes as the payloads of its own MAVLink messages, the newest of each, untouched: every station
+//! decodes them by the one decoder that there is, and has all of what a station at a direct link has. Unknown fields of a later
+//! version are skipped; a sample of another [`VERSION`] is not read.
+
+use thiserror::Error;
+use vencejo_proto::{Frame, MavVersion, Message};
+
+/// The version of these payloads.
+pub const VERSION: u32 = 1;
+/// Bytes of a sample, an order or an answer at most; more is not even looked at.
+pub const MAX_BYTES: usize = 16 * 1024;
+/// Messages in one state at most.
+pub const MAX_MESSAGES: usize = 64;
+/// Bytes of a text at most.
+pub const MAX_TEXT: usize = 500;
+
+/// A payload that cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum BadPayload {
+    /// More bytes than there may be.
+    #[error("{0} bytes are too many: at most {MAX_BYTES}")]
+    TooLarge(usize),
+    /// No Protocol Buffers, or not this message.
+    #[error("not to be decoded: {0}")]
+    Undecodable(String),
+    /// From another version of Vencejo.
+    #[error(
+        "its version is {0}, this program's is {VERSION}: use the same version of Vencejo on board and on the ground"
+    )]
+    Version(u32),
+    /// A field that cannot be.
+    #[error("field {0} is missing or out of range")]
+    Field(&'static str),
+}
+
+/// One message of the autopilot.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct Said {
+    /// Its MAVLink message id.
+    #[prost(uint32, tag = "1")]
+    pub message_id: u32,
+    /// Its MAVLink 2 payload, without the zeros at its end.
+    #[prost(bytes = "vec", tag = "2")]
+    pub payload: Vec<u8>,
+    /// How long before the sample was made it came, ms.
+    #[prost(uint32, tag = "3")]
+    pub age_ms: u32,
+}
+
+impl Said {
+    /// A message as it came, `age_ms` ago. A payload that came by MAVLink 1 is told by the 2 as well: it has the same fields first.
+    #[must_use]
+    pub fn of(frame: &Frame, age_ms: u32) -> Self {
+        let payload = frame.payload();
+        let used = payload.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
+        Self { message_id: frame.message_id(), payload: payload[..used].to_vec(), age_ms }
+    }
+
+    /// The message, if it can be decoded.
+    #[must_use]
+    pub fn message(&self) -> Option<Message> {
+        Message::from_payload(MavVersion::V2, self.message_id, &self.payload).ok()
+    }
+}
+
+/// Who may act on the aircraft.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct Held {
+    /// Grows with each grant.
+    #[prost(uint64, tag = "1")]
+    pub epoch: u64,
+    /// Name of whoever holds control; empty: nobody.
+    #[prost(string, tag = "2")]
+    pub holder: String,
+    /// Its public key; empty for one on board or at a direct link.
+    #[prost(bytes = "vec", tag = "3")]
+    pub key: Vec<u8>,
+    /// Name of whoever asks for control.
+    #[prost(string, tag = "4")]
+    pub asking: String,
+    /// Its public key.
+    #[prost(bytes = "vec", tag = "5")]
+    pub asking_key: Vec<u8>,
+}
+
+/// What an aircraft says: what is new since the sample before; on demand, everything.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct State {
+    /// [`VERSION`].
+    #[prost(uint32, tag = "1")]
+    pub version: u32,
+    /// Another number each time that the station on board starts.
+    #[prost(fixed64, tag = "2")]
+    pub boot: u64,
+    /// The clock on board, ms.
+    #[prost(uint64, tag = "3")]
+    pub clock_ms: u64,
+    /// Counts the samples.
+    #[prost(uint64, tag = "4")]
+    pub sequence: u64,
+    /// MAVLink system id of the aircraft.
+    #[prost(uint32, tag = "5")]
+    pub system: u32,
+    /// MAVLink component id of its autopilot.
+    #[prost(uint32, tag = "6")]
+    pub component: u32,
+    /// Who may act.
+    #[prost(message, optional, tag = "7")]
+    pub held: Option<Held>,
+    /// What the autopilot said.
+    #[prost(message, repeated, tag = "8")]
+    pub said: Vec<Said>,
+}
+
+/// What must not be lost: a message of the autopilot, numbered from 1.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct Event {
+    /// [`VERSION`].
+    #[prost(uint32, tag = "1")]
+    pub version: u32,
+    /// As in [`State`].
+    #[prost(fixed64, tag = "2")]
+    pub boot: u64,
+    /// Its number in this boot; without holes.
+    #[prost(uint64, tag = "3")]
+    pub number: u64,
+    /// The clock on board when it came, ms.
+    #[prost(uint64, tag = "4")]
+    pub clock_ms: u64,
+    /// The message.
+    #[prost(message, optional, tag = "5")]
+    pub said: Option<Said>,
+}
+
+/// What an operator wants, in its own name.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct Order {
+    /// [`VERSION`].
+    #[prost(uint32, tag = "1")]
+    pub version: u32,
+    /// The organisation…
+    #[prost(string, tag = "2")]
+    pub org: String,
+    /// …and the aircraft that it is for: for no other.
+    #[prost(string, tag = "3")]
+    pub aircraft: String,
+    /// The boot that it is for.
+    #[prost(fixed64, tag = "4")]
+    pub boot: u64,
+    /// The epoch in which its operator holds control; 0 to ask for control.
+    #[prost(uint64, tag = "5")]
+    pub epoch: u64,
+    /// 16 random bytes: the same order sent again has the same.
+    #[prost(bytes = "vec", tag = "6")]
+    pub id: Vec<u8>,
+    /// The clock on board in the newest state that its operator had, ms: how old the picture is that it acts on.
+    #[prost(uint64, tag = "7")]
+    pub based_on_ms: u64,
+    /// Name of the operator, for others to read.
+    #[prost(string, tag = "8")]
+    pub operator: String,
+    /// What.
+    #[prost(oneof = "Want", tags = "9, 10, 11, 12, 13")]
+    pub want: Option<Want>,
+}
+
+/// What an order can be about.
+#[derive(Clone, PartialEq, prost::Oneof)]
+pub enum Want {
+    /// Control.
+    #[prost(message, tag = "9")]
+    Ask(Nothing),
+    /// To keep control.
+    #[prost(message, tag = "10")]
+    Renew(Nothing),
+    /// To give control up.
+    #[prost(message, tag = "11")]
+    Release(Nothing),
+    /// To give control to whoever asks for it: its public key.
+    #[prost(bytes = "vec", tag = "12")]
+    Grant(Vec<u8>),
+    /// To do something.
+    #[prost(message, tag = "13")]
+    Act(Act),
+}
+
+/// Nothing more to say.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct Nothing {}
+
+/// A [`Request`](vencejo_vehicle::Request). Numbers are as exact as they were given: what was confirmed is what is done.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct Act {
+    /// To be done although the mission on board may be a mixture.
+    #[prost(bool, tag = "1")]
+    pub despite_mixed_plan: bool,
+    /// The danger that a person has confirmed, by its code; empty: none.
+    #[prost(string, tag = "2")]
+    pub confirmed: String,
+    /// What.
+    #[prost(oneof = "Deed", tags = "3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20")]
+    pub deed: Option<Deed>,
+}
+
+/// The acts that go over a network. Not among them: what has to be repeated to go on (a velocity), what nobody can check (raw
+/// commands and messages), plans and parameters.
+#[derive(Clone, PartialEq, prost::Oneof)]
+pub enum Deed {
+    /// Arm; true: by force.
+    #[prost(bool, tag = "3")]
+    Arm(bool),
+    /// Disarm; true: by force.
+    #[prost(bool, tag = "4")]
+    Disarm(bool),
+    /// Change to the mode of this name.
+    #[prost(string, tag = "5")]
+    Mode(String),
+    /// Change to the mode of this number.
+    #[prost(uint32, tag = "6")]
+    ModeNumber(u32),
+    /// Take off and climb to this height above home, m.
+    #[prost(double, tag = "7")]
+    Takeoff(f64),
+    /// Fly to a position.
+    #[prost(message, tag = "8")]
+    Reposition(Reposition),
+    /// Change the airspeed, m/s.
+    #[prost(double, tag = "9")]
+    Airspeed(f64),
+    /// Change the speed over ground, m/s.
+    #[prost(double, tag = "10")]
+    Groundspeed(f64),
+    /// Change the height.
+    #[prost(message, tag = "11")]
+    Altitude(Altitude),
+    /// Circle here.
+    #[prost(message, tag = "12")]
+    LoiterHere(Nothing),
+    /// Return to launch.
+    #[prost(message, tag = "13")]
+    ReturnToLaunch(Nothing),
+    /// Land.
+    #[prost(message, tag = "14")]
+    Land(Nothing),
+    /// Abort a landing.
+    #[prost(message, tag = "15")]
+    AbortLanding(AbortLanding),
+    /// Prepare a flight.
+    #[prost(message, tag = "16")]
+    PrepareFlight(Nothing),
+    /// Start the mission, from this item on the wire less one; 0: where it stands.
+    #[prost(uint32, tag = "17")]
+    MissionStart(u32),
+    /// Interrupt the mission.
+    #[prost(message, tag = "18")]
+    MissionPause(Nothing),
+    /// Go on with the mission.
+    #[prost(message, tag = "19")]
+    MissionResume(Nothing),
+    /// Make an item on the wire the current one.
+    #[prost(uint32, tag = "20")]
+    CurrentItem(u32),
+}
+
+/// Where to fly.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct Reposition {
+    /// WGS-84.
+    #[prost(double, tag = "1")]
+    pub lat_deg: f64,
+    /// WGS-84.
+    #[prost(double, tag = "2")]
+    pub lon_deg: f64,
+    /// Height, counted as `frame` says.
+    #[prost(double, tag = "3")]
+    pub alt_m: f64,
+    /// `MAV_FRAME`: 0, 3 or 10.
+    #[prost(uint32, tag = "4")]
+    pub frame: u32,
+    /// Radius of the circle.
+    #[prost(double, optional, tag = "5")]
+    pub radius_m: Option<f64>,
+    /// Sense of the circle.
+    #[prost(bool, tag = "6")]
+    pub counter_clockwise: bool,
+    /// Ground speed.
+    #[prost(double, optional, tag = "7")]
+    pub speed_m_s: Option<f64>,
+    /// Whether to enter GUIDED for it.
+    #[prost(bool, tag = "8")]
+    pub change_mode: bool,
+}
+
+/// How high to fly.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct Altitude {
+    /// Height, counted as `frame` says.
+    #[prost(double, tag = "1")]
+    pub alt_m: f64,
+    /// `MAV_FRAME`: 0, 3 or 10.
+    #[prost(uint32, tag = "2")]
+    pub frame: u32,
+}
+
+/// How to abort a landing.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct AbortLanding {
+    /// Height to climb to, above home.
+    #[prost(double, optional, tag = "1")]
+    pub alt_rel_home_m: Option<f64>,
+}
+
+/// An order and who signed it.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct Signed {
+    /// Public key of who signed.
+    #[prost(bytes = "vec", tag = "1")]
+    pub key: Vec<u8>,
+    /// The order's bytes, as they were signed.
+    #[prost(bytes = "vec", tag = "2")]
+    pub order: Vec<u8>,
+    /// The signature.
+    #[prost(bytes = "vec", tag = "3")]
+    pub signature: Vec<u8>,
+}
+
+/// How an order ended on board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, prost::Enumeration)]
+#[repr(i32)]
+pub enum End {
+    /// No end: never sent.
+    Unspecified = 0,
+    /// Done, and seen to be done.
+    Done = 1,
+    /// Control is granted, in the answer's epoch.
+    Granted = 2,
+    /// Control is elsewhere; whoever holds it was shown the request.
+    Asked = 3,
+    /// Control is elsewhere.
+    Held = 4,
+    /// Not done: the picture that it was based on is too old.
+    Stale = 5,
+    /// Not done, for the reason in `why`.
+    Refused = 6,
+    /// The autopilot refused.
+    CommandRefused = 7,
+    /// The autopilot was asked and did not answer, or does not show it: it may or may not have been done.
+    Unknown = 8,
+}
+
+/// What became of an order.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct Answer {
+    /// [`VERSION`].
+    #[prost(uint32, tag = "1")]
+    pub version: u32,
+    /// The order's id.
+    #[prost(bytes = "vec", tag = "2")]
+    pub id: Vec<u8>,
+    /// How it ended.
+    #[prost(enumeration = "End", tag = "3")]
+    pub end: i32,
+    /// Why, in English.
+    #[prost(string, tag = "4")]
+    pub why: String,
+    /// Who holds control.
+    #[prost(string, tag = "5")]
+    pub holder: String,
+    /// The epoch of this grant.
+    #[prost(uint64, tag = "6")]
+    pub epoch: u64,
+    /// The command that the autopilot refused or did not answer (`MAV_CMD`).
+    #[prost(uint32, tag = "7")]
+    pub command: u32,
+    /// How it refused (`MAV_RESULT`).
+    #[prost(uint32, tag = "8")]
+    pub result: u32,
+    /// What the autopilot wrote about it.
+    #[prost(string, repeated, tag = "9")]
+    pub reasons: Vec<String>,
+    /// Number of the mode that cures it, where one does, and one more; 0: none.
+    #[prost(uint64, tag = "10")]
+    pub cure: u64,
+}
+
+/// A message with a version.
+trait Versioned: prost::Message + Default {
+    fn version(&self) -> u32;
+}
+
+macro_rules! versioned {
+    ($($name:ty),*) => {
+        $(impl Versioned for $name {
+            fn version(&self) -> u32 {
+                self.version
+            }
+        })*
+    };
+}
+versioned!(State, Event, Order, Answer);
+
+fn read<T: Versioned>(bytes: &[u8]) -> Result<T, BadPayload> {
+    let read = read_bare::<T>(bytes)?;
+    if read.version() == VERSION { Ok(read) } else { Err(BadPayload::Version(read.version())) }
+}
+
+fn read_bare<T: prost::Message + Default>(bytes: &[u8]) -> Result<T, BadPayload> {
+    if bytes.len() > MAX_BYTES {
+        return Err(BadPayload::TooLarge(bytes.len()));
+    }
+    T::decode(bytes).map_err(|error| BadPayload::Undecodable(error.to_string()))
+}
+
+fn name_is_short(name: &str) -> bool {
+    name.len() <= 160 && !name.contains(char::is_control)
+}
+
+impl State {
+    /// Reads one.
+    ///
+    /// # Errors
+    /// [`BadPayload`].
+    pub fn read(bytes: &[u8]) -> Result<Self, BadPayload> {
+        let state: Self = read(bytes)?;
+        if !(1..=255).contains(&state.system) {
+            return Err(BadPayload::Field("system"));
+        }
+        if state.component > 255 {
+            return Err(BadPayload::Field("component"));
+        }
+        if state.said.len() > MAX_MESSAGES {
+            return Err(BadPayload::Field("said"));
+        }
+        if state.held.as_ref().is_some_and(|held| !name_is_short(&held.holder) || !name_is_short(&held.asking)) {
+            return Err(BadPayload::Field("held"));
+        }
+        Ok(state)
+    }
+}
+
+impl Event {
+    /// Reads one.
+    ///
+    /// # Errors
+    /// [`BadPayload`].
+    pub fn read(bytes: &[u8]) -> Result<Self, BadPayload> {
+        let event: Self = read(bytes)?;
+        if event.number == 0 || event.said.is_none() {
+            return Err(BadPayload::Field("number or said"));
+        }
+        Ok(event)
+    }
+}
+
+impl Order {
+    /// Reads one.
+    ///
+    /// # Errors
+    /// [`BadPayload`].
+    pub fn read(bytes: &[u8]) -> Result<Self, BadPayload> {
+        let order: Self = read(bytes)?;
+        if order.id.len() != 16 {
+            return Err(BadPayload::Field("id"));
+        }
+        if !name_is_short(&order.operator) {
+            return Err(BadPayload::Field("operator"));
+        }
+        Ok(order)
+    }
+
+    /// Its id as a number.
+    #[must_use]
+    pub fn id(&self) -> u128 {
+        self.id.as_slice().try_into().map_or(0, u128::from_be_bytes)
+    }
+}
+
+impl Signed {
+    /// Reads one. Whether the signature holds is another question.
+    ///
+    /// # Errors
+    /// [`BadPayload`].
+    pub fn read(bytes: &[u8]) -> Result<Self, BadPayload> {
+        read_bare(bytes)
+    }
+}
+
+impl Answer {
+    /// Reads one.
+    ///
+    /// # Errors
+    /// [`BadPayload`].
+    pub fn read(bytes: &[u8]) -> Result<Self, BadPayload> {
+        let mut answer: Self = read(bytes)?;
+        if matches!(End::try_from(answer.end), Err(_) | Ok(End::Unspecified)) {
+            return Err(BadPayload::Field("end"));
+        }
+        let clean = |text: &mut String| {
+            *text = text.chars().filter(|c| !c.is_control()).take(MAX_TEXT).collect();
+        };
+        clean(&mut answer.why);
+        clean(&mut answer.holder);
+        answer.reasons.truncate(MAX_MESSAGES);
+        answer.reasons.iter_mut().for_each(clean);
+        Ok(answer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use prost::Message as _;
+    use vencejo_proto::{Address, Header, Heartbeat};
+
+    use super::*;
+
+    #[test]
+    fn a_message_comes_out_as_it_went_in() {
+        let heartbeat =
+            Message::Heartbeat(Heartbeat { mav_type: 1, autopilot: 3, custom_mode: 10, ..Heartbeat::default() });
+        for version in [MavVersion::V1, MavVersion::V2] {
+            let frame = heartbeat.encode(Header { sequence: 1, source: Address::new(7, 1), version });
+            assert_eq!(Said::of(&frame, 3).message().as_ref(), Some(&heartbeat), "{version:?}");
+        }
+    }
+
+    /// Bytes written down by hand, field by field, from the description of Protocol Buffers: what two versions of this program
+    /// say to each other does not change by itself.
+    #[test]
+    fn the_bytes_of_an_order_are_what_they_are() {
+        let order = Order {
+            version: 1,
+            org: "acme".into(),
+            aircraft: "p7".into(),
+            boot: 2,
+            epoch: 3,
+            id: vec![9; 16],
+            based_on_ms: 300,
+            operator: "Ana".into(),
+            want: Some(Want::Act(Act { deed: Some(Deed::Mode("RTL".into())), ..Act::default() })),
+        };
+        let mut bytes = vec![0x08, 1, 0x12, 4];
+        bytes.extend(b"acme");
+        bytes.extend([0x1a, 2]);
+        bytes.extend(b"p7");
+        bytes.extend([0x21, 2, 0, 0, 0, 0, 0, 0, 0, 0x28, 3, 0x32, 16]);
+        bytes.extend([9; 16]);
+        bytes.extend([0x38, 0xac, 0x02, 0x42, 3]);
+        bytes.extend(b"Ana");
+        bytes.extend([0x6a, 5, 0x2a, 3]);
+        bytes.extend(b"RTL");
+        assert_eq!(order.encode_to_vec(), bytes);
+        assert_eq!(Order::read(&bytes), Ok(order));
+    }
+
+    #[test]
+    fn what_cannot_be_is_not_read() {
+        let state = State { version: VERSION, system: 1, ..State::default() };
+        assert!(State::read(&state.encode_to_vec()).is_ok());
+        let other = State { version: 2, ..state.clone() };
+        assert_eq!(State::read(&other.encode_to_vec()), Err(BadPayload::Version(2)));
+        let nobody = State { system: 0, ..state.clone() };
+        assert_eq!(State::read(&nobody.encode_to_vec()), Err(BadPayload::Field("system")));
+        let flood = State { said: vec![Said::default(); MAX_MESSAGES + 1], ..state };
+        assert_eq!(State::read(&flood.encode_to_vec()), Err(BadPayload::Field("said")));
+        assert_eq!(State::read(&vec![0; MAX_BYTES + 1]), Err(BadPayload::TooLarge(MAX_BYTES + 1)));
+        let short = Order { version: VERSION, id: vec![1; 15], ..Order::default() };
+        assert_eq!(Order::read(&short.encode_to_vec()), Err(BadPayload::Field("id")));
+        let endless = Answer { version: VERSION, ..Answer::default() };
+        assert_eq!(Answer::read(&endless.encode_to_vec()), Err(BadPayload::Field("end")));
+    }
+
+    #[test]
+    fn no_payload_panics() {
+        let mut seed = 1_u64;
+        for length in 0..2000 {
+            let bytes: Vec<u8> = (0..length % 97)
+                .map(|_| {
+                    seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                    (seed >> 56) as u8
+                })
+                .collect();
+            let read = (State::read(&bytes), Event::read(&bytes), Order::read(&bytes), Answer::read(&bytes));
+            assert!(read.0.is_err() || read.1.is_err() || read.2.is_err() || read.3.is_err());
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! What comes over the network of a fleet: payloads from anybody, read or refused, and what is heard and decided of those that are read.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use vencejo_fleet::act::{act_of, request_of, result_of};
+use vencejo_fleet::authority::{Authority, Caller, Claim, Role, Verdict, Wish, answer};
+use vencejo_fleet::payload::{Answer, End, Event, Order, Signed, State, Want};
+use vencejo_fleet::signature::PublicKey;
+use vencejo_fleet::speech::Listener;
+use vencejo_proto::{Address, MonoTime};
+use vencejo_vehicle::Request;
+use vencejo_vehicle::modes::ModeFamily;
+
+fuzz_target!(|data: &[u8]| {
+    let mut listener = Listener::default();
+    let mut authority = Authority::new(1);
+    let mut rest = data;
+    let mut now = MonoTime::from_millis(10_000);
+    // Payloads one after the other, each with its kind and its length before it.
+    while let Some((&[kind, high, low], tail)) = rest.split_first_chunk::<3>() {
+        let length = usize::from(u16::from_be_bytes([high & 0x3f, low])).min(tail.len());
+        let (bytes, tail) = tail.split_at(length);
+        rest = tail;
+        now = now + std::time::Duration::from_millis(u64::from(high) * 16);
+        match kind % 5 {
+            0 => {
+                if let Ok(state) = State::read(bytes) {
+                    let news = listener.on_state(&state, now);
+                    assert!(news.said.iter().all(|(_, at)| *at <= now), "said in the future");
+                }
+            }
+            1 => {
+                if let Ok(event) = Event::read(bytes) {
+                    drop(listener.on_event(&event, now));
+                }
+            }
+            2 => drop(Order::read(bytes).map(|order| ordered(&mut authority, &order, kind, now))),
+            3 => {
+                if let Ok(answer) = Answer::read(bytes) {
+                    drop(result_of(&answer, &Request::Land, "plane7", Address::new(1, 1), ModeFamily::ArduPlane));
+                }
+            }
+            _ => drop(Signed::read(bytes)),
+        }
+        drop((listener.picture(), listener.age(now), authority.held(), authority.take_fenced()));
+    }
+});
+
+fn ordered(authority: &mut Authority, order: &Order, kind: u8, now: MonoTime) {
+    let wish = match &order.want {
+        Some(Want::Ask(_)) => Wish::Ask,
+        Some(Want::Renew(_)) => Wish::Renew,
+        Some(Want::Release(_)) => Wish::Release,
+        Some(Want::Grant(key)) => Wish::Grant(PublicKey(key.as_slice().try_into().unwrap_or_default())),
+        Some(Want::Act(act)) => {
+            if let Ok((request, confirmed)) = request_of(act) {
+                let same = act_of(&request, confirmed).map(|act| request_of(&act));
+                // Debug: what is no number is equal to nothing.
+                assert_eq!(format!("{same:?}"), format!("{:?}", Some(Ok::<_, ()>((request, confirmed)))));
+            }
+            Wish::Act
+        }
+        None => Wish::Act,
+    };
+    let based_on = MonoTime::from_millis(order.based_on_ms);
+    let claim = Claim { boot: order.boot % 3, epoch: order.epoch, id: order.id(), based_on, wish };
+    let role = if kind & 64 == 64 { Role::Chief } else { Role::Operator };
+    let caller = Caller { key: PublicKey([kind >> 3 & 3; 32]), name: order.operator.clone(), role };
+    let held = authority.lease();
+    match authority.on_order(&caller, &claim, now) {
+        Verdict::Execute => {
+            let (key, epoch) = held.expect("nothing is done without a lease");
+            assert_eq!((key, epoch), (caller.key, order.epoch), "done for another");
+            authority.on_ended(claim.id, answer(&claim, End::Done, ""), now);
+        }
+        Verdict::UnderWay | Verdict::Answer(_) => {}
+    }
+}
