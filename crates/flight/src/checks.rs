@@ -4,19 +4,25 @@
 //! something else, or fly what nobody can want; a warning is for the pilot to judge.
 
 mod finding;
+mod fix;
+mod rehearsed;
+mod surveyed;
 
-pub use finding::{Datum, FenceFault, Figure, Finding, FindingCode, FindingKind, Missing, RallyFault, Severity};
+pub use finding::{Datum, FenceFault, Finding, FindingCode, FindingKind, Missing, RallyFault, Severity};
+pub use fix::{Fix, FixKind, Inspection, fixes};
+pub use rehearsed::{CLEARANCE_M, rehearse_and_check};
+pub use surveyed::check_survey;
+
+pub use crate::words::Figure;
 
 use crate::geodesy::{GeoPoint, LocalFrame, distance_m, wrap_180_deg};
+use crate::guidance::GRAVITY_M_S2;
 use crate::landing::STEEP_SLOPE;
 use crate::plan::{
     Command, FenceShape, FenceZone, Home, MavFrame, MissionItem, Plan, ShapeFault, Storage, Support, Unit, Wanted,
     ardupilot_stored,
 };
 use crate::progress::{alt_amsl_m, jump_index, target};
-
-/// Standard gravity, metres per second squared (ISO 80000-3).
-const G_M_S2: f64 = 9.806_65;
 
 /// Jumps that every ArduPilot board can track; large ones track 100.
 const MAX_JUMPS: usize = 15;
@@ -74,7 +80,7 @@ impl CheckContext {
     #[must_use]
     pub fn turn_radius_m(&self) -> f64 {
         let bank = self.bank_deg.clamp(5.0, 80.0).to_radians();
-        self.airspeed_m_s * self.airspeed_m_s / (G_M_S2 * bank.tan())
+        self.airspeed_m_s * self.airspeed_m_s / (GRAVITY_M_S2 * bank.tan())
     }
 }
 
@@ -283,12 +289,17 @@ impl<'a> Check<'a> {
             self.warn(Some(last), FindingKind::NoLanding {});
         }
         for pair in nav.windows(2) {
-            let ((index, landing), (next_index, next)) = (pair[0], pair[1]);
+            let ((index, item), (next_index, next)) = (pair[0], pair[1]);
+            // What begins there is flown without what is before it.
             let next_sequence = self.plan.mission.items[index + 1..next_index]
                 .iter()
-                .any(|item| item.command == Command::DO_LAND_START);
-            if landing.command.is_landing() && !next.command.is_takeoff() && !next_sequence {
-                self.warn(Some((index, landing)), FindingKind::ItemsAfterLanding { next_item: next_index + 1 });
+                .any(|one| matches!(one.command, Command::DO_LAND_START | Command::DO_RETURN_PATH_START));
+            let next_item = next_index + 1;
+            if item.command.is_landing() && !next.command.is_takeoff() && !next_sequence {
+                self.warn(Some((index, item)), FindingKind::ItemsAfterLanding { next_item });
+            }
+            if item.command == Command::NAV_LOITER_UNLIM && !next_sequence {
+                self.warn(Some((index, item)), FindingKind::EndlessLoiter { next_item });
             }
         }
         for (index, item) in self.items_of_mission() {
@@ -317,7 +328,7 @@ impl<'a> Check<'a> {
             }
             count += 1;
             let about = Some((index, item));
-            let Some(to) = jump_index(mission, item) else {
+            let Some(to) = jump_index(&mission.items, item) else {
                 let target = item.param(1).unwrap_or(0.0);
                 self.error(about, FindingKind::JumpTarget { target, last: mission.items.len() });
                 continue;

@@ -172,6 +172,7 @@ fn beginning_and_end() {
         Warning,
         Some(6),
     );
+    check(|items| items[2].command = Command::NAV_LOITER_UNLIM, EndlessLoiter, Warning, Some(2));
     check(|items| items[6] = MissionItem::return_to_launch(), LandStartWithoutLanding, Error, Some(4));
     check(|items| items[5].params[6] = Some(80.0), SteepApproach, Warning, Some(6));
     check(|items| items[6].params[6] = Some(50.0), FlatApproach, Warning, Some(6));
@@ -180,6 +181,9 @@ fn beginning_and_end() {
     items.remove(0);
     let in_the_air = CheckContext { on_ground: Some(false), ..context() };
     assert_eq!(check_plan(&plan(items), &in_the_air), []);
+    let mut waits_to_land = sound();
+    waits_to_land[3].command = Command::NAV_LOITER_UNLIM;
+    assert_eq!(found(&plan(waits_to_land)), [], "a return flies the landing sequence after it");
     let mut two_landings = sound();
     two_landings.extend_from_slice(&sound()[4..]);
     assert_eq!(found(&plan(two_landings)), []);

@@ -2,6 +2,8 @@
 //!
 //! Every message says what was wrong, where (item, line or JSON path) and what to do about it.
 
+use std::fmt;
+
 use crate::plan::Command;
 
 /// Everything that this crate refuses.
@@ -10,7 +12,9 @@ use crate::plan::Command;
 pub enum FlightError {
     /// A latitude or longitude that is not on the globe.
     #[error(
-        "latitude {lat_deg}, longitude {lon_deg} is not a position on Earth: latitude goes from -90 to 90 degrees, longitude from -180 to 180"
+        "latitude {}, longitude {} is not a position on Earth: latitude goes from -90 to 90 degrees, longitude from -180 to 180",
+        Plain(*lat_deg),
+        Plain(*lon_deg)
     )]
     NotOnEarth {
         /// Latitude given, degrees.
@@ -18,8 +22,14 @@ pub enum FlightError {
         /// Longitude given, degrees.
         lon_deg: f64,
     },
+    /// A home that is higher or lower than anything flies.
+    #[error("home lies {} m above the sea, but a height stays within 83,000 m", Plain(*alt_amsl_m))]
+    HomeHeight {
+        /// Height given, metres above mean sea level.
+        alt_amsl_m: f64,
+    },
     /// A plan item holds a value that cannot be sent or used.
-    #[error("item {seq} ({command}): {field} is {value}, {problem}")]
+    #[error("item {seq} ({command}): {field} is {}, {problem}", Plain(*value))]
     BadItem {
         /// Sequence number on the wire.
         seq: u16,
@@ -78,16 +88,34 @@ pub enum FlightError {
     /// A landing that cannot be designed as it is asked for.
     #[error("landing: {0}")]
     BadLanding(LandingProblem),
+    /// A survey that cannot be laid out as it is asked for.
+    #[error("survey: {0}")]
+    BadSurvey(SurveyProblem),
     /// A file that cannot be read as a whole.
     #[error("{0}")]
     BadFile(String),
+}
+
+/// A number as a message shows it: such as nobody means by its power of ten, so that no message is hundreds of digits long.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plain(pub f64);
+
+impl fmt::Display for Plain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(value) = self;
+        if *value == 0.0 || !value.is_finite() || (1e-9..1e15).contains(&value.abs()) {
+            write!(f, "{value}")
+        } else {
+            write!(f, "{value:e}")
+        }
+    }
 }
 
 /// Why a landing cannot be designed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum LandingProblem {
     /// An option is out of its range.
-    #[error("{option} is {value}: it goes from {low} to {high}")]
+    #[error("{option} is {}: it goes from {low} to {high}", Plain(*value))]
     OutOfRange {
         /// Its name.
         option: &'static str,
@@ -118,7 +146,110 @@ pub enum LandingProblem {
         /// Course of the final leg, degrees from true north.
         course_deg: f64,
     },
+    /// A part of something else was to be moved.
+    #[error(
+        "only a landing as it is designed can be moved: a circle down (NAV_LOITER_TO_ALT) and NAV_LAND, with heights above home"
+    )]
+    NotDesigned,
+}
+
+/// Why a survey cannot be laid out.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum SurveyProblem {
+    /// An option is out of its range.
+    #[error("{option} is {}: it goes from {low} to {high}", Plain(*value))]
+    OutOfRange {
+        /// Its name.
+        option: &'static str,
+        /// What was given.
+        value: f64,
+        /// The least.
+        low: f64,
+        /// The most.
+        high: f64,
+    },
+    /// An option that is missing, or one beside another that says the same.
+    #[error("{0}")]
+    Unclear(&'static str),
+    /// Too few places to make an area or a line.
+    #[error("the shape has {count} corners that differ, it needs {least} or more: add some")]
+    TooFewCorners {
+        /// How many there are.
+        count: usize,
+        /// How many it needs.
+        least: usize,
+    },
+    /// More corners than are worked with.
+    #[error("the shape has {count} corners, at most {max} are worked with: simplify it")]
+    TooManyCorners {
+        /// How many there are.
+        count: usize,
+        /// The most.
+        max: usize,
+    },
+    /// Two sides of the area cross or touch.
+    #[error("the side from corner {one} crosses the side from corner {other}: move one of them, or make two areas")]
+    CrossesItself {
+        /// The corner that one begins at, counted from 1.
+        one: usize,
+        /// The corner that the other begins at.
+        other: usize,
+    },
+    /// Smaller than anybody can mean.
+    #[error("the shape measures {size:.0} {unit}, less than {least} {unit}: draw it larger")]
+    TooSmall {
+        /// What it measures.
+        size: f64,
+        /// The least.
+        least: f64,
+        /// `m²` of an area, `m` of a line.
+        unit: &'static str,
+    },
+    /// Larger than a plane covers from one place.
+    #[error("corner {corner} lies outside the {most_m:.0} m that a survey may measure: check it, or split the shape")]
+    TooLarge {
+        /// The corner, counted from 1.
+        corner: usize,
+        /// The most, m.
+        most_m: f64,
+    },
+    /// The plane would not get along the lines, or not steadily.
+    #[error(
+        "with {wind_m_s:.0} m/s of wind a plane of {airspeed_m_s:.0} m/s does not get along lines of course {course_deg:.0}: fly faster, along another course, or later"
+    )]
+    TooMuchWind {
+        /// The wind's speed, m/s.
+        wind_m_s: f64,
+        /// The plane's, m/s.
+        airspeed_m_s: f64,
+        /// Course of the lines, degrees from true north.
+        course_deg: f64,
+    },
+    /// More items than the vehicle holds.
+    #[error(
+        "it takes {count} items or more, the vehicle holds {max}: widen the spacing, fly higher, overlap less, or split the shape"
+    )]
+    TooManyItems {
+        /// How many, at least.
+        count: usize,
+        /// The most.
+        max: usize,
+    },
 }
 
 /// Result with [`FlightError`].
 pub type Result<T> = std::result::Result<T, FlightError>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_fits_into_its_message() {
+        let shown = [0.0, 91.0, -3.7, 1e14, 1e-9, 1e308, -1e-300, f64::NAN, f64::NEG_INFINITY]
+            .map(|value| Plain(value).to_string());
+        assert_eq!(shown, ["0", "91", "-3.7", "100000000000000", "0.000000001", "1e308", "-1e-300", "NaN", "-inf"]);
+        let odd = SurveyProblem::OutOfRange { option: "height_m", value: 1e308, low: 5.0, high: 10_000.0 };
+        assert_eq!(FlightError::BadSurvey(odd).to_string(), "survey: height_m is 1e308: it goes from 5 to 10000");
+    }
+}

@@ -17,15 +17,18 @@
 //! `NAV_LAND` after the place where the slope begins (`AP_Landing_Slope` takes the line from there to the point for the
 //! glide slope), and `DO_LAND_START` before all, so that "land" and a return find it.
 //!
-//! Nothing here knows the ground or what stands on it. The height of the ground at the point is home's unless it is
-//! given, and [`LandingCaution::GroundNotKnown`] says so; obstacles on the way down are for the pilot to look at.
+//! The height of the ground at the point is home's unless it is given, and [`LandingCaution::GroundNotKnown`] says so.
+//! [`design_landing_over`] takes it from a map, and looks how near the approach comes to the ground; what stands on it no map of
+//! heights knows: that is for the pilot to look at.
 
 use std::f64::consts::TAU;
 
 use crate::error::{FlightError, LandingProblem, Result};
 use crate::geodesy::{GeoPoint, direct, distance_m, inverse, wrap_180_deg, wrap_360_deg};
+use crate::guidance::GRAVITY_M_S2;
 use crate::guidance::l1::L1Params;
 use crate::plan::MissionItem;
+use crate::words::words;
 
 /// Slope, height over distance, above which an approach is steep: a plane without flaps or airbrakes gains speed on it and
 /// lands long. ArduPilot's guide to automatic landings advises 1 in 10.
@@ -42,13 +45,19 @@ const MIN_GROUNDSPEED_M_S: f64 = 3.0;
 const CIRCLE_BANK_DEG: f64 = 35.0;
 /// The circle's radius is a multiple of this, m: ArduPilot keeps whole metres.
 const RADIUS_STEP_M: f64 = 5.0;
-/// Standard gravity, m/s² (ISO 80000-3).
-const G_M_S2: f64 = 9.806_65;
+/// Distance between two looks at the ground below the final leg, m; no map has heights nearer to each other than some metres.
+const LOOKED_AT_EVERY_M: f64 = 10.0;
+/// Height above the point below which the ground is not looked at, m.
+const LOOKED_AT_FROM_M: f64 = 15.0;
+/// Height above the ground that is enough anywhere on the approach, m.
+const CLEARANCE_M: f64 = 30.0;
 
-/// Wind over the field.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Wind that a plan is made for; calm by default.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "describe", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(feature = "describe", serde(deny_unknown_fields), schema(as = PlanWind))]
 pub struct Wind {
-    /// Where it comes from, degrees from true north, 0 to 360.
+    /// Where it comes from, degrees from true north.
     pub from_deg: f64,
     /// Its speed, m/s, 0 to 60.
     pub speed_m_s: f64,
@@ -97,26 +106,15 @@ impl Default for LandingOptions {
     }
 }
 
-/// What gave the final leg its direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LandingDirection {
-    /// The course that was asked for.
-    Course,
-    /// The place that the plane comes from.
-    ComingFrom,
-    /// The wind, against which it lands.
-    IntoWind,
-}
-
-impl LandingDirection {
-    /// A stable name, fit for scripts.
-    #[must_use]
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Course => "course",
-            Self::ComingFrom => "coming-from",
-            Self::IntoWind => "into-wind",
-        }
+words! {
+    /// What gave a final leg its direction.
+    LandingDirection {
+        /// The course that was asked for.
+        Course = "course",
+        /// The place that the plane comes from.
+        ComingFrom = "coming-from",
+        /// The wind, against which it lands.
+        IntoWind = "into-wind",
     }
 }
 
@@ -135,6 +133,15 @@ pub enum LandingCaution {
         /// Its part along the final leg, m/s.
         speed_m_s: f64,
     },
+    /// The ground comes near the final leg or the circle.
+    GroundNear {
+        /// How near, at the worst place, m; negative below the ground.
+        clearance_m: f64,
+        /// How much it should be there, m.
+        wanted_m: f64,
+        /// How far from the point, m.
+        distance_m: f64,
+    },
 }
 
 impl LandingCaution {
@@ -145,6 +152,7 @@ impl LandingCaution {
             Self::GroundNotKnown => "ground-not-known",
             Self::Steep { .. } => "steep-approach",
             Self::Tailwind { .. } => "tailwind",
+            Self::GroundNear { .. } => "ground-near",
         }
     }
 }
@@ -161,6 +169,11 @@ impl std::fmt::Display for LandingCaution {
             Self::Tailwind { speed_m_s } => {
                 write!(f, "{speed_m_s:.0} m/s of the wind come from behind on the final leg: the plane lands long and fast")
             }
+            Self::GroundNear { clearance_m, wanted_m, distance_m } => write!(
+                f,
+                "{distance_m:.0} m before the point the approach is {:.0} m above the ground, and should be {wanted_m:.0}: come from another side or steeper",
+                clearance_m.max(0.0)
+            ),
         }
     }
 }
@@ -237,7 +250,7 @@ pub fn design_landing(point: GeoPoint, options: &LandingOptions) -> Result<Landi
     }
 
     let fastest_m_s = options.airspeed_m_s + options.wind.map_or(0.0, |wind| wind.speed_m_s);
-    let turn_m = fastest_m_s * fastest_m_s / (G_M_S2 * CIRCLE_BANK_DEG.to_radians().tan());
+    let turn_m = fastest_m_s * fastest_m_s / (GRAVITY_M_S2 * CIRCLE_BANK_DEG.to_radians().tan());
     let radius_m = options.radius_m.max((turn_m / RADIUS_STEP_M).ceil() * RADIUS_STEP_M);
 
     let leaves = direct(point, course_deg + 180.0, final_m);
@@ -267,9 +280,48 @@ pub fn design_landing(point: GeoPoint, options: &LandingOptions) -> Result<Landi
     })
 }
 
+/// Designs a landing over ground that is known.
+///
+/// `ground_rel_home_m` tells its height above home, m, and `None` where it is not known. The point's height is taken from it where
+/// [`LandingOptions::ground_rel_home_m`] gives none. Along the final leg and the circle, half the height above the point must be left
+/// above the ground, 30 m at most; below 15 m nothing is asked, as terrain data are off by as much.
+///
+/// # Errors
+/// Those of [`design_landing`].
+pub fn design_landing_over(
+    point: GeoPoint,
+    options: &LandingOptions,
+    ground_rel_home_m: &dyn Fn(GeoPoint) -> Option<f64>,
+) -> Result<Landing> {
+    let field_m = options.ground_rel_home_m.or_else(|| ground_rel_home_m(point));
+    let mut landing = design_landing(point, &LandingOptions { ground_rel_home_m: field_m, ..*options })?;
+    let from_m = landing.leaves_alt_rel_home_m - field_m.unwrap_or(0.0);
+    let steps = (landing.final_m / LOOKED_AT_EVERY_M).ceil();
+    let leg = (0..=steps as u32).map(|step| f64::from(step) / steps).map(|part| {
+        (
+            direct(landing.leaves, inverse(landing.leaves, point).bearing_start_deg, landing.final_m * part),
+            from_m * (1.0 - part),
+        )
+    });
+    let side = if options.is_clockwise { 1.0 } else { -1.0 };
+    let centre =
+        direct(landing.leaves, inverse(landing.leaves, point).bearing_start_deg + side * 90.0, landing.radius_m);
+    let circle = (0..36).map(|part| (direct(centre, f64::from(part) * 10.0, landing.radius_m), from_m));
+    let near = leg.chain(circle).filter(|(_, height_m)| *height_m >= LOOKED_AT_FROM_M).filter_map(|(at, height_m)| {
+        let clearance_m = height_m + field_m.unwrap_or(0.0) - ground_rel_home_m(at)?;
+        let wanted_m = CLEARANCE_M.min(0.5 * height_m);
+        (clearance_m < wanted_m).then(|| (clearance_m, wanted_m, distance_m(at, point)))
+    });
+    let worst = near.min_by(|a, b| (a.0 - a.1).total_cmp(&(b.0 - b.1)));
+    if let Some((clearance_m, wanted_m, distance_m)) = worst {
+        landing.cautions.push(LandingCaution::GroundNear { clearance_m, wanted_m, distance_m });
+    }
+    Ok(landing)
+}
+
 /// Whatever can be out of its range, and its range.
 fn check(options: &LandingOptions) -> Result<()> {
-    let wind = options.wind.unwrap_or(Wind { from_deg: 0.0, speed_m_s: 0.0 });
+    let wind = options.wind.unwrap_or_default();
     for (option, value, low, high) in [
         ("course_deg", options.course_deg.unwrap_or(0.0), -360.0, 360.0),
         ("wind from_deg", wind.from_deg, -360.0, 360.0),
@@ -303,15 +355,20 @@ fn course(point: GeoPoint, options: &LandingOptions) -> Result<(f64, LandingDire
 
 /// Headwind and groundspeed on a course, m/s.
 fn along_leg(airspeed_m_s: f64, wind: Wind, course_deg: f64) -> Result<(f64, f64)> {
+    on_course(airspeed_m_s, wind, course_deg).ok_or(FlightError::BadLanding(LandingProblem::TooMuchWind {
+        wind_m_s: wind.speed_m_s,
+        airspeed_m_s,
+        course_deg,
+    }))
+}
+
+/// Headwind and groundspeed on a course, m/s, by the wind triangle; `None` where the plane would not get along.
+pub(crate) fn on_course(airspeed_m_s: f64, wind: Wind, course_deg: f64) -> Option<(f64, f64)> {
     let angle = wrap_180_deg(wind.from_deg - course_deg).to_radians();
     let (headwind_m_s, crosswind_m_s) = (wind.speed_m_s * angle.cos(), wind.speed_m_s * angle.sin());
     let ahead = airspeed_m_s * airspeed_m_s - crosswind_m_s * crosswind_m_s;
     let groundspeed_m_s = ahead.max(0.0).sqrt() - headwind_m_s;
-    if ahead > 0.0 && groundspeed_m_s >= MIN_GROUNDSPEED_M_S {
-        Ok((headwind_m_s, groundspeed_m_s))
-    } else {
-        Err(FlightError::BadLanding(LandingProblem::TooMuchWind { wind_m_s: wind.speed_m_s, airspeed_m_s, course_deg }))
-    }
+    (ahead > 0.0 && groundspeed_m_s >= MIN_GROUNDSPEED_M_S).then_some((headwind_m_s, groundspeed_m_s))
 }
 
 #[cfg(test)]
@@ -407,6 +464,36 @@ mod tests {
         assert_eq!(design_landing(point, &eighth).unwrap().cautions.len(), 1, "1 in 8 is steep");
         let gentle = LandingOptions { slope: 0.1, ..steep };
         assert!(design_landing(point, &gentle).unwrap().cautions.is_empty());
+    }
+
+    #[test]
+    fn ground_near_the_approach_is_told() {
+        let point = at(40.0, -4.0);
+        let options = LandingOptions { course_deg: Some(90.0), ..LandingOptions::default() };
+        // The field lies 12 m above home; 300 m before the point, where the plane is 24 m above it, a bank rises.
+        let over = |bank_m: f64| {
+            let bank = direct(point, 270.0, 300.0);
+            design_landing_over(point, &options, &|at| {
+                Some(12.0 + if distance_m(at, bank) < 25.0 { bank_m } else { 0.0 })
+            })
+            .unwrap()
+        };
+        let level = over(0.0);
+        assert_eq!((level.items[2].alt_m(), level.leaves_alt_rel_home_m, level.cautions.len()), (Some(12.0), 52.0, 0));
+        assert!(over(10.0).cautions.is_empty());
+        let cautions = over(16.0).cautions;
+        let [LandingCaution::GroundNear { clearance_m, wanted_m, distance_m }] = cautions[..] else {
+            panic!("{cautions:?}")
+        };
+        assert!((5.5..8.0).contains(&clearance_m) && (11.0..12.5).contains(&wanted_m), "{clearance_m} {wanted_m}");
+        assert!((275.0..325.0).contains(&distance_m), "{distance_m}");
+        assert!(cautions[0].to_string().contains("m before the point the approach is"), "{}", cautions[0]);
+        // A hill under the circle alone.
+        let hill = |at: GeoPoint| Some(if at.lat_deg() < 39.999 { 25.0 } else { 0.0 });
+        let landing = design_landing_over(point, &options, &hill).unwrap();
+        assert!(matches!(landing.cautions[..], [LandingCaution::GroundNear { wanted_m: 20.0, .. }]), "{landing:?}");
+        let unknown = design_landing_over(point, &options, &|_| None).unwrap();
+        assert_eq!(unknown, design_landing(point, &options).unwrap());
     }
 
     #[test]
@@ -525,7 +612,7 @@ mod tests {
             prop_assert!(headwind.abs() <= speed_m_s + 1e-12);
             prop_assert!(landing.final_m / groundspeed >= settling_time_s() - 1e-9);
             let fastest = options.airspeed_m_s + speed_m_s;
-            let bank_deg = (fastest * fastest / (G_M_S2 * landing.radius_m)).atan().to_degrees();
+            let bank_deg = (fastest * fastest / (GRAVITY_M_S2 * landing.radius_m)).atan().to_degrees();
             prop_assert!(bank_deg <= CIRCLE_BANK_DEG + 1e-9, "{bank_deg}");
             prop_assert!(landing.radius_m >= options.radius_m);
         }

@@ -6,13 +6,16 @@
 //! | module | what it holds |
 //! |---|---|
 //! | [`plan`] | missions, fences, rally points; the table of commands; what an ArduPlane keeps of them |
-//! | [`formats`] | `.plan`, `.waypoints` and parameter files |
+//! | [`formats`] | plan files of ground stations, maps and receivers; parameter files |
 //! | [`checks`] | what is wrong or doubtful in a plan, before it is sent |
 //! | [`progress`] | how far and how long a mission still is |
 //! | [`geodesy`] | distances, bearings, legs, local frames, polygons on WGS-84 |
 //! | [`crs`] | coordinates of maps: Web Mercator and UTM |
 //! | [`landing`] | the circle down, the final leg and the landing that end a mission |
+//! | [`approaches`] | the landings of a runway or a point, ranked for a wind; a landing of which a part is moved |
 //! | [`guidance`] | the laws that steer a plane: lateral, height and speed, attitude |
+//! | [`rehearsal`] | a plan as this plane would fly it in this wind |
+//! | [`survey`] | the lines from which a plane photographs an area or a corridor, and what its pictures show |
 //!
 //! # From a file to the wire and back
 //!
@@ -55,14 +58,19 @@
 //! - What comes from a file or a vehicle is untrusted: every reader is bounded and returns [`FlightError`],
 //!   which says where, what is wrong and how to mend it.
 
+pub mod approaches;
 pub mod checks;
 pub mod crs;
 pub mod error;
 pub mod formats;
 pub mod geodesy;
+pub mod ground;
 pub mod guidance;
 pub mod landing;
 pub mod plan;
 pub mod progress;
+pub mod rehearsal;
+pub mod survey;
+mod words;
 
-pub use error::{FlightError, LandingProblem, Result};
+pub use error::{FlightError, LandingProblem, Plain, Result, SurveyProblem};

@@ -256,7 +256,7 @@ fn walk(
                 }
             }
             Command::DO_JUMP | Command::DO_JUMP_TAG => {
-                let Some(to) = jump_index(mission, item) else { return Trip::UNKNOWN };
+                let Some(to) = jump_index(&mission.items, item) else { return Trip::UNKNOWN };
                 let repeats = item.param(2).unwrap_or(0.0);
                 if repeats < 0.0 {
                     return Trip::ENDLESS;
@@ -281,18 +281,15 @@ fn walk(
     Trip::UNKNOWN
 }
 
-/// Index in `mission.items` of the target of a jump; `None` when there is no such item.
-pub(crate) fn jump_index(mission: &Mission, jump: &MissionItem) -> Option<usize> {
+/// Index in a mission's items of the target of a jump; `None` when there is no such item.
+pub(crate) fn jump_index(items: &[MissionItem], jump: &MissionItem) -> Option<usize> {
     let target = jump.param(1).filter(|target| target.fract() == 0.0 && *target >= 0.0)?;
     if jump.command == Command::DO_JUMP_TAG {
-        return mission
-            .items
-            .iter()
-            .position(|item| item.command == Command::JUMP_TAG && item.param(1) == Some(target));
+        return items.iter().position(|item| item.command == Command::JUMP_TAG && item.param(1) == Some(target));
     }
     // seq 0 is home
     let index = (target as usize).checked_sub(1)?;
-    (index < mission.items.len()).then_some(index)
+    (index < items.len()).then_some(index)
 }
 
 #[cfg(test)]

@@ -299,10 +299,6 @@ fn what_cannot_be_meant_is_refused_with_its_place() {
             "complexItems: holds surveys; its items are not",
         ),
         (
-            complex(r#"{"type":"ComplexItem","complexItemType":"StructureScan","version":3}"#),
-            "mission.items[0].complexItemType: is \"StructureScan\"; its items are not in the file; send the plan from QGroundControl",
-        ),
-        (
             complex(r#"{"type":"SimpleItem","command":16,"frame":3,"params":[0,0,0,0],"coordinate":[40,-3]}"#),
             "mission.items[0].params: has 6 values",
         ),

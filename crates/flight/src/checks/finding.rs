@@ -9,6 +9,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::plan::{MAX_VERTICES, MavFrame, MissionItem, SHAPE_MIN_CORNERS, Wanted};
+use crate::words::{figured, words};
 
 /// How bad a finding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -18,74 +19,6 @@ pub enum Severity {
     Error,
     /// For the pilot to judge.
     Warning,
-}
-
-/// A figure of a finding, for front doors that pass them on by name.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Figure {
-    /// Not known, unlimited, or not a number that could be said.
-    Absent,
-    /// Yes or no.
-    Flag(bool),
-    /// How many, or which one.
-    Count(usize),
-    /// A measure, in the unit of the figure's name.
-    Number(f64),
-    /// A word of a closed list, or the label of a parameter.
-    Word(&'static str),
-}
-
-impl From<bool> for Figure {
-    fn from(flag: bool) -> Self {
-        Self::Flag(flag)
-    }
-}
-
-impl From<usize> for Figure {
-    fn from(count: usize) -> Self {
-        Self::Count(count)
-    }
-}
-
-impl From<f64> for Figure {
-    fn from(number: f64) -> Self {
-        if number.is_finite() { Self::Number(number) } else { Self::Absent }
-    }
-}
-
-impl From<&'static str> for Figure {
-    fn from(word: &'static str) -> Self {
-        Self::Word(word)
-    }
-}
-
-impl<T: Into<Self>> From<Option<T>> for Figure {
-    fn from(value: Option<T>) -> Self {
-        value.map_or(Self::Absent, Into::into)
-    }
-}
-
-macro_rules! words {
-    ($(#[$meta:meta])* $list:ident { $($(#[doc = $word_doc:literal])* $name:ident = $text:literal,)* }) => {
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-        #[cfg_attr(feature = "describe", derive(Serialize, ToSchema), serde(rename_all = "kebab-case"))]
-        $(#[$meta])*
-        pub enum $list { $($(#[doc = $word_doc])* $name,)* }
-
-        impl $list {
-            /// The word, stable and fit for scripts.
-            #[must_use]
-            pub const fn as_str(self) -> &'static str {
-                match self { $(Self::$name => $text,)* }
-            }
-        }
-
-        impl From<$list> for Figure {
-            fn from(word: $list) -> Self {
-                Self::Word(word.as_str())
-            }
-        }
-    };
 }
 
 words! {
@@ -158,39 +91,18 @@ words! {
     }
 }
 
-impl From<Wanted> for Figure {
-    fn from(wanted: Wanted) -> Self {
-        Self::Word(wanted.as_str())
-    }
-}
-
 macro_rules! kinds {
-    ($($(#[doc = $doc:literal])* $name:ident = $code:literal {
-        $($(#[$field_meta:meta])* $field:ident: $kind:ty,)*
-    },)*) => {
-        /// What kind of finding it is. [`FindingCode::as_str`] is stable and fit for scripts.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        #[non_exhaustive]
-        pub enum FindingCode { $($(#[doc = $doc])* $name,)* }
-
-        impl FindingCode {
-            /// All codes.
-            pub const ALL: &'static [Self] = &[$(Self::$name,)*];
-
-            /// The code as text, as in `zero-coordinates`.
-            #[must_use]
-            pub const fn as_str(self) -> &'static str {
-                match self { $(Self::$name => $code,)* }
-            }
+    ($($(#[doc = $doc:literal])* $name:ident = $code:literal { $($fields:tt)* },)*) => {
+        words! {
+            /// What kind of finding it is, as in `zero-coordinates`.
+            #[non_exhaustive]
+            FindingCode { $($(#[doc = $doc])* $name = $code,)* }
         }
 
-        /// What was found. `code` is stable; a figure's name ends in its unit.
-        #[derive(Debug, Clone, PartialEq)]
-        #[cfg_attr(feature = "describe", derive(Serialize, ToSchema), serde(tag = "code", content = "figures", rename_all = "kebab-case"))]
-        pub enum FindingKind {
-            $($(#[doc = $doc])* $name {
-                $($(#[$field_meta])* #[cfg_attr(feature = "describe", schema(required = true))] $field: $kind,)*
-            },)*
+        figured! {
+            /// What was found. `code` is stable; a figure's name ends in its unit.
+            #[cfg_attr(feature = "describe", serde(tag = "code", content = "figures", rename_all = "kebab-case"))]
+            FindingKind { $($(#[doc = $doc])* $name = $code { $($fields)* },)* }
         }
 
         impl FindingKind {
@@ -198,12 +110,6 @@ macro_rules! kinds {
             #[must_use]
             pub const fn code(&self) -> FindingCode {
                 match self { $(Self::$name { .. } => FindingCode::$name,)* }
-            }
-
-            /// The figures by name, in the order in which they are declared.
-            #[must_use]
-            pub fn figures(&self) -> Vec<(&'static str, Figure)> {
-                match self { $(Self::$name { $($field,)* } => vec![$((stringify!($field), Figure::from(*$field)),)*],)* }
             }
         }
     };
@@ -295,6 +201,11 @@ kinds! {
         /// The first that is not flown, counted from 1.
         next_item: usize,
     },
+    /// A circle without end, and items after it.
+    EndlessLoiter = "endless-loiter" {
+        /// The first that is not flown, counted from 1.
+        next_item: usize,
+    },
     /// A start of a landing sequence without landing.
     LandStartWithoutLanding = "land-start-without-landing" {
         /// Whether there is a landing, and it lacks its approach.
@@ -371,6 +282,100 @@ kinds! {
         /// The zone, counted from 1.
         zone: usize,
     },
+    /// Rehearsed: the plane comes down before it lands.
+    FliesIntoGround = "flies-into-ground" {
+        /// Where, degrees.
+        lat_deg: f64,
+        /// Where, degrees.
+        lon_deg: f64,
+    },
+    /// Rehearsed: the plane comes near the ground.
+    NearGround = "near-ground" {
+        /// How near, at the worst place.
+        clearance_m: f64,
+        /// How much it should be there.
+        wanted_m: f64,
+        /// Where, degrees.
+        lat_deg: f64,
+        /// Where, degrees.
+        lon_deg: f64,
+    },
+    /// Rehearsed: a height counts from the ground, which is not known.
+    GroundNotKnown = "ground-not-known" {
+        /// Its height above that ground; null without one.
+        alt_m: Option<f64>,
+        /// Whether the vehicle is set to know none (`TERRAIN_ENABLE` 0).
+        is_off: bool,
+    },
+    /// Rehearsed: home's height is not that of the ground there.
+    HomeOffGround = "home-off-ground" {
+        /// How far it is off.
+        difference_m: f64,
+        /// Whether it lies above the ground.
+        is_above: bool,
+    },
+    /// Rehearsed: the wind does not let the plane come nearer.
+    HeldByWind = "held-by-wind" {
+        /// The wind.
+        wind_m_s: f64,
+    },
+    /// Rehearsed: the plane flies by and does not come near.
+    WaypointMissed = "waypoint-missed" {
+        /// How near it comes.
+        distance_m: f64,
+    },
+    /// Rehearsed: the plane is not yet at the height that it should have there.
+    HeightNotReached = "height-not-reached" {
+        /// How far it is off.
+        difference_m: f64,
+        /// Whether it is too low.
+        is_low: bool,
+    },
+    /// Rehearsed: the plane leaves the fence on its way.
+    LeavesFence = "leaves-fence" {
+        /// The zone, counted from 1.
+        zone: usize,
+    },
+    /// Rehearsed: a return that is asked for on the way there ends in the ground.
+    ReturnHitsGround = "return-hits-ground" {},
+    /// Rehearsed: the wind does not let the plane come back from there.
+    ReturnHeldByWind = "return-held-by-wind" {
+        /// The wind.
+        wind_m_s: f64,
+    },
+    /// Rehearsed: a return that is asked for on the way there leaves the fence.
+    ReturnLeavesFence = "return-leaves-fence" {
+        /// The zone, counted from 1.
+        zone: usize,
+    },
+    /// Rehearsed: a landing that is broken off ends in the ground.
+    GoAroundHitsGround = "go-around-hits-ground" {},
+    /// Rehearsed: the plane touches the ground far from its landing point.
+    LandsOff = "lands-off" {
+        /// How far.
+        distance_m: f64,
+        /// Whether that is beyond it.
+        is_long: bool,
+    },
+    /// Rehearsed: the wind comes from behind at the touch-down.
+    LandsDownwind = "lands-downwind" {
+        /// Its part from behind.
+        tailwind_m_s: f64,
+    },
+    /// Rehearsed: less of the battery is left at the end than should be.
+    BatteryBelowReserve = "battery-below-reserve" {
+        /// What is left, % of its capacity.
+        left_pct: f64,
+        /// What should be.
+        reserve_pct: f64,
+    },
+    /// Rehearsed: the battery is empty before the end.
+    BatteryEmpty = "battery-empty" {
+        /// When, since the start.
+        time_s: f64,
+        /// Energy that the flight wants more than the battery holds.
+        lacks_wh: f64,
+    },
     /// A fence that no vehicle takes.
     BadFence = "bad-fence" {
         /// What is wrong.
@@ -393,6 +398,20 @@ kinds! {
         /// Its height in its frame; null when it is no number.
         #[cfg_attr(feature = "describe", schema(value_type = Option<f64>))]
         alt_m: f64,
+    },
+    /// Rehearsed: a line of a survey is not flown, or so far aside that nothing is left of the overlap.
+    SurveyLineMissed = "survey-line-missed" {
+        /// The line, counted from 1 in the order flown.
+        line: usize,
+        /// How far aside; null when it is not flown.
+        distance_m: Option<f64>,
+    },
+    /// Rehearsed: ground that no picture of a survey shows.
+    SurveyHoles = "survey-holes" {
+        /// How many places.
+        holes: usize,
+        /// Side of a square as large as the largest.
+        side_m: f64,
     },
 }
 
@@ -510,6 +529,10 @@ fn sentences(kind: &FindingKind, name: &str) -> (String, String) {
             format!("{name} lands before the mission ends; item {next_item} is not flown"),
             "move the landing to the end",
         ),
+        EndlessLoiter { next_item } => (
+            format!("{name} circles until it is told otherwise; item {next_item} is not flown by itself"),
+            "give it turns or a time, or move it to the end",
+        ),
         LandStartWithoutLanding { has_landing: false } => {
             (format!("{name} starts a landing sequence, but no landing follows"), "add a landing after it or delete it")
         }
@@ -576,6 +599,94 @@ fn sentences(kind: &FindingKind, name: &str) -> (String, String) {
         LegCrossesFence { zone } => {
             (format!("the leg to {name} crosses fence zone {zone}"), "lead it round, or change the fence")
         }
+        NearGround { clearance_m, wanted_m, .. } => {
+            return (
+                format!("on the way to {name} the plane is {:.0} m above the ground", clearance_m.max(0.0)),
+                format!("raise it by {:.0} m, or lead it round", (wanted_m - clearance_m).ceil()),
+            );
+        }
+        GroundNotKnown { is_off: false, .. } => (
+            format!(
+                "the height of {name} counts from the ground, which is not known on the way: neither is the plane's height"
+            ),
+            "add elevation that covers it to the maps",
+        ),
+        GroundNotKnown { is_off: true, .. } => (
+            format!(
+                "the height of {name} counts from the ground, and with TERRAIN_ENABLE 0 the plane takes it from home"
+            ),
+            "set TERRAIN_ENABLE to 1, or count its height from home",
+        ),
+        HomeOffGround { difference_m, is_above } => {
+            let side = if *is_above { "above" } else { "below" };
+            (
+                format!("home's height is {difference_m:.0} m {side} the ground that the maps have there"),
+                "set home on the ground: heights above mean sea level are off by as much",
+            )
+        }
+        FliesIntoGround { .. } => {
+            (format!("on the way to {name} the plane flies into the ground"), "raise it and what lies around it")
+        }
+        HeldByWind { wind_m_s } => (
+            format!("the plane comes no nearer to {name} in {wind_m_s:.0} m/s of wind"),
+            "wait for less wind, or fly faster",
+        ),
+        WaypointMissed { distance_m } => (
+            format!("the plane turns too wide for {name} and passes it {distance_m:.0} m away"),
+            "move it away from the one before, fly slower, or widen WP_RADIUS",
+        ),
+        HeightNotReached { difference_m, is_low } => {
+            let side = if *is_low { "too low" } else { "too high" };
+            (
+                format!("the plane is {difference_m:.0} m {side} at {name}"),
+                "lengthen the leg, change the height, or climb and sink in a circle",
+            )
+        }
+        LeavesFence { zone } => (
+            format!("on the way to {name} the plane leaves the fence at zone {zone}"),
+            "keep farther from it: turns are wider than the lines",
+        ),
+        ReturnHitsGround {} => (
+            format!("a return that begins on the way to {name} flies into the ground"),
+            "raise RTL_ALTITUDE, set RTL_CLIMB_MIN, or lead the way round the hill",
+        ),
+        ReturnHeldByWind { wind_m_s } => (
+            format!("from the way to {name} the plane does not come back in {wind_m_s:.0} m/s of wind"),
+            "wait for less wind, or fly faster",
+        ),
+        ReturnLeavesFence { zone } => (
+            format!("a return that begins on the way to {name} leaves the fence at zone {zone}"),
+            "set a rally point on this side of it, or fly round",
+        ),
+        GoAroundHitsGround {} => (
+            format!("a go-around on the way to {name} flies into the ground"),
+            "land the other way, or give the landing more room to climb out",
+        ),
+        LandsOff { distance_m, is_long: true } => (
+            format!("the plane touches the ground {distance_m:.0} m beyond {name}"),
+            "come in lower, slower or against the wind",
+        ),
+        LandsOff { distance_m, is_long: false } => (
+            format!("the plane touches the ground {distance_m:.0} m before {name}"),
+            "look at the approach: nothing may stand there",
+        ),
+        LandsDownwind { tailwind_m_s } => {
+            (format!("at {name} {tailwind_m_s:.0} m/s of the wind come from behind"), "land the other way")
+        }
+        BatteryBelowReserve { left_pct, reserve_pct } => (
+            format!("at the end of the flight {left_pct:.0} % of the battery is left, {reserve_pct:.0} % should be"),
+            "shorten it, wait for less wind, or take a larger battery",
+        ),
+        BatteryEmpty { time_s, lacks_wh } => {
+            let leg = if name.is_empty() { String::new() } else { format!(", on the way to {name}") };
+            (
+                format!(
+                    "the battery is empty {:.0} min after the start{leg}; the flight wants {lacks_wh:.0} Wh more",
+                    time_s / 60.0
+                ),
+                "shorten it, wait for less wind, or take a larger battery",
+            )
+        }
         BadFence { fault, zone, corners, radius_m, alt_rel_home_m } => {
             let zone = zone.map_or_else(|| "the fence".to_owned(), |zone| format!("fence zone {zone}"));
             let corners = corners.unwrap_or(0);
@@ -612,6 +723,17 @@ fn sentences(kind: &FindingKind, name: &str) -> (String, String) {
                 "count its height from sea level, home or the terrain",
             ),
         },
+        SurveyLineMissed { line, distance_m } => (
+            match distance_m {
+                Some(off_m) => format!("at {name} the plane flies line {line} of the survey {off_m:.0} m aside"),
+                None => format!("at {name} line {line} of the survey is not flown"),
+            },
+            "lengthen the lead-in, fly slower, or across the wind",
+        ),
+        SurveyHoles { holes, side_m } => (
+            format!("{holes} places of the survey are on no picture, the largest some {side_m:.0} m across"),
+            "overlap more, lengthen the lead-in, or wait for less wind",
+        ),
     };
     (message, remedy.to_owned())
 }

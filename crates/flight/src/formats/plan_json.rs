@@ -2,18 +2,21 @@
 //! which is a mission alone.
 //!
 //! Simple items are kept as they are. Complex items become the simple items that QGroundControl itself
-//! would upload: surveys and corridors carry them in the file, landing patterns are expanded here.
+//! would upload: surveys and corridors carry them in the file, landing patterns are expanded here. Of a structure scan, and of a survey
+//! of before 2018, the file says nothing that could be flown: one item stands for it that no vehicle takes.
+//! Whatever they become, complex items are kept beside the mission ([`ComplexItem`]), and written again where their items still are.
 //! Until 2017 an item had its place in a member of its own, until 2016 its parameters too; its own ids were called `id`.
 //! Format: <https://docs.qgroundcontrol.com/master/en/qgc-dev-guide/file_formats/plan.html>.
 
 use std::collections::HashMap;
 
 use serde::Serialize;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use vencejo_proto::MissionSeq;
 
-use crate::error::{FlightError, Result};
-use crate::formats::plan_file::{PlanFile, PlanFormat, PlanSettings};
+use crate::error::{FlightError, Plain, Result};
+use crate::formats::json::{Node, ROOT, check_size, join, parse, plain};
+use crate::formats::plan_file::{ComplexItem, PlanFile, PlanFormat, PlanSettings};
 use crate::formats::text::{shown, text_of, too_many};
 use crate::geodesy::GeoPoint;
 use crate::plan::{
@@ -35,174 +38,18 @@ const DEFAULT_HOVER_M_S: f64 = 5.0;
 /// Version of the mission files of 2016.
 const MISSION_OF_2016: &str = "1.0";
 
+/// Stands in a mission for a complex item whose items only QGroundControl can work out: `MAV_CMD_USER_1`, which ArduPlane refuses, so
+/// that such a mission is not sent. Parameter 1 tells one from another.
+const ELSEWHERE: Command = Command(31_010);
+
+/// Where a survey or corridor has its own items.
+const ITEMS: &str = "/TransectStyleComplexItem/Items";
+
+/// Most complex items of a plan: each is looked for among all its items.
+const MAX_COMPLEX_ITEMS: usize = 1_000;
+
 /// What to do about items that only QGroundControl can work out.
 const ITEMS_ELSEWHERE: &str = "its items are not in the file; send the plan from QGroundControl to a vehicle or a simulator, read it back there and save that";
-
-/// A value and where it stands in the file.
-#[derive(Clone)]
-struct Node<'a> {
-    value: &'a Value,
-    path: String,
-}
-
-impl<'a> Node<'a> {
-    fn bad(&self, problem: impl Into<String>) -> FlightError {
-        FlightError::BadJson { path: self.path.clone(), problem: problem.into() }
-    }
-
-    fn wrong_kind(&self, wanted: &str) -> FlightError {
-        let found = match self.value {
-            Value::Null => "null".to_owned(),
-            Value::Bool(value) => value.to_string(),
-            Value::Number(number) => shown(&number.to_string()),
-            Value::String(text) => format!("\"{}\"", shown(text)),
-            Value::Array(_) => "a list".to_owned(),
-            Value::Object(_) => "an object".to_owned(),
-        };
-        self.bad(format!("is {found} where {wanted} belongs"))
-    }
-
-    fn object(&self) -> Result<&'a Map<String, Value>> {
-        self.value.as_object().ok_or_else(|| self.wrong_kind("an object"))
-    }
-
-    /// A member; absent and null are `None`.
-    fn member(&self, key: &str) -> Result<Option<Node<'a>>> {
-        let value = self.object()?.get(key).filter(|value| !value.is_null());
-        Ok(value.map(|value| Node { value, path: join(&self.path, key) }))
-    }
-
-    fn required(&self, key: &str) -> Result<Node<'a>> {
-        self.member(key)?.ok_or_else(|| FlightError::BadJson {
-            path: join(&self.path, key),
-            problem: "is missing; save the plan again with a current QGroundControl, or add it".into(),
-        })
-    }
-
-    fn list(&self) -> Result<impl ExactSizeIterator<Item = Node<'a>> + use<'a>> {
-        let list = self.value.as_array().ok_or_else(|| self.wrong_kind("a list"))?;
-        let path = self.path.clone();
-        Ok(list.iter().enumerate().map(move |(index, value)| Node { value, path: format!("{path}[{index}]") }))
-    }
-
-    fn number(&self) -> Result<f64> {
-        self.value.as_f64().filter(|value| value.is_finite()).ok_or_else(|| self.wrong_kind("a number"))
-    }
-
-    fn whole(&self, max: u32) -> Result<u32> {
-        let value = self.number()?;
-        if value.fract() == 0.0 && (0.0..=f64::from(max)).contains(&value) {
-            Ok(value as u32)
-        } else {
-            Err(self.wrong_kind(&format!("a whole number from 0 to {max}")))
-        }
-    }
-
-    fn flag(&self) -> Result<bool> {
-        self.value.as_bool().ok_or_else(|| self.wrong_kind("true or false"))
-    }
-
-    fn flag_or(&self, key: &str, default: bool) -> Result<bool> {
-        self.member(key)?.map_or(Ok(default), |node| node.flag())
-    }
-
-    fn text(&self) -> Result<&'a str> {
-        self.value.as_str().ok_or_else(|| self.wrong_kind("a text"))
-    }
-
-    /// A part that is only there to be empty need not say its version.
-    fn expect_version_if_any(&self, oldest: u32, newest: u32) -> Result<()> {
-        let Some(version) = self.member("version")? else { return Ok(()) };
-        match version.whole(u32::MAX)? {
-            found if (oldest..=newest).contains(&found) => Ok(()),
-            found => Err(version.bad(format!(
-                "is {found}; versions {oldest} and {newest} are read, so save the plan again with a current QGroundControl"
-            ))),
-        }
-    }
-
-    fn expect_version(&self, wanted: u32) -> Result<()> {
-        let version = self.required("version")?;
-        match version.whole(u32::MAX)? {
-            found if found == wanted => Ok(()),
-            found => Err(version.bad(format!(
-                "is {found}; only version {wanted} is read, so save the plan again with a current QGroundControl"
-            ))),
-        }
-    }
-
-    /// `[latitude, longitude]`, and a height when there is a third number that is not null.
-    fn coordinate(&self) -> Result<(GeoPoint, Option<f64>)> {
-        let parts: Vec<_> = self.list()?.collect();
-        let (lat, lon, alt) = match parts.as_slice() {
-            [lat, lon] => (lat, lon, None),
-            [lat, lon, alt] => (lat, lon, Some(alt)),
-            _ => return Err(self.wrong_kind("[latitude, longitude] or [latitude, longitude, height]")),
-        };
-        let point = GeoPoint::new(lat.number()?, lon.number()?).map_err(|error| self.bad(error.to_string()))?;
-        let alt_m = alt.filter(|alt| !alt.value.is_null()).map(Node::number).transpose()?;
-        Ok((point, alt_m))
-    }
-
-    /// `[latitude, longitude, height]`.
-    fn place(&self) -> Result<(GeoPoint, f64)> {
-        match self.coordinate()? {
-            (point, Some(alt_m)) => Ok((point, alt_m)),
-            _ => Err(self.wrong_kind("[latitude, longitude, height]")),
-        }
-    }
-}
-
-fn join(path: &str, key: &str) -> String {
-    if path == ROOT { key.to_owned() } else { format!("{path}.{key}") }
-}
-
-const ROOT: &str = "plan";
-
-/// Bytes that the values of a file may take when they are unfolded.
-const MAX_UNFOLDED: usize = 42 * 1024 * 1024;
-/// Objects and lists inside each other at most; plans need ten.
-const MAX_DEPTH: usize = 64;
-
-/// Looks through JSON before it is unfolded: values take many times the bytes that they are written with.
-///
-/// Counts what a value, a list, an object and a member take at most in `serde_json`: a list of one value makes room for four, an
-/// object for eleven. What is no JSON is counted as well as can be, and refused by who reads it.
-fn check_size(text: &str) -> Result<()> {
-    const VALUE: usize = 3 * size_of::<Value>();
-    const LIST: usize = 4 * size_of::<Value>();
-    const OBJECT: usize = 11 * (size_of::<String>() + size_of::<Value>()) + 32;
-    const MEMBER: usize = OBJECT / 5;
-    let (mut bytes, mut depth, mut is_text, mut is_escaped) = (VALUE, 0_usize, false, false);
-    for byte in text.bytes() {
-        if is_text {
-            bytes += 1;
-            is_text = is_escaped || byte != b'"';
-            is_escaped = !is_escaped && byte == b'\\';
-            continue;
-        }
-        match byte {
-            b'"' => is_text = true,
-            b',' => bytes += VALUE,
-            b':' => bytes += MEMBER,
-            b'[' => (bytes, depth) = (bytes + VALUE + LIST, depth + 1),
-            b'{' => (bytes, depth) = (bytes + VALUE + OBJECT, depth + 1),
-            b']' | b'}' => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-        if depth > MAX_DEPTH {
-            return Err(FlightError::BadFile(format!(
-                "the file is more than {MAX_DEPTH} lists and objects deep, which no plan is; choose another"
-            )));
-        }
-        if bytes > MAX_UNFOLDED {
-            return Err(FlightError::BadFile(
-                "the file holds more values than a plan that can be read; save it without surveys' previews, or split it".into(),
-            ));
-        }
-    }
-    Ok(())
-}
 
 /// Reads a plan.
 ///
@@ -212,13 +59,12 @@ fn check_size(text: &str) -> Result<()> {
 /// # Errors
 /// [`FlightError::BadJson`] with the JSON path, [`FlightError::BadFile`] when it is no text file.
 pub fn read_plan_json(bytes: &[u8]) -> Result<PlanFile> {
-    let text = text_of(bytes)?;
-    check_size(text)?;
-    let value: Value = serde_json::from_str(text).map_err(|error| FlightError::BadJson {
-        path: format!("line {}, column {}", error.line(), error.column()),
-        problem: format!("is not JSON ({error}); the file is damaged or cut short, save the plan again"),
-    })?;
-    let root = Node { value: &value, path: ROOT.into() };
+    read_plan_value(&parse(text_of(bytes)?)?)
+}
+
+/// Reads a plan that is JSON already.
+pub(super) fn read_plan_value(value: &Value) -> Result<PlanFile> {
+    let root = Node { value, path: ROOT.into() };
     let mission_node = match root.member("fileType")? {
         // before plans there were missions
         None if root.member("items")?.is_some() => root.clone(),
@@ -248,18 +94,20 @@ pub fn read_plan_json(bytes: &[u8]) -> Result<PlanFile> {
             _ => Err(node.wrong_kind("a speed from 0 to 1000 m/s")),
         }
     };
+    let (mission, complex_items) = read_mission(&mission_node)?;
     let settings = PlanSettings {
         cruise_speed_m_s: speed("cruiseSpeed")?,
         hover_speed_m_s: speed("hoverSpeed")?,
         vehicle_type: small("vehicleType")?,
         firmware_type: small("firmwareType")?.or(small("MAV_AUTOPILOT")?),
+        complex_items,
     };
     let plan = Plan {
-        mission: read_mission(&mission_node)?,
+        mission,
         fence: root.member("geoFence")?.map_or(Ok(Fence::default()), |node| read_fence(&node))?,
         rally: root.member("rallyPoints")?.map_or(Ok(Rally::default()), |node| read_rally(&node))?,
     };
-    Ok(PlanFile { plan, settings, format: PlanFormat::QgcPlan })
+    Ok(PlanFile { plan, settings, format: PlanFormat::QgcPlan, notes: Vec::new() })
 }
 
 /// Items while they are gathered, with what `DO_JUMP` needs.
@@ -270,9 +118,10 @@ struct Items {
     seq_of_id: HashMap<u32, Option<usize>>,
     /// Places of `DO_JUMP` items in `items`, with their JSON path.
     jumps: Vec<(usize, String)>,
+    complex: Vec<ComplexItem>,
 }
 
-fn read_mission(node: &Node<'_>) -> Result<Mission> {
+fn read_mission(node: &Node<'_>) -> Result<(Mission, Vec<ComplexItem>)> {
     if let Some(complex) = node.member("complexItems")?
         && complex.list()?.len() > 0
     {
@@ -289,14 +138,16 @@ fn read_mission(node: &Node<'_>) -> Result<Mission> {
         Some(home) if home.list()?.any(|part| part.value.is_null()) => None,
         Some(home) => match home.coordinate()? {
             (point, Some(alt_amsl_m)) if (point.lat_deg(), point.lon_deg()) != (0.0, 0.0) => {
-                Some(Home { lat_deg: point.lat_deg(), lon_deg: point.lon_deg(), alt_amsl_m })
+                let at = Home { lat_deg: point.lat_deg(), lon_deg: point.lon_deg(), alt_amsl_m };
+                at.point().map_err(|error| home.bad(error.to_string()))?;
+                Some(at)
             }
             _ => None,
         },
     };
     let mut found = Items::default();
     read_items(&node.required("items")?, &mut found)?;
-    let Items { mut items, seq_of_id, jumps } = found;
+    let Items { mut items, seq_of_id, jumps, complex } = found;
     let items_there = 1.0..=items.len() as f64;
     for (place, path) in jumps {
         let Some(target) = items[place].params[0].as_mut() else { continue };
@@ -324,7 +175,7 @@ fn read_mission(node: &Node<'_>) -> Result<Mission> {
             }
         }
     }
-    Ok(Mission { home, items })
+    Ok((Mission { home, items }, complex))
 }
 
 fn read_items(list: &Node<'_>, found: &mut Items) -> Result<()> {
@@ -358,7 +209,7 @@ fn read_simple(node: &Node<'_>, found: &mut Items) -> Result<()> {
     if let Err(error) = item.check_sendable(MissionSeq(0)) {
         let problem = match error {
             FlightError::BadItem { field, value, problem, .. } => {
-                format!("({command}) has {value} as its {field}, {problem}")
+                format!("({command}) has {} as its {field}, {problem}", Plain(value))
             }
             other => other.to_string(),
         };
@@ -405,18 +256,117 @@ fn seven_params<'a>(node: &Node<'a>) -> Result<(String, Vec<Node<'a>>)> {
 fn read_complex(node: &Node<'_>, found: &mut Items) -> Result<()> {
     let kind = node.required("complexItemType")?;
     let name = kind.text()?;
+    let known = found.complex.len();
     match name {
-        "fwLandingPattern" => read_landing(node, Command::NAV_LAND, found),
-        "vtolLandingPattern" => read_landing(node, Command::NAV_VTOL_LAND, found),
+        "fwLandingPattern" => read_landing(node, Command::NAV_LAND, found)?,
+        "vtolLandingPattern" => read_landing(node, Command::NAV_VTOL_LAND, found)?,
         _ => {
             let transects = node.member("TransectStyleComplexItem")?;
-            let items = transects.map_or(Ok(None), |transects| transects.member("Items"))?;
-            match items {
-                Some(items) => read_items(&items, found),
-                None => Err(kind.bad(format!("is \"{}\"; {ITEMS_ELSEWHERE}", shown(name)))),
+            match transects.map_or(Ok(None), |transects| transects.member("Items"))? {
+                Some(items) if items.list()?.len() > 0 => read_items(&items, found)?,
+                _ => found.items.push(MissionItem::action(ELSEWHERE, [f64::from(digest(node.value)), 0.0, 0.0, 0.0])),
             }
         }
     }
+    // What is inside another is kept with it.
+    found.complex.truncate(known);
+    if known >= MAX_COMPLEX_ITEMS {
+        return Err(node.bad(format!("is one of more than {MAX_COMPLEX_ITEMS} complex items; split the plan")));
+    }
+    found.complex.push(ComplexItem { kind: name.to_owned(), json: node.value.to_string() });
+    Ok(())
+}
+
+/// A number of 24 bits, which a float holds, by which one value can be told from another (FNV-1a of its text, folded).
+fn digest(value: &Value) -> u32 {
+    let hash = value
+        .to_string()
+        .bytes()
+        .fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
+    (hash >> 24) ^ (hash & 0x00ff_ffff)
+}
+
+/// Where complex items go when a mission is written.
+struct Placed<'a> {
+    /// Index of the first item that it stands for, how many these are, and it.
+    at: Vec<(usize, usize, Value)>,
+    /// Those whose items are no longer in the mission as they made them.
+    edited: Vec<&'a ComplexItem>,
+    /// All of them, in the order in which they were given.
+    parts: Vec<ComplexPart>,
+}
+
+/// Where the items of a complex item are in a mission.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ComplexPart {
+    /// Index of the first; `None` when they are no longer there as it made them.
+    pub first: Option<usize>,
+    /// How many items it made.
+    pub count: usize,
+}
+
+/// Looks for the items of complex items in a mission: together, in their order, as they were made, and no jump leads among them.
+fn placed<'a>(items: &[MissionItem], complex_items: &'a [ComplexItem]) -> Result<Placed<'a>> {
+    let targets: Vec<f64> =
+        items.iter().filter(|item| item.command == Command::DO_JUMP).filter_map(|item| item.param(1)).collect();
+    if complex_items.len() > MAX_COMPLEX_ITEMS {
+        let problem = format!("are {}; at most {MAX_COMPLEX_ITEMS} are taken, so split the plan", complex_items.len());
+        return Err(FlightError::BadJson { path: "complex items".into(), problem });
+    }
+    let mut placed = Placed { at: Vec::new(), edited: Vec::new(), parts: Vec::new() };
+    for complex in complex_items {
+        check_size(&complex.json)?;
+        let value: Value = serde_json::from_str(&complex.json).map_err(|error| FlightError::BadJson {
+            path: "complex item".into(),
+            problem: format!("is not JSON ({error}); give it as it was read"),
+        })?;
+        let mut made = Items::default();
+        read_complex(&Node { value: &value, path: "complex item".into() }, &mut made)?;
+        let count = made.items.len();
+        let is_free = |first: usize| placed.at.iter().all(|(at, taken, _)| first + count <= *at || at + taken <= first);
+        // Its own items have numbers that a jump can name, those of a landing pattern have none.
+        let has_numbers = value.pointer(ITEMS).is_some();
+        let is_led_into = |first: usize| {
+            let seqs = (first + 1) as f64..=(first + count) as f64;
+            !has_numbers && targets.iter().any(|target| seqs.contains(target))
+        };
+        let first = (0..(items.len() + 1).saturating_sub(count))
+            .find(|first| items[*first..*first + count] == made.items && is_free(*first) && !is_led_into(*first));
+        match first {
+            Some(first) => placed.at.push((first, count, numbered(value, first + 1))),
+            None => placed.edited.push(complex),
+        }
+        placed.parts.push(ComplexPart { first, count });
+    }
+    placed.at.sort_by_key(|(first, ..)| *first);
+    Ok(placed)
+}
+
+/// A complex item whose own items have the numbers that they have in the mission.
+fn numbered(mut value: Value, first_seq: usize) -> Value {
+    let items = value.pointer_mut(ITEMS).and_then(Value::as_array_mut);
+    for (index, item) in items.into_iter().flatten().enumerate() {
+        if let Some(item) = item.as_object_mut() {
+            item.insert("doJumpId".into(), json!(first_seq + index));
+        }
+    }
+    value
+}
+
+/// Those complex items that [`write_plan_json`] will not write: their items were changed, and are written one by one.
+///
+/// # Errors
+/// [`FlightError::BadJson`] for one that is no complex item.
+pub fn edited_complex_items<'a>(plan: &Plan, settings: &'a PlanSettings) -> Result<Vec<&'a ComplexItem>> {
+    Ok(placed(&plan.mission.items, &settings.complex_items)?.edited)
+}
+
+/// Where the items of each complex item are in the mission, in the order of the complex items.
+///
+/// # Errors
+/// [`FlightError::BadJson`] for one that is no complex item.
+pub fn complex_parts(plan: &Plan, settings: &PlanSettings) -> Result<Vec<ComplexPart>> {
+    Ok(placed(&plan.mission.items, &settings.complex_items)?.parts)
 }
 
 /// A landing pattern as QGroundControl expands it: start of landing, speed, camera off, approach, landing.
@@ -557,7 +507,11 @@ fn read_rally(node: &Node<'_>) -> Result<Rally> {
 
 /// Writes a plan, four spaces deep and keys in order, as QGroundControl does.
 ///
+/// A complex item of the settings stands for its items where they are in the mission as it made them; where they were changed they are
+/// written one by one ([`edited_complex_items`]).
+///
 /// # Errors
+/// [`FlightError::BadJson`] for a complex item that is none.
 /// [`FlightError::BadRally`] for a rally point whose height is not above home: the format has no place for
 /// what the height is counted from.
 pub fn write_plan_json(plan: &Plan, settings: &PlanSettings) -> Result<String> {
@@ -568,8 +522,18 @@ pub fn write_plan_json(plan: &Plan, settings: &PlanSettings) -> Result<String> {
         });
     }
     let home = plan.mission.home.unwrap_or(Home { lat_deg: 0.0, lon_deg: 0.0, alt_amsl_m: 0.0 });
-    let items: Vec<Value> =
-        plan.mission.items.iter().enumerate().map(|(index, item)| write_item(index + 1, item)).collect();
+    let mut items = Vec::with_capacity(plan.mission.items.len());
+    let mut next = 0;
+    let simple = |range: std::ops::Range<usize>| {
+        let list = &plan.mission.items;
+        range.map(|index| write_item(index + 1, &list[index])).collect::<Vec<_>>()
+    };
+    for (first, count, value) in placed(&plan.mission.items, &settings.complex_items)?.at {
+        items.extend(simple(next..first));
+        items.push(value);
+        next = first + count;
+    }
+    items.extend(simple(next..plan.mission.items.len()));
     let value = json!({
         "fileType": "Plan",
         "version": 1,
@@ -598,17 +562,11 @@ pub fn write_plan_json(plan: &Plan, settings: &PlanSettings) -> Result<String> {
     Ok(String::from_utf8(text).expect("invariant: JSON is UTF-8"))
 }
 
-/// A number without ".0" when it is whole, null when it is not finite.
-fn plain(value: f64) -> Value {
-    const EXACT: f64 = 9_007_199_254_740_992.0; // 2^53
-    if value.fract() == 0.0 && value.abs() < EXACT { json!(value as i64) } else { json!(value) }
-}
-
 fn place(point: GeoPoint, alt_m: f64) -> Value {
     json!([plain(point.lat_deg()), plain(point.lon_deg()), plain(alt_m)])
 }
 
-fn write_item(seq: usize, item: &MissionItem) -> Value {
+pub(super) fn write_item(seq: usize, item: &MissionItem) -> Value {
     let mut value = json!({
         "type": "SimpleItem",
         "command": item.command.0,

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::checks::{CheckContext, Finding, FindingKind, check_plan};
 use crate::formats::waypoints::tests::missions;
+use crate::formats::{Note, NoteCode, write_plan};
 
 fn read(text: &str) -> Result<PlanFile> {
     read_plan_json(text.as_bytes())
@@ -46,6 +47,7 @@ fn everything_in_a_plan_is_read() {
             hover_speed_m_s: Some(5.0),
             vehicle_type: Some(1),
             firmware_type: Some(3),
+            complex_items: Vec::new(),
         }
     );
     let Plan { mission, fence, rally } = file.plan;
@@ -108,6 +110,96 @@ fn a_survey_brings_its_items() {
     assert_eq!(items[3].params[0], Some(2.0));
 }
 
+const STRUCTURE: &str = r#"{"type":"ComplexItem","complexItemType":"StructureScan","version":3,"Layers":4,"EntranceAltitude":60,
+    "polygon":[[40.1,-3.1],[40.1,-3.2],[40.2,-3.2]]}"#;
+
+#[test]
+fn complex_items_are_written_as_they_were_read() {
+    let survey = format!(
+        r#"{{"type":"ComplexItem","complexItemType":"survey","version":5,"angle":33.5,"later":{{"keys":[1,null]}},
+        "TransectStyleComplexItem":{{"Items":[{},{}],"VisualTransectPoints":[[40.1,-3.1]]}}}}"#,
+        simple(16, 2, WAYPOINT),
+        simple(206, 3, "25,0,1,0,0,0,0"),
+    );
+    let items = [
+        simple(22, 1, "12,0,0,0,40.3,-3.8,50"),
+        survey,
+        STRUCTURE.to_owned(),
+        simple(16, 9, WAYPOINT),
+        LANDING.to_owned(),
+    ];
+    let file = read(&plan_with(&items.join(","))).unwrap();
+    let kinds: Vec<_> = file.settings.complex_items.iter().map(|complex| complex.kind.as_str()).collect();
+    assert_eq!(kinds, ["survey", "StructureScan", "fwLandingPattern"]);
+    let text = write_plan_json(&file.plan, &file.settings).unwrap();
+    let written: Value = serde_json::from_str(&text).unwrap();
+    let list = written["mission"]["items"].as_array().unwrap();
+    assert_eq!(list.len(), 5);
+    let before: Value = serde_json::from_str(&plan_with(&items.join(","))).unwrap();
+    for index in [1, 2, 4] {
+        assert_eq!(list[index], before["mission"]["items"][index], "whole, whatever it holds");
+    }
+    assert_eq!(read(&text).unwrap(), file);
+    // An item before it: its own items are numbered anew.
+    let mut moved = file.clone();
+    moved.plan.mission.items.insert(0, MissionItem::change_airspeed(20.0));
+    let text = write_plan_json(&moved.plan, &moved.settings).unwrap();
+    let written: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(written["mission"]["items"][2].pointer("/TransectStyleComplexItem/Items/1/doJumpId"), Some(&json!(4)));
+    assert_eq!(read(&text).unwrap().plan, moved.plan);
+    // One of its items changed, or a jump that leads into a landing pattern, which has no numbers: one by one, and it is told.
+    let mut edited = file.clone();
+    edited.plan.mission.items[1].params[6] = Some(61.0);
+    edited.plan.mission.items.insert(4, MissionItem::jump(MissionSeq(9), 1));
+    let told = edited_complex_items(&edited.plan, &edited.settings).unwrap();
+    assert_eq!(told.iter().map(|complex| complex.kind.as_str()).collect::<Vec<_>>(), ["survey", "fwLandingPattern"]);
+    let notes = write_plan(&edited.plan, &edited.settings, PlanFormat::QgcPlan).unwrap().notes;
+    assert_eq!(notes, [Note { code: NoteCode::ComplexItemsEdited, count: told.len() }]);
+    let again = read(&write_plan_json(&edited.plan, &edited.settings).unwrap()).unwrap();
+    assert_eq!((again.plan, again.settings.complex_items.len()), (edited.plan, 1));
+}
+
+#[test]
+fn what_only_qgroundcontrol_can_work_out_is_kept_and_not_sent() {
+    let old = r#"{"type":"ComplexItem","complexItemType":"survey","version":3,"grid":{"angle":20}}"#.to_owned();
+    let empty =
+        r#"{"type":"ComplexItem","complexItemType":"survey","version":5,"TransectStyleComplexItem":{"Items":[]}}"#
+            .to_owned();
+    let items =
+        [simple(22, 1, "12,0,0,0,40.3,-3.8,50"), STRUCTURE.to_owned(), old, simple(20, 2, "0,0,0,0,0,0,0"), empty];
+    let file = read(&plan_with(&items.join(","))).unwrap();
+    assert_eq!(file.plan.mission.items.len(), 5);
+    let findings = check_plan(&file.plan, &CheckContext::default());
+    let is_told = |number| {
+        findings
+            .iter()
+            .any(|found| found.item == Some(number) && matches!(found.kind, FindingKind::UnsupportedCommand {}))
+    };
+    assert!(is_told(2) && is_told(3) && is_told(5), "{findings:?}");
+    // Where the two are swapped, each is still the one that it was.
+    let mut swapped = file.clone();
+    swapped.plan.mission.items.swap(1, 2);
+    let text = write_plan_json(&swapped.plan, &swapped.settings).unwrap();
+    let written: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(written["mission"]["items"][2]["complexItemType"], "StructureScan");
+    assert_eq!(written["mission"]["items"][1]["version"], 3);
+    assert_eq!(read(&text).unwrap().plan, swapped.plan);
+}
+
+#[test]
+fn complex_items_are_bounded() {
+    let many = vec![STRUCTURE; MAX_COMPLEX_ITEMS + 1].join(",");
+    assert!(read(&plan_with(&many)).unwrap_err().to_string().contains("more than 1000 complex items"));
+    for (count, json, says) in
+        [(MAX_COMPLEX_ITEMS + 1, STRUCTURE, "are 1001"), (1, "{", "is not JSON"), (1, "[]", "an object belongs")]
+    {
+        let complex = ComplexItem { kind: "survey".into(), json: json.into() };
+        let settings = PlanSettings { complex_items: vec![complex; count], ..PlanSettings::default() };
+        let error = write_plan_json(&Plan::default(), &settings).unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
+    }
+}
+
 #[test]
 fn jumps_follow_their_item() {
     // the landing pattern has no ids of its own, so ids and seq part
@@ -162,7 +254,6 @@ fn each_fault_is_named_with_its_path() {
         (WAYPOINT, "1e39,0,0,null,41,-3.80,50", "mission.items[0]: (NAV_WAYPOINT) has"),
         (r#""frame":3"#, r#""frame":8"#, "mission.items[0]: (NAV_WAYPOINT) has 8 as its frame"),
         (r#""command":16"#, r#""command":70000"#, "mission.items[0].command: is 70000"),
-        (r#""fwLandingPattern""#, r#""StructureScan""#, "mission.items[1].complexItemType: is \"StructureScan\""),
         (r#""SimpleItem""#, r#""Item""#, "mission.items[0].type: is \"Item\""),
         ("[40.3332,-3.7978,0]", "[40.3332,-3.7978]", "mission.items[1].landCoordinate: is a list where"),
         (r#""radius":500.5"#, r#""radius":-3"#, "geoFence.circles[0]: a radius of -3 m"),
@@ -253,6 +344,7 @@ proptest! {
             hover_speed_m_s: Some(DEFAULT_HOVER_M_S),
             vehicle_type: Some(speeds.1),
             firmware_type: Some(DEFAULT_FIRMWARE),
+            complex_items: Vec::new(),
         };
         let text = write_plan_json(&plan, &settings).unwrap();
         let file = read(&text).unwrap();

@@ -11,7 +11,7 @@
 
 use std::fmt::Write as _;
 
-use crate::error::{FlightError, Result};
+use crate::error::{FlightError, Plain, Result};
 use crate::formats::text::{number, shown, text_of, too_many};
 use crate::plan::{Category, Command, Fence, Home, MavFrame, Mission, MissionItem, Plan, PlanKind, Rally};
 
@@ -96,8 +96,8 @@ pub fn read_waypoints(bytes: &[u8]) -> Result<Plan> {
     for row in rows {
         match kind_of(row.item.command) {
             PlanKind::Mission => plan.mission.items.push(row.item),
-            PlanKind::Fence => fence.push(row),
-            PlanKind::Rally => rally.push(row),
+            PlanKind::Fence => fence.push(row.line, row.item),
+            PlanKind::Rally => rally.push(row.line, row.item),
         }
     }
     plan.fence = Fence::from_items(&fence.items).map_err(|error| fence.at_its_line(error))?;
@@ -107,18 +107,19 @@ pub fn read_waypoints(bytes: &[u8]) -> Result<Plan> {
 
 /// The items of a fence or rally list, and their lines.
 #[derive(Default)]
-struct List {
-    items: Vec<MissionItem>,
+pub(super) struct List {
+    pub(super) items: Vec<MissionItem>,
     lines: Vec<usize>,
 }
 
 impl List {
-    fn push(&mut self, row: Row) {
-        self.items.push(row.item);
-        self.lines.push(row.line);
+    pub(super) fn push(&mut self, line: usize, item: MissionItem) {
+        self.items.push(item);
+        self.lines.push(line);
     }
 
-    fn at_its_line(&self, error: FlightError) -> FlightError {
+    /// A fault of the list as one of the line.
+    pub(super) fn at_its_line(&self, error: FlightError) -> FlightError {
         match error {
             FlightError::BadFence { index, problem } | FlightError::BadRally { index, problem } => {
                 bad(self.lines.get(index).copied().unwrap_or_default(), problem)
@@ -129,7 +130,7 @@ impl List {
 }
 
 /// The list to which a command belongs.
-fn kind_of(command: Command) -> PlanKind {
+pub(super) fn kind_of(command: Command) -> PlanKind {
     match command.info().map(|info| info.category) {
         Some(Category::Fence) => PlanKind::Fence,
         Some(Category::Rally) => PlanKind::Rally,
@@ -238,7 +239,7 @@ fn read_row(line: usize, text: &str, may_be_home: bool) -> std::result::Result<R
     match item.check_sendable(vencejo_proto::MissionSeq(index as u16)) {
         Ok(()) => Ok(Row { line, index, item }),
         Err(FlightError::BadItem { field, value, problem, .. }) => {
-            Err(format!("({command}) has {value} as its {field}, {problem}"))
+            Err(format!("({command}) has {} as its {field}, {problem}", Plain(value)))
         }
         Err(other) => Err(other.to_string()),
     }

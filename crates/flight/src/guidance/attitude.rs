@@ -91,8 +91,9 @@ pub struct AttitudeState {
     yaw_rate_lag: f64,
 }
 
+/// Memory of one rate loop.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct RateLoop {
+pub(crate) struct RateLoop {
     integral: f64,
     rate_lag: f64,
 }
@@ -122,33 +123,65 @@ pub fn stabilise(
     dt_s: f64,
 ) -> (AttitudeState, Surfaces) {
     let dt = bound(dt_s, 0.001, 0.1);
-    let (slow, fast) = params.airspeed_range_m_s;
-    let airspeed = bound(now.airspeed_m_s, slow.max(3.0) * 0.7, fast.max(6.0) * 1.5);
-    let scaler = bound(params.scaling_speed_m_s / airspeed, 0.3, 3.0);
-    let [p, q, r] = now.rates_rad_s;
+    let scaler = scaler(now, params);
+    let [p, _, r] = now.rates_rad_s;
 
     let limit = rate_limit(params.roll_rate_max_rad_s);
     let error = wrap_pi(bank_rad - now.roll_rad);
     let demand = bound(error / bound(params.roll_tau_s, 0.05, 5.0), -limit, limit);
     let (roll, aileron) = control_rate(state.roll, demand, p, scaler, integrate, &params.roll, dt);
 
-    // A steady turn needs q = ψ̇ sin φ cos θ with ψ̇ = g tan φ / V (Etkin and Reid, eq. 2.9): fed forward.
-    let limit = rate_limit(params.pitch_rate_max_rad_s);
-    let tas = airspeed * bound(now.eas_to_tas, 0.5, 2.0);
-    let roll_used = bound(now.roll_rad, -1.4, 1.4);
-    let turn_rate = GRAVITY_M_S2 * roll_used.tan() / tas;
-    let turn_pitch = turn_rate * roll_used.sin() * now.pitch_rad.cos() * params.turn_pitch;
-    let error = bound(pitch_rad, -1.5, 1.5) - now.pitch_rad;
-    let demand = bound(error / bound(params.pitch_tau_s, 0.05, 5.0) * roll_used.cos() + turn_pitch, -limit, limit);
-    let (pitch, elevator) = control_rate(state.pitch, demand, q, scaler, integrate, &params.pitch, dt);
+    let (pitch, elevator) = hold_pitch(state.pitch, now, pitch_rad, integrate, params, dt);
 
     // Yaw damper against what the turn itself asks, washed out at 0.2 Hz.
-    let yaw_error = r - turn_rate * roll_used.cos() * now.pitch_rad.cos();
+    let yaw_error = r - turn_rate(now, params) * bound(now.roll_rad, -1.4, 1.4).cos() * now.pitch_rad.cos();
     let yaw_rate_lag = lag(state.yaw_rate_lag, bound(yaw_error, -10.0, 10.0), 0.8, dt);
     let damper = -params.yaw_damping * (yaw_error - yaw_rate_lag) * scaler;
     let surfaces =
         Surfaces { aileron, elevator, rudder: bound(aileron * params.rudder_mix + damper / FRAC_PI_4, -1.0, 1.0) };
     (AttitudeState { roll, pitch, yaw_rate_lag }, surfaces)
+}
+
+/// The pitch axis alone: the elevator that takes the plane to a pitch.
+pub(crate) fn hold_pitch(
+    state: RateLoop,
+    now: &Attitude,
+    pitch_rad: f64,
+    integrate: bool,
+    params: &AttitudeParams,
+    dt: f64,
+) -> (RateLoop, f64) {
+    // A steady turn needs q = ψ̇ sin φ cos θ with ψ̇ = g tan φ / V (Etkin and Reid, eq. 2.9): fed forward.
+    let limit = rate_limit(params.pitch_rate_max_rad_s);
+    let roll_used = bound(now.roll_rad, -1.4, 1.4);
+    let turn_pitch = turn_rate(now, params) * roll_used.sin() * now.pitch_rad.cos() * params.turn_pitch;
+    let error = bound(pitch_rad, -1.5, 1.5) - now.pitch_rad;
+    let demand = bound(error / bound(params.pitch_tau_s, 0.05, 5.0) * roll_used.cos() + turn_pitch, -limit, limit);
+    let [_, q, _] = now.rates_rad_s;
+    control_rate(state, demand, q, scaler(now, params), integrate, &params.pitch, dt)
+}
+
+impl RateLoop {
+    /// At rest with a surface held, −1 to 1.
+    pub(crate) fn holding(surface: f64) -> Self {
+        Self { integral: bound(surface, -1.0, 1.0) * FRAC_PI_4, rate_lag: 0.0 }
+    }
+}
+
+fn airspeed(now: &Attitude, params: &AttitudeParams) -> f64 {
+    let (slow, fast) = params.airspeed_range_m_s;
+    bound(now.airspeed_m_s, slow.max(3.0) * 0.7, fast.max(6.0) * 1.5)
+}
+
+/// How much more the surfaces have to move than at the airspeed of the gains.
+fn scaler(now: &Attitude, params: &AttitudeParams) -> f64 {
+    bound(params.scaling_speed_m_s / airspeed(now, params), 0.3, 3.0)
+}
+
+/// Turn rate of a coordinated turn with this bank, rad/s.
+fn turn_rate(now: &Attitude, params: &AttitudeParams) -> f64 {
+    let tas = airspeed(now, params) * bound(now.eas_to_tas, 0.5, 2.0);
+    GRAVITY_M_S2 * bound(now.roll_rad, -1.4, 1.4).tan() / tas
 }
 
 fn rate_limit(value: f64) -> f64 {

@@ -149,10 +149,20 @@ impl PilotParams {
         read("TECS_VERT_ACC", &mut tecs.vertical_accel_max_m_s2, 1.0);
         read("TECS_HDEM_TCONST", &mut tecs.height_demand_tau_s, 1.0);
         read("TECS_LAND_SINK", &mut tecs.land_sink_m_s, 1.0);
+        read("TECS_FLARE_HGT", &mut tecs.flare_hold_height_m, 1.0);
+        read("TECS_TKOFF_IGAIN", &mut tecs.climbout_integrator_gain_per_s, 1.0);
+        read("TECS_LAND_IGAIN", &mut tecs.land_integrator_gain_per_s, 1.0);
+        read("TECS_LAND_TDAMP", &mut tecs.land_throttle_damping, 1.0);
+        read("TECS_LAND_PDAMP", &mut tecs.approach_pitch_damping, 1.0);
+        read("TECS_APPR_SMAX", &mut tecs.land_sink_max_m_s, 1.0);
         read("TRIM_THROTTLE", &mut tecs.throttle_trim, 0.01);
         read("THR_SLEWRATE", &mut tecs.throttle_slew_per_s, 0.01);
+        read("AIRSPEED_CRUISE", &mut tecs.airspeed_cruise_m_s, 1.0);
         read("AIRSPEED_MIN", &mut tecs.airspeed_min_m_s, 1.0);
         read("AIRSPEED_MAX", &mut tecs.airspeed_max_m_s, 1.0);
+
+        tecs.has_airspeed =
+            get("ARSPD_TYPE").is_none_or(|value| value != 0.0) && get("ARSPD_USE").is_none_or(|value| value != 0.0);
 
         let attitude = &mut params.attitude;
         read("RLL2SRV_TCONST", &mut attitude.roll_tau_s, 1.0);

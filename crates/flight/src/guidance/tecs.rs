@@ -1,4 +1,4 @@
-//! Total energy control of height and speed: throttle from the total energy rate, pitch from its distribution.
+//! Total energy control of height and speed: throttle from the total energy, pitch from its distribution.
 //!
 //! After A. A. Lambregts, *Vertical Flight Path and Speed Control Autopilot Design Using Total Energy Principles*,
 //! AIAA 83-2239 (1983). Per unit of mass the specific total energy is `E = g h + V²/2` and the specific energy balance
@@ -9,8 +9,10 @@
 //! Ḃ = g ḣ − V V̇      (elevator exchanges one for the other)
 //! ```
 //!
-//! Height and speed errors become demands for ḣ and V̇ through one time constant; throttle answers for Ė, pitch for Ḃ,
-//! each with feed-forward, damping and an integrator. Parameters carry ArduPlane's names and defaults.
+//! The law is ArduPlane's form of it (`AP_TECS` of ArduPilot 4.7), so that a plane flown by it zooms, lags and overshoots as one flown
+//! by ArduPlane does: demands for height and speed are limited in rate and smoothed; the error of E and Ė moves the throttle around
+//! what level flight needs, the error of B and Ḃ the pitch, each with an integrator that stops where its output is at its limit.
+//! Parameters carry ArduPlane's names and defaults.
 
 use super::{GRAVITY_M_S2, bound, lag};
 
@@ -37,20 +39,36 @@ pub struct TecsParams {
     pub throttle_damping: f64,
     /// Pitch damping; 0.1 to 1, default 0.3 (`TECS_PTCH_DAMP`).
     pub pitch_damping: f64,
-    /// Pitch damping in landing; 0.1 to 1, default 0.5 (`TECS_LAND_DAMP`).
+    /// Pitch damping of the flare; 0.1 to 1, default 0.5 (`TECS_LAND_DAMP`).
     pub land_pitch_damping: f64,
     /// Extra energy rate of a 45° bank, m/s of climb equivalent; 5 to 30, default 10 (`TECS_RLL2THR`).
     pub roll_compensation_m_s: f64,
     /// Vertical acceleration limit of height corrections, m/s²; 1 to 10, default 7 (`TECS_VERT_ACC`).
     pub vertical_accel_max_m_s2: f64,
-    /// Smoothing of the height demand, s; 1 to 5, default 3 (`TECS_HDEM_TCONST`).
+    /// Lag of the height demand, s; 1 to 5, default 3 (`TECS_HDEM_TCONST`).
     pub height_demand_tau_s: f64,
     /// Sink rate wanted at touchdown, m/s; 0 to 2, default 0.25 (`TECS_LAND_SINK`).
     pub land_sink_m_s: f64,
+    /// Height below which the flare asks for that sink rate, m; default 1 (`TECS_FLARE_HGT`).
+    pub flare_hold_height_m: f64,
+    /// Integrator gain in a full-throttle climb, 1/s; default 0 (`TECS_TKOFF_IGAIN`).
+    pub climbout_integrator_gain_per_s: f64,
+    /// Integrator gain in landing, 1/s; default 0, as in flight (`TECS_LAND_IGAIN`).
+    pub land_integrator_gain_per_s: f64,
+    /// Sink rate never to exceed in landing, m/s; default 0, as in flight (`TECS_APPR_SMAX`).
+    pub land_sink_max_m_s: f64,
+    /// Damping of the throttle in landing; default 0, as in flight (`TECS_LAND_TDAMP`).
+    pub land_throttle_damping: f64,
+    /// Damping of the pitch on the approach; default 0, as in flight (`TECS_LAND_PDAMP`).
+    pub approach_pitch_damping: f64,
+    /// Whether the airspeed is measured; without, pitch looks after the height alone and throttle follows the pitch. Default yes.
+    pub has_airspeed: bool,
     /// Throttle of level flight at cruise speed, 0 to 1, default 0.5 (`TRIM_THROTTLE`).
     pub throttle_trim: f64,
     /// Slew limit of the throttle, 1/s; 0 is none, default 1 (`THR_SLEWRATE`).
     pub throttle_slew_per_s: f64,
+    /// Cruise airspeed, m/s EAS; 5 to 100, default 22 (`AIRSPEED_CRUISE`).
+    pub airspeed_cruise_m_s: f64,
     /// Slowest airspeed, m/s EAS; 5 to 100, default 10 (`AIRSPEED_MIN`).
     pub airspeed_min_m_s: f64,
     /// Fastest airspeed, m/s EAS; 5 to 100, default 30 (`AIRSPEED_MAX`).
@@ -75,8 +93,16 @@ impl Default for TecsParams {
             vertical_accel_max_m_s2: 7.0,
             height_demand_tau_s: 3.0,
             land_sink_m_s: 0.25,
+            flare_hold_height_m: 1.0,
+            climbout_integrator_gain_per_s: 0.0,
+            land_integrator_gain_per_s: 0.0,
+            land_sink_max_m_s: 0.0,
+            land_throttle_damping: 0.0,
+            approach_pitch_damping: 0.0,
+            has_airspeed: true,
             throttle_trim: 0.5,
             throttle_slew_per_s: 1.0,
+            airspeed_cruise_m_s: 22.0,
             airspeed_min_m_s: 10.0,
             airspeed_max_m_s: 30.0,
         }
@@ -160,20 +186,6 @@ impl TecsState {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Memory {
-    target_m: f64,
-    slope_m_s: f64,
-    path_m: f64,
-    path_rate_m_s: f64,
-    accel_m_s2: f64,
-    energy_rate: f64,
-    throttle: f64,
-    throttle_integral: f64,
-    pitch_rad: f64,
-    pitch_integral_rad: f64,
-}
-
 /// Answer of the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TecsOutput {
@@ -189,6 +201,124 @@ pub struct TecsOutput {
     pub underspeed: bool,
 }
 
+/// What the law keeps between two steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Memory {
+    /// Demand of height as it came, and as it was passed on, m.
+    asked_m: f64,
+    /// After the limit of its rate, m.
+    limited_m: f64,
+    /// After the lag, m.
+    lagged_m: f64,
+    /// What was asked of the plane last, m.
+    height_m: f64,
+    /// Parts of the climb and sink limits that are left while the plane cannot follow, 0 to 1.
+    climb_part: f64,
+    sink_part: f64,
+    /// Demand of true airspeed after the limit of its rate, m/s, and the slow part of that rate.
+    speed_m_s: f64,
+    speed_rate_slow: f64,
+    /// Slow part of the measured change of speed, m/s².
+    accel_slow: f64,
+    /// Fastest true airspeed that is asked for now, m/s.
+    speed_max_m_s: f64,
+    energy_rate_error: f64,
+    throttle: f64,
+    throttle_slewed: f64,
+    throttle_integral: f64,
+    throttle_clip: Clip,
+    pitch_rad: f64,
+    pitch_unlimited_rad: f64,
+    balance_integral: f64,
+    speed_integral: f64,
+    balance_clip: Clip,
+    pitch_demand_slow: f64,
+    pitch_slow: f64,
+    /// Too slow since so long, s.
+    underspeed_s: Option<f64>,
+    sinks_badly: bool,
+    flare: Option<Flare>,
+}
+
+/// A flare from its first step on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Flare {
+    climb_m_s: f64,
+    /// Height profile from the height that was asked for, and from the one that was there, m.
+    from_demand_m: f64,
+    from_height_m: f64,
+}
+
+/// Where an output stands at its limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Clip {
+    Low,
+    No,
+    High,
+}
+
+impl Clip {
+    fn of(value: f64, low: f64, high: f64) -> Self {
+        if value > high {
+            Self::High
+        } else if value < low {
+            Self::Low
+        } else {
+            Self::No
+        }
+    }
+}
+
+impl Memory {
+    /// At rest around what is measured.
+    fn new(now: &Energy, speed_m_s: f64, throttle: f64, throttle_trim: f64) -> Self {
+        Self {
+            asked_m: now.height_m,
+            limited_m: now.height_m,
+            lagged_m: now.height_m,
+            height_m: now.height_m,
+            climb_part: 1.0,
+            sink_part: 1.0,
+            speed_m_s,
+            speed_rate_slow: 0.0,
+            accel_slow: now.accel_m_s2,
+            speed_max_m_s: f64::INFINITY,
+            energy_rate_error: 0.0,
+            throttle,
+            throttle_slewed: throttle_trim,
+            throttle_integral: 0.0,
+            throttle_clip: Clip::No,
+            pitch_rad: now.pitch_rad,
+            pitch_unlimited_rad: now.pitch_rad,
+            balance_integral: 0.0,
+            speed_integral: 0.0,
+            balance_clip: Clip::No,
+            pitch_demand_slow: now.pitch_rad,
+            pitch_slow: now.pitch_rad,
+            underspeed_s: None,
+            sinks_badly: false,
+            flare: None,
+        }
+    }
+}
+
+/// Limits and weights of one step.
+struct Limits {
+    dt: f64,
+    tau: f64,
+    climb_m_s: f64,
+    sink_m_s: f64,
+    /// Specific energy rates at most and least throttle, m²/s³.
+    rate_max: f64,
+    rate_min: f64,
+    speed_min: f64,
+    pitch_min: f64,
+    pitch_max: f64,
+    throttle_min: f64,
+    throttle_max: f64,
+    integrator: f64,
+}
+
 /// One step of the energy controller; `dt_s` 0.001 to 0.1 s.
 #[must_use]
 pub fn manage(
@@ -199,150 +329,346 @@ pub fn manage(
     dt_s: f64,
 ) -> (TecsState, TecsOutput) {
     let dt = bound(dt_s, 0.001, 0.1);
-    let g = GRAVITY_M_S2;
-    let speed = (now.airspeed_m_s.max(3.0) * bound(now.eas_to_tas, 0.5, 2.0)).min(200.0);
-    let climb_max = bound(params.climb_max_m_s, 0.1, 50.0);
-    let sink_max = bound(params.sink_max_m_s, 0.1, 50.0);
-    let sink_min = bound(params.sink_min_m_s, 0.1, 50.0);
-    let mut memory = state.memory.unwrap_or(Memory {
-        target_m: now.height_m,
-        slope_m_s: 0.0,
-        path_m: now.height_m,
-        path_rate_m_s: now.climb_m_s,
-        accel_m_s2: 0.0,
-        energy_rate: 0.0,
-        throttle: bound(state.throttle.unwrap_or(params.throttle_trim), 0.0, 1.0),
-        throttle_integral: 0.0,
-        pitch_rad: now.pitch_rad,
-        pitch_integral_rad: now.pitch_rad - (now.climb_m_s / speed).clamp(-0.5, 0.5),
+    let ratio = bound(now.eas_to_tas, 0.5, 2.0);
+    let speed = (now.airspeed_m_s.max(3.0) * ratio).min(200.0);
+    let mut memory = state.memory.unwrap_or_else(|| {
+        let throttle = bound(state.throttle.unwrap_or(params.throttle_trim), 0.0, 1.0);
+        Memory::new(now, speed, throttle, bound(params.throttle_trim, 0.0, 1.0))
     });
-
-    // Height demand: rate-limited, then a smooth path of height and rate that meets it.
-    let before = memory.target_m;
-    let tau_h = bound(params.height_demand_tau_s, 0.1, 20.0);
-    if matches!(demand.phase, Phase::Climbout) {
-        // The climb is as it is; the path goes with it and starts from there afterwards.
-        memory.target_m = now.height_m;
-        memory.slope_m_s = 0.0;
-        memory.path_m = now.height_m;
-        memory.path_rate_m_s = now.climb_m_s;
-    } else {
-        memory.target_m = bound(demand.height_m, before - sink_max * dt, before + climb_max * dt);
-        // A target that slides (a glide slope) is fed forward, one that jumped is caught up with.
-        let slides = (demand.height_m - before).abs() < 1.0;
-        let rate = if slides { (memory.target_m - before) / dt } else { 0.0 };
-        memory.slope_m_s = lag(memory.slope_m_s, rate, 1.0, dt);
-        let wanted = (memory.target_m - memory.path_m) / tau_h + memory.slope_m_s;
-        let wanted = bound(wanted, -sink_max, climb_max);
-        memory.path_rate_m_s = lag(memory.path_rate_m_s, wanted, tau_h / 4.0, dt);
-        memory.path_m += memory.path_rate_m_s * dt;
-    }
-    let height_demand = memory.path_m;
-
-    // Demands for ḣ and V̇.
-    let (tau, damping) = match demand.phase {
-        Phase::Approach { .. } | Phase::Flare { .. } => (params.land_time_constant_s, params.land_pitch_damping),
-        Phase::Cruise | Phase::Climbout => (params.time_constant_s, params.pitch_damping),
-    };
-    let tau = bound(tau, 0.5, 30.0);
-    let damping = bound(damping, 0.0, 2.0);
-    let climb_demand = match demand.phase {
-        Phase::Flare { height_m, start_height_m, start_sink_m_s } => {
-            let left = bound(height_m / start_height_m.max(0.1), 0.0, 1.0);
-            let touch = bound(params.land_sink_m_s, 0.0, 2.0);
-            -(touch + (bound(start_sink_m_s, touch, sink_max.max(touch)) - touch) * left)
-        }
-        _ => bound((height_demand - now.height_m) / tau + memory.path_rate_m_s, -sink_max, climb_max),
-    };
-    let airspeed_demand =
-        bound(demand.airspeed_m_s, params.airspeed_min_m_s, params.airspeed_max_m_s.max(params.airspeed_min_m_s));
-    let speed_error = (airspeed_demand - now.airspeed_m_s) * bound(now.eas_to_tas, 0.5, 2.0);
-    let rate_max = climb_max * g;
-    let rate_min = -sink_min * g;
-    let accel_demand = bound(speed_error / tau, 0.5 * rate_min / speed, 0.5 * rate_max / speed);
-    memory.accel_m_s2 = lag(memory.accel_m_s2, bound(now.accel_m_s2, -20.0, 20.0), 0.25, dt);
-
-    // Total energy → throttle.
-    let energy_demand = g * climb_demand + speed * accel_demand;
-    let energy_rate = g * now.climb_m_s + speed * memory.accel_m_s2;
-    memory.energy_rate = lag(memory.energy_rate, energy_rate, 0.5, dt);
-    let per_throttle = rate_max - rate_min;
-    let energy_error = bound(energy_demand - memory.energy_rate, -per_throttle, per_throttle);
-    let cos_roll = now.roll_rad.cos().abs().max(0.5);
-    // Induced drag grows with the square of the load factor 1/cos φ.
-    let turn_drag = params.roll_compensation_m_s * (1.0 / (cos_roll * cos_roll) - 1.0);
+    let lands = matches!(demand.phase, Phase::Approach { .. } | Phase::Flare { .. });
+    let throttle_before = memory.throttle;
+    let pitch_min = bound(demand.pitch_min_rad, -1.5, 1.5);
     let throttle_min = bound(demand.throttle_min, 0.0, 1.0);
-    let throttle_max = bound(demand.throttle_max, throttle_min, 1.0);
-    let underspeed = now.airspeed_m_s < 0.9 * params.airspeed_min_m_s && !matches!(demand.phase, Phase::Flare { .. });
-    let open = params.throttle_trim
-        + (energy_demand + turn_drag) / per_throttle
-        + params.throttle_damping * energy_error / per_throttle;
-    let wanted = open + memory.throttle_integral;
-    let mut throttle = bound(wanted, throttle_min, throttle_max);
-    let pushes_out = (wanted > throttle_max && energy_error > 0.0) || (wanted < throttle_min && energy_error < 0.0);
-    if matches!(demand.phase, Phase::Cruise | Phase::Approach { .. }) && !pushes_out && !underspeed {
-        memory.throttle_integral = bound(
-            memory.throttle_integral + params.integrator_gain_per_s * energy_error / per_throttle * dt * 0.5,
-            -0.6,
-            0.6,
-        );
-    }
-    if underspeed {
-        throttle = throttle_max;
-    }
-    if matches!(demand.phase, Phase::Climbout) {
-        throttle = throttle_max;
+    let climb_max = bound(params.climb_max_m_s, 0.1, 50.0) * memory.climb_part;
+    let limits = Limits {
+        dt,
+        tau: bound(if lands { params.land_time_constant_s } else { params.time_constant_s }, 0.1, 30.0),
+        climb_m_s: climb_max,
+        sink_m_s: if lands && params.land_sink_max_m_s > 0.0 {
+            bound(params.land_sink_max_m_s, 0.1, 50.0)
+        } else {
+            bound(params.sink_max_m_s, 0.1, 50.0) * memory.sink_part
+        },
+        rate_max: climb_max.max(0.01) * GRAVITY_M_S2,
+        rate_min: -bound(params.sink_min_m_s, 0.1, 50.0) * GRAVITY_M_S2,
+        // Stall prevention: lift has to carry the load of the bank.
+        speed_min: params.airspeed_min_m_s.max(1.0) * ratio / now.roll_rad.cos().clamp(0.09, 1.0).sqrt(),
+        pitch_min,
+        pitch_max: bound(demand.pitch_max_rad, pitch_min, 1.5),
+        throttle_min,
+        throttle_max: bound(demand.throttle_max, throttle_min, 1.0),
+        integrator: match demand.phase {
+            Phase::Climbout => params.climbout_integrator_gain_per_s,
+            _ if lands && params.land_integrator_gain_per_s > 0.0 => params.land_integrator_gain_per_s,
+            _ => params.integrator_gain_per_s,
+        },
+    };
+    let accel = bound(now.accel_m_s2, -20.0, 20.0);
+    memory.accel_slow = lag(memory.accel_slow, accel, limits.tau, dt);
+
+    let speed_rate = memory.ask_speed(speed, ratio, demand, params, &limits);
+    let climb = memory.ask_height(now, demand, params, &limits);
+    let is_slow = memory.watch_speed(speed, now, demand, &limits);
+
+    // Energies: what is asked for, what is there, and their rates; the slow part of a measured change of speed is its error.
+    let potential = GRAVITY_M_S2 * (memory.height_m - now.height_m);
+    let kinetic = 0.5 * (memory.speed_m_s * memory.speed_m_s - speed * speed);
+    let potential_rate = GRAVITY_M_S2 * now.climb_m_s;
+    let kinetic_rate = speed * (accel - memory.accel_slow);
+    let kinetic_rate_asked = speed * (speed_rate - memory.speed_rate_slow);
+    let rates = Rates { speed, potential, kinetic, potential_rate, kinetic_rate, kinetic_rate_asked, climb };
+
+    memory.ask_pitch(&rates, demand, params, &limits);
+    if params.has_airspeed {
+        memory.ask_throttle(now, &rates, demand, params, &limits);
+    } else {
+        memory.throttle_by_pitch(now, params, &limits);
     }
     if params.throttle_slew_per_s > 0.0 {
+        // The servo's own limit, beside the one on the demand.
         let step = params.throttle_slew_per_s * dt;
-        throttle = bound(throttle, memory.throttle - step, memory.throttle + step);
+        memory.throttle = bound(memory.throttle, throttle_before - step, throttle_before + step);
     }
-    if matches!(demand.phase, Phase::Flare { .. }) {
-        throttle = throttle_min;
-    }
-    memory.throttle = bound(throttle, throttle_min, throttle_max);
-
-    // Energy balance → pitch.
-    let weight = match demand.phase {
-        _ if underspeed => 2.0,
-        Phase::Climbout => 2.0,
-        Phase::Flare { .. } => 0.0,
-        Phase::Approach { proportion } if params.land_speed_weight < 0.0 => {
-            params.speed_weight * (1.0 - bound(proportion, 0.0, 1.0))
-        }
-        Phase::Approach { .. } => params.land_speed_weight,
-        Phase::Cruise => params.speed_weight,
-    };
-    let kinetic = bound(weight, 0.0, 1.0);
-    let potential = bound(2.0 - weight, 0.0, 1.0);
-    let balance_demand = potential * g * climb_demand - kinetic * speed * accel_demand;
-    let balance = potential * g * now.climb_m_s - kinetic * speed * memory.accel_m_s2;
-    let balance_error = balance_demand - balance;
-    let per_radian = speed * g;
-    let pitch_min = bound(demand.pitch_min_rad, -1.5, 1.5);
-    let pitch_max = bound(demand.pitch_max_rad, pitch_min, 1.5);
-    let wanted = (balance_demand + damping * balance_error) / per_radian + memory.pitch_integral_rad;
-    let pushes_out = (wanted > pitch_max && balance_error > 0.0) || (wanted < pitch_min && balance_error < 0.0);
-    if !pushes_out {
-        // The flare has seconds only, and the speed falling under it: its integrator is as fast as it is short.
-        let gain = if matches!(demand.phase, Phase::Flare { .. }) { 4.0 } else { 1.0 };
-        memory.pitch_integral_rad = bound(
-            memory.pitch_integral_rad + gain * params.integrator_gain_per_s * balance_error / per_radian * dt,
-            -0.35,
-            0.35,
-        );
-    }
-    let pitch = bound(wanted, pitch_min, pitch_max);
-    // V θ̇ is the vertical acceleration.
-    let step = bound(params.vertical_accel_max_m_s2, 0.5, 50.0) / speed * dt;
-    memory.pitch_rad = bound(bound(pitch, memory.pitch_rad - step, memory.pitch_rad + step), pitch_min, pitch_max);
-
     let output = TecsOutput {
         throttle: memory.throttle,
         pitch_rad: memory.pitch_rad,
-        height_demand_m: height_demand,
-        airspeed_demand_m_s: airspeed_demand,
-        underspeed,
+        height_demand_m: memory.height_m,
+        airspeed_demand_m_s: memory.speed_m_s / ratio,
+        underspeed: is_slow,
     };
     (TecsState { memory: Some(memory), throttle: None }, output)
+}
+
+/// Errors of the specific energies (asked minus there), m²/s², and their rates, m²/s³.
+struct Rates {
+    /// True airspeed, m/s.
+    speed: f64,
+    potential: f64,
+    kinetic: f64,
+    potential_rate: f64,
+    kinetic_rate: f64,
+    kinetic_rate_asked: f64,
+    /// Climb that the height demand itself has, m/s.
+    climb: f64,
+}
+
+impl Memory {
+    /// Demand of true airspeed; answers with its rate, m/s².
+    fn ask_speed(&mut self, speed: f64, ratio: f64, demand: &Demand, params: &TecsParams, limits: &Limits) -> f64 {
+        let fastest = (params.airspeed_max_m_s.max(params.airspeed_min_m_s) * ratio).max(limits.speed_min);
+        let cruise = params.airspeed_cruise_m_s.max(1.0) * ratio;
+        // Half of the energy is left to the height; a plane that cannot climb at full throttle is asked to fly slower.
+        let gain = 0.5 * limits.rate_max / speed.max(limits.speed_min);
+        let loss = 0.5 * limits.rate_min / speed.max(limits.speed_min);
+        self.speed_max_m_s = match self.throttle_clip {
+            Clip::High => (self.speed_max_m_s + limits.dt * loss).max(cruise),
+            _ => self.speed_max_m_s + limits.dt * gain,
+        };
+        self.speed_max_m_s = self.speed_max_m_s.min(fastest).max(limits.speed_min);
+        if matches!(demand.phase, Phase::Climbout) {
+            self.speed_m_s = bound(demand.airspeed_m_s * ratio, limits.speed_min, self.speed_max_m_s);
+        }
+        let asked = if self.sinks_badly || self.underspeed_s.is_some() { 0.0 } else { demand.airspeed_m_s * ratio };
+        let asked = bound(asked, limits.speed_min, self.speed_max_m_s);
+        let fastest_gain = 0.5 * limits.rate_max / speed;
+        let at_max = -0.9 * bound(params.sink_max_m_s, 0.1, 50.0) * GRAVITY_M_S2 / self.speed_max_m_s;
+        let at_cruise = 0.9 * limits.rate_min / cruise;
+        let part = if self.speed_max_m_s > cruise { (speed - cruise) / (self.speed_max_m_s - cruise) } else { 0.0 };
+        let fastest_loss = at_cruise + (at_max - at_cruise) * bound(part, 0.0, 1.0);
+        let rate = bound((asked - self.speed_m_s) / limits.dt, fastest_loss, fastest_gain);
+        self.speed_m_s = bound(self.speed_m_s + rate * limits.dt, limits.speed_min, self.speed_max_m_s);
+        self.speed_rate_slow = lag(self.speed_rate_slow, rate, limits.tau, limits.dt);
+        rate
+    }
+
+    /// Demand of height; answers with its climb, m/s.
+    fn ask_height(&mut self, now: &Energy, demand: &Demand, params: &TecsParams, limits: &Limits) -> f64 {
+        let dt = limits.dt;
+        let lag_s = bound(params.height_demand_tau_s, dt, 20.0);
+        match demand.phase {
+            Phase::Climbout => {
+                // The climb is as it is; afterwards the demand starts from there.
+                *self = Self {
+                    asked_m: now.height_m,
+                    limited_m: now.height_m,
+                    lagged_m: now.height_m,
+                    height_m: now.height_m,
+                    climb_part: 1.0,
+                    sink_part: 1.0,
+                    flare: None,
+                    ..*self
+                };
+                0.0
+            }
+            Phase::Flare { height_m, start_height_m, start_sink_m_s } => {
+                self.asked_m = now.height_m;
+                self.limited_m = now.height_m;
+                self.lagged_m = now.height_m;
+                let mut flare = self.flare.unwrap_or(Flare {
+                    climb_m_s: -start_sink_m_s,
+                    from_demand_m: self.height_m - now.height_m + height_m,
+                    from_height_m: height_m,
+                });
+                let hold = params.flare_hold_height_m;
+                let part = if start_height_m > hold {
+                    bound((start_height_m - height_m) / (start_height_m - hold), 0.0, 1.0)
+                } else {
+                    1.0
+                };
+                let climb = flare.climb_m_s * (1.0 - part) - bound(params.land_sink_m_s, 0.0, 5.0) * part;
+                flare.from_demand_m += climb * dt;
+                flare.from_height_m += climb * dt;
+                self.flare = Some(flare);
+                self.height_m =
+                    flare.from_demand_m * (1.0 - part) + flare.from_height_m * part + now.height_m - height_m;
+                climb
+            }
+            Phase::Cruise | Phase::Approach { .. } => {
+                self.flare = None;
+                // What cannot be followed is not asked for yet.
+                let cannot_climb = self.pitch_unlimited_rad > limits.pitch_max || self.throttle_clip == Clip::High;
+                let cannot_sink = self.pitch_unlimited_rad < limits.pitch_min || self.throttle_clip == Clip::Low;
+                let before = self.asked_m;
+                let held = (cannot_climb && demand.height_m > before) || (cannot_sink && demand.height_m < before);
+                let asked = if held { before } else { demand.height_m };
+                self.asked_m = asked;
+                let wanted = 0.5 * (asked + before);
+                self.limited_m =
+                    bound(wanted, self.limited_m - limits.sink_m_s * dt, self.limited_m + limits.climb_m_s * dt);
+                let climb = (self.limited_m - self.lagged_m) / lag_s;
+                self.lagged_m = lag(self.lagged_m, self.limited_m, lag_s, dt);
+                let previous = self.height_m;
+                self.height_m = self.lagged_m;
+                if matches!(demand.phase, Phase::Approach { .. }) {
+                    self.height_m += lag_s * climb;
+                } else {
+                    let cannot_climb = cannot_climb || self.balance_clip == Clip::High;
+                    let cannot_sink = cannot_sink || self.balance_clip == Clip::Low;
+                    let part = dt / (dt + lag_s);
+                    if cannot_climb && self.height_m > previous {
+                        self.climb_part *= 1.0 - part;
+                    } else if cannot_sink && self.height_m < previous {
+                        self.sink_part *= 1.0 - part;
+                    } else {
+                        self.climb_part += (1.0 - self.climb_part) * part;
+                        self.sink_part += (1.0 - self.sink_part) * part;
+                    }
+                }
+                climb
+            }
+        }
+    }
+
+    /// Whether the plane is too slow: at full throttle below 0.9 of the slowest speed, until it is 15 % above for three seconds or
+    /// has its height.
+    fn watch_speed(&mut self, speed: f64, now: &Energy, demand: &Demand, limits: &Limits) -> bool {
+        let is_too_slow = speed < 0.9 * limits.speed_min;
+        let flares = matches!(demand.phase, Phase::Flare { .. });
+        self.underspeed_s = match self.underspeed_s {
+            _ if matches!(demand.phase, Phase::Climbout) => None,
+            Some(since) if speed >= 1.15 * limits.speed_min && since > 3.0 => None,
+            _ if is_too_slow && self.throttle >= 0.95 * limits.throttle_max && !flares => Some(0.0),
+            Some(since) if now.height_m < self.height_m => Some(since + limits.dt),
+            _ => None,
+        };
+        self.underspeed_s.is_some()
+    }
+
+    fn ask_throttle(&mut self, now: &Energy, rates: &Rates, demand: &Demand, params: &TecsParams, limits: &Limits) {
+        let (speed, is_slow) = (rates.speed, self.underspeed_s.is_some());
+        let dt = limits.dt;
+        // No error of height that would cost or bring more speed than is allowed.
+        let most = (0.5 * (speed * speed - limits.speed_min * limits.speed_min)).max(0.0);
+        let least = (0.5 * (speed * speed - self.speed_max_m_s * self.speed_max_m_s)).min(0.0);
+        let error = bound(rates.potential, least, most) + rates.kinetic;
+        let rate_asked =
+            bound(rates.potential / limits.tau + rates.kinetic_rate_asked, limits.rate_min, limits.rate_max);
+        let rate_error = rate_asked - rates.potential_rate - rates.kinetic_rate;
+        // Half a second against the noise of the measured rates.
+        self.energy_rate_error += (2.0 * dt).min(1.0) * (rate_error - self.energy_rate_error);
+        let range = (limits.throttle_max - limits.throttle_min).max(0.01);
+        let per_throttle = (limits.rate_max - limits.rate_min) / range;
+        let gain = 1.0 / (limits.tau * per_throttle);
+        let cos = now.roll_rad.cos();
+        // Induced drag grows with the square of the load factor 1/cos φ.
+        let turn = params.roll_compensation_m_s * (1.0 / bound(cos * cos, 0.1, 1.0) - 1.0);
+        let lands = matches!(demand.phase, Phase::Approach { .. } | Phase::Flare { .. });
+        let damping = if lands && params.land_throttle_damping > 0.0 {
+            params.land_throttle_damping
+        } else {
+            params.throttle_damping
+        };
+        let ahead = params.throttle_trim + (rate_asked + turn) / per_throttle;
+        let mut throttle = (error + self.energy_rate_error * damping) * gain + ahead;
+        // The integrator may drive the throttle to its limit and a tenth beyond, for noise.
+        let span = 0.5 * (limits.throttle_max - limits.throttle_min);
+        let highest = bound(limits.throttle_max - throttle + 0.1, -span, span);
+        let lowest = bound(limits.throttle_min - throttle - 0.1, -span, span);
+        self.throttle_integral += error * limits.integrator * dt * gain;
+        if !matches!(demand.phase, Phase::Climbout) {
+            self.throttle_integral = bound(self.throttle_integral, lowest.min(highest), highest.max(lowest));
+        }
+        if params.throttle_slew_per_s > 0.0 {
+            let step = params.throttle_slew_per_s * range * dt;
+            throttle = bound(throttle, self.throttle_slewed - step, self.throttle_slewed + step);
+            self.throttle_slewed = throttle;
+        }
+        throttle += self.throttle_integral;
+        match demand.phase {
+            Phase::Flare { .. } => throttle = limits.throttle_min,
+            Phase::Climbout => throttle = limits.throttle_max,
+            _ if is_slow => throttle = limits.throttle_max,
+            _ => {}
+        }
+        self.sinks_badly = !is_slow
+            && (error > 200.0
+                && rates.potential_rate + rates.kinetic_rate < 0.0
+                && throttle >= 0.9 * limits.throttle_max
+                || self.sinks_badly && error > 0.0);
+        self.throttle_clip = Clip::of(throttle, limits.throttle_min, limits.throttle_max);
+        self.throttle = bound(throttle, limits.throttle_min, limits.throttle_max);
+    }
+
+    /// Without a measured airspeed the pitch that is asked for and flown gives the throttle.
+    fn throttle_by_pitch(&mut self, now: &Energy, params: &TecsParams, limits: &Limits) {
+        let dt = limits.dt;
+        self.pitch_demand_slow = lag(self.pitch_demand_slow, self.pitch_rad, limits.tau, dt);
+        self.pitch_slow = lag(self.pitch_slow, now.pitch_rad, limits.tau, dt);
+        let pitch = self.pitch_rad - self.pitch_demand_slow + self.pitch_slow;
+        let trim = params.throttle_trim;
+        let mut throttle = if pitch > 0.0 && limits.pitch_max > 0.0 {
+            trim + (limits.throttle_max - trim) * pitch / limits.pitch_max
+        } else if pitch < 0.0 && limits.pitch_min < 0.0 {
+            trim + (limits.throttle_min - trim) * pitch / limits.pitch_min
+        } else {
+            trim
+        };
+        let cos = now.roll_rad.cos();
+        let turn = params.roll_compensation_m_s * (1.0 / bound(cos * cos, 0.1, 1.0) - 1.0);
+        throttle += turn / (limits.rate_max - limits.rate_min) * (limits.throttle_max - limits.throttle_min);
+        self.throttle_clip = Clip::No;
+        self.throttle = bound(throttle, limits.throttle_min, limits.throttle_max);
+    }
+
+    fn ask_pitch(&mut self, rates: &Rates, demand: &Demand, params: &TecsParams, limits: &Limits) {
+        let (speed, is_slow) = (rates.speed, self.underspeed_s.is_some());
+        let dt = limits.dt;
+        let weight = match demand.phase {
+            _ if !params.has_airspeed => 0.0,
+            _ if is_slow => 2.0,
+            Phase::Climbout => 2.0,
+            Phase::Approach { proportion } if params.land_speed_weight < 0.0 => {
+                params.speed_weight * (1.0 - bound(proportion, 0.0, 1.0))
+            }
+            Phase::Flare { .. } if params.land_speed_weight < 0.0 => 0.0,
+            Phase::Approach { .. } | Phase::Flare { .. } => params.land_speed_weight,
+            Phase::Cruise => params.speed_weight,
+        };
+        let for_speed = bound(weight, 0.0, 1.0);
+        let for_height = bound(2.0 - weight, 0.0, 1.0);
+        let per_radian = speed * GRAVITY_M_S2;
+
+        let error = rates.potential * for_height - rates.kinetic * for_speed;
+        let asked = rates.climb * GRAVITY_M_S2 * for_height + error / limits.tau;
+        let least = -bound(params.sink_max_m_s, 0.1, 50.0) * GRAVITY_M_S2;
+        let most = bound(params.climb_max_m_s, 0.1, 50.0) * GRAVITY_M_S2;
+        self.balance_clip = Clip::of(asked, least, most);
+        let asked = bound(asked, least, most);
+        let rate_error = asked - (rates.potential_rate * for_height - rates.kinetic_rate * for_speed);
+        let damping = match demand.phase {
+            Phase::Flare { .. } => params.land_pitch_damping,
+            Phase::Approach { .. } if params.approach_pitch_damping > 0.0 => params.approach_pitch_damping,
+            _ => params.pitch_damping,
+        };
+        let mut total = asked + rate_error * damping;
+        if matches!(demand.phase, Phase::Climbout) {
+            // No speed error asks for the least pitch of the climb.
+            total += limits.pitch_min * per_radian;
+        }
+        // The integrator may drive the pitch five degrees beyond its limits, for gusts.
+        let beyond = 5_f64.to_radians();
+        let low = per_radian * (limits.pitch_min - beyond) - total;
+        let high = per_radian * (limits.pitch_max + beyond) - total;
+        let step = bound(rate_error * limits.integrator * dt, -0.1 * (high - low), 0.1 * (high - low));
+        self.pitch_unlimited_rad = (total + self.balance_integral + step + self.speed_integral) / per_radian;
+        let pushes_out = (self.pitch_unlimited_rad > limits.pitch_max && step > 0.0)
+            || (self.pitch_unlimited_rad < limits.pitch_min && step < 0.0);
+        if pushes_out {
+            let keep = 1.0 - dt / (dt + limits.tau);
+            self.balance_integral *= keep;
+            self.speed_integral *= keep;
+        } else {
+            self.balance_integral += step;
+            self.speed_integral -= rates.kinetic * for_speed * dt / limits.tau;
+        }
+        self.balance_integral = bound(self.balance_integral, low, high);
+        let quarter = 0.25 * (limits.pitch_max - limits.pitch_min) * per_radian;
+        self.speed_integral = bound(self.speed_integral, -quarter, quarter);
+        self.pitch_unlimited_rad = (total + self.balance_integral + self.speed_integral) / per_radian;
+        let pitch = bound(self.pitch_unlimited_rad, limits.pitch_min, limits.pitch_max);
+        // V θ̇ is the vertical acceleration.
+        let turn = bound(params.vertical_accel_max_m_s2, 0.5, 50.0) / speed * dt;
+        let pitch = bound(pitch, self.pitch_rad - turn, self.pitch_rad + turn);
+        self.pitch_rad = bound(pitch, limits.pitch_min, limits.pitch_max);
+    }
 }

@@ -7,6 +7,7 @@ pub(crate) use vencejo_proto::MissionItemInt;
 use crate::error::{FlightError, Result};
 use crate::geodesy::GeoPoint;
 use crate::plan::command::Command;
+use crate::words::words;
 
 /// Largest height that ArduPilot stores, metres, either sign (exclusive).
 pub const MAX_ALT_M: f64 = 83_000.0;
@@ -116,43 +117,26 @@ impl std::fmt::Display for MavFrame {
     }
 }
 
-/// What a value must be to be sent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(
-    feature = "describe",
-    derive(serde::Serialize, utoipa::ToSchema),
-    serde(rename_all = "kebab-case"),
-    schema(as = WantedValue)
-)]
-pub enum Wanted {
-    /// A number that fits the wire.
-    Finite,
-    /// −90 to 90 degrees.
-    Latitude,
-    /// −180 to 180 degrees.
-    Longitude,
-    /// Within 83,000 m.
-    Height,
-    /// A whole number of 32 bits.
-    WholeNumber,
-    /// A frame that has a meaning for a place.
-    Frame,
+words! {
+    /// What a value must be to be sent.
+    #[cfg_attr(feature = "describe", schema(as = WantedValue))]
+    Wanted {
+        /// A number that fits the wire.
+        Finite = "finite",
+        /// −90 to 90 degrees.
+        Latitude = "latitude",
+        /// −180 to 180 degrees.
+        Longitude = "longitude",
+        /// Within 83,000 m.
+        Height = "height",
+        /// A whole number of 32 bits.
+        WholeNumber = "whole-number",
+        /// A frame that has a meaning for a place.
+        Frame = "frame",
+    }
 }
 
 impl Wanted {
-    /// The word for it, stable and fit for scripts.
-    #[must_use]
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Finite => "finite",
-            Self::Latitude => "latitude",
-            Self::Longitude => "longitude",
-            Self::Height => "height",
-            Self::WholeNumber => "whole-number",
-            Self::Frame => "frame",
-        }
-    }
-
     /// What is wrong with a value that is something else, in English.
     #[must_use]
     pub const fn problem(self) -> &'static str {

@@ -27,10 +27,12 @@ pub const MAX_ITEMS: usize = 10_000;
 
 /// Where heights relative to home are counted from.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "describe", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema))]
+#[cfg_attr(feature = "describe", serde(deny_unknown_fields))]
 pub struct Home {
-    /// Latitude, degrees, WGS-84.
+    /// WGS-84 latitude.
     pub lat_deg: f64,
-    /// Longitude, degrees, WGS-84.
+    /// WGS-84 longitude.
     pub lon_deg: f64,
     /// Height above mean sea level, metres.
     pub alt_amsl_m: f64,
@@ -40,9 +42,13 @@ impl Home {
     /// The home position as a checked point.
     ///
     /// # Errors
-    /// [`FlightError::NotOnEarth`] when the coordinates are not finite or out of range.
+    /// [`FlightError::NotOnEarth`] when the coordinates are not finite or out of range, [`FlightError::HomeHeight`] when the height is.
     pub fn point(&self) -> Result<GeoPoint> {
-        GeoPoint::new(self.lat_deg, self.lon_deg)
+        let point = GeoPoint::new(self.lat_deg, self.lon_deg)?;
+        if self.to_item().unsendable().is_some() {
+            return Err(FlightError::HomeHeight { alt_amsl_m: self.alt_amsl_m });
+        }
+        Ok(point)
     }
 
     /// The item that stands for home in a mission list: an absolute waypoint.
