@@ -8,7 +8,9 @@ use std::time::Duration;
 
 use smallvec::SmallVec;
 use tokio::sync::watch;
-use vencejo_proto::{Address, Frame, Header, MavVersion, Message, MonoTime, SigningKey, SigningTime, SystemId};
+use vencejo_proto::{
+    Address, ComponentId, Frame, Header, MavVersion, Message, MonoTime, SigningKey, SigningTime, SystemId,
+};
 
 use crate::address::LinkAddress;
 use crate::clock::Clock;
@@ -34,6 +36,8 @@ pub enum Route {
     /// By the message's target: to all links when it is for everyone, otherwise to one link on which the target was
     /// heard. That link is kept while the target is heard on it, else the one on which it was heard last takes over.
     Target,
+    /// To this system as though the message named it, for messages that have no target.
+    System(SystemId),
     /// To this link alone.
     Link(LinkId),
     /// To all links.
@@ -127,8 +131,11 @@ impl Inner {
     /// The link and peer that were chosen for whom a frame is addressed to.
     fn chosen_for(&self, frame: &Frame) -> Option<(Slot, PeerId)> {
         let target = frame.target();
-        let system = target.named_system()?;
-        let component = target.named_component();
+        self.chosen_of(target.named_system()?, target.named_component())
+    }
+
+    /// The same for a system, or one of its components.
+    fn chosen_of(&self, system: SystemId, component: Option<ComponentId>) -> Option<(Slot, PeerId)> {
         let is_it = |address: &Address| address.system == system && component.is_none_or(|it| it == address.component);
         let origin = self.chosen.iter().find(|(address, _)| is_it(address)).map(|(_, origin)| *origin)?;
         let link = self.find(origin.link).ok()?;
@@ -568,16 +575,25 @@ fn mask(count: usize) -> u64 {
 fn own_ports(inner: &mut Inner, frame: &Frame, route: Route, now: MonoTime) -> (SmallVec<[Arc<Port>; 4]>, To) {
     let all = inner.open_slots();
     let mut to = To::target_of(frame);
-    let slots = match route {
-        Route::Target => match inner.chosen_for(frame) {
-            Some((slot, peer)) => {
-                to.peer = Some(peer);
-                SlotSet::one(slot)
-            }
-            None => inner.router.route_own(frame, all, now),
-        },
-        Route::All => all,
-        Route::Link(id) => return (inner.find(id).map(|link| link.port.clone()).into_iter().collect(), to),
+    let chosen = match route {
+        Route::Target => inner.chosen_for(frame),
+        Route::System(system) => {
+            to.system = Some(system);
+            inner.chosen_of(system, None)
+        }
+        Route::All | Route::Link(_) => None,
+    };
+    let slots = match (route, chosen) {
+        (_, Some((slot, peer))) => {
+            to.peer = Some(peer);
+            SlotSet::one(slot)
+        }
+        (Route::Target, None) => inner.router.route_own(frame, all, now),
+        (Route::System(system), None) => {
+            inner.router.links_of(system, now).first().map_or_else(SlotSet::default, |(slot, _)| SlotSet::one(*slot))
+        }
+        (Route::All, _) => all,
+        (Route::Link(id), _) => return (inner.find(id).map(|link| link.port.clone()).into_iter().collect(), to),
     };
     (slots.iter().filter_map(|slot| inner.link(slot)).map(|link| link.port.clone()).collect(), to)
 }

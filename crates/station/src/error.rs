@@ -61,6 +61,14 @@ pub enum StationError {
         "this confirmation was given out for another act, was used, or ran out; nothing was sent: ask again without one"
     )]
     BadConfirmation,
+    /// The station on board of a vehicle far away did not do it; nothing was sent to the autopilot.
+    #[error("the station on board of {name} did not do it: {why}")]
+    RemoteRefused {
+        /// Name of the vehicle.
+        name: String,
+        /// Why.
+        why: String,
+    },
     /// The station has been closed.
     #[error("the station is closed; connect again")]
     Closed,
@@ -86,6 +94,7 @@ impl StationError {
                 }),
             },
             Self::BadConfirmation,
+            Self::RemoteRefused { name: "plane7".into(), why: "the picture is too old".into() },
             Self::Closed,
         ];
         examples.extend(SigningError::examples().into_iter().map(Self::Signing));
@@ -114,11 +123,12 @@ mod tests {
             StationError::Control { .. } => 7,
             StationError::NeedsConfirmation { .. } => 8,
             StationError::BadConfirmation => 9,
+            StationError::RemoteRefused { .. } => 10,
         }
     }
 
     #[test]
     fn each_kind_has_an_example() {
-        assert_eq!(StationError::examples().iter().map(place).collect::<BTreeSet<_>>(), (0..=9).collect());
+        assert_eq!(StationError::examples().iter().map(place).collect::<BTreeSet<_>>(), (0..=10).collect());
     }
 }

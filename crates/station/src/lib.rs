@@ -22,6 +22,7 @@
 //! # }
 //! ```
 
+mod adoption;
 mod changes;
 mod config;
 mod confirm;
@@ -32,7 +33,9 @@ mod pending;
 mod queue;
 mod recording;
 mod records;
+mod remote;
 mod signing;
+mod spread;
 mod station;
 mod subscriptions;
 mod vehicle;
@@ -44,8 +47,10 @@ pub use control::{Control, GRACE, Held, Operator, OperatorId};
 pub use error::StationError;
 pub use pending::{Pending, Progress};
 pub use queue::{DropOldest, Taken};
-pub use recording::{RecordedEvent, RecordingSummary, Sender, summarize_recording};
+pub use recording::{MAX_FLIGHT_BYTES, RecordedEvent, RecordingSummary, Sender, recorded_flight, summarize_recording};
+pub use remote::{Carried, Remote};
 pub use signing::{KeyInfo, SigningChange, SigningError, SigningInfo};
+pub use spread::{Runs, rehearse_many};
 pub use station::{RequestResult, Station, VehicleHandle};
 pub use subscriptions::{Observed, Received};
 pub use vehicle::WeakVehicleHandle;

@@ -6,7 +6,9 @@ use std::collections::BTreeMap;
 use std::io::{self, Read};
 use std::time::Duration;
 
+use vencejo_flight::rehearsal::Learner;
 use vencejo_link::TlogReader;
+use vencejo_proto::dialect::MavMessage;
 use vencejo_proto::{Address, Message, MonoTime, SystemId, message_name};
 use vencejo_vehicle::{Output, RegistryOutput, VehicleConfig, VehicleEvent, Vehicles};
 
@@ -16,6 +18,9 @@ pub const MAX_MESSAGE_KINDS: usize = 1024;
 pub const MAX_EVENTS: usize = 20_000;
 /// Deadlines let pass between two frames, before time jumps.
 const MAX_STEPS: usize = 64;
+
+/// Largest recording that a flight is read from, bytes: some hours.
+pub const MAX_FLIGHT_BYTES: u64 = 256 * 1024 * 1024;
 
 /// What is in a recording.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -90,6 +95,48 @@ pub fn summarize_recording(source: impl Read) -> io::Result<RecordingSummary> {
     summary.duration = now.since(MonoTime::ZERO);
     summary.skipped_bytes = reader.skipped().total();
     Ok(summary)
+}
+
+/// The flight of a recording's first vehicle, or of the one with this number, to learn it from; the last one where the vehicle started anew
+/// between two.
+///
+/// # Errors
+/// When `source` cannot be read, and when it has more than [`MAX_FLIGHT_BYTES`].
+pub fn recorded_flight(source: impl Read, system: Option<SystemId>) -> io::Result<Learner> {
+    flight_within(MAX_FLIGHT_BYTES, source, system)
+}
+
+fn flight_within(most: u64, source: impl Read, system: Option<SystemId>) -> io::Result<Learner> {
+    let mut source = source.take(most + 1);
+    let flight = flight_in(&mut source, system)?;
+    if source.limit() == 0 {
+        let problem = format!("the recording has more than {most} bytes; cut out the flight that is to be read");
+        return Err(io::Error::other(problem));
+    }
+    Ok(flight)
+}
+
+fn flight_in(source: impl Read, system: Option<SystemId>) -> io::Result<Learner> {
+    let mut vehicles = Vehicles::new(Address::new(255, 0), VehicleConfig::default());
+    let mut flight = Learner::of_recording();
+    let (mut chosen, mut start_us) = (system, None);
+    for entry in TlogReader::new(source) {
+        let entry = entry?;
+        let Ok(message) = entry.frame.decode() else { continue };
+        let start_us = *start_us.get_or_insert(entry.unix_us);
+        let now = MonoTime::from_micros(entry.unix_us.saturating_sub(start_us));
+        vehicles.on_message(entry.frame.source(), &message, now);
+        while vehicles.poll_output().is_some() {}
+        let Message::Dialect(MavMessage::GLOBAL_POSITION_INT(_)) = &message else { continue };
+        let system = *chosen.get_or_insert(entry.frame.source().system);
+        if entry.frame.source().system != system {
+            continue;
+        }
+        if let Some(moment) = vehicles.get(system).and_then(|vehicle| vehicle.telemetry().recorded(now)) {
+            flight.note(moment);
+        }
+    }
+    Ok(flight)
 }
 
 /// Lets every deadline until `now` pass in its turn, so that a silence is noticed; a jump of the recording's clock cannot
@@ -185,6 +232,12 @@ mod tests {
             summary.events.iter().map(|event| event.kind).filter(|kind| kind.ends_with("armed")).collect();
         assert_eq!(kinds, ["disarmed", "armed", "disarmed"]);
         assert_eq!(summary.events_left_out, 0);
+    }
+
+    #[test]
+    fn a_source_without_an_end_is_no_flight() {
+        let error = flight_within(100_000, io::repeat(0), None).expect_err("endless");
+        assert!(error.to_string().contains("more than"), "{error}");
     }
 
     #[test]

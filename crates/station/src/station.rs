@@ -34,6 +34,7 @@ use crate::namesake::Namesake;
 use crate::pending::{Finisher, Pending};
 use crate::queue::DropOldest;
 use crate::records::{self, Records};
+use crate::remote::Adopted;
 use crate::signing::{SigningError, Vault};
 use crate::subscriptions::{Observed, Received, Subscriptions};
 
@@ -69,7 +70,7 @@ pub struct VehicleHandle {
 }
 
 pub(crate) struct Shared {
-    config: StationConfig,
+    pub(crate) config: StationConfig,
     runtime: Handle,
     hub: Hub,
     pub(crate) clock: Arc<dyn Clock>,
@@ -112,6 +113,8 @@ pub(crate) struct Core {
     waiting: Vec<Waiting>,
     next_waiting: u64,
     pub(crate) watchers: HashMap<SystemId, Watchers>,
+    /// Those that are far away.
+    pub(crate) adopted: HashMap<SystemId, Adopted>,
     /// Of those who watch all vehicles at once.
     subscriptions: Subscriptions,
     /// Another station with our address.
@@ -137,6 +140,8 @@ pub(crate) struct Watchers {
     pub(crate) sources: Sources,
     /// Whether it was told that another uses its id.
     is_contested: bool,
+    /// Whether it asks for the ground's altitude where nobody here knows it.
+    pub(crate) lacks_terrain: bool,
 }
 
 impl Station {
@@ -201,6 +206,7 @@ impl Station {
                 waiting: Vec::new(),
                 next_waiting: 0,
                 watchers: HashMap::new(),
+                adopted: HashMap::new(),
                 subscriptions: Subscriptions::default(),
                 namesake: Namesake::default(),
             }),
@@ -502,6 +508,11 @@ impl Shared {
         });
     }
 
+    /// Becomes true when the station is closed.
+    pub(crate) fn closing(&self) -> watch::Receiver<bool> {
+        self.closing.subscribe()
+    }
+
     pub(crate) fn runtime(&self) -> &Handle {
         &self.runtime
     }
@@ -531,7 +542,7 @@ impl Shared {
     }
 
     /// A frame from a link, in the task that read it.
-    fn on_frame(self: &Arc<Self>, origin: Origin, frame: &Frame, now: MonoTime) {
+    pub(crate) fn on_frame(self: &Arc<Self>, origin: Origin, frame: &Frame, now: MonoTime) {
         let link = origin.link;
         let Ok(message) = frame.decode() else {
             self.undecodable.fetch_add(1, Ordering::Relaxed);
@@ -575,6 +586,9 @@ impl Shared {
         message: &Message,
         now: MonoTime,
     ) -> bool {
+        if self.is_of_another(core, from.system) {
+            return false;
+        }
         let Some(autopilot) = core.vehicles.get(from.system).map(Vehicle::address) else { return true };
         let Some(watchers) = core.watchers.get_mut(&from.system) else { return true };
         let id = SourceId { link: origin.link.0, peer: origin.peer.0 };
@@ -666,6 +680,7 @@ impl Shared {
     }
 
     fn on_registry_event(self: &Arc<Self>, core: &mut Core, event: RegistryEvent) {
+        Self::forget_remote(core, event);
         match event {
             RegistryEvent::Appeared(address) => {
                 tracing::info!(vehicle = %address, "a vehicle is heard");
@@ -740,6 +755,8 @@ impl Shared {
                 }
             };
             match output {
+                // Nothing that we send gets there.
+                Output::Send(_) if core.adopted.contains_key(&system) => {}
                 Output::Send(message) => {
                     let version = core.watchers.get(&system).map_or(MavVersion::V2, |watchers| watchers.version);
                     let report = self.hub.send_message(&message, self.config.address, version, Route::Target);
@@ -834,6 +851,12 @@ impl Shared {
         guarded?;
         let version = core.watchers.get(&system).map(|watchers| watchers.version).unwrap_or_default();
         Ok(self.hub.send_message(message, self.config.address, version, Route::Target))
+    }
+
+    /// Sends a vehicle what it asked for itself, over its link alone.
+    pub(crate) fn answer(&self, system: SystemId, message: &Message) -> SendReport {
+        let version = self.core().watchers.get(&system).map(|watchers| watchers.version).unwrap_or_default();
+        self.hub.send_message(message, self.config.address, version, Route::System(system))
     }
 
     /// Looks at a vehicle's state machine; `None` when it is not known (any more).

@@ -4,13 +4,21 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, PoisonError, Weak};
 use std::time::Duration;
 
-use vencejo_flight::checks::{CheckContext, Finding, check_plan};
-use vencejo_flight::plan::{Mission, Plan, PlanKind};
+use vencejo_flight::checks::{CLEARANCE_M, CheckContext, Finding, Severity, check_plan, rehearse_and_check};
+use vencejo_flight::geodesy::{GeoPoint, direct};
+use vencejo_flight::landing::Wind;
+use vencejo_flight::plan::{Home, Mission, Plan, PlanKind};
 use vencejo_flight::progress::Trip;
+use vencejo_flight::rehearsal::{Air, Aircraft, Conditions, Doing, Ground, Learned, Rehearsal, Start};
 use vencejo_link::{LinkInfo, LinkStats, SendReport, SourceStats};
+use vencejo_proto::param::ParamName;
 use vencejo_proto::{Address, Message, MissionSeq, MonoTime, SystemId};
+use vencejo_vehicle::modes::ModeFamily;
 use vencejo_vehicle::telemetry::{Telemetry, Text};
-use vencejo_vehicle::{Danger, FlightParameters, FlightPreparation, MissionProgress, PlanState, Request, Vehicle};
+use vencejo_vehicle::{
+    Danger, FlightParameters, FlightPreparation, MissionProgress, PlanState, Request, TerrainBlock, Vehicle,
+    VehicleEvent,
+};
 
 use crate::changes::Changes;
 use crate::control::{Held, Operator};
@@ -59,14 +67,34 @@ impl VehicleHandle {
         self.station.shared.with_vehicle(self.system, known)
     }
 
+    /// The mission on board, with the fence and the rally points as far as they are known; `None` while the mission is not.
+    pub fn known_plan(&self) -> Option<Plan> {
+        let part = |kind| Plan::from_list(kind, self.plan_on_board(kind)?.1?.as_ref().clone()).ok();
+        let mission = part(PlanKind::Mission)?.mission;
+        let fence = part(PlanKind::Fence).unwrap_or_default().fence;
+        Some(Plan { mission, fence, rally: part(PlanKind::Rally).unwrap_or_default().rally })
+    }
+
     /// What is wrong or doubtful in a plan that this vehicle is to fly as it is now.
     pub fn check_plan(&self, plan: &Plan) -> Vec<Finding> {
         check_plan(plan, &self.check_context())
     }
 
-    /// The same before a plan is sent: it may wait on board until the plane flies, so it need not begin with a take-off.
+    /// The same before a plan is sent: it may wait on board until the plane flies, so it need not begin with a take-off. A plan that
+    /// seems sound is rehearsed too, where the plane's parameters were read: in the wind that it estimates, calm while it tells none.
+    /// That may take some tenths of a second.
     pub fn check_upload(&self, plan: &Plan) -> Vec<Finding> {
-        check_plan(plan, &CheckContext { on_ground: None, ..self.check_context() })
+        let context = CheckContext { on_ground: None, ..self.check_context() };
+        let mut found = check_plan(plan, &context);
+        let is_sound = found.iter().all(|finding| finding.severity != Severity::Error);
+        if is_sound && !context.can_hover && !plan.mission.items.is_empty() && self.knows_how_it_flies() {
+            let told = self.telemetry().0.wind.map(|wind| wind.value);
+            let wind = told.and_then(|wind| Some(Wind { from_deg: wind.from_deg?, speed_m_s: wind.speed_m_s? }));
+            let wind = wind.unwrap_or_default();
+            let flown = self.rehearse(plan, &self.flies_in(wind), None, CLEARANCE_M);
+            found.extend(flown.into_iter().flat_map(|(_, shown)| shown));
+        }
+        found
     }
 
     /// A mission as this vehicle would fly it, in calm air.
@@ -74,13 +102,133 @@ impl VehicleHandle {
         self.station.shared.with_vehicle(self.system, |vehicle| vehicle.trip(mission))
     }
 
-    fn check_context(&self) -> CheckContext {
+    /// What the checks know of this vehicle.
+    pub fn check_context(&self) -> CheckContext {
         self.station.shared.with_vehicle(self.system, Vehicle::check_context).unwrap_or_default()
     }
 
     /// What its parameters say of how it flies, as far as they were read.
     pub fn flight_parameters(&self) -> FlightParameters {
         self.station.shared.with_vehicle(self.system, Vehicle::flight_parameters).unwrap_or_default()
+    }
+
+    /// A plan as this plane would fly it as [`Self::flies_in`] tells, from the ground at its home, and what that shows to be wrong or doubtful; `None`
+    /// where no home is known. `clearance_m` is the height above the ground that it should keep, where that is known.
+    pub fn rehearse(
+        &self,
+        plan: &Plan,
+        (plane, air): &(Aircraft, Air),
+        ground: Option<&Ground<'_>>,
+        clearance_m: f64,
+    ) -> Option<(Rehearsal, Vec<Finding>)> {
+        let conditions = Conditions { home: self.home(), ground, ..Conditions::new(plane, *air) };
+        rehearse_and_check(plan, &conditions, clearance_m)
+    }
+
+    /// This plane, and a wind where it flies, for a rehearsal: with the parameters that were read of it, and what an ArduPlane comes
+    /// with for the others. Its battery is the one that it tells of; its power, of which no parameter says anything, that of its flight
+    /// as far as it was followed.
+    pub fn flies_in(&self, wind: Wind) -> (Aircraft, Air) {
+        let known = self.station.shared.with_vehicle(self.system, Vehicle::parameters).unwrap_or_default();
+        let get = |name: &str| ParamName::new(name).ok().and_then(|name| known.get(&name).copied());
+        let mut plane = Aircraft::from_ardupilot(get);
+        let (telemetry, _) = self.telemetry();
+        let battery = telemetry.batteries[0].map(|battery| battery.value);
+        let status = telemetry.sys_status.map(|status| status.value);
+        plane.battery = plane.battery.as_told(
+            battery.and_then(|battery| battery.voltage_v).or(status.and_then(|status| status.voltage_v)),
+            battery.and_then(|battery| battery.consumed_mah),
+            battery
+                .and_then(|battery| battery.remaining_pct)
+                .or(status.and_then(|status| status.battery_remaining_pct))
+                .map(|left_pct| left_pct / 100.0),
+        );
+        if let Some(Learned { airframe, .. }) =
+            self.learned_of(&plane).filter(|_| plane.airframe.power_cruise_w.is_none())
+        {
+            plane.airframe.power_cruise_w = airframe.power_cruise_w;
+            plane.airframe.power_exponent = airframe.power_exponent;
+            plane.airframe.voltage_v = airframe.voltage_v;
+        }
+        (plane, Air::of(wind, get))
+    }
+
+    /// What its flight teaches of it, as far as it was followed, and no longer than the last ten minutes in the air; `None` where that is
+    /// too little.
+    pub fn learned(&self) -> Option<Learned> {
+        self.learned_of(&self.flies_in(Wind::default()).0)
+    }
+
+    fn learned_of(&self, plane: &Aircraft) -> Option<Learned> {
+        // Learning takes milliseconds, in which nobody waits for the vehicle.
+        let learner = self.station.shared.with_vehicle(self.system, |vehicle| vehicle.learner().clone());
+        learner?.learned(plane)
+    }
+
+    /// Where it is and what it does now, for a rehearsal from here on; `None` on the ground, and where that is not known. Of an ArduPlane
+    /// any mode is, of others the one that follows the mission.
+    pub fn in_flight(&self) -> Option<Start> {
+        let (telemetry, _) = self.telemetry();
+        let mode = telemetry.mode()?;
+        if telemetry.is_on_ground() != Some(false) {
+            return None;
+        }
+        let position = telemetry.position?.value;
+        let (point, height_m) = (GeoPoint::new(position.lat_deg?, position.lon_deg?).ok()?, position.alt_rel_home_m?);
+        let current = self.progress().and_then(|progress| self.item_of_seq(progress.current?));
+        let current = current.map(|item| usize::from(item - 1));
+        // Where it flies to, as ArduPlane's controller has it: the centre of a circle too.
+        let target = || {
+            let nav = telemetry.nav?.value;
+            let to = direct(point, nav.target_bearing_deg?, nav.wp_distance_m?);
+            Some((to, height_m + nav.alt_error_m.unwrap_or(0.0)))
+        };
+        let doing = if mode.follows_mission() {
+            current?;
+            Doing::Mission
+        } else if mode.family == ModeFamily::ArduPlane {
+            match mode.custom_mode {
+                1 => Doing::Circling,
+                11 => Doing::Returning,
+                12 => target().map(|(around, height_m)| Doing::Loitering { around, height_m })?,
+                15 => target().map(|(to, height_m)| Doing::Guided { to, height_m })?,
+                // MANUAL, STABILIZE, TRAINING, ACRO, FBWA, FBWB, CRUISE and AUTOTUNE.
+                0 | 2..=8 => Doing::Piloted,
+                _ => return None,
+            }
+        } else {
+            return None;
+        };
+        Some(Start::Air {
+            point,
+            height_m,
+            heading_deg: position.heading_deg?,
+            airspeed_m_s: telemetry.hud?.value.airspeed_m_s?,
+            index: current.unwrap_or(0),
+            doing,
+        })
+    }
+
+    /// What a rehearsal from now on flies: [`Self::in_flight`] with the plan on board. A plane that follows no mission needs none: one that
+    /// is not known counts as empty. `None` as there, and where the mission that it follows is not known.
+    pub fn from_now(&self) -> Option<(Plan, Start)> {
+        let start = self.in_flight()?;
+        let follows = matches!(start, Start::Air { doing: Doing::Mission, .. });
+        let plan = self.known_plan().or_else(|| (!follows).then(Plan::default))?;
+        Some((plan, start))
+    }
+
+    /// Where its home is, as far as it told.
+    pub fn home(&self) -> Option<Home> {
+        self.check_context().home
+    }
+
+    /// Whether the parameters were read that a rehearsal rests on.
+    pub fn knows_how_it_flies(&self) -> bool {
+        let known = self.station.shared.with_vehicle(self.system, Vehicle::parameters).unwrap_or_default();
+        ["NAVL1_PERIOD", "TECS_TIME_CONST"]
+            .iter()
+            .all(|name| ParamName::new(name).is_ok_and(|name| known.contains_key(&name)))
     }
 
     /// What a flight needs first; see [`Request::PrepareFlight`].
@@ -102,13 +250,24 @@ impl VehicleHandle {
 
     /// The same, with the confirmation that the same request brought before.
     pub fn request_confirmed(&self, request: Request, confirmation: Option<&str>) -> Pending<RequestResult> {
+        let mut confirmed = None;
         if request.is_act() {
             let danger = |telemetry: &Telemetry, now| Danger::of_request(&request, telemetry, now);
             if let Err(error) = self.admit(danger, || format!("{request:?}"), confirmation) {
                 return Pending::ended(Err(error));
             }
+            if confirmation.is_some() {
+                let (telemetry, now) = self.telemetry();
+                confirmed = Danger::of_request(&request, &telemetry, now);
+            }
         }
-        self.station.shared.request(self.system, request)
+        match self.station.shared.remote(self.system) {
+            // A note goes nowhere: it is for those who look at it here.
+            Some(remote) if !matches!(request, Request::Note { .. }) => {
+                self.station.shared.carry(remote.request(request, confirmed, self.operator().name()))
+            }
+            _ => self.station.shared.request(self.system, request),
+        }
     }
 
     /// The same, for a program that confirms by naming what is dangerous: done when that is what it is.
@@ -154,8 +313,42 @@ impl VehicleHandle {
         confirmation: Option<&str>,
     ) -> Result<SendReport, StationError> {
         let danger = |telemetry: &Telemetry, now| Danger::of_message(message, self.system, telemetry, now);
+        if let Some(name) = self.remote_name() {
+            let why = "messages as they are do not go there; use a command of its own".to_owned();
+            return Err(StationError::RemoteRefused { name, why });
+        }
         self.admit(danger, || format!("{message:?}"), confirmation)?;
         self.station.shared.send(self.system, message, despite_mixed_plan)
+    }
+
+    /// Answers a block of terrain that the vehicle asked for, with heights above mean sea level in the order of
+    /// [`TerrainBlock::places`]; whether they are all known. It is nobody's act: the vehicle wants them, whoever has control. A
+    /// station that only listens says nothing.
+    pub fn answer_terrain(&self, block: &TerrainBlock, alt_amsl_m: impl IntoIterator<Item = Option<f64>>) -> bool {
+        let Some(answer) = block.answer(alt_amsl_m) else { return false };
+        let shared = &self.station.shared;
+        if shared.config.request_streams && !shared.answer(self.system, &answer).is_sent() {
+            tracing::debug!(vehicle = %self.system, "terrain was not sent: no link is open to the vehicle; it will ask again");
+        }
+        true
+    }
+
+    /// Whether it asks for the ground's altitude at places where no map here knows it.
+    pub fn lacks_terrain(&self) -> bool {
+        self.station.shared.core().watchers.get(&self.system).is_some_and(|watchers| watchers.lacks_terrain)
+    }
+
+    /// Whether all the terrain is known that it asked for last; those who watch it hear of a change.
+    pub fn tell_terrain(&self, is_known: bool) {
+        let mut core = self.station.shared.core();
+        let Some(watchers) = core.watchers.get_mut(&self.system) else { return };
+        if watchers.lacks_terrain != is_known {
+            return;
+        }
+        watchers.lacks_terrain = !is_known;
+        let event = if is_known { VehicleEvent::TerrainKnown } else { VehicleEvent::TerrainUnknown };
+        watchers.subscriptions.on_event(&Observed { event, at: self.station.now() });
+        watchers.changes.notify();
     }
 
     /// In whose name it acts.

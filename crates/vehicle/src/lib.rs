@@ -61,6 +61,7 @@
 //! | [`progress`] | where the vehicle stands in its mission |
 //! | [`signing`] | giving it a signing key and taking it away |
 //! | [`heartbeat`] | our own heartbeat; whose heartbeat makes a vehicle |
+//! | `terrain` | the ground's heights that it asks for |
 //! | [`transfer`] | plans, parameters and files, both ways |
 //! | [`registry`] | the vehicles of a link |
 
@@ -83,6 +84,7 @@ pub mod signing;
 mod sources;
 pub mod streams;
 pub mod telemetry;
+mod terrain;
 pub mod timesync;
 pub mod transfer;
 mod vehicle;
@@ -98,5 +100,6 @@ pub use refusal::{Refusal, remedies};
 pub use registry::{RegistryEvent, RegistryOutput, Vehicles};
 pub use request::{AltFrame, ModeChoice, Output, Reply, Request, RequestId, SpeedKind, Turn, VehicleEvent};
 pub use sources::{SourceId, Sources, Taken};
+pub use terrain::{TERRAIN_REQUEST, TerrainBlock, TerrainRequests};
 pub use transfer::{Param, ParamName, ParamType, ParamValue};
 pub use vehicle::{FlightParameters, Vehicle, VehicleConfig};

@@ -11,6 +11,7 @@ use vencejo_proto::{Address, MavVersion, Message, MonoTime, SystemId};
 use crate::error::VehicleError;
 use crate::heartbeat::is_autopilot;
 use crate::request::Output;
+use crate::streams::StreamConfig;
 use crate::telemetry::Group;
 use crate::vehicle::{Vehicle, VehicleConfig};
 
@@ -162,6 +163,17 @@ impl Vehicles {
     }
 
     fn welcome(&mut self, source: Address, now: MonoTime) {
+        if !self.make_room(now) {
+            return;
+        }
+        let mut config = self.config.clone();
+        // Sessions of two vehicles do not share numbers, so that a log tells them apart.
+        config.seed = config.seed.wrapping_add(u32::from(source.system.0) * 7);
+        self.insert(source, config, now);
+    }
+
+    /// Whether there is room for one more, if need be by dropping one that is lost.
+    fn make_room(&mut self, now: MonoTime) -> bool {
         if self.vehicles.len() >= MAX_VEHICLES {
             let lost = self.vehicles.iter().filter(|(_, vehicle)| !vehicle.is_heard(now));
             let Some((system, vehicle)) = lost.min_by_key(|(_, vehicle)| vehicle.heard_at()) else {
@@ -169,7 +181,7 @@ impl Vehicles {
                     self.is_full = true;
                     self.outputs.push_back(RegistryOutput::Event(RegistryEvent::Full));
                 }
-                return;
+                return false;
             };
             let (system, address) = (*system, vehicle.address());
             if let Some(mut vehicle) = self.vehicles.remove(&system) {
@@ -181,9 +193,26 @@ impl Vehicles {
             self.outputs.push_back(RegistryOutput::Event(RegistryEvent::Dropped(address)));
         }
         self.is_full = false;
-        let mut config = self.config.clone();
-        // Sessions of two vehicles do not share numbers, so that a log tells them apart.
-        config.seed = config.seed.wrapping_add(u32::from(source.system.0) * 7);
+        true
+    }
+
+    /// A vehicle that no link reaches: what it says is told to [`Self::on_message`], and nothing is asked of it. Whether there was
+    /// room.
+    pub fn host(&mut self, source: Address, now: MonoTime) -> bool {
+        if self.vehicles.contains_key(&source.system) || !self.make_room(now) {
+            return false;
+        }
+        let silent = VehicleConfig {
+            streams: StreamConfig::listen_only(),
+            reads_back: false,
+            keeps_records: false,
+            ..self.config.clone()
+        };
+        self.insert(source, silent, now);
+        true
+    }
+
+    fn insert(&mut self, source: Address, config: VehicleConfig, now: MonoTime) {
         self.vehicles.insert(source.system, Vehicle::new(source, self.our, config, now));
         touch(&mut self.touched, source.system);
         self.outputs.push_back(RegistryOutput::Event(RegistryEvent::Appeared(source)));

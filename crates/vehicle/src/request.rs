@@ -415,4 +415,8 @@ pub enum VehicleEvent {
     Contested,
     /// The other is not heard any more.
     Uncontested,
+    /// It asks for the ground's heights at places that no map here knows.
+    TerrainUnknown,
+    /// All the heights that it asked for are known again.
+    TerrainKnown,
 }

@@ -175,6 +175,18 @@ fn a_command_goes_over_one_link_and_changes_over_within_the_failover_time() {
 }
 
 #[test]
+fn a_message_without_a_target_goes_to_one_system_over_the_link_that_it_is_heard_on() {
+    let bench = Bench::new(&[false, false]);
+    let message = Message::Heartbeat(vencejo_proto::Heartbeat::default());
+    let send = |system| bench.hub.send_message(&message, US, MavVersion::V2, Route::System(SystemId(system))).accepted;
+    assert_eq!(send(1), 0, "never heard: nowhere");
+    bench.receive(1, &heartbeat(1, 1, 0));
+    bench.receive(0, &heartbeat(2, 1, 0));
+    assert_eq!((send(1), send(1), send(2)), (1, 1, 1));
+    assert_eq!(bench.given().iter().map(Vec::len).collect::<Vec<_>>(), [1, 2]);
+}
+
+#[test]
 fn each_link_has_its_own_frame_counter() {
     let bench = Bench::new(&[false, false]);
     let message = Message::Heartbeat(vencejo_proto::Heartbeat::default());

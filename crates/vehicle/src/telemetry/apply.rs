@@ -14,7 +14,8 @@ use super::valid::{Check, HEIGHT_M, PERCENT, SPEED_M_S, TEMPERATURE_C, VELOCITY_
 use super::{
     AirspeedSensor, Attitude, AutopilotVersion, Battery, Ekf, ExtendedState, FenceStatus, GitHash, Gps, GpsFix, Group,
     HeartbeatState, Home, Hud, Imu, LandedState, MAX_BATTERIES, MissionCurrent, MissionState, NavController, Position,
-    Pressure, Radio, RawImu, RcChannels, Sampled, ServoOutputs, SysStatus, SystemTime, Telemetry, Vibration, Wind,
+    Pressure, Radio, RawImu, RcChannels, Sampled, ServoOutputs, SysStatus, SystemTime, Telemetry, Terrain, Vibration,
+    Wind,
 };
 use crate::modes::{FlightMode, ModeFamily};
 
@@ -87,6 +88,7 @@ impl Telemetry {
                     heading_deg: check.direction_cdeg(m.hdg),
                 };
                 self.position = Some(sampled(value, now, check));
+                self.position_boot_ms = m.time_boot_ms;
                 Group::Position
             }
             MavMessage::VFR_HUD(m) => {
@@ -339,6 +341,20 @@ impl Telemetry {
                 let value = SystemTime { utc_us: utc_us(m.time_unix_usec, check), boot_ms: m.time_boot_ms };
                 self.system_time = Some(sampled(value, now, check));
                 Group::SystemTime
+            }
+            MavMessage::TERRAIN_REPORT(m) => {
+                // Without data the spacing is 0, and the heights are 0 or those of somewhere else (AP_Terrain::send_terrain_report);
+                // without a position it reports 0 m at 0/0.
+                let is_known = m.spacing != 0 && check.lat_lon(m.lat, m.lon).is_some();
+                let mut height = |raw: f32| is_known.then(|| check.float(raw, HEIGHT_M)).flatten();
+                let value = Terrain {
+                    ground_amsl_m: height(m.terrain_height),
+                    alt_terrain_m: height(m.current_height),
+                    pending: m.pending,
+                    loaded: m.loaded,
+                };
+                self.terrain = Some(sampled(value, now, check));
+                Group::Terrain
             }
             MavMessage::FENCE_STATUS(m) => {
                 let value = FenceStatus {

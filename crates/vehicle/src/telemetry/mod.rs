@@ -19,6 +19,9 @@ use std::time::Duration;
 
 use vencejo_proto::MonoTime;
 
+use vencejo_flight::guidance::NorthEast;
+use vencejo_flight::rehearsal::Recorded;
+
 use crate::modes::FlightMode;
 pub use vencejo_flight::plan::Home;
 
@@ -723,6 +726,19 @@ pub struct FenceStatus {
     pub breach_boot_ms: Option<u32>,
 }
 
+/// TERRAIN_REPORT: what the vehicle knows of the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Terrain {
+    /// Ground above mean sea level under the vehicle (or where TERRAIN_CHECK asked); `None` as long as it does not know it.
+    pub ground_amsl_m: Option<f64>,
+    /// Height of the vehicle above that ground.
+    pub alt_terrain_m: Option<f64>,
+    /// Blocks of 4 × 4 heights that it waits for.
+    pub pending: u16,
+    /// Blocks that it holds in memory.
+    pub loaded: u16,
+}
+
 /// A group of [`Telemetry`], named after what it holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[allow(missing_docs, reason = "the names are those of the fields of `Telemetry`")]
@@ -753,6 +769,7 @@ pub enum Group {
     Rc,
     SystemTime,
     Fence,
+    Terrain,
 }
 
 macro_rules! telemetry {
@@ -769,6 +786,8 @@ macro_rules! telemetry {
             pub invalid_values: u64,
             /// Messages so far that have a group here.
             pub messages: u64,
+            /// When the newest position was, by the vehicle's own clock: ms since its boot.
+            pub position_boot_ms: u32,
         }
 
         impl Telemetry {
@@ -835,6 +854,8 @@ telemetry! {
     system_time: SystemTime,
     /// FENCE_STATUS.
     fence: FenceStatus,
+    /// TERRAIN_REPORT.
+    terrain: Terrain,
 }
 
 impl Telemetry {
@@ -842,6 +863,34 @@ impl Telemetry {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// The moment that a position has just told, for learning the plane from its flight; `None` while attitude or airspeed are not known
+    /// now.
+    #[must_use]
+    pub fn recorded(&self, now: MonoTime) -> Option<Recorded> {
+        const SAME: Duration = Duration::from_secs(1);
+        fn fresh<T: Copy>(sampled: Option<&Sampled<T>>, now: MonoTime) -> Option<T> {
+            sampled.filter(|sampled| now.since(sampled.at) <= SAME).map(|sampled| sampled.value)
+        }
+        let position = fresh(self.position.as_ref(), now)?;
+        let attitude = fresh(self.attitude.as_ref(), now)?;
+        let hud = fresh(self.hud.as_ref(), now)?;
+        let battery = fresh(self.sys_status.as_ref(), now);
+        Some(Recorded {
+            // Of the vehicle's clock: a link holds messages back and brings them in bursts.
+            time_s: f64::from(self.position_boot_ms) / 1e3,
+            velocity: NorthEast::new(position.velocity_north_m_s?, position.velocity_east_m_s?),
+            climb_m_s: -position.velocity_down_m_s?,
+            height_amsl_m: position.alt_amsl_m?,
+            height_m: position.alt_rel_home_m?,
+            airspeed_m_s: hud.airspeed_m_s?,
+            bank_rad: attitude.roll_rad?,
+            pitch_rad: attitude.pitch_rad?,
+            throttle: hud.throttle_pct? / 100.0,
+            power_w: battery.and_then(|battery| Some(battery.voltage_v? * battery.current_a?)),
+            voltage_v: battery.and_then(|battery| battery.voltage_v),
+        })
     }
 
     /// Whether the newest heartbeat says armed; `None` before the first.

@@ -360,3 +360,43 @@ fn a_snapshot_needs_no_heap() {
     });
     assert!(frame.decode().is_ok());
 }
+
+#[test]
+fn a_terrain_report_has_heights_only_where_the_vehicle_knows_them() {
+    let report = |lat, lon, spacing| {
+        let report = TERRAIN_REPORT_DATA {
+            lat,
+            lon,
+            terrain_height: 612.5,
+            current_height: 90.25,
+            spacing,
+            pending: 4,
+            loaded: 52,
+        };
+        let value = apply(MavMessage::TERRAIN_REPORT(report)).terrain.expect("a report").value;
+        assert_eq!((value.pending, value.loaded), (4, 52));
+        (value.ground_amsl_m, value.alt_terrain_m)
+    };
+    assert_eq!(report(403_332_000, -37_978_000, 100), (Some(612.5), Some(90.25)));
+    assert_eq!(report(403_332_000, -37_978_000, 0), (None, None), "no data there");
+    assert_eq!(report(0, 0, 100), (None, None), "no position yet");
+}
+
+#[test]
+fn a_flight_is_learned_by_the_vehicles_clock() {
+    let mut telemetry = Telemetry::new();
+    let mut hear = |message: MavMessage, now_ms: u64| {
+        let now = MonoTime::from_micros(now_ms * 1_000);
+        telemetry.apply(&Message::Dialect(message), now);
+        telemetry.recorded(now).map(|moment| moment.time_s)
+    };
+    hear(MavMessage::ATTITUDE(ATTITUDE_DATA::default()), 0);
+    hear(MavMessage::VFR_HUD(VFR_HUD_DATA::default()), 0);
+    let mut at = |time_boot_ms: u32, now_ms: u64| {
+        hear(MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA { time_boot_ms, ..Default::default() }), now_ms)
+    };
+    // A radio that held two back brings three at once.
+    let told: Vec<Option<f64>> =
+        [(7_000, 10), (7_200, 600), (7_400, 601), (7_600, 602)].map(|(boot, now)| at(boot, now)).into();
+    assert_eq!(told, [Some(7.0), Some(7.2), Some(7.4), Some(7.6)]);
+}

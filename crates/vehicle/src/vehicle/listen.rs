@@ -49,6 +49,11 @@ impl Vehicle {
                     Group::Home => self.on_home(),
                     Group::Version => self.on_version(now),
                     Group::Nav => self.on_nav(now),
+                    Group::Position => {
+                        if let Some(moment) = self.telemetry.recorded(now) {
+                            self.learner.note(moment);
+                        }
+                    }
                     _ => {}
                 }
             }

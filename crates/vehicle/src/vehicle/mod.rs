@@ -34,7 +34,7 @@ mod tell;
 mod tests;
 mod transfers;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -42,6 +42,8 @@ use vencejo_flight::checks::CheckContext;
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::plan::{Home, Mission, PlanKind};
 use vencejo_flight::progress::{ProgressOptions, Trip, trip};
+use vencejo_flight::rehearsal::Learner;
+use vencejo_proto::param::ParamName;
 use vencejo_proto::{Address, MavVersion, MonoTime};
 
 use crate::command::{CommandConfig, Commands};
@@ -149,6 +151,10 @@ pub struct Vehicle {
     copies: [Option<Arc<Mission>>; 3],
     mission_ids: [Option<u32>; 3],
     flight_parameters: FlightParameters,
+    /// What it flew of late, to learn the plane from.
+    learner: Learner,
+    /// Every parameter that was read or set, by name.
+    parameters: Arc<BTreeMap<ParamName, f64>>,
     /// What its other parameters say of what it can, as far as they were heard.
     limits: CheckContext,
     ops: Vec<Op>,
@@ -188,6 +194,8 @@ impl Vehicle {
             copies: Default::default(),
             mission_ids: [None; 3],
             flight_parameters: FlightParameters::default(),
+            learner: Learner::default(),
+            parameters: Arc::default(),
             limits: CheckContext::default(),
             ops: Vec::new(),
             transfer: None,
@@ -282,6 +290,19 @@ impl Vehicle {
     #[must_use]
     pub fn flight_parameters(&self) -> FlightParameters {
         self.flight_parameters
+    }
+
+    /// The last ten minutes of its flight, as far as it was followed, to learn the plane from. Learning takes milliseconds: copy it first
+    /// where others wait for the vehicle.
+    #[must_use]
+    pub fn learner(&self) -> &Learner {
+        &self.learner
+    }
+
+    /// Its parameters as far as they were read or set since it is heard, by name.
+    #[must_use]
+    pub fn parameters(&self) -> Arc<BTreeMap<ParamName, f64>> {
+        Arc::clone(&self.parameters)
     }
 
     /// When anything of its autopilot was heard last.

@@ -92,6 +92,7 @@ impl Vehicle {
         }
         self.on_board.verified = None;
         self.flight_parameters = FlightParameters::default();
+        self.parameters = Arc::default();
         self.on_records(stored, now);
     }
 

@@ -186,6 +186,7 @@ impl Vehicle {
 
     /// Parameters that our own reckoning needs.
     pub(super) fn learn(&mut self, param: &Param) {
+        Arc::make_mut(&mut self.parameters).insert(param.name, param.value.as_f64());
         let value = param.value.as_f64().abs();
         match param.name.as_str() {
             "WP_LOITER_RAD" if value >= 1.0 => self.flight_parameters.loiter_radius_m = Some(value),

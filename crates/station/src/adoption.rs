@@ -1,0 +1,202 @@
+//! Taking on vehicles far away: what they say comes in message by message, what is asked of them goes out whole.
+
+use std::sync::Arc;
+
+use vencejo_proto::{Address, ComponentId, Message, MonoTime, SystemId};
+use vencejo_vehicle::VehicleError;
+use vencejo_vehicle::registry::RegistryEvent;
+
+use crate::error::StationError;
+use crate::pending::Pending;
+use crate::remote::{Adopted, Carried, Remote};
+use crate::station::{Core, RequestResult, Shared, Station, VehicleHandle};
+
+impl Station {
+    /// Takes on a vehicle far away, whose autopilot has this component id. It gets the highest system id that no vehicle has here, whatever
+    /// its own is: many have the same, and one at a link shall not lose its own to it.
+    /// `None`: as many vehicles are followed as can be, or the station is closed.
+    pub fn adopt(&self, name: &str, autopilot: ComponentId, remote: Arc<dyn Remote>) -> Option<SystemId> {
+        let now = self.now();
+        let mut core = self.shared.core();
+        if self.is_closed() {
+            return None;
+        }
+        let ours = self.shared.our_address().system;
+        let is_free = |system: &SystemId| *system != ours && core.vehicles.get(*system).is_none();
+        let system = (1..=254).rev().map(SystemId).find(is_free)?;
+        if !core.vehicles.host(Address { system, component: autopilot }, now) {
+            return None;
+        }
+        let adopted = Adopted { name: name.into(), remote, said_at: MonoTime::ZERO, is_contested: false };
+        core.adopted.insert(system, adopted);
+        self.shared.settle(&mut core, now);
+        Some(system)
+    }
+
+    /// A vehicle far away said these, at these moments. `false`: it is not known any more; adopt it again.
+    pub fn on_remote(&self, system: SystemId, said: &[(Message, MonoTime)]) -> bool {
+        let now = self.now();
+        let mut core = self.shared.core();
+        let Some(adopted) = core.adopted.get_mut(&system) else { return false };
+        // A vehicle's time does not go back, whatever the network does.
+        let (began, last) = (adopted.said_at, said.iter().map(|(_, at)| *at).max());
+        adopted.said_at = began.max(last.unwrap_or(began));
+        let Some(address) = core.vehicles.get(system).map(vencejo_vehicle::Vehicle::address) else { return false };
+        for (message, at) in said {
+            core.vehicles.on_message(address, message, (*at).clamp(began, now.max(began)));
+        }
+        if let Some(watchers) = core.watchers.get(&system) {
+            watchers.changes.notify();
+        }
+        self.shared.settle(&mut core, now);
+        true
+    }
+}
+
+impl VehicleHandle {
+    /// Its name, if it is far away: no link of this station reaches it, another station does, on board.
+    pub fn remote_name(&self) -> Option<String> {
+        self.station.shared.core().adopted.get(&self.system).map(|adopted| adopted.name.to_string())
+    }
+}
+
+impl Shared {
+    /// What carries requests to a vehicle, if it is far away.
+    pub(crate) fn remote(&self, system: SystemId) -> Option<Arc<dyn Remote>> {
+        self.core().adopted.get(&system).map(|adopted| adopted.remote.clone())
+    }
+
+    /// Starts a request to a vehicle far away.
+    pub(crate) fn carry(self: &Arc<Self>, carried: Carried) -> Pending<RequestResult> {
+        let (cancel, mut cancelled) = tokio::sync::watch::channel(false);
+        let (finisher, pending) = Pending::new(move || {
+            cancel.send_replace(true);
+        });
+        let mut closing = self.closing();
+        self.runtime().spawn(async move {
+            let end = tokio::select! {
+                end = carried => end,
+                // An error means that nobody can cancel it any more, which ends nothing.
+                Ok(_) = cancelled.wait_for(|cancelled| *cancelled) => Err(VehicleError::Cancelled.into()),
+                _ = closing.wait_for(|closing| *closing) => Err(StationError::Closed),
+            };
+            finisher.finish(end);
+        });
+        pending
+    }
+
+    /// Whether a link brought something of another vehicle that has the system id of one far away: it is not followed.
+    pub(crate) fn is_of_another(&self, core: &mut Core, system: SystemId) -> bool {
+        let Some(adopted) = core.adopted.get_mut(&system) else { return false };
+        if !adopted.is_contested {
+            adopted.is_contested = true;
+            tracing::warn!(vehicle = %system, far = %adopted.name, "a link brings another vehicle with the system id that one far away has here: it is not followed; give it another id");
+        }
+        true
+    }
+
+    /// A vehicle made room for another.
+    pub(crate) fn forget_remote(core: &mut Core, event: RegistryEvent) {
+        if let RegistryEvent::Dropped(address) = event {
+            core.adopted.remove(&address.system);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Mutex, PoisonError};
+
+    use tokio::runtime::Handle;
+    use vencejo_link::{LinkId, Origin, PeerId};
+    use vencejo_proto::{Header, Heartbeat, MavVersion};
+    use vencejo_vehicle::{Danger, Reply, Request};
+
+    use super::*;
+    use crate::StationConfig;
+
+    /// Carries everything but a landing, for which it waits for ever.
+    #[derive(Default)]
+    struct Far(Mutex<Vec<(Request, Option<Danger>, String)>>);
+
+    impl Remote for Far {
+        fn request(self: Arc<Self>, request: Request, confirmed: Option<Danger>, operator: String) -> Carried {
+            let is_endless = request == Request::Land;
+            self.0.lock().unwrap_or_else(PoisonError::into_inner).push((request, confirmed, operator));
+            Box::pin(async move { if is_endless { std::future::pending().await } else { Ok(Reply::Done) } })
+        }
+    }
+
+    fn heartbeat(custom_mode: u32) -> Message {
+        Message::Heartbeat(Heartbeat { mav_type: 1, autopilot: 3, custom_mode, ..Heartbeat::default() })
+    }
+
+    fn station() -> Station {
+        let config = StationConfig { operator: "Ana".into(), ..StationConfig::default() };
+        Station::start(config, Handle::current()).expect("a station starts")
+    }
+
+    fn hear(station: &Station, system: SystemId) {
+        let header =
+            Header { sequence: 0, source: Address { system, component: ComponentId(1) }, version: MavVersion::V2 };
+        let origin = Origin { link: LinkId(0), peer: PeerId(0) };
+        station.shared.on_frame(origin, &heartbeat(10).encode(header), station.now());
+    }
+
+    #[tokio::test]
+    async fn what_is_said_is_seen_and_what_is_asked_is_carried() {
+        let (station, far) = (station(), Arc::new(Far::default()));
+        let system = station.adopt("plane7", ComponentId(1), far.clone()).expect("there is room");
+        let plane = station.vehicle(system).expect("adopted");
+        assert_eq!((system, plane.remote_name().as_deref()), (SystemId(254), Some("plane7")));
+        assert!(station.on_remote(system, &[(heartbeat(5), station.now())]));
+        assert_eq!(plane.telemetry().0.mode().map(|mode| mode.to_string()), Some("FBWA".into()));
+        assert_eq!(plane.request(Request::ReturnToLaunch).wait().await, Some(Ok(Reply::Done)));
+
+        let forced = plane.request(Request::Disarm { force: true });
+        let Some(Err(StationError::NeedsConfirmation { challenge })) = forced.end() else { panic!("{forced:?}") };
+        let confirmed = plane.request_confirmed(Request::Disarm { force: true }, Some(&challenge.id));
+        assert_eq!(confirmed.wait().await, Some(Ok(Reply::Done)));
+        let carried = far.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let ana = || "Ana".to_owned();
+        let forced = (Request::Disarm { force: true }, Some(Danger::ForceDisarm), ana());
+        assert_eq!(carried, [(Request::ReturnToLaunch, None, ana()), forced]);
+        let raw = plane.send(&heartbeat(0), false, None);
+        assert!(matches!(raw, Err(StationError::RemoteRefused { .. })), "{raw:?}");
+        assert_eq!(plane.is_reached(), None, "nothing of ours goes there, so nothing tells");
+        station.close().await;
+    }
+
+    #[tokio::test]
+    async fn a_vehicle_at_a_link_is_never_mixed_with_one_far_away() {
+        let station = station();
+        hear(&station, SystemId(254));
+        let far = Arc::new(Far::default());
+        let system = station.adopt("plane7", ComponentId(1), far.clone()).expect("there is room");
+        assert_eq!(system, SystemId(253), "the highest that is free");
+        station.on_remote(system, &[(heartbeat(5), station.now())]);
+        hear(&station, SystemId(253));
+        let plane = station.vehicle(system).expect("adopted");
+        assert_eq!(
+            plane.telemetry().0.mode().map(|mode| mode.to_string()),
+            Some("FBWA".into()),
+            "it is not that of the other"
+        );
+        assert!(station.vehicle(SystemId(254)).is_some_and(|near| near.remote_name().is_none()));
+        station.close().await;
+    }
+
+    #[tokio::test]
+    async fn a_request_that_is_carried_ends_when_it_is_cancelled_or_the_station_closes() {
+        let station = station();
+        let system = station.adopt("plane7", ComponentId(1), Arc::new(Far::default())).expect("there is room");
+        let plane = station.vehicle(system).expect("adopted");
+        let given_up = plane.request(Request::Land);
+        given_up.cancel();
+        assert_eq!(given_up.wait().await, Some(Err(VehicleError::Cancelled.into())));
+        let closed = plane.request(Request::Land);
+        station.close().await;
+        assert_eq!(closed.wait().await, Some(Err(StationError::Closed)));
+        assert_eq!(station.adopt("plane8", ComponentId(1), Arc::new(Far::default())), None);
+    }
+}

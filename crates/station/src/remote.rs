@@ -1,0 +1,29 @@
+//! Vehicles far away: no link of ours reaches them, another station does, on board. What carries requests to one.
+
+use std::future::Future;
+use std::pin::Pin;
+use std::sync::Arc;
+
+use vencejo_proto::MonoTime;
+use vencejo_vehicle::{Danger, Reply, Request};
+
+use crate::error::StationError;
+
+/// A request on its way to a vehicle far away.
+pub type Carried = Pin<Box<dyn Future<Output = Result<Reply, StationError>> + Send>>;
+
+/// What carries requests to one vehicle far away.
+pub trait Remote: Send + Sync {
+    /// Carries a request there, in the name of `operator`, with the danger that a person has confirmed; ends with what became of it.
+    fn request(self: Arc<Self>, request: Request, confirmed: Option<Danger>, operator: String) -> Carried;
+}
+
+/// A vehicle far away, as the station has it.
+pub(crate) struct Adopted {
+    pub(crate) name: Arc<str>,
+    pub(crate) remote: Arc<dyn Remote>,
+    /// The latest moment at which it said something.
+    pub(crate) said_at: MonoTime,
+    /// Whether it was told that a link brings another vehicle with its id.
+    pub(crate) is_contested: bool,
+}

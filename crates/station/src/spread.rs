@@ -1,0 +1,99 @@
+//! Many rehearsals at once, on all processors.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use vencejo_flight::plan::Plan;
+use vencejo_flight::rehearsal::{Conditions, Doubts, Rehearsal, Run, Spread, fly_once, gather};
+
+/// How many flights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Runs {
+    /// Flights.
+    pub count: usize,
+    /// Which winds and planes; the same seed gives the same answer.
+    pub seed: u64,
+    /// Processors that are left to others.
+    pub spared: usize,
+}
+
+/// Flies a plan as often as `runs` says beside the expected flight, in winds and with planes that are not quite those expected. `None`
+/// as [`fly_once`], and once `is_wanted` says no: it is asked before each flight.
+pub fn rehearse_many(
+    plan: &Plan,
+    conditions: &Conditions<'_>,
+    doubts: &Doubts,
+    expected: Rehearsal,
+    runs: &Runs,
+    is_wanted: &(dyn Fn() -> bool + Sync),
+) -> Option<Spread> {
+    let flown = on_processors(runs, is_wanted, |run| {
+        fly_once(plan, conditions, doubts, &expected, runs.seed.wrapping_add(run as u64))
+    });
+    (flown.len() == runs.count).then(|| gather(expected, &flown))
+}
+
+/// Does it for each number below the count, a number at a time on each processor; in the order of the numbers.
+fn on_processors(
+    &Runs { count, spared, .. }: &Runs,
+    is_wanted: &(dyn Fn() -> bool + Sync),
+    one: impl Fn(usize) -> Option<Run> + Sync,
+) -> Vec<Run> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut done = Vec::new();
+        loop {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            if number >= count || !is_wanted() {
+                return done;
+            }
+            done.extend(one(number).map(|run| (number, run)));
+        }
+    };
+    let processors =
+        std::thread::available_parallelism().map_or(1, std::num::NonZero::get).saturating_sub(spared).max(1);
+    let mut done = std::thread::scope(|scope| {
+        let others: Vec<_> = (1..processors.min(count)).map(|_| scope.spawn(work)).collect();
+        let mut done = work();
+        for other in others {
+            done.extend(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        }
+        done
+    });
+    done.sort_by_key(|(number, _)| *number);
+    done.into_iter().map(|(_, run)| run).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use vencejo_flight::plan::{Home, Mission, MissionItem};
+    use vencejo_flight::rehearsal::{Air, Aircraft, rehearse};
+
+    use super::*;
+
+    #[test]
+    fn a_question_that_is_taken_back_is_not_flown_to_its_end() {
+        let home = Home { lat_deg: 40.0, lon_deg: -3.0, alt_amsl_m: 600.0 };
+        let items = vec![MissionItem::takeoff(40.0, -3.0, 40.0, 12.0), MissionItem::waypoint(40.01, -3.0, 60.0)];
+        let plan = Plan::from_mission(Mission { home: Some(home), items });
+        let plane = Aircraft::default();
+        let conditions = Conditions::new(&plane, Air::default());
+        let expected = rehearse(&plan, &conditions).unwrap();
+        let asked = AtomicUsize::new(0);
+        let all = |most: usize| {
+            asked.store(0, Ordering::Relaxed);
+            let is_wanted = || asked.fetch_add(1, Ordering::Relaxed) < most;
+            rehearse_many(
+                &plan,
+                &conditions,
+                &Doubts::default(),
+                expected.clone(),
+                &Runs { count: 6, seed: 3, spared: 0 },
+                &is_wanted,
+            )
+        };
+        assert_eq!(all(3), None);
+        assert!(asked.load(Ordering::Relaxed) < 6 + 3);
+        let spread = all(usize::MAX).unwrap();
+        assert_eq!((spread.runs, Some(spread)), (6, all(usize::MAX)));
+    }
+}
