@@ -1,9 +1,11 @@
 //! From the core's values to those of the API and back. Nothing is decided here but what the core's types demand.
 
 use vencejo_flight::FlightError;
-use vencejo_flight::formats::ParamEntry;
+use vencejo_flight::approaches::{Alternative, Flown};
+use vencejo_flight::checks::{Finding, Fix};
+use vencejo_flight::formats::{ParamEntry, PlanFormat};
 use vencejo_flight::geodesy::GeoPoint;
-use vencejo_flight::landing::{Landing, LandingCaution, LandingDirection, LandingOptions, Wind};
+use vencejo_flight::landing::{Landing, LandingCaution, LandingOptions};
 use vencejo_flight::plan::{self as core, Command, MavFrame, MissionItem};
 use vencejo_link::{self as link, LinkStats};
 use vencejo_proto::{Frame, MonoTime, decode_fields, message_name};
@@ -110,11 +112,13 @@ pub(crate) fn vehicle_summary(vehicle: &VehicleHandle) -> dto::VehicleSummary {
             .as_ref()
             .and_then(|link| link.age_s)
             .or_else(|| heartbeat.map(|heartbeat| heartbeat.age(now).as_secs_f64())),
+        remote_name: vehicle.remote_name(),
         link: link.as_ref().map(|link| link.id),
         loss_pct: link.as_ref().and_then(|link| link.loss_pct),
         round_trip_ms: link.as_ref().and_then(|link| link.round_trip_ms),
         is_reached: vehicle.is_reached(),
         rival: vehicle.rival(),
+        lacks_terrain: vehicle.lacks_terrain(),
         flight_parameters: flight_parameters(vehicle.flight_parameters()),
     }
 }
@@ -255,22 +259,46 @@ pub(crate) fn texts(vehicle: &VehicleHandle) -> Vec<dto::Text> {
     texts.map(|text| dto::Text { time_s: seconds(text.at), severity: text.severity.0, text: text.text }).collect()
 }
 
-/// What a landing is designed from; what is not given is the core's default.
-pub(crate) fn landing_options(asked: &dto::LandingRequest) -> Result<LandingOptions, FlightError> {
-    let usual = LandingOptions::default();
-    let point = |place: dto::LatLon| GeoPoint::new(place.lat_deg, place.lon_deg);
+/// What a landing is designed from; what is not given is as `usual`.
+pub(crate) fn landing_options(
+    asked: &dto::LandingRequest,
+    usual: LandingOptions,
+) -> Result<LandingOptions, FlightError> {
     Ok(LandingOptions {
         course_deg: asked.course_deg,
         coming_from: asked.coming_from.map(point).transpose()?,
-        wind: asked.wind.map(|wind| Wind { from_deg: wind.from_deg, speed_m_s: wind.speed_m_s }),
+        wind: asked.wind,
         ground_rel_home_m: asked.ground_rel_home_m,
         airspeed_m_s: asked.airspeed_m_s.unwrap_or(usual.airspeed_m_s),
         slope: asked.slope.unwrap_or(usual.slope),
         final_height_m: asked.final_height_m.unwrap_or(usual.final_height_m),
         radius_m: asked.radius_m.unwrap_or(usual.radius_m),
-        is_clockwise: asked.is_clockwise,
-        has_land_start: asked.has_land_start,
+        is_clockwise: asked.is_clockwise.unwrap_or(usual.is_clockwise),
+        has_land_start: asked.has_land_start.unwrap_or(usual.has_land_start),
     })
+}
+
+pub(crate) fn point(place: dto::LatLon) -> Result<GeoPoint, FlightError> {
+    GeoPoint::new(place.lat_deg, place.lon_deg)
+}
+
+pub(crate) fn landing_alternative(one: &Alternative) -> dto::LandingAlternative {
+    let Flown { ending, touch_down_m, rest_m, duration_s } = one.flown;
+    dto::LandingAlternative {
+        landing: landing(&one.landing),
+        is_clockwise: one.is_clockwise,
+        crosswind_m_s: one.crosswind_m_s,
+        ending,
+        touch_down_m,
+        rest_m,
+        duration_s,
+        verdict: one.verdict,
+        reasons: one
+            .reasons
+            .iter()
+            .map(|reason| dto::LandingReasonText { message: reason.to_string(), reason: *reason })
+            .collect(),
+    }
 }
 
 pub(crate) fn landing(landing: &Landing) -> dto::Landing {
@@ -281,11 +309,7 @@ pub(crate) fn landing(landing: &Landing) -> dto::Landing {
     dto::Landing {
         items: landing.items.iter().map(item).collect(),
         course_deg: landing.course_deg,
-        direction: match landing.direction {
-            LandingDirection::Course => dto::LandingDirection::Course,
-            LandingDirection::ComingFrom => dto::LandingDirection::ComingFrom,
-            LandingDirection::IntoWind => dto::LandingDirection::IntoWind,
-        },
+        direction: landing.direction,
         leaves: dto::LatLon { lat_deg: landing.leaves.lat_deg(), lon_deg: landing.leaves.lon_deg() },
         leaves_alt_rel_home_m: landing.leaves_alt_rel_home_m,
         final_m: landing.final_m,
@@ -297,13 +321,45 @@ pub(crate) fn landing(landing: &Landing) -> dto::Landing {
     }
 }
 
-fn item(item: &MissionItem) -> dto::PlanItem {
+pub(crate) fn finding_fix(finding: Finding, fix: Fix) -> dto::FindingFix {
+    dto::FindingFix {
+        finding,
+        message: fix.message(),
+        first_item: fix.first + 1,
+        count: fix.count,
+        items: fix.items.iter().map(item).collect(),
+        kind: fix.kind,
+    }
+}
+
+pub(crate) fn item(item: &MissionItem) -> dto::PlanItem {
     dto::PlanItem {
         command: item.command.0,
         name: item.command.to_string(),
         frame: item.frame.number(),
         params: item.params,
         autocontinue: item.autocontinue,
+    }
+}
+
+pub(crate) fn core_item(item: &dto::PlanItem) -> MissionItem {
+    MissionItem {
+        command: Command(item.command),
+        frame: MavFrame::from(item.frame),
+        params: item.params,
+        autocontinue: item.autocontinue,
+    }
+}
+
+pub(crate) fn plan_format(format: dto::PlanFormat) -> PlanFormat {
+    match format {
+        dto::PlanFormat::Plan => PlanFormat::QgcPlan,
+        dto::PlanFormat::Waypoints => PlanFormat::Waypoints,
+        dto::PlanFormat::Kml => PlanFormat::Kml,
+        dto::PlanFormat::Kmz => PlanFormat::Kmz,
+        dto::PlanFormat::Geojson => PlanFormat::GeoJson,
+        dto::PlanFormat::Gpx => PlanFormat::Gpx,
+        dto::PlanFormat::Csv => PlanFormat::Csv,
     }
 }
 
@@ -322,11 +378,7 @@ pub(crate) fn plan(plan: &core::Plan) -> dto::Plan {
     };
     dto::Plan {
         items: plan.mission.items.iter().map(item).collect(),
-        home: plan.mission.home.map(|home| dto::Home {
-            lat_deg: home.lat_deg,
-            lon_deg: home.lon_deg,
-            alt_amsl_m: home.alt_amsl_m,
-        }),
+        home: plan.mission.home,
         fence: dto::Fence {
             zones: plan.fence.zones.iter().map(zone).collect(),
             return_point: plan.fence.return_point.map(|(point, alt_rel_home_m)| dto::ReturnPoint {
@@ -346,11 +398,8 @@ pub(crate) fn plan(plan: &core::Plan) -> dto::Plan {
                 frame: rally.frame.number(),
             })
             .collect(),
+        complex_items: Vec::new(),
     }
-}
-
-pub(crate) fn core_home(home: dto::Home) -> core::Home {
-    core::Home { lat_deg: home.lat_deg, lon_deg: home.lon_deg, alt_amsl_m: home.alt_amsl_m }
 }
 
 /// A plan as a client wrote it.
@@ -370,6 +419,7 @@ pub(crate) fn core_plan(plan: &dto::Plan) -> Result<core::Plan, FlightError> {
             problem: format!("the plan has {count} items; at most {} are taken, so split it", core::MAX_ITEMS),
         });
     }
+    plan.home.map_or(Ok(()), |home| home.point().map(drop))?;
     let point = |place: &dto::LatLon| GeoPoint::new(place.lat_deg, place.lon_deg);
     let zone = |(index, zone): (usize, &dto::FenceZone)| {
         let shape = match (zone.shape, zone.radius_m, zone.points.as_slice()) {
@@ -403,19 +453,7 @@ pub(crate) fn core_plan(plan: &dto::Plan) -> Result<core::Plan, FlightError> {
         .return_point
         .map(|place| Ok::<_, FlightError>((GeoPoint::new(place.lat_deg, place.lon_deg)?, place.alt_rel_home_m)));
     Ok(core::Plan {
-        mission: core::Mission {
-            home: plan.home.map(core_home),
-            items: plan
-                .items
-                .iter()
-                .map(|item| MissionItem {
-                    command: Command(item.command),
-                    frame: MavFrame::from(item.frame),
-                    params: item.params,
-                    autocontinue: item.autocontinue,
-                })
-                .collect(),
-        },
+        mission: core::Mission { home: plan.home, items: plan.items.iter().map(core_item).collect() },
         fence: core::Fence {
             zones: plan.fence.zones.iter().enumerate().map(zone).collect::<Result<_, _>>()?,
             return_point: return_point.transpose()?,

@@ -16,6 +16,7 @@ pub mod session;
 pub mod signing;
 pub mod socket;
 pub mod storage;
+pub mod survey;
 pub mod telemetry;
 pub mod vehicle;
 
@@ -37,9 +38,11 @@ pub use link::{LinkInfo, LinkState, NewLink};
 pub use message::RawMessage;
 pub use operation::{Operation, OperationKind, OperationResult, OperationState};
 pub use plan::{
-    Assessment, Fence, FenceZone, Home, Landing, LandingCaution, LandingDirection, LandingRequest, LandingWind, LatLon,
-    Plan, PlanCertainty, PlanCheck, PlanFormat, PlanItem, PlanKind, PlanOnBoard, PlanState, PlanStates,
-    PlanUncertainty, RallyPoint, ReturnPoint, ZoneShape,
+    Assessment, BatteryLeft, Corridor, Decision, EndingCount, Fence, FenceZone, FindingFix, Landing,
+    LandingAlternative, LandingCaution, LandingMove, LandingReasonText, LandingRequest, LatLon, LearnedPlane, Plan,
+    PlanCertainty, PlanCheck, PlanFormat, PlanItem, PlanKind, PlanOnBoard, PlanState, PlanStates, PlanUncertainty,
+    PlaneProfile, RallyPoint, Rehearsal, RehearsalRequest, RehearsedFlight, RehearsedPassage, RehearsedTrack,
+    ReturnPoint, Runway, Spread, SpreadRequest, VehicleProfile, WhatIf, WhatIfRequest, WhatIfs, ZoneShape,
 };
 pub use session::{NewSession, Role, SessionInfo};
 pub use signing::{ChangeSigning, SigningAct, SigningInfo};

@@ -75,8 +75,20 @@ impl FromRequestParts<App> for Operator {
 /// Where the confirmation of a dangerous act stands in a request.
 pub const CONFIRMATION: &str = "vencejo-confirmation";
 
+/// The operator of a session that holds control, or takes it now because nobody does.
+///
+/// # Errors
+/// When somebody else holds it.
+pub fn in_control(app: &App, session: SessionId) -> Result<Arc<Operating>, Problem> {
+    let operator = app.sessions().operator(session).ok_or_else(Problem::no_session)?;
+    operator.take(app.now()).map_err(|Held(holder)| Problem::no_control(Some(&holder)))?;
+    Ok(operator)
+}
+
 /// An operator's session that holds control, or takes it now because nobody does: whoever acts.
 pub struct Pilot {
+    /// The session.
+    pub session: SessionId,
     operator: Arc<Operating>,
     confirmation: Option<String>,
 }
@@ -102,11 +114,10 @@ impl FromRequestParts<App> for Pilot {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
-        let Operator(id) = Operator::from_request_parts(parts, app).await?;
-        let operator = app.sessions().operator(id).ok_or_else(Problem::no_session)?;
-        operator.take(app.now()).map_err(|Held(holder)| Problem::no_control(Some(&holder)))?;
+        let Operator(session) = Operator::from_request_parts(parts, app).await?;
+        let operator = in_control(app, session)?;
         let confirmation = parts.headers.get(CONFIRMATION).map(|value| value.to_str().unwrap_or_default().to_owned());
-        Ok(Self { operator, confirmation })
+        Ok(Self { session, operator, confirmation })
     }
 }
 

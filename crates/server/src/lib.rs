@@ -40,7 +40,9 @@ mod drafts;
 pub mod dto;
 mod extract;
 mod files;
+mod ground;
 mod guard;
+mod landings;
 mod operations;
 mod operator;
 mod outbox;
@@ -48,10 +50,12 @@ mod problem;
 mod routes;
 mod server;
 mod sessions;
+mod squares;
 mod state;
 mod storage;
 #[doc(hidden)] // for fuzz/
 pub mod strict;
+mod terrain;
 #[cfg(test)]
 mod tests;
 mod tokens;

@@ -6,6 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use vencejo_station::{Pending, RequestResult};
 
 use crate::dto::{Cause, Operation, OperationKind, OperationResult, OperationState, Problem};
+use crate::sessions::SessionId;
 
 /// Operations under way at most; more are refused.
 pub const MAX_RUNNING: usize = 32;
@@ -23,6 +24,7 @@ pub struct Outcome {
 
 struct Entry {
     operation: Operation,
+    by: SessionId,
     pending: Pending<RequestResult>,
 }
 
@@ -40,7 +42,13 @@ pub struct Operations {
 
 impl Operations {
     /// Registers an operation; `None` when too many are under way.
-    pub fn add(&self, vehicle: u8, kind: OperationKind, pending: Pending<RequestResult>) -> Option<Operation> {
+    pub fn add(
+        &self,
+        by: SessionId,
+        vehicle: u8,
+        kind: OperationKind,
+        pending: Pending<RequestResult>,
+    ) -> Option<Operation> {
         let mut entries = self.lock();
         let ended = |entry: &Entry| entry.operation.state != OperationState::Running;
         let running = entries.by_id.values().filter(|entry| !ended(entry)).count();
@@ -64,13 +72,18 @@ impl Operations {
             position_error_m: None,
             result: None,
         };
-        entries.by_id.insert(operation.id, Entry { operation: operation.clone(), pending });
+        entries.by_id.insert(operation.id, Entry { operation: operation.clone(), by, pending });
         Some(operation)
     }
 
     /// An operation with its result.
     pub fn get(&self, id: u64) -> Option<Operation> {
         self.lock().by_id.get(&id).map(|entry| entry.operation.clone())
+    }
+
+    /// The session that began an operation.
+    pub fn begun_by(&self, id: u64) -> Option<SessionId> {
+        self.lock().by_id.get(&id).map(|entry| entry.by)
     }
 
     /// All operations without their results, oldest first.

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use utoipa::IntoResponses;
 use utoipa::openapi::{ContentBuilder, Ref, RefOr, Response as Described, ResponseBuilder};
 use vencejo_flight::plan::PlanKind;
-use vencejo_flight::{FlightError, LandingProblem};
+use vencejo_flight::{FlightError, LandingProblem, Plain, SurveyProblem};
 use vencejo_link::{LinkError, MAX_LINKS};
 use vencejo_maps::MapError;
 use vencejo_proto::message_name;
@@ -92,6 +92,11 @@ impl Problem {
         let value = value.to_string();
         let detail = format!("{field} is {value}: {expected}");
         Self::new(Cause::InvalidValue { field: field.to_owned(), value, expected: expected.to_owned() }, detail)
+    }
+
+    /// A number of a request that is out of its range.
+    pub fn out_of_range<T: std::fmt::Display>(field: &str, value: T, low: T, high: T) -> Self {
+        Self::invalid_value(field, value, &format!("it goes from {low} to {high}"))
     }
 
     /// There is no such thing.
@@ -185,6 +190,7 @@ fn kind_of(cause: &Cause) -> (StatusCode, &'static str) {
         Cause::NoVehicle { .. } => (StatusCode::NOT_FOUND, "No such vehicle"),
         Cause::NotSent { .. } => (StatusCode::CONFLICT, "Not sent"),
         Cause::CommandRefused { .. } => (StatusCode::CONFLICT, "The vehicle refused"),
+        Cause::RemoteRefused { .. } => (StatusCode::CONFLICT, "The station on board refused"),
         Cause::CommandTimeout { .. } | Cause::MessageNotReceived { .. } | Cause::TransferTimeout { .. } => {
             (StatusCode::GATEWAY_TIMEOUT, "The vehicle did not answer")
         }
@@ -220,6 +226,10 @@ fn kind_of(cause: &Cause) -> (StatusCode, &'static str) {
         Cause::LandingDirection { .. } | Cause::LandingWind { .. } => {
             (StatusCode::UNPROCESSABLE_ENTITY, "No landing there")
         }
+        Cause::BadSurvey { .. }
+        | Cause::SurveyCrosses { .. }
+        | Cause::SurveyItems { .. }
+        | Cause::SurveyWind { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "No survey there"),
         Cause::BadItem { .. } | Cause::BadPlan { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a valid plan"),
         Cause::BadFile { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "Not a valid file"),
         Cause::NoMaps => (StatusCode::SERVICE_UNAVAILABLE, "No maps here"),
@@ -272,6 +282,7 @@ pub fn from_station(error: &StationError) -> Problem {
                 .remedy("make the same request again with the header Vencejo-Confirmation: the cause's confirmation");
         }
         StationError::BadConfirmation => Cause::BadConfirmation,
+        StationError::RemoteRefused { name, why } => Cause::RemoteRefused { vehicle: name.clone(), why: why.clone() },
         StationError::Closed => Cause::Closed,
         StationError::Signing(error) => signing_cause(error),
         StationError::CannotRecord { reason } => Cause::Recorder { reason: reason.clone() },
@@ -427,14 +438,31 @@ pub fn from_flight(error: &FlightError) -> Problem {
         FlightError::NotOnEarth { lat_deg, lon_deg } => {
             Cause::NotOnEarth { lat_deg: finite(*lat_deg), lon_deg: finite(*lon_deg) }
         }
+        FlightError::HomeHeight { alt_amsl_m } => {
+            return Problem::invalid_value("home.alt_amsl_m", Plain(*alt_amsl_m), "within 83,000 m");
+        }
         FlightError::BadLanding(problem) => match *problem {
             LandingProblem::OutOfRange { option, value, low, high } => {
-                return Problem::invalid_value(option, value, &format!("{low} to {high}"));
+                return Problem::invalid_value(option, Plain(value), &format!("{low} to {high}"));
             }
             LandingProblem::NoDirection { nearest_m } => Cause::LandingDirection { nearest_m },
             LandingProblem::TooMuchWind { wind_m_s, airspeed_m_s, course_deg } => {
                 Cause::LandingWind { wind_m_s, airspeed_m_s, course_deg }
             }
+            LandingProblem::NotDesigned => return Problem::invalid(error.to_string()),
+        },
+        FlightError::BadSurvey(problem) => match *problem {
+            SurveyProblem::OutOfRange { option, value, low, high } => {
+                return Problem::invalid_value(option, Plain(value), &format!("{low} to {high}"));
+            }
+            SurveyProblem::CrossesItself { one, other } => {
+                Cause::SurveyCrosses { one: one as u64, other: other as u64 }
+            }
+            SurveyProblem::TooManyItems { count, max } => Cause::SurveyItems { count: count as u64, max: max as u64 },
+            SurveyProblem::TooMuchWind { wind_m_s, airspeed_m_s, course_deg } => {
+                Cause::SurveyWind { wind_m_s, airspeed_m_s, course_deg }
+            }
+            _ => Cause::BadSurvey { problem: problem.to_string() },
         },
         FlightError::BadItem { seq, command, field, value, problem } => Cause::BadItem {
             seq: *seq,

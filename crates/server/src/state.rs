@@ -23,7 +23,9 @@ use crate::dto::{EventDetail, Operation, OperationKind, ServerMessage};
 use crate::operations::{MAX_RUNNING, Operations};
 use crate::outbox::{Outboxes, Topic};
 use crate::problem::{self, Problem};
-use crate::sessions::Sessions;
+use crate::sessions::{SessionId, Sessions};
+use crate::squares::Grounds;
+use crate::terrain;
 use crate::tokens::{self, Throttle, TokenStore};
 use crate::video::VideoHub;
 
@@ -56,6 +58,7 @@ struct Shared {
     video_folder: OnceLock<PathBuf>,
     /// Where the server was given a folder for them.
     maps: OnceLock<Maps>,
+    grounds: Grounds,
     drafts: OnceLock<Drafts>,
     /// One request for the draft at a time: a disk that does not answer holds no more threads than one.
     draft_turn: Arc<Semaphore>,
@@ -97,6 +100,7 @@ impl App {
             video: VideoHub::default(),
             video_folder: OnceLock::new(),
             maps: OnceLock::new(),
+            grounds: Grounds::default(),
             drafts: OnceLock::new(),
             draft_turn: Arc::new(Semaphore::new(1)),
             token_fault: OnceLock::new(),
@@ -110,6 +114,11 @@ impl App {
     /// The station that is served.
     pub fn station(&self) -> &Station {
         &self.shared.station
+    }
+
+    /// The vehicle of a request that may name one; `None` also where it is not heard.
+    pub fn vehicle(&self, id: Option<u8>) -> Option<VehicleHandle> {
+        self.station().vehicle(SystemId(id?))
     }
 
     /// Who may do what.
@@ -181,6 +190,11 @@ impl App {
             Problem::new(Cause::NoMaps, "this server was started without a folder for maps")
                 .remedy("start it with --maps FOLDER")
         })
+    }
+
+    /// What is known of the ground around plans.
+    pub fn grounds(&self) -> &Grounds {
+        &self.shared.grounds
     }
 
     /// Keeps the draft of the plan there; the first that are given stay.
@@ -273,6 +287,7 @@ impl App {
     /// What the vehicle's state machine refused at once, and [`Problem::too_many`].
     pub fn follow(
         &self,
+        by: SessionId,
         vehicle: u8,
         kind: OperationKind,
         pending: Pending<RequestResult>,
@@ -281,7 +296,7 @@ impl App {
             return Err(error.into());
         }
         let Some(alive) = self.alive() else { return Err(Problem::closed()) };
-        let Some(operation) = self.shared.operations.add(vehicle, kind, pending.clone()) else {
+        let Some(operation) = self.shared.operations.add(by, vehicle, kind, pending.clone()) else {
             pending.cancel();
             let detail = format!("{MAX_RUNNING} operations are under way; wait for some of them");
             return Err(Problem::too_many(Crowd::Operations, MAX_RUNNING, detail));
@@ -435,13 +450,16 @@ impl App {
                 continue;
             }
             changed = true;
-            let queue = vehicle.subscribe_events(EVENT_QUEUE);
+            let (queue, asked) = (vehicle.subscribe_events(EVENT_QUEUE), terrain::listen(vehicle));
             let (app, vehicle) = (self.clone(), vehicle.clone());
             let system = vehicle.system();
             let task = tokio::spawn(async move {
-                while let Some(observed) = queue.take().await {
-                    app.tell_event(&vehicle, &observed);
-                }
+                let tell = async {
+                    while let Some(observed) = queue.take().await {
+                        app.tell_event(&vehicle, &observed);
+                    }
+                };
+                tokio::join!(tell, terrain::serve(app.shared.maps.get(), &vehicle, &asked));
             });
             followed.insert(system, task.abort_handle());
         }
@@ -488,6 +506,8 @@ impl App {
             VehicleEvent::StreamsFellBack => ("streams_fell_back", BTreeMap::new()),
             VehicleEvent::Contested => ("contested", BTreeMap::new()),
             VehicleEvent::Uncontested => ("uncontested", BTreeMap::new()),
+            VehicleEvent::TerrainUnknown => ("terrain_unknown", BTreeMap::new()),
+            VehicleEvent::TerrainKnown => ("terrain_known", BTreeMap::new()),
             _ => return,
         };
         outboxes.put_event(&ServerMessage::Event { vehicle: system, kind: kind.to_owned(), detail, time_s });

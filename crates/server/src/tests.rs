@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use axum::Router;
 use axum::body::Body;
-use axum::http::{Method, Request, header};
+use axum::http::{HeaderName, Method, Request, header};
 use http_body_util::BodyExt;
 use serde_json::{Value, json};
 use tokio::io::{AsyncRead, AsyncWrite};
@@ -55,6 +55,7 @@ pub struct Answer {
     pub status: u16,
     cookie: Option<String>,
     kind: String,
+    notes: Option<String>,
     body: Vec<u8>,
 }
 
@@ -81,7 +82,13 @@ impl Plain {
         let text = |name| headers.get(name).and_then(|value| value.to_str().ok()).map(str::to_owned);
         let body = response.into_body().collect().await.expect("a body").to_bytes().to_vec();
         let cookie = text(header::SET_COOKIE).and_then(|cookie| Some(cookie.split(';').next()?.to_owned()));
-        Answer { status, cookie, kind: text(header::CONTENT_TYPE).unwrap_or_default(), body }
+        Answer {
+            status,
+            cookie,
+            kind: text(header::CONTENT_TYPE).unwrap_or_default(),
+            notes: text(HeaderName::from_static("vencejo-notes")),
+            body,
+        }
     }
 
     /// A request as a browser's own page makes it; `body` as JSON when there is one.
@@ -216,6 +223,31 @@ fn the_committed_description_is_the_one_that_is_served() {
         committed == crate::openapi(),
         "schemas/openapi.json is old: cargo run -p vencejo-server --example openapi > schemas/openapi.json"
     );
+}
+
+#[tokio::test]
+async fn an_operation_is_given_up_by_whoever_began_it_or_has_control() {
+    let station = station(true);
+    let _double = double(&station).await;
+    let server = Plain::new(station.clone(), None);
+    let [pilot, reader, other] = [
+        server.session(json!({"name": "Ana"})).await,
+        server.session(json!({"name": "Luis"})).await,
+        server.session(json!({"name": "Eva"})).await,
+    ];
+    let taken = server.ask("POST", "/control/take", Some(&pilot), None).await;
+    assert!(taken.status < 300, "{}", taken.status);
+    for who in [&reader, &pilot] {
+        // The vehicle answers no question: it is under way until it is given up.
+        let begun = server.ask("GET", "/vehicles/1/params", Some(&reader), None).await.json();
+        let path = format!("/operations/{}", begun["id"]);
+        assert_eq!(server.ask("DELETE", &path, Some(&other), None).await.status, 423);
+        assert_eq!(server.ask("GET", &path, None, None).await.json()["state"], "running");
+        assert_eq!(server.ask("DELETE", &path, Some(who), None).await.status, 202);
+        while server.ask("GET", &path, None, None).await.json()["state"] != "cancelled" {
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+    }
 }
 
 // fault 44: nobody, viewer, operator with and without control at 15 routes
@@ -466,11 +498,20 @@ async fn plans_in_files_and_on_the_wire_are_the_same() {
     };
     let plan = server.send(parse(file)).await.json();
     assert!(plan["items"].as_array().expect("items").len() > 5);
-    for kind in ["plan", "waypoints"] {
+    for kind in ["plan", "waypoints", "kml", "kmz", "geojson", "csv"] {
         let written = server.ask("POST", &format!("/plan/format?as={kind}"), None, Some(plan.clone())).await;
         assert_eq!(written.status, 200);
         assert_eq!(server.send(parse(written.body)).await.json()["items"], plan["items"], "{kind}");
     }
+    // what a file does not keep, or does not say, is said beside it
+    let route = server.ask("POST", "/plan/format?as=gpx", None, Some(plan.clone())).await;
+    assert_eq!(route.kind, "application/gpx+xml");
+    let notes = |answer: &Answer| serde_json::from_str::<Value>(answer.notes.as_deref().expect("notes")).expect("JSON");
+    let lost = notes(&route);
+    assert_eq!(lost[0]["code"], "heights-written-above-sea-level", "{lost}");
+    let read = server.send(parse(route.body)).await;
+    let count = read.json()["items"].as_array().map(Vec::len);
+    assert_eq!(notes(&read)[0], json!({"code": "heights-above-sea-level", "count": count}));
     let checked = server.ask("POST", "/plan/check", None, Some(json!({"plan": plan}))).await.json();
     assert_eq!(checked, json!([]), "the demo mission is a good one");
     let mut bad = plan.clone();
@@ -498,6 +539,117 @@ async fn a_landing_is_designed_as_the_core_does() {
     assert_eq!(ask(gale).await.json()["cause"]["code"], "landing-wind");
     let steep = ask(json!({"at": at, "course_deg": 0.0, "slope": 0.5})).await.json();
     assert_eq!((&steep["cause"]["code"], &steep["cause"]["field"]), (&json!("invalid-value"), &json!("slope")));
+    assert_eq!(ask(json!({"course_deg": 0.0})).await.status, 422, "neither point nor runway");
+}
+
+#[tokio::test]
+async fn landings_to_choose_from_and_one_that_is_moved_are_the_cores() {
+    let server = Plain::new(station(true), None);
+    let (begin, end) =
+        (json!({"lat_deg": 40.3332, "lon_deg": -3.7978}), json!({"lat_deg": 40.3332, "lon_deg": -3.7938}));
+    let asked = json!({"runway": {"begin": begin, "end": end}, "wind": {"from_deg": 255.0, "speed_m_s": 6.0}});
+    let found = server.ask("POST", "/plan/landing/alternatives", None, Some(asked.clone())).await.json();
+    let best = &found[0];
+    assert_eq!(found.as_array().map(Vec::len), Some(4));
+    assert_eq!((&best["verdict"], &best["ending"]), (&json!("good"), &json!("landed")));
+    assert_eq!(
+        (&best["reasons"][0]["code"], &best["reasons"][0]["message"]),
+        (&json!("headwind"), &json!("6 m/s of headwind"))
+    );
+    let designed = server.ask("POST", "/plan/landing", None, Some(asked)).await.json();
+    assert_eq!(best["landing"]["course_deg"], designed["course_deg"]);
+
+    let items = &designed["items"];
+    let to = json!({"lat_deg": 40.3342, "lon_deg": -3.7958});
+    let moved = json!({"items": items, "part": "point", "to": to});
+    let moved = server.ask("POST", "/plan/landing/move", None, Some(moved)).await.json();
+    assert_eq!(moved["items"][2]["params"][4], json!(40.3342));
+    let only = json!({"items": [items[2]], "part": "circle", "to": to});
+    assert_eq!(server.ask("POST", "/plan/landing/move", None, Some(only)).await.status, 422);
+}
+
+#[tokio::test]
+async fn a_survey_is_laid_out_as_the_core_does_and_goes_into_a_file() {
+    let server = Plain::new(station(true), None);
+    let ask = async |body| server.ask("POST", "/plan/survey", None, Some(body)).await;
+    let cameras = server.ask("GET", "/plan/cameras", None, None).await.json();
+    let camera =
+        cameras.as_array().expect("a list").iter().find(|known| known["name"] == "Sony a6000 16mm").expect("known");
+    let places = json!([
+        {"lat_deg": 40.33, "lon_deg": -3.80}, {"lat_deg": 40.33, "lon_deg": -3.79}, {"lat_deg": 40.335, "lon_deg": -3.79},
+    ]);
+    let wind = json!({"from_deg": 30.0, "speed_m_s": 5.0});
+    let asked = json!({"places": places, "camera": camera["camera"], "gsd_m": 0.03, "wind": wind, "vehicle": 1});
+    let survey = ask(asked.clone()).await.json();
+    assert_eq!((&survey["course_from"], &survey["flown"]["covered"]), (&json!("across-wind"), &json!(1.0)), "{survey}");
+    assert_eq!(
+        survey["flown"]["photos"].as_array().map(Vec::len),
+        survey["flown"]["footprints"].as_array().map(Vec::len)
+    );
+    assert_eq!(survey["cautions"][0]["code"], "ground-not-known");
+    // As a plan it goes into a file as one item, and comes back with it.
+    let plan = json!({"items": survey["items"], "complex_items": [survey["complex_item"]]});
+    let file = server.ask("POST", "/plan/format?as=plan", None, Some(plan.clone())).await.body;
+    let written: Value = serde_json::from_slice(&file).expect("JSON");
+    assert_eq!(written["mission"]["items"][0]["complexItemType"], "survey");
+    let request = Request::builder().method("POST").uri("/api/v1/plan/parse").header(header::HOST, "localhost");
+    let read = server.send(request.body(Body::from(file)).expect("a request")).await.json();
+    assert_eq!(read["items"], plan["items"]);
+    assert_eq!(read["complex_items"][0]["kind"], "survey");
+    // From there it is laid out again; edited by hand it is no survey any more.
+    let parts_of = async |plan: &Value| {
+        let plan = json!({"items": plan["items"], "complex_items": plan["complex_items"]});
+        server.ask("POST", "/plan/complex-items", None, Some(plan)).await.json()[0].clone()
+    };
+    let part = parts_of(&read).await;
+    assert_eq!((&part["first_item"], &part["count"]), (&json!(1), &json!(survey["items"].as_array().map(Vec::len))));
+    let mut again = part["survey"].clone();
+    again["vehicle"] = json!(1);
+    assert_eq!(ask(again).await.json()["items"], plan["items"]);
+    let mut edited = read.clone();
+    edited["items"][0]["params"][6] = json!(50.0);
+    assert_eq!(parts_of(&edited).await["first_item"], json!(null));
+    let code = |answer: &Value| answer["cause"]["code"].clone();
+    let mut bow = asked.clone();
+    bow["places"] = json!([places[0], places[1], places[2], {"lat_deg": 40.325, "lon_deg": -3.795}]);
+    let bow = ask(bow).await;
+    assert_eq!((bow.status, code(&bow.json())), (422, json!("survey-crosses")));
+    for (field, value, expected) in [
+        ("gsd_m", json!(0.003), "survey-items"),
+        ("gsd_m", json!(null), "bad-survey"),
+        ("side_overlap", json!(2.0), "invalid-value"),
+        ("wind", json!({"from_deg": 0.0, "speed_m_s": 30.0}), "survey-wind"),
+    ] {
+        let mut other = asked.clone();
+        other[field] = value;
+        assert_eq!(code(&ask(other).await.json()), json!(expected), "{field}");
+    }
+}
+
+#[tokio::test]
+async fn a_plan_is_rehearsed_as_the_core_does() {
+    let server = Plain::new(station(true), None);
+    let item = |command: u16, lat_deg: f64, alt_m: f64| json!({"command": command, "frame": 3, "params": [12.0, 0.0, 0.0, null, lat_deg, -3.7978, alt_m]});
+    let home = json!({"lat_deg": 40.3332, "lon_deg": -3.7978, "alt_amsl_m": 600.0});
+    let plan = |home: Value| json!({"home": home, "items": [item(22, 40.3332, 50.0), item(16, 40.35, 80.0)]});
+    let ask = async |body| server.ask("POST", "/plan/rehearse", None, Some(body)).await;
+    let flown = ask(json!({"plan": plan(home.clone()), "wind": {"from_deg": 270.0, "speed_m_s": 6.0}})).await.json();
+    assert_eq!((&flown["ending"], &flown["airframe"]), (&json!("returned"), &json!("parameters")), "{flown}");
+    assert_eq!(flown["passages"][1]["item"], 2);
+    let fixes = server.ask("POST", "/plan/fixes", None, Some(json!({"plan": plan(home.clone())}))).await.json();
+    let [hold, fix] = fixes.as_array().expect("a list").as_slice() else { panic!("{fixes}") };
+    assert_eq!(
+        (&hold["does"], &hold["with"]["value"], &hold["items"][0]["params"][0]),
+        (&json!("set-param"), &json!(0.0), &json!(0.0))
+    );
+    assert_eq!((&fix["finding"]["code"], &fix["does"]), (&json!("no-landing"), &json!("add-landing")));
+    assert_eq!((&fix["first_item"], &fix["count"], &fix["items"][1]["command"]), (&json!(3), &json!(0), &json!(21)));
+    let count = flown["track"]["time_s"].as_array().expect("times").len();
+    assert!(count > 10 && flown["track"]["item"].as_array().expect("items").len() == count);
+    let nowhere = ask(json!({"plan": plan(Value::Null)})).await;
+    assert_eq!(nowhere.status, 422, "{:?}", nowhere.json());
+    let gale = ask(json!({"plan": plan(home), "wind": {"from_deg": 270.0, "speed_m_s": 600.0}})).await;
+    assert_eq!(gale.status, 422);
 }
 
 pub type Ws = WebSocketStream<TcpStream>;

@@ -7,6 +7,12 @@ use crate::problem::Problem;
 /// Files that are read and plans that are looked through at once; a file may take some tens of megabytes.
 static TURNS: Semaphore = Semaphore::const_new(2);
 
+/// Work that takes all processors but one, for seconds.
+static ALONE: Semaphore = Semaphore::const_new(1);
+
+/// Work that goes on as a body comes, which may be slow: it keeps nobody else from his turn.
+static BODIES: Semaphore = Semaphore::const_new(1);
+
 /// Does it when it is its turn.
 ///
 /// # Errors
@@ -14,7 +20,34 @@ static TURNS: Semaphore = Semaphore::const_new(2);
 pub async fn in_turn<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
-    let turn = TURNS.acquire().await.map_err(|_| Problem::closed())?;
+    in_turn_of(&TURNS, work).await
+}
+
+/// The same, and no other of its kind beside it.
+///
+/// # Errors
+/// Likewise.
+pub async fn alone<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
+    in_turn_of(&ALONE, work).await
+}
+
+/// The same for work that waits for a body.
+///
+/// # Errors
+/// Likewise.
+pub async fn with_body<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
+    in_turn_of(&BODIES, work).await
+}
+
+async fn in_turn_of<T: Send + 'static>(
+    turns: &'static Semaphore,
+    work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
+    let turn = turns.acquire().await.map_err(|_| Problem::closed())?;
     let done = tokio::task::spawn_blocking(move || {
         let _turn = turn;
         work()

@@ -307,9 +307,9 @@ impl Client {
                 self.messages.remove(&vehicle);
                 Ok(())
             }
-            Ok(ClientMessage::AssessPlan { seq, vehicle, plan }) => {
+            Ok(ClientMessage::AssessPlan { seq, vehicle, plan, rehearse_in, clearance_m, profile }) => {
                 let app = self.app.clone();
-                match in_turn(move || assess(&app, vehicle, &plan)).await {
+                match in_turn(move || assess(&app, vehicle, &plan, rehearse_in, clearance_m, &profile)).await {
                     Ok(assessment) => {
                         let answer = ServerMessage::Assessment { seq, assessment };
                         return self.send(socket, Message::Text(json(&answer))).await;
@@ -424,7 +424,7 @@ fn period_of(rate_hz: f64) -> Result<Duration, Problem> {
     if RATES_HZ.contains(&rate_hz) {
         return Ok(Duration::from_secs_f64(rate_hz.recip()));
     }
-    Err(Problem::invalid_value("rate_hz", rate_hz, "it goes from 1 to 50"))
+    Err(Problem::out_of_range("rate_hz", rate_hz, *RATES_HZ.start(), *RATES_HZ.end()))
 }
 
 /// A moment that does not come.

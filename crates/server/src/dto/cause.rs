@@ -235,6 +235,13 @@ pub enum Cause {
         #[schema(required = true)]
         cure_mode: Option<String>,
     },
+    /// The station on board of a vehicle far away did not do it; nothing was sent to the autopilot.
+    RemoteRefused {
+        /// Name of the vehicle.
+        vehicle: String,
+        /// Why, in English.
+        why: String,
+    },
     /// The vehicle did not answer a command. It may have done it.
     CommandTimeout {
         /// Name of the command without `MAV_CMD_`, else its number.
@@ -438,6 +445,34 @@ pub enum Cause {
     LandingDirection {
         /// How far away that place must lie at least.
         nearest_m: f64,
+    },
+    /// A survey that cannot be laid out as it is asked for.
+    BadSurvey {
+        /// What is wrong, in English.
+        problem: String,
+    },
+    /// Two sides of an area cross.
+    SurveyCrosses {
+        /// The corner that one begins at, counted from 1.
+        one: u64,
+        /// The corner that the other begins at.
+        other: u64,
+    },
+    /// A survey of more items than the vehicle holds.
+    SurveyItems {
+        /// How many, at least.
+        count: u64,
+        /// The most.
+        max: u64,
+    },
+    /// The wind is too strong for the plane to get along the lines of a survey.
+    SurveyWind {
+        /// The wind's speed.
+        wind_m_s: f64,
+        /// The plane's airspeed.
+        airspeed_m_s: f64,
+        /// Course of the lines from true north.
+        course_deg: f64,
     },
     /// The wind is too strong for the plane to come in on this course.
     LandingWind {

@@ -4,16 +4,18 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
+use vencejo_flight::landing::Wind;
 
 use super::storage::StorageProblem;
 use super::{
-    Assessment, Cause, LinkInfo, MissionProgress, Operation, Plan, PlanKind, PlanState, RawMessage, SessionInfo,
-    TelemetryGroups, VehicleSummary,
+    Assessment, Cause, LinkInfo, MissionProgress, Operation, Plan, PlanKind, PlanState, PlaneProfile, RawMessage,
+    SessionInfo, TelemetryGroups, VehicleSummary,
 };
 
 /// What a client says on the WebSocket.
 #[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+#[allow(clippy::large_enum_variant, reason = "read and answered at once, never kept")]
 pub enum ClientMessage {
     /// Wants a vehicle's telemetry; again with another rate changes the rate.
     Subscribe {
@@ -55,6 +57,15 @@ pub enum ClientMessage {
         vehicle: Option<u8>,
         /// It.
         plan: Plan,
+        /// The wind that it is to be rehearsed in; it is not rehearsed when absent.
+        #[serde(default)]
+        rehearse_in: Option<Wind>,
+        /// Height above the ground that the rehearsed flight should keep, 0 to 1000; 30 by default.
+        #[serde(default)]
+        clearance_m: Option<f64>,
+        /// The plane that it is rehearsed with, in place of the vehicle's.
+        #[serde(default)]
+        profile: PlaneProfile,
     },
 }
 
@@ -119,7 +130,8 @@ pub enum ServerMessage {
         /// `lost`, `regained`, `unreached` (it is heard, but does not hear us), `reached`, `rebooted`,
         /// `mode`, `armed`, `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`,
         /// `target_elsewhere` (it flies to somewhere else than its plan says, an alarm), `target_as_planned`, `home`,
-        /// `streams_fell_back`, `contested`, `uncontested`.
+        /// `streams_fell_back`, `contested`, `uncontested`,
+        /// `terrain_unknown` (it asks for the ground's altitude where no map knows it), `terrain_known`.
         kind: String,
         /// What belongs to it: `mode` and `from`, `landed`, or `item`; `distance_m` of `target_elsewhere`.
         #[schema(value_type = BTreeMap<String, EventDetail>)]

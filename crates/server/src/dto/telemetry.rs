@@ -358,6 +358,19 @@ group! {
     }
 }
 group! {
+    /// TERRAIN_REPORT: what the vehicle knows of the ground.
+    TerrainReport from core::Terrain, |r| {
+        /// Ground above mean sea level under the vehicle; null as long as it does not know it.
+        ground_amsl_m: Option<f64> = r.ground_amsl_m,
+        /// Altitude of the vehicle above that ground.
+        alt_terrain_m: Option<f64> = r.alt_terrain_m,
+        /// Blocks of 4 × 4 altitudes that it waits for.
+        pending: u16 = r.pending,
+        /// Blocks that it holds in memory.
+        loaded: u16 = r.loaded,
+    }
+}
+group! {
     /// FENCE_STATUS.
     FenceStatus from core::FenceStatus, |f| {
         /// Whether the vehicle is outside now.
@@ -489,6 +502,8 @@ groups! {
     system_time: SystemTime,
     /// FENCE_STATUS.
     fence: FenceStatus,
+    /// TERRAIN_REPORT.
+    terrain: TerrainReport,
 }
 
 #[cfg(test)]

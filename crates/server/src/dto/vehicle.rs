@@ -25,6 +25,9 @@ pub struct VehicleSummary {
     /// Time since the vehicle was heard; stale after 3.5 s, lost after 5 s.
     #[schema(required = true)]
     pub age_s: Option<f64>,
+    /// Its name in a fleet, when it is far away: no link of this server reaches it, a station on board does.
+    #[schema(required = true)]
+    pub remote_name: Option<String>,
     /// The link that it is reached over.
     #[schema(required = true)]
     pub link: Option<u32>,
@@ -41,6 +44,8 @@ pub struct VehicleSummary {
     /// Where another vehicle with the same system id is heard. It is not followed, and nothing is sent to it.
     #[schema(required = true)]
     pub rival: Option<String>,
+    /// Whether it asks for the ground's altitude at places where no map of this server knows it.
+    pub lacks_terrain: bool,
     /// What its parameters say of how it flies, as far as they were read.
     pub flight_parameters: FlightParameters,
 }

@@ -16,6 +16,7 @@ mod sessions;
 mod signing;
 mod storage;
 mod streams;
+mod surveys;
 mod tiles;
 mod vehicles;
 
@@ -32,6 +33,7 @@ use utoipa::openapi::OpenApi as Description;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vencejo_flight::FlightError;
+use vencejo_flight::formats::Note;
 
 use crate::dto::cause::{Cause, Thing};
 use crate::problem::Problem;
@@ -57,7 +59,7 @@ const PREFIX: &str = "/api/v1";
                        within 15 s. Errors are `application/problem+json` and say what to do. Telemetry comes by the WebSocket `/api/v1/ws`: the \
                        client says `ClientMessage`, the server says `ServerMessage`.",
     ),
-    components(schemas(dto::ClientMessage, dto::ServerMessage, dto::camera::CameraMessage))
+    components(schemas(dto::ClientMessage, dto::ServerMessage, dto::camera::CameraMessage, Note))
 )]
 struct Base;
 
@@ -79,7 +81,11 @@ fn api() -> OpenApiRouter<App> {
         .merge(maps::router())
         .merge(tiles::router())
         .layer(DefaultBodyLimit::max(MAX_BODY));
-    let large = plans::router().merge(maps_areas::router()).merge(elevation::router()).merge(elevation::plan_router());
+    let large = plans::router()
+        .merge(surveys::router())
+        .merge(maps_areas::router())
+        .merge(elevation::router())
+        .merge(elevation::plan_router());
     let large = large.layer(DefaultBodyLimit::max(MAX_PLAN));
     let files = maps::file_router().merge(maps_areas::file_router()).merge(storage::draft_router());
     OpenApiRouter::with_openapi(Base::openapi()).nest(PREFIX, small.merge(large).merge(files))

@@ -8,7 +8,7 @@ use utoipa_axum::routes;
 
 use crate::dto::Operation;
 use crate::dto::cause::Thing;
-use crate::extract::{Id, Pilot, Viewer};
+use crate::extract::{Id, Operator, Viewer, in_control};
 use crate::problem::Problem;
 use crate::state::App;
 
@@ -33,14 +33,17 @@ async fn get_operation(State(app): State<App>, _: Viewer, Id(id): Id) -> Result<
     app.operations().get(id).map(Json).ok_or_else(|| gone(id))
 }
 
-/// Gives an operation up. What the vehicle then holds of a plan is unknown until it is read.
+/// Gives an operation up: whoever began it may, and whoever has control. What the vehicle then holds of a plan is unknown until it is read.
 #[utoipa::path(delete, path = "/operations/{id}", tag = "operations", params(("id" = u64, Path, description = "Its id")),
     responses((status = 202, body = Operation), Problem))]
 async fn cancel_operation(
     State(app): State<App>,
-    _: Pilot,
+    Operator(session): Operator,
     Id(id): Id,
 ) -> Result<(StatusCode, Json<Operation>), Problem> {
+    if app.operations().begun_by(id) != Some(session) {
+        in_control(&app, session)?;
+    }
     let operation = app.operations().cancel(id).ok_or_else(|| gone(id))?;
     Ok((StatusCode::ACCEPTED, Json(operation)))
 }

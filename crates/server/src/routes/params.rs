@@ -32,11 +32,11 @@ pub(super) fn router() -> OpenApiRouter<App> {
     responses((status = 202, body = Operation), Problem))]
 async fn read_params(
     State(app): State<App>,
-    _: Operator,
+    Operator(session): Operator,
     Vehicle(vehicle): Vehicle,
 ) -> Result<(StatusCode, Json<Operation>), Problem> {
     let pending = vehicle.request(Request::ParamList);
-    let operation = app.follow(vehicle.system().0, OperationKind::ReadParams, pending)?;
+    let operation = app.follow(session, vehicle.system().0, OperationKind::ReadParams, pending)?;
     Ok((StatusCode::ACCEPTED, Json(operation)))
 }
 

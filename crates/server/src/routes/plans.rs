@@ -2,33 +2,44 @@
 
 #![allow(unused_qualifications, reason = "utoipa's query parameters name their type in full")]
 
+use std::fs::File;
+use std::io::{self, BufReader};
+use std::sync::Arc;
+
 use axum::Json;
-use axum::body::Bytes;
+use axum::body::{self, Bytes, HttpBody as _};
 use axum::extract::rejection::{BytesRejection, QueryRejection};
 use axum::extract::{DefaultBodyLimit, Query, State};
-use axum::http::{HeaderValue, StatusCode, header};
+use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
 use utoipa::IntoParams;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vencejo_flight::checks::{Finding, Severity};
-use vencejo_flight::formats::{MAX_FILE_BYTES, PlanSettings, read_plan, write_plan_json, write_waypoints};
-use vencejo_flight::geodesy::GeoPoint;
-use vencejo_flight::landing::design_landing;
+use vencejo_flight::formats::{MAX_FILE_BYTES, Note, PlanSettings, read_plan, write_plan};
+use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{self as core};
-use vencejo_station::{Pending, RequestResult, VehicleHandle};
+use vencejo_flight::rehearsal::{Aircraft, Learner};
+use vencejo_proto::SystemId;
+use vencejo_station::{MAX_FLIGHT_BYTES, Pending, RequestResult, VehicleHandle, recorded_flight};
 use vencejo_vehicle::Request;
 
-use crate::assess::assess;
+use super::{recordings, streams};
+use crate::assess::{self, assess};
 use crate::convert;
 use crate::dto::cause::Cause;
 use crate::dto::{
-    CommandInfo, Landing, LandingRequest, Operation, OperationKind, Plan, PlanCheck, PlanFormat, PlanKind, PlanOnBoard,
+    CommandInfo, FindingFix, Landing, LandingAlternative, LandingMove, LandingRequest, LearnedPlane, Operation,
+    OperationKind, Plan, PlanCheck, PlanFormat, PlanKind, PlanOnBoard, PlaneProfile, Rehearsal, RehearsalRequest,
+    Spread, SpreadRequest, VehicleProfile, WhatIfRequest, WhatIfs,
 };
 use crate::extract::{Json as Body, Operator, Pilot, Vehicle, Viewer};
+use crate::landings;
 use crate::problem::Problem;
+use crate::sessions::SessionId;
 use crate::state::App;
+use crate::turns::in_turn;
 
 type Accepted = (StatusCode, Json<Operation>);
 
@@ -43,17 +54,26 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(format_plan))
         .routes(routes!(check))
         .routes(routes!(landing))
+        .routes(routes!(alternatives))
+        .routes(routes!(moved_landing))
+        .routes(routes!(rehearse))
+        .routes(routes!(plan_fixes))
+        .routes(routes!(rehearse_many))
+        .routes(routes!(profile))
+        .merge(OpenApiRouter::new().routes(routes!(learn)).layer(DefaultBodyLimit::disable()))
+        .routes(routes!(what_if))
         .routes(routes!(list_commands))
         .merge(OpenApiRouter::new().routes(routes!(parse)).layer(DefaultBodyLimit::max(MAX_FILE_BYTES)))
 }
 
 fn start(
     app: &App,
+    by: SessionId,
     vehicle: &VehicleHandle,
     kind: OperationKind,
     pending: Pending<RequestResult>,
 ) -> Result<Accepted, Problem> {
-    let operation = app.follow(vehicle.system().0, kind, pending)?;
+    let operation = app.follow(by, vehicle.system().0, kind, pending)?;
     Ok((StatusCode::ACCEPTED, Json(operation)))
 }
 
@@ -82,12 +102,13 @@ struct Checked {
 }
 
 /// Refuses a mission that would fail. A fence or rally points are refused by their own rules.
-fn require_sound(vehicle: &VehicleHandle, kind: PlanKind, plan: &Plan) -> Result<(), Problem> {
+async fn require_sound(vehicle: &VehicleHandle, kind: PlanKind, plan: &Plan) -> Result<(), Problem> {
     if kind != PlanKind::Mission || plan.items.is_empty() {
         return Ok(());
     }
-    let errors: Vec<_> = vehicle
-        .check_upload(&convert::core_plan(plan)?)
+    let (vehicle, plan) = (vehicle.clone(), convert::core_plan(plan)?);
+    let found = in_turn(move || Ok(vehicle.check_upload(&plan))).await?;
+    let errors: Vec<_> = found
         .into_iter()
         .filter(|finding| finding.severity == Severity::Error)
         .map(|finding| finding.to_string())
@@ -124,10 +145,10 @@ macro_rules! plan_routes {
             Body(plan): Body<Plan>,
         ) -> Result<Accepted, Problem> {
             if asked?.check.unwrap_or(true) {
-                require_sound(&vehicle, PlanKind::$kind, &plan)?;
+                require_sound(&vehicle, PlanKind::$kind, &plan).await?;
             }
             let pending = pilot.request(&vehicle, upload(PlanKind::$kind, &plan)?);
-            start(&app, &vehicle, OperationKind::$upload_kind, pending)
+            start(&app, pilot.session, &vehicle, OperationKind::$upload_kind, pending)
         }
 
         /// Reads this part of the plan on board from the vehicle; it is the operation's result.
@@ -135,11 +156,11 @@ macro_rules! plan_routes {
                                             responses((status = 202, body = Operation), Problem))]
         async fn $download(
             State(app): State<App>,
-            _: Operator,
+            Operator(session): Operator,
             Vehicle(vehicle): Vehicle,
         ) -> Result<Accepted, Problem> {
             let request = Request::DownloadPlan { kind: core::PlanKind::$kind };
-            start(&app, &vehicle, OperationKind::$download_kind, vehicle.request(request))
+            start(&app, session, &vehicle, OperationKind::$download_kind, vehicle.request(request))
         }
 
         /// Removes this part of the plan on board and checks that it is gone.
@@ -151,7 +172,7 @@ macro_rules! plan_routes {
             Vehicle(vehicle): Vehicle,
         ) -> Result<Accepted, Problem> {
             let request = Request::ClearPlan { kind: core::PlanKind::$kind };
-            start(&app, &vehicle, OperationKind::$clear_kind, pilot.request(&vehicle, request))
+            start(&app, pilot.session, &vehicle, OperationKind::$clear_kind, pilot.request(&vehicle, request))
         }
     };
 }
@@ -192,72 +213,211 @@ struct FileName {
     name: Option<String>,
 }
 
-/// Reads a plan file of any known kind; the body is the file.
+/// What a reader had to assume or leave out, and what a writer did not keep: JSON, a list of `PlanFileNote`.
+const NOTES: HeaderName = HeaderName::from_static("vencejo-notes");
+
+fn notes_header(notes: &[Note]) -> (HeaderName, HeaderValue) {
+    let text = serde_json::to_string(notes).expect("invariant: codes and numbers are JSON");
+    (NOTES, HeaderValue::try_from(text).expect("invariant: codes and numbers are ASCII"))
+}
+
+/// Reads a plan file of any known kind; the body is the file. What the file does not say, and what of it a plan cannot hold, is in the
+/// header `Vencejo-Notes`.
 #[utoipa::path(post, path = "/plan/parse", tag = "plans", params(FileName),
     request_body(content = Vec<u8>, content_type = "application/octet-stream"),
-    responses((status = 200, body = Plan), Problem))]
+    responses((status = 200, body = Plan, headers(("Vencejo-Notes" = String, description = "JSON: a list of `PlanFileNote`"))), Problem))]
 async fn parse(
     _: Viewer,
     file: Result<Query<FileName>, QueryRejection>,
     body: Result<Bytes, BytesRejection>,
-) -> Result<Json<Plan>, Problem> {
+) -> Result<Response, Problem> {
     let (Query(file), body) = (file?, body?);
     let name = file.name.map(|name| name.chars().filter(|c| !c.is_control()).take(100).collect::<String>());
-    let plan =
-        super::parsed(body, move |bytes| read_plan(bytes, name.as_deref()).map(|read| convert::plan(&read.plan)));
-    Ok(Json(plan.await?))
+    let read = super::parsed(body, move |bytes| read_plan(bytes, name.as_deref())).await?;
+    let plan = Plan { complex_items: read.settings.complex_items, ..convert::plan(&read.plan) };
+    Ok(([notes_header(&read.notes)], Json(plan)).into_response())
 }
 
 /// How to write a file.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct FileKind {
-    /// `plan` or `waypoints`.
+    /// By the ending of the file's name.
     #[serde(rename = "as")]
     #[param(inline)]
     kind: PlanFormat,
 }
 
-/// Writes a plan to a file.
+/// Writes a plan to a file. What the file does not keep as it is in the plan is in the header `Vencejo-Notes`.
 #[utoipa::path(post, path = "/plan/format", tag = "plans", params(FileKind), request_body = Plan,
-    responses((status = 200, body = String, content_type = "text/plain"), Problem))]
+    responses((status = 200, body = Vec<u8>, content_type = "application/octet-stream",
+               headers(("Vencejo-Notes" = String, description = "JSON: a list of `PlanFileNote`"))), Problem))]
 async fn format_plan(
     _: Viewer,
     kind: Result<Query<FileKind>, QueryRejection>,
     Body(plan): Body<Plan>,
 ) -> Result<Response, Problem> {
-    let (Query(kind), plan) = (kind?, convert::core_plan(&plan)?);
-    let (text, mime, name) = match kind.kind {
-        PlanFormat::Plan => (
-            write_plan_json(&plan, &PlanSettings::default())?,
-            "application/json",
-            "attachment; filename=\"mission.plan\"",
-        ),
-        PlanFormat::Waypoints => {
-            (write_waypoints(&plan)?, "text/plain; charset=utf-8", "attachment; filename=\"mission.waypoints\"")
-        }
-    };
+    let Query(kind) = kind?;
+    let settings = PlanSettings { complex_items: plan.complex_items.clone(), ..PlanSettings::default() };
+    let plan = convert::core_plan(&plan)?;
+    let format = convert::plan_format(kind.kind);
+    let written = in_turn(move || Ok(write_plan(&plan, &settings, format)?)).await?;
+    let name = HeaderValue::try_from(format!("attachment; filename=\"mission.{}\"", format.ending()));
     let headers = [
-        (header::CONTENT_TYPE, HeaderValue::from_static(mime)),
-        (header::CONTENT_DISPOSITION, HeaderValue::from_static(name)),
+        (header::CONTENT_TYPE, HeaderValue::from_static(format.media_type())),
+        (header::CONTENT_DISPOSITION, name.expect("invariant: endings are ASCII")),
+        notes_header(&written.notes),
     ];
-    Ok((headers, text).into_response())
+    Ok((headers, written.bytes).into_response())
 }
 
 /// Looks for what would make a plan fail.
 #[utoipa::path(post, path = "/plan/check", tag = "plans", request_body = PlanCheck,
     responses((status = 200, body = Vec<Finding>), Problem))]
 async fn check(State(app): State<App>, _: Viewer, Body(asked): Body<PlanCheck>) -> Result<Json<Vec<Finding>>, Problem> {
-    Ok(Json(assess(&app, asked.vehicle, &asked.plan)?.findings))
+    let profile = PlaneProfile::default();
+    in_turn(move || Ok(Json(assess(&app, asked.vehicle, &asked.plan, None, None, &profile)?.findings))).await
 }
 
 /// Designs a landing: the items that end a mission, none of their heights tuned by hand.
 #[utoipa::path(post, path = "/plan/landing", tag = "plans", request_body = LandingRequest,
     responses((status = 200, body = Landing), Problem))]
-async fn landing(_: Viewer, Body(asked): Body<LandingRequest>) -> Result<Json<Landing>, Problem> {
-    let point = GeoPoint::new(asked.at.lat_deg, asked.at.lon_deg)?;
-    let designed = design_landing(point, &convert::landing_options(&asked)?)?;
-    Ok(Json(convert::landing(&designed)))
+async fn landing(
+    State(app): State<App>,
+    _: Viewer,
+    Body(asked): Body<LandingRequest>,
+) -> Result<Json<Landing>, Problem> {
+    landings::designed(&app, &asked).await.map(Json)
+}
+
+/// The landings at a place, the best for this wind first: each direction of a runway, or of a fan of courses, with its circle on either side, and what
+/// speaks for and against it. Each is rehearsed from `coming_from`, else from home.
+#[utoipa::path(post, path = "/plan/landing/alternatives", tag = "plans", request_body = LandingRequest,
+    responses((status = 200, body = Vec<LandingAlternative>), Problem))]
+async fn alternatives(
+    State(app): State<App>,
+    _: Viewer,
+    Body(asked): Body<LandingRequest>,
+) -> Result<Json<Vec<LandingAlternative>>, Problem> {
+    landings::alternatives(app, asked).await.map(Json)
+}
+
+/// A landing of which one part is moved; the rest follows.
+#[utoipa::path(post, path = "/plan/landing/move", tag = "plans", request_body = LandingMove,
+    responses((status = 200, body = Landing), Problem))]
+async fn moved_landing(
+    State(app): State<App>,
+    _: Viewer,
+    Body(asked): Body<LandingMove>,
+) -> Result<Json<Landing>, Problem> {
+    landings::moved(&app, &asked).map(Json)
+}
+
+/// Rehearses a plan: the track that the plane would really fly in a wind, when it reaches each item, and where it ends.
+#[utoipa::path(post, path = "/plan/rehearse", tag = "plans", request_body = RehearsalRequest,
+    responses((status = 200, body = Rehearsal), Problem))]
+async fn rehearse(
+    State(app): State<App>,
+    _: Viewer,
+    Body(asked): Body<RehearsalRequest>,
+) -> Result<Json<Rehearsal>, Problem> {
+    assess::rehearsal(&app, &asked).await.map(Json)
+}
+
+/// Which findings of a plan a change of its items, or of one parameter of the vehicle, resolves: each is tried, checked and rehearsed before it is
+/// told. That may take seconds.
+#[utoipa::path(post, path = "/plan/fixes", tag = "plans", request_body = RehearsalRequest,
+    responses((status = 200, body = Vec<FindingFix>), Problem))]
+async fn plan_fixes(
+    State(app): State<App>,
+    _: Viewer,
+    Body(asked): Body<RehearsalRequest>,
+) -> Result<Json<Vec<FindingFix>>, Problem> {
+    assess::fixed(&app, &asked).await.map(Json)
+}
+
+/// Flies a plan many times in winds and with planes that are not quite those expected: where it may pass, and what the odds are. One is flown
+/// after the other; who ends his request ends the flying.
+#[utoipa::path(post, path = "/plan/rehearse/spread", tag = "plans", request_body = SpreadRequest,
+    responses((status = 200, body = Spread), Problem))]
+async fn rehearse_many(
+    State(app): State<App>,
+    _: Viewer,
+    Body(asked): Body<SpreadRequest>,
+) -> Result<Json<Spread>, Problem> {
+    // Whoever goes away drops this.
+    let asks = Arc::new(());
+    let asking = Arc::downgrade(&asks);
+    let spread = assess::spread(&app, asked, move || asking.strong_count() > 0).await;
+    drop(asks);
+    spread.map(Json)
+}
+
+/// What this vehicle's plans are rehearsed with, and what its flight teaches of it: that may be handed to a rehearsal as its `profile`.
+#[utoipa::path(get, path = "/vehicles/{id}/profile", tag = "plans", params(("id" = u8, Path, description = "System id")),
+    responses((status = 200, body = VehicleProfile), Problem))]
+async fn profile(_: Viewer, Vehicle(vehicle): Vehicle) -> Result<Json<VehicleProfile>, Problem> {
+    in_turn(move || Ok(assess::vehicle_profile(&vehicle))).await.map(Json)
+}
+
+/// What to learn a plane from.
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+struct LearnFrom {
+    /// The name of a recording on the server's disk, in place of a body.
+    recording: Option<String>,
+    /// The vehicle whose parameters, as far as they were read, are the plane's.
+    vehicle: Option<u8>,
+    /// Which vehicle of the recording; the first that tells its position when absent.
+    system: Option<u8>,
+}
+
+/// Learns a plane from a recording of its flight, a `.tlog`: the body, or one on the server's disk. It takes a minute or two in the air, with
+/// position, attitude and airspeed, in more than one direction. What the flight does not show keeps the value of the parameters.
+#[utoipa::path(post, path = "/plan/learn", tag = "plans", params(LearnFrom),
+    request_body(content = Vec<u8>, content_type = "application/octet-stream"),
+    responses((status = 200, body = LearnedPlane), Problem))]
+async fn learn(
+    State(app): State<App>,
+    _: Viewer,
+    from: Result<Query<LearnFrom>, QueryRejection>,
+    body: body::Body,
+) -> Result<Json<LearnedPlane>, Problem> {
+    let Query(from) = from?;
+    let vehicle = app.vehicle(from.vehicle);
+    let plane = vehicle.map_or_else(Aircraft::default, |vehicle| vehicle.flies_in(Wind::default()).0);
+    let system = from.system.map(SystemId);
+    let Some(name) = &from.recording else {
+        return streams::read(body, MAX_FLIGHT_BYTES, move |body| learned(recorded_flight(body, system), &plane)).await;
+    };
+    if !body.is_end_stream() {
+        return Err(Problem::invalid("a recording is the body, or one on the server's disk, not both"));
+    }
+    let path = recordings::find(&app, name).await?.0;
+    let flight = move || File::open(path).and_then(|file| recorded_flight(BufReader::new(file), system));
+    in_turn(move || learned(flight(), &plane)).await
+}
+
+fn learned(flight: io::Result<Learner>, plane: &Aircraft) -> Result<Json<LearnedPlane>, Problem> {
+    let flight = flight.map_err(|error| Problem::invalid(format!("the recording cannot be read: {error}")))?;
+    let learned = flight.learned(plane).ok_or_else(|| {
+        Problem::invalid(
+            "no flight to learn from: it takes a minute or two in the air, with position, attitude and airspeed, in more than one direction",
+        )
+    })?;
+    Ok(Json(assess::learned_plane(&learned)))
+}
+
+/// What follows when the link, the battery or the engine fails at a moment of a plan, or a return is asked for; of a vehicle in its
+/// mission also from now on.
+#[utoipa::path(post, path = "/plan/what-if", tag = "plans", request_body = WhatIfRequest,
+    responses((status = 200, body = WhatIfs), Problem))]
+async fn what_if(
+    State(app): State<App>,
+    _: Viewer,
+    Body(asked): Body<WhatIfRequest>,
+) -> Result<Json<WhatIfs>, Problem> {
+    assess::what_if(app, asked).await.map(Json)
 }
 
 /// The commands that a plan may hold.

@@ -108,7 +108,7 @@ async fn list_recordings(State(app): State<App>, _: Viewer) -> Result<Json<Vec<R
 }
 
 /// The path of a recording that is listed: what a client names is compared, never made a path of.
-async fn find(app: &App, name: &str) -> Result<(PathBuf, Recording), Problem> {
+pub(super) async fn find(app: &App, name: &str) -> Result<(PathBuf, Recording), Problem> {
     let (folder, recordings) = listed(app).await?;
     let found = recordings.into_iter().find(|recording| recording.name == name);
     let found = found.ok_or_else(|| Problem::not_found(Thing::Recording, name, "there is no such recording"))?;

@@ -1,5 +1,6 @@
 //! Files over the wire, a piece at a time: memory stays small whatever their size.
 
+use std::io::Read;
 use std::path::PathBuf;
 use std::pin::Pin;
 use std::task::{Context, Poll};
@@ -8,28 +9,94 @@ use axum::body::{Body, Bytes, HttpBody};
 use http_body::Frame;
 use tokio::fs::File;
 use tokio::io::{AsyncRead, ReadBuf};
+use tokio::sync::mpsc;
 use vencejo_maps::MapError;
 use vencejo_maps::uploads::Upload;
 
 use crate::dto::cause::Cause;
 use crate::problem::Problem;
+use crate::turns::with_body;
 
 /// Bytes of a piece.
 const PIECE: usize = 64 * 1024;
+/// Pieces that wait to be read.
+const PIECES: usize = 4;
+
+/// A request's body, a piece at a time.
+struct Pieces {
+    body: Body,
+    bytes: u64,
+    most: u64,
+}
+
+impl Pieces {
+    const fn of(body: Body, most: u64) -> Self {
+        Self { body, bytes: 0, most }
+    }
+
+    /// The next one; `None` at the end.
+    async fn next(&mut self) -> Result<Option<Bytes>, Problem> {
+        while let Some(frame) = std::future::poll_fn(|context| Pin::new(&mut self.body).poll_frame(context)).await {
+            let frame = frame.map_err(|error| Problem::invalid(format!("the file did not come whole: {error}")))?;
+            let Ok(data) = frame.into_data() else { continue };
+            self.bytes += data.len() as u64;
+            if self.bytes > self.most {
+                let detail = format!("the file has more than {} bytes", self.most);
+                return Err(Problem::new(Cause::BodyTooLarge, detail));
+            }
+            return Ok(Some(data));
+        }
+        Ok(None)
+    }
+}
 
 /// Writes a request's body to a file.
 pub(super) async fn take(body: Body, upload: &mut Upload, most: u64) -> Result<(), Problem> {
-    let mut body = std::pin::pin!(body);
-    while let Some(frame) = std::future::poll_fn(|context| body.as_mut().poll_frame(context)).await {
-        let frame = frame.map_err(|error| Problem::invalid(format!("the file did not come whole: {error}")))?;
-        let Ok(data) = frame.into_data() else { continue };
-        if upload.bytes() + data.len() as u64 > most {
-            let detail = format!("the file has more than {most} bytes");
-            return Err(Problem::new(Cause::BodyTooLarge, detail));
-        }
+    let mut pieces = Pieces::of(body, most);
+    while let Some(data) = pieces.next().await? {
         upload.write(&data).await?;
     }
     Ok(())
+}
+
+/// Reads a request's body as it comes, off the runtime's threads.
+pub(super) async fn read<T: Send + 'static>(
+    body: Body,
+    most: u64,
+    work: impl FnOnce(Coming) -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
+    let (come, pieces) = mpsc::channel(PIECES);
+    let feeding = async move {
+        let mut body = Pieces::of(body, most);
+        while let Some(data) = body.next().await? {
+            // What is read no further is let go.
+            let _ = come.send(data).await;
+        }
+        Ok::<_, Problem>(())
+    };
+    let (fed, done) = tokio::join!(feeding, with_body(move || work(Coming { pieces, rest: Bytes::new() })));
+    fed?;
+    done
+}
+
+/// A body that is coming.
+pub(super) struct Coming {
+    pieces: mpsc::Receiver<Bytes>,
+    rest: Bytes,
+}
+
+impl Read for Coming {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        while self.rest.is_empty() {
+            match self.pieces.blocking_recv() {
+                Some(piece) => self.rest = piece,
+                None => return Ok(0),
+            }
+        }
+        let count = buffer.len().min(self.rest.len());
+        buffer[..count].copy_from_slice(&self.rest.split_to(count));
+        Ok(count)
+    }
 }
 
 /// A temporary file as a body, and its length; the file is gone when it was sent, or nobody wants it any more.

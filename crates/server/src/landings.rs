@@ -1,0 +1,112 @@
+//! The landings that the core designs for somebody who asks: one, all to choose from, and one of which a part is moved.
+
+use vencejo_flight::approaches::{self, Runway, Site, landing_alternatives, move_landing, options_of};
+use vencejo_flight::geodesy::GeoPoint;
+use vencejo_flight::ground::GroundMap;
+use vencejo_flight::landing::{LandingOptions, Wind};
+use vencejo_flight::plan::Home;
+use vencejo_flight::rehearsal::{Air, Aircraft, Conditions};
+
+use crate::convert;
+use crate::dto::{Landing, LandingAlternative, LandingMove, LandingRequest};
+use crate::problem::Problem;
+use crate::state::App;
+use crate::turns::in_turn;
+
+/// Most items that a landing consists of.
+const MOST_ITEMS: usize = 3;
+
+/// Designs one, over the ground that the maps know where home is known.
+///
+/// # Errors
+/// For no place or two, and as the core's [`approaches::design`].
+pub(crate) async fn designed(app: &App, asked: &LandingRequest) -> Result<Landing, Problem> {
+    let site = site(asked)?;
+    let options = with_plane(app, asked.vehicle, asked.wind, |usual, _| usual);
+    let options = convert::landing_options(asked, options)?;
+    let Some(home) = home(app, asked)? else {
+        return Ok(convert::landing(&approaches::design(site, &options, None)?));
+    };
+    let map = ground(app, asked, site, home).await;
+    let below = |at| Some(map.height_m(at)? - map.height_m(home)?);
+    Ok(convert::landing(&approaches::design(site, &options, Some(&below))?))
+}
+
+/// All there are to choose from, the best first, over the ground that the maps know where home is known.
+///
+/// # Errors
+/// Likewise.
+pub(crate) async fn alternatives(app: App, asked: LandingRequest) -> Result<Vec<LandingAlternative>, Problem> {
+    let site = site(&asked)?;
+    let at = home(&app, &asked)?;
+    let map = match at {
+        Some(home) => Some(ground(&app, &asked, site, home).await),
+        None => None,
+    };
+    in_turn(move || {
+        let below = |point| map.as_ref().and_then(|map| map.height_m(point));
+        let found = with_plane(&app, asked.vehicle, asked.wind, |usual, conditions| {
+            let alt_amsl_m = at.and_then(below).unwrap_or(0.0);
+            let home = at.map(|at| Home { lat_deg: at.lat_deg(), lon_deg: at.lon_deg(), alt_amsl_m });
+            let conditions = Conditions { home: conditions.home.or(home), ground: Some(&below), ..*conditions };
+            landing_alternatives(site, &convert::landing_options(&asked, usual)?, &conditions)
+        })?;
+        Ok(found.iter().map(convert::landing_alternative).collect())
+    })
+    .await
+}
+
+/// Where home is: where the request has it, else where the vehicle told.
+fn home(app: &App, asked: &LandingRequest) -> Result<Option<GeoPoint>, Problem> {
+    let vehicle = app.vehicle(asked.vehicle);
+    let known = || vehicle.and_then(|vehicle| vehicle.home()).and_then(|home| home.point().ok());
+    Ok(asked.home.map(convert::point).transpose()?.or_else(known))
+}
+
+/// The ground around a place to land. Who names home can wait for it; the page, which names the vehicle, asks while a point is dragged.
+async fn ground(app: &App, asked: &LandingRequest, site: Site, home: GeoPoint) -> GroundMap {
+    let plan = site.surroundings();
+    let place = Home { lat_deg: home.lat_deg(), lon_deg: home.lon_deg(), alt_amsl_m: 0.0 };
+    if asked.home.is_some() {
+        app.wait_for_ground(&plan, Some(place)).await;
+    }
+    app.ground_around(&plan, Some(place)).0
+}
+
+/// One of which a part is moved.
+///
+/// # Errors
+/// As the core's [`move_landing`].
+pub(crate) fn moved(app: &App, asked: &LandingMove) -> Result<Landing, Problem> {
+    // More are no landing, and are not looked through.
+    let items: Vec<_> = asked.items.iter().take(MOST_ITEMS + 1).map(convert::core_item).collect();
+    let usual = with_plane(app, asked.vehicle, asked.wind, |usual, _| usual);
+    let options = LandingOptions { wind: asked.wind, ground_rel_home_m: asked.ground_rel_home_m, ..usual };
+    Ok(convert::landing(&move_landing(&items, asked.part, convert::point(asked.to)?, &options)?))
+}
+
+fn site(asked: &LandingRequest) -> Result<Site, Problem> {
+    match (asked.at, asked.runway) {
+        (Some(at), None) => Ok(Site::Point(convert::point(at)?)),
+        (None, Some(runway)) => {
+            Ok(Site::Runway(Runway::new(convert::point(runway.begin)?, convert::point(runway.end)?)?))
+        }
+        _ => Err(Problem::invalid("a landing is designed at a point or on a runway: give `at` or `runway`")),
+    }
+}
+
+/// What a landing is usually laid out with, and what it is rehearsed with: the vehicle's, else a small plane's.
+fn with_plane<T>(
+    app: &App,
+    vehicle: Option<u8>,
+    wind: Option<Wind>,
+    something: impl FnOnce(LandingOptions, &Conditions<'_>) -> T,
+) -> T {
+    let blows = wind.unwrap_or_default();
+    let Some(vehicle) = app.vehicle(vehicle) else {
+        return something(LandingOptions::default(), &Conditions::new(&Aircraft::default(), Air::from(blows)));
+    };
+    let (plane, air) = vehicle.flies_in(blows);
+    let conditions = Conditions { home: vehicle.home(), ..Conditions::new(&plane, air) };
+    something(options_of(&plane, wind), &conditions)
+}
