@@ -1,5 +1,6 @@
 """The native core of Vencejo: conversion only. Use the `vencejo` package, not this module."""
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeAlias, final
 
@@ -14,36 +15,30 @@ _Plan: TypeAlias = tuple[
     list[tuple[float, float, float, int]],
 ]
 _Finding: TypeAlias = tuple[bool, str, dict[str, bool | int | float | str | None], int | None, str, str]
-_Settings: TypeAlias = tuple[float | None, float | None, int | None, int | None]
+_Settings: TypeAlias = tuple[float | None, float | None, int | None, int | None, list[tuple[str, str]]]
 
 # Plans -------------------------------------------------------------------------------------------------------------
 
 def command_name(command: int) -> str: ...
+def command_title(command: int) -> str | None: ...
 def command_number(name: str) -> int | None: ...
 def command_has_position(command: int) -> bool: ...
 def command_is_nav(command: int) -> bool: ...
-def parse_plan(data: bytes, name: str) -> tuple[_Plan, _Settings]: ...
-def format_plan_json(plan: _Plan, settings: _Settings) -> str: ...
-def format_waypoints(plan: _Plan) -> str: ...
+
+PLAN_ENDINGS: list[str]
+
+def parse_plan(data: bytes, name: str) -> tuple[_Plan, _Settings, list[tuple[str, int, str]]]: ...
+def format_plan(plan: _Plan, settings: _Settings, name: str) -> tuple[bytes, list[tuple[str, int, str]]]: ...
+def edited_complex_items(plan: _Plan, settings: _Settings) -> list[int]: ...
+def complex_parts(plan: _Plan, settings: _Settings) -> list[tuple[int | None, int]]: ...
 def check_plan(plan: _Plan, position: tuple[float, float] | None, on_ground: bool | None) -> list[_Finding]: ...
 def mission_length_m(plan: _Plan) -> float | None: ...
 
 CALM_WIND_M_S: float
 
-def design_landing(
-    at: tuple[float, float],
-    *,
-    course_deg: float | None,
-    coming_from: tuple[float, float] | None,
-    wind: tuple[float, float] | None,
-    ground_rel_home_m: float | None,
-    airspeed_m_s: float | None,
-    slope: float | None,
-    final_height_m: float | None,
-    radius_m: float | None,
-    is_clockwise: bool,
-    has_land_start: bool,
-) -> tuple[
+_Site = tuple[float, float] | tuple[tuple[float, float], tuple[float, float]]
+_Said = tuple[str, str]
+_Landing = tuple[
     list[_Item],
     float,
     Literal["course", "coming-from", "into-wind"],
@@ -53,8 +48,109 @@ def design_landing(
     float,
     float | None,
     float | None,
-    list[tuple[str, str]],
+    list[_Said],
+]
+
+def design_landing(
+    site: _Site, asked: dict[str, Any], home: tuple[float, float, float] | None, ground: _Ground | None
+) -> _Landing: ...
+def landing_alternatives(
+    site: _Site, asked: dict[str, Any], home: tuple[float, float, float] | None, ground: _Ground | None
+) -> list[
+    tuple[
+        _Landing,
+        bool,
+        float | None,
+        tuple[Any, float | None, float | None, float],
+        Literal["good", "doubtful", "bad"],
+        list[_Said],
+    ]
 ]: ...
+def move_landing(items: list[_Item], part: str, to: tuple[float, float], asked: dict[str, Any]) -> _Landing: ...
+def runway(begin: tuple[float, float], end: tuple[float, float]) -> tuple[float, float, tuple[float, float]]: ...
+
+_Learned = tuple[dict[str, Any], tuple[float, float], int, float]
+
+def learn_plane(path: str, *, parameters: dict[str, float], system: int | None) -> _Learned | None: ...
+
+_Moment = tuple[
+    tuple[float, float, float, float, float, float, float | None],
+    tuple[float, float, float],
+    tuple[float, float, float, float],
+    float,
+    int | None,
+]
+_Rehearsal = tuple[
+    str,
+    list[_Finding],
+    list[_Moment],
+    list[tuple[int, float, float | None, float | None]],
+    str,
+    _Moment | None,
+    float,
+    float,
+    float | None,
+    tuple[float, float, float, float | None, int | None] | None,
+    str | None,
+]
+
+_Ground = Callable[[float, float], float | None]
+
+class Elevation:
+    def __init__(self, path: str | os.PathLike[str]) -> None: ...
+    def __call__(self, lat_deg: float, lon_deg: float) -> float | None: ...
+
+def rehearse(plan: _Plan, given: dict[str, Any], ground: _Ground | None) -> _Rehearsal: ...
+
+_Fix = tuple[_Finding, str, dict[str, bool | int | float | str | None], str, _Plan]
+
+def plan_fixes(
+    plan: _Plan,
+    *,
+    parameters: dict[str, float],
+    wind: tuple[float, float],
+    on_ground: bool | None,
+    ground: _Ground | None,
+    clearance_m: float,
+) -> list[_Fix]: ...
+
+_WhatIf = tuple[str, _Moment, list[tuple[float, str]], str, _Rehearsal | None, list[tuple[float, float]]]
+
+def what_if(
+    plan: _Plan, given: dict[str, Any], ground: _Ground | None, *, triggers: list[str], moments: list[float]
+) -> list[_WhatIf]: ...
+
+_Range = tuple[float, float, float]
+
+def rehearse_many(
+    plan: _Plan,
+    given: dict[str, Any],
+    ground: _Ground | None,
+    *,
+    doubts: tuple[float, ...],
+    runs: int,
+    seed: int,
+) -> tuple[
+    _Rehearsal,
+    int,
+    list[tuple[str, int]],
+    _Range,
+    _Range | None,
+    tuple[_Range | None, int | None],
+    _Range | None,
+    list[tuple[float, _Range, _Range]],
+]: ...
+def survey_of(kind: str, json: str) -> tuple[list[tuple[float, float]], float | None, dict[str, Any]] | None: ...
+
+CAMERAS: list[tuple[str, tuple[float, float, int, int, float, float]]]
+
+def design_survey(
+    places: list[tuple[float, float]],
+    *,
+    width_m: float | None,
+    asked: dict[str, Any],
+    parameters: dict[str, float],
+) -> dict[str, Any]: ...
 def parse_params(data: bytes) -> list[tuple[str, float]]: ...
 def format_params(params: Sequence[tuple[str, float]]) -> str: ...
 def distance_m(lat1_deg: float, lon1_deg: float, lat2_deg: float, lon2_deg: float) -> float: ...
@@ -268,6 +364,23 @@ class Vehicle:
     def request_message(self, name: str) -> Pending: ...
     def set_message_rate(self, name: str, rate_hz: float | None) -> Pending: ...
     def check_plan(self, plan: _Plan, waits: bool) -> list[_Finding]: ...
+    def rehearse(
+        self,
+        plan: _Plan,
+        wind: tuple[float, float],
+        profile: dict[str, Any],
+        ground: _Ground | None,
+        clearance_m: float,
+    ) -> _Rehearsal | None: ...
+    def learned(self) -> _Learned | None: ...
+    def what_if(
+        self,
+        at: tuple[_Plan, list[float]] | None,
+        triggers: list[str],
+        wind: tuple[float, float],
+        profile: dict[str, Any],
+        ground: _Ground | None,
+    ) -> list[_WhatIf] | None: ...
     def upload(self, kind: Literal["mission", "fence", "rally"], plan: _Plan) -> Pending: ...
     def download(self, kind: Literal["mission", "fence", "rally"]) -> Pending: ...
     def clear(self, kind: Literal["mission", "fence", "rally"], confirm: str | None) -> Pending: ...
@@ -276,6 +389,8 @@ class Vehicle:
     def param_set(self, name: str, value: float, confirm: str | None) -> Pending: ...
     def note(self, severity: int, text: str) -> Pending: ...
     def reboot(self, confirm: str | None) -> Pending: ...
+    def lacks_terrain(self) -> bool: ...
+    def remote_name(self) -> str | None: ...
     def is_reached(self) -> bool | None: ...
     def rival(self) -> str | None: ...
     def follow_rival(self) -> bool: ...
@@ -285,6 +400,29 @@ class Vehicle:
     ) -> Pending: ...
 
 @final
+class FleetAircraft:
+    def __init__(
+        self,
+        station: Station,
+        *,
+        org: str,
+        name: str,
+        dial: str,
+        trust: Sequence[tuple[str, bool]],
+        uplink_bit_s: float | None,
+    ) -> None: ...
+    def status(self) -> tuple[bool, str | None, str | None, float]: ...
+    def close(self) -> None: ...
+
+class FleetGround:
+    def __init__(
+        self, station: Station, *, org: str, listen: str | None, dial: str | None, key_file: str | os.PathLike[str]
+    ) -> None: ...
+    endpoint: str
+    key: str
+    def aircraft(self) -> list[tuple[str, int | None, bool, float, str | None, str | None]]: ...
+    def close(self) -> None: ...
+
 class Server:
     def __init__(
         self,

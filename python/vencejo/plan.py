@@ -25,8 +25,9 @@ from __future__ import annotations
 import enum
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Final
 
 from vencejo import _native
 from vencejo._files import read_bounded
@@ -38,6 +39,7 @@ from vencejo.storage import write_file
 __all__ = [
     "Circle",
     "Command",
+    "ComplexItem",
     "Fence",
     "Finding",
     "Frame",
@@ -45,10 +47,15 @@ __all__ = [
     "Home",
     "MissionItem",
     "Plan",
+    "PlanNote",
     "PlanSettings",
     "Polygon",
     "RallyPoint",
 ]
+
+
+PLAN_ENDINGS: Final = tuple(f".{ending}" for ending in _native.PLAN_ENDINGS)
+"""Endings of the names of files that `Plan.save` writes."""
 
 
 class Frame(enum.IntEnum):
@@ -364,6 +371,28 @@ class RallyPoint:
 
 
 @dataclass(frozen=True)
+class ComplexItem:
+    """An item of a ``.plan`` file that stands for several: a survey, a corridor, a landing pattern, a structure scan.
+
+    The mission holds the items that it stands for. It is kept beside them, and written in their place as long as they are in the
+    mission as it made them; so QGroundControl opens it as what it was.
+
+    Attributes
+    ----------
+    kind : str
+        ``"survey"``, ``"CorridorScan"``, ``"fwLandingPattern"``, ``"StructureScan"``…
+    json : str
+        The whole of it.
+    """
+
+    kind: str
+    json: str
+
+    def __post_init__(self) -> None:
+        check(self, kind=(str,), json=(str,))
+
+
+@dataclass(frozen=True)
 class PlanSettings:
     """What a ``.plan`` file says beside the plan. QGroundControl plans for these; no vehicle is told.
 
@@ -375,16 +404,42 @@ class PlanSettings:
         MAV_TYPE; 1 is a fixed-wing plane.
     firmware_type : int or None
         MAV_AUTOPILOT; 3 is ArduPilot.
+    complex_items : tuple of ComplexItem
+        Items of the mission that stand for several, in the order of the file.
     """
 
     cruise_speed_m_s: float | None = None
     hover_speed_m_s: float | None = None
     vehicle_type: int | None = None
     firmware_type: int | None = None
+    complex_items: tuple[ComplexItem, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "complex_items", check_each(self, "complex_items", ComplexItem))
         speed, kind = (*NUMBER, NONE), (*WHOLE, NONE)
         check(self, cruise_speed_m_s=speed, hover_speed_m_s=speed, vehicle_type=kind, firmware_type=kind)
+
+
+@dataclass(frozen=True)
+class PlanNote:
+    """What reading a file had to assume or leave out, or what writing one could not keep.
+
+    Attributes
+    ----------
+    code : str
+        Stable name, such as ``"heights-missing"``; `schemas/openapi.json` lists them (``PlanFileNoteCode``).
+    count : int
+        How many heights, items, areas… it concerns.
+    message : str
+        What it says, in English.
+    """
+
+    code: str
+    count: int
+    message: str
+
+    def __str__(self) -> str:
+        return self.message
 
 
 @dataclass(frozen=True)
@@ -401,6 +456,8 @@ class Plan:
     rally : tuple of RallyPoint
     settings : PlanSettings
         Kept from file to file.
+    notes : tuple of PlanNote
+        What reading the file had to assume or leave out; no part of the plan, so that plans which differ in it alone are equal.
     """
 
     items: tuple[MissionItem, ...] = ()
@@ -408,9 +465,11 @@ class Plan:
     fence: Fence = field(default_factory=Fence)
     rally: tuple[RallyPoint, ...] = ()
     settings: PlanSettings = field(default_factory=PlanSettings)
+    notes: tuple[PlanNote, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         check(self, home=(Home, NONE), fence=(Fence,), settings=(PlanSettings,))
+        object.__setattr__(self, "notes", check_each(self, "notes", PlanNote))
         object.__setattr__(self, "items", check_each(self, "items", MissionItem))
         object.__setattr__(self, "rally", check_each(self, "rally", RallyPoint))
 
@@ -422,15 +481,22 @@ class Plan:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Plan:
-        """Read a ``.waypoints`` (QGC WPL 110) or ``.plan`` (QGroundControl) file, told apart by content.
+        """Read a plan file of any kind, told apart by content.
 
-        Older kinds are read too: QGroundControl's ``.mission``, and fences and rally points as lines of
-        points (``.fen``, ``.ral``). Surveys and corridors become the items that the file has for them.
+        These hold plans: ``.plan`` and ``.mission`` (QGroundControl), ``.waypoints`` (QGC WPL 110), ``.fen`` and ``.ral`` (lines of
+        points). Of maps and receivers, ``.kml``, ``.kmz``, ``.geojson``, ``.gpx`` and ``.csv``: lines, else points, become waypoints,
+        areas become zones of the fence to stay inside.
+
+        Surveys, corridors and landing patterns become the items that they stand for, and are kept beside them in
+        ``settings.complex_items``, so that `save` writes them again. A structure scan becomes one item that no vehicle takes: only
+        QGroundControl knows what it stands for.
+
+        Heights keep what they count from, and where a file does not say it, or has none, `Plan.notes` does.
 
         Raises
         ------
         FileFormatError
-            When the file cannot be read; the message names the line or the JSON path.
+            When the file cannot be read; the message names the line, the JSON path or the placemark.
         """
         path = Path(path)
         try:
@@ -438,15 +504,27 @@ class Plan:
         except OSError as error:
             raise FileFormatError(f"{path}: {error.strerror or error}") from error
         try:
-            native, settings = _native.parse_plan(data, path.name)
+            native, settings, notes = _native.parse_plan(data, path.name)
         except FileFormatError as error:
             raise FileFormatError(f"{path}: {error}") from None
-        return replace(cls._from_native(native), settings=PlanSettings(*settings))
+        cruise, hover, vehicle, firmware, complex_items = settings
+        kept = tuple(ComplexItem(*item) for item in complex_items)
+        return replace(
+            cls._from_native(native),
+            settings=PlanSettings(cruise, hover, vehicle, firmware, kept),
+            notes=tuple(PlanNote(*note) for note in notes),
+        )
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a ``.waypoints`` or ``.plan`` file; the name's ending says which.
+    def save(self, path: str | os.PathLike[str]) -> tuple[PlanNote, ...]:
+        """Write a file; the name's ending says which: ``.plan``, ``.waypoints``, ``.kml``, ``.kmz``, ``.geojson``, ``.gpx``, ``.csv``.
 
-        A ``.waypoints`` file holds the mission alone; of a plan without one its fence, else its rally points.
+        A ``.waypoints`` file holds the mission alone; of a plan without one its fence, else its rally points. A ``.gpx`` holds the
+        places of the mission. The others hold everything.
+
+        Returns
+        -------
+        tuple of PlanNote
+            What the file does not keep as it is in the plan; empty when it keeps all.
 
         Raises
         ------
@@ -454,14 +532,28 @@ class Plan:
             For another ending, or a plan that the format cannot hold.
         """
         path = Path(path)
-        suffix = path.suffix.lower()
-        if suffix == ".plan":
-            text = _native.format_plan_json(self._to_native(), astuple(self.settings))
-        elif suffix in (".waypoints", ".txt"):
-            text = _native.format_waypoints(self._to_native())
-        else:
-            raise FileFormatError(f"{path}: a plan is saved as .plan or .waypoints, not '{suffix}'; rename it")
-        write_file(path, text.encode())
+        try:
+            data, notes = _native.format_plan(self._to_native(), self._native_settings(), path.name)
+        except FileFormatError as error:
+            raise FileFormatError(f"{path}: {error}") from None
+        write_file(path, data)
+        return tuple(PlanNote(*note) for note in notes)
+
+    @property
+    def edited_complex_items(self) -> tuple[ComplexItem, ...]:
+        """Those of ``settings.complex_items`` whose items were changed: `save` writes their items one by one."""
+        edited = _native.edited_complex_items(self._to_native(), self._native_settings())
+        return tuple(self.settings.complex_items[index] for index in edited)
+
+    def _native_settings(self) -> _native._Settings:
+        settings = self.settings
+        return (
+            settings.cruise_speed_m_s,
+            settings.hover_speed_m_s,
+            settings.vehicle_type,
+            settings.firmware_type,
+            [(item.kind, item.json) for item in settings.complex_items],
+        )
 
     def check(self, *, position: GeoPoint | Home | None = None, on_ground: bool | None = None) -> tuple[Finding, ...]:
         """Look for what would make the plan fail or be refused.

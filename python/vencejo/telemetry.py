@@ -629,6 +629,28 @@ class FenceStatus(Group):
     breach_type: int
 
 
+@dataclass(frozen=True, kw_only=True)
+class TerrainReport(Group):
+    """TERRAIN_REPORT: what the vehicle knows of the ground.
+
+    Attributes
+    ----------
+    ground_amsl_m : float or None
+        Ground above mean sea level under the vehicle; ``None`` as long as it does not know it.
+    alt_terrain_m : float or None
+        Altitude of the vehicle above that ground.
+    pending : int
+        Blocks of 4 × 4 altitudes that it waits for.
+    loaded : int
+        Blocks that it holds in memory.
+    """
+
+    ground_amsl_m: float | None
+    alt_terrain_m: float | None
+    pending: int
+    loaded: int
+
+
 _G = TypeVar("_G", bound=Group)
 
 GROUPS: Final[dict[str, type[Group]]] = {
@@ -654,6 +676,7 @@ GROUPS: Final[dict[str, type[Group]]] = {
     "rc": RcChannels,
     "system_time": SystemTime,
     "fence": FenceStatus,
+    "terrain": TerrainReport,
     "battery": Battery,
 }
 """The class of each group by its name in a snapshot."""
@@ -801,6 +824,11 @@ class Telemetry:
     def fence(self) -> FenceStatus | None:
         """See `FenceStatus`."""
         return self._group("fence", FenceStatus)
+
+    @cached_property
+    def terrain(self) -> TerrainReport | None:
+        """See `TerrainReport`."""
+        return self._group("terrain", TerrainReport)
 
     @cached_property
     def batteries(self) -> tuple[Battery, ...]:

@@ -22,11 +22,14 @@ from vencejo.errors import CommandTimeout, InvalidRequest
 
 if TYPE_CHECKING:
     from vencejo.findings import Finding
+    from vencejo.landing import Wind
     from vencejo.link import LinkInfo
     from vencejo.plan import Home, Plan
+    from vencejo.rehearsal import Airframe, Battery, Ground, Learned, Rehearsal
     from vencejo.signing import SigningInfo
     from vencejo.station import Station
     from vencejo.telemetry import Telemetry
+    from vencejo.what_if import Trigger, WhatIf
 
 __all__ = [
     "Event",
@@ -333,6 +336,11 @@ class VehicleState:
         return None if info is None else LinkInfo(**info)
 
     @property
+    def remote_name(self) -> str | None:
+        """Its name in a fleet, when it is far away: no link of this station reaches it, a station on board does."""
+        return self._native.remote_name()
+
+    @property
     def is_reached(self) -> bool | None:
         """Whether it hears us; ``None`` when that is not known.
 
@@ -340,6 +348,11 @@ class VehicleState:
         direction only, or the vehicle takes nothing without a signing key that we lack.
         """
         return self._native.is_reached()
+
+    @property
+    def lacks_terrain(self) -> bool:
+        """Whether it asks for the ground's altitude at places where no map of the server that serves its station knows it."""
+        return self._native.lacks_terrain()
 
     @property
     def rival(self) -> str | None:
@@ -434,6 +447,90 @@ class VehicleState:
         from vencejo.plan import findings_of
 
         return findings_of(self._native.check_plan(plan._to_native(), False))
+
+    def rehearse(
+        self,
+        plan: Plan,
+        *,
+        airframe: Airframe | None = None,
+        battery: Battery | None = None,
+        wind: Wind | None = None,
+        ground: Ground | None = None,
+        clearance_m: float = 30.0,
+    ) -> Rehearsal:
+        """Fly a plan as this plane would in a wind (calm by default), from the ground at its home or else the plan's.
+
+        What was read of its parameters is the plane's, anything else is as an ArduPlane comes: read them first, by
+        ``vehicle.params.all()``. Its battery is the one that it tells of, its power that of its flight as far as it was followed.
+        ``airframe`` (:meth:`learned` has one), ``battery``, ``ground`` and ``clearance_m`` are those of
+        :func:`vencejo.rehearsal.rehearse`.
+
+        Raises
+        ------
+        InvalidRequest
+            When neither the vehicle nor the plan has a home, and for a number out of its range.
+        """
+        from vencejo.rehearsal import _blowing, _of_native, _plan, _profile, _within
+
+        flown = self._native.rehearse(
+            _plan(plan)._to_native(),
+            _blowing(wind),
+            _profile(airframe, battery),
+            ground,
+            _within("clearance_m", clearance_m, 0.0, 1_000.0),
+        )
+        if flown is None:
+            raise InvalidRequest("a rehearsal begins at home: neither the vehicle nor the plan has one")
+        return _of_native(flown)
+
+    def learned(self) -> Learned | None:
+        """What the plane's flight teaches of it, as :func:`vencejo.rehearsal.learn`; ``None`` where that is too little yet.
+
+        Of the last ten minutes in the air, as far as this station followed them.
+        """
+        from vencejo.rehearsal import _learned
+
+        learned = self._native.learned()
+        return None if learned is None else _learned(learned)
+
+    def what_if(
+        self,
+        plan: Plan | None = None,
+        at_s: float | Sequence[float] | None = None,
+        triggers: Sequence[Trigger] | None = None,
+        *,
+        airframe: Airframe | None = None,
+        battery: Battery | None = None,
+        wind: Wind | None = None,
+        ground: Ground | None = None,
+    ) -> tuple[WhatIf, ...]:
+        """What follows when something happens at moments of a plan, with this plane's own failsafes: :func:`vencejo.what_if.what_if`.
+
+        Without a plan and a moment it is from now on, as the vehicle flies: its mission, or in GUIDED, LOITER, CIRCLE or RTL to the end of
+        that; in a mode that a pilot steers straight on until something is decided.
+
+        Raises
+        ------
+        InvalidRequest
+            As there, for a plan without a moment or a moment without a plan, and without both when it is not known that the vehicle
+            flies, and how.
+        """
+        from vencejo.rehearsal import _blowing, _plan, _profile
+        from vencejo.what_if import TRIGGERS, _moments, _named, _of_tuples
+
+        if (plan is None) is not (at_s is None):
+            raise InvalidRequest("a plan comes with at_s, a moment of it; now is asked for without both")
+        found = self._native.what_if(
+            None if plan is None or at_s is None else (_plan(plan)._to_native(), _moments(at_s)),
+            _named(TRIGGERS if triggers is None else triggers),
+            _blowing(wind),
+            _profile(airframe, battery),
+            ground,
+        )
+        if found is None:
+            lacks = "it is not known to fly, and how" if plan is None else "neither the vehicle nor the plan has a home"
+            raise InvalidRequest(f"nothing can be rehearsed: {lacks}")
+        return _of_tuples(found)
 
     def _require_sound(self, plan: Plan) -> None:
         """Refuse a plan with an error; it may wait on board until the plane flies."""

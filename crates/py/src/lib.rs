@@ -6,7 +6,10 @@
 use pyo3::prelude::*;
 
 mod errors;
+#[cfg(feature = "fleet")]
+mod fleet;
 mod geodesy;
+mod ground;
 mod guidance;
 mod landing;
 mod link;
@@ -15,11 +18,13 @@ mod operator;
 mod pending;
 mod plan;
 mod recording;
+mod rehearsal;
 mod runtime;
 mod server;
 mod station;
 mod storage;
 mod subscription;
+mod survey;
 mod telemetry;
 mod vehicle;
 mod video;
@@ -29,18 +34,23 @@ mod video;
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     errors::register(module)?;
+    #[cfg(feature = "fleet")]
+    fleet::register(module)?;
     geodesy::register(module)?;
     guidance::register(module)?;
     landing::register(module)?;
     operator::register(module)?;
     plan::register(module)?;
     recording::register(module)?;
+    rehearsal::register(module)?;
     server::register(module)?;
     station::register(module)?;
     storage::register(module)?;
+    survey::register(module)?;
     vehicle::register(module)?;
     video::register(module)?;
     module.add_function(wrap_pyfunction!(runtime::end_waits, module)?)?;
+    module.add_class::<ground::Elevation>()?;
     module.add_class::<messages::PyMessage>()?;
     module.add_class::<pending::PyPending>()?;
     module.add_class::<subscription::Subscription>()?;

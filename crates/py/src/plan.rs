@@ -1,12 +1,13 @@
 //! Plans between Python's plain tuples (see `vencejo.plan`) and `vencejo-flight`.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use vencejo_flight::checks::{CheckContext, Figure, Finding, Severity, check_plan as check};
 use vencejo_flight::formats::{
-    self, ParamDialect, ParamEntry, PlanSettings, read_params, write_params, write_plan_json, write_waypoints,
+    self, ComplexItem, Note, ParamDialect, ParamEntry, PlanFormat, PlanSettings, read_params, write_params, write_plan,
 };
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::plan::{
@@ -23,18 +24,21 @@ type ZoneTuple = (bool, Vec<(f64, f64)>, Option<f64>);
 /// `(home, items, fence zones, fence return point, rally points)`.
 pub type PlanTuple =
     (Option<(f64, f64, f64)>, Vec<ItemTuple>, Vec<ZoneTuple>, Option<(f64, f64, f64)>, Vec<(f64, f64, f64, u8)>);
-/// What a file says beside the plan: `(cruise speed, hover speed, MAV_TYPE, MAV_AUTOPILOT)`.
-type SettingsTuple = (Option<f64>, Option<f64>, Option<u8>, Option<u8>);
+/// What a file says beside the plan: `(cruise speed, hover speed, MAV_TYPE, MAV_AUTOPILOT, complex items by kind and JSON)`.
+type SettingsTuple = (Option<f64>, Option<f64>, Option<u8>, Option<u8>, Vec<(String, String)>);
 
 /// Adds the functions of this module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("PLAN_ENDINGS", PlanFormat::WRITTEN.map(PlanFormat::ending))?;
     module.add_function(wrap_pyfunction!(command_name, module)?)?;
+    module.add_function(wrap_pyfunction!(command_title, module)?)?;
     module.add_function(wrap_pyfunction!(command_number, module)?)?;
     module.add_function(wrap_pyfunction!(command_has_position, module)?)?;
     module.add_function(wrap_pyfunction!(command_is_nav, module)?)?;
     module.add_function(wrap_pyfunction!(parse_plan, module)?)?;
-    module.add_function(wrap_pyfunction!(format_plan_json, module)?)?;
-    module.add_function(wrap_pyfunction!(format_waypoints, module)?)?;
+    module.add_function(wrap_pyfunction!(format_plan, module)?)?;
+    module.add_function(wrap_pyfunction!(edited_complex_items, module)?)?;
+    module.add_function(wrap_pyfunction!(complex_parts, module)?)?;
     module.add_function(wrap_pyfunction!(check_plan, module)?)?;
     module.add_function(wrap_pyfunction!(mission_length_m, module)?)?;
     module.add_function(wrap_pyfunction!(parse_params, module)?)?;
@@ -51,11 +55,11 @@ pub fn home_from_tuple((lat_deg, lon_deg, alt_amsl_m): (f64, f64, f64)) -> Home 
     Home { lat_deg, lon_deg, alt_amsl_m }
 }
 
-fn item_from_tuple((command, frame, params, autocontinue): ItemTuple) -> MissionItem {
+pub fn item_from_tuple((command, frame, params, autocontinue): ItemTuple) -> MissionItem {
     MissionItem { command: Command(command), frame: MavFrame::from(frame), params, autocontinue }
 }
 
-fn item_to_tuple(item: &MissionItem) -> ItemTuple {
+pub fn item_to_tuple(item: &MissionItem) -> ItemTuple {
     (item.command.0, item.frame.number(), item.params, item.autocontinue)
 }
 
@@ -121,6 +125,12 @@ fn command_name(command: u16) -> String {
     Command(command).to_string()
 }
 
+/// What a MAV_CMD is called in English; `None` for one that ArduPlane does not take.
+#[pyfunction]
+fn command_title(command: u16) -> Option<&'static str> {
+    Command(command).info().map(|info| info.title)
+}
+
 /// The number of a MAV_CMD by name, with or without its prefix.
 #[pyfunction]
 fn command_number(name: &str) -> Option<u16> {
@@ -139,33 +149,73 @@ fn command_is_nav(command: u16) -> bool {
     Command(command).is_nav()
 }
 
+/// A note of a reader or writer: code, how many it concerns, message.
+type NoteTuple = (&'static str, usize, String);
+
+fn notes(found: &[Note]) -> Vec<NoteTuple> {
+    found.iter().map(|note| (note.code.as_str(), note.count, note.to_string())).collect()
+}
+
 /// Reads a plan file of any known kind.
 #[pyfunction]
-fn parse_plan(py: Python<'_>, data: &Bound<'_, PyBytes>, name: &str) -> PyResult<(PlanTuple, SettingsTuple)> {
+fn parse_plan(
+    py: Python<'_>,
+    data: &Bound<'_, PyBytes>,
+    name: &str,
+) -> PyResult<(PlanTuple, SettingsTuple, Vec<NoteTuple>)> {
     let data = data.as_bytes();
     let file = runtime::detached(py, || formats::read_plan(data, Some(name)))
         .map_err(|error| errors::raise("FileFormatError", error))?;
-    let PlanSettings { cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type } = file.settings;
-    Ok((plan_to_tuple(&file.plan), (cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type)))
+    let PlanSettings { cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type, complex_items } = file.settings;
+    let complex_items = complex_items.into_iter().map(|complex| (complex.kind, complex.json)).collect();
+    let settings = (cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type, complex_items);
+    Ok((plan_to_tuple(&file.plan), settings, notes(&file.notes)))
 }
 
-/// Writes a plan as QGroundControl's `.plan`.
+/// Writes a plan in the format that the ending of a name asks for; with what the file does not keep as it is.
 #[pyfunction]
-fn format_plan_json(plan: PlanTuple, settings: SettingsTuple) -> PyResult<String> {
-    let (cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type) = settings;
-    let settings = PlanSettings { cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type };
-    write_plan_json(&plan_from_tuple(plan)?, &settings).map_err(|error| errors::raise("FileFormatError", error))
+fn format_plan(plan: PlanTuple, settings: SettingsTuple, name: &str) -> PyResult<(Cow<'static, [u8]>, Vec<NoteTuple>)> {
+    let settings = settings_from_tuple(settings);
+    let format = PlanFormat::of_name(name).ok_or_else(|| {
+        let endings: Vec<String> = PlanFormat::WRITTEN.iter().map(|format| format!(".{}", format.ending())).collect();
+        let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending);
+        let message = format!("a plan is saved as {}, not as \".{ending}\"; rename it", endings.join(", "));
+        errors::raise("FileFormatError", message)
+    })?;
+    let written = write_plan(&plan_from_tuple(plan)?, &settings, format)
+        .map_err(|error| errors::raise("FileFormatError", error))?;
+    Ok((written.bytes.into(), notes(&written.notes)))
 }
 
-/// Writes a mission, else a fence, else rally points as `QGC WPL 110`.
+/// Index of the first item of each complex item, none when they were edited, and how many it made.
 #[pyfunction]
-fn format_waypoints(plan: PlanTuple) -> PyResult<String> {
-    write_waypoints(&plan_from_tuple(plan)?).map_err(|error| errors::raise("FileFormatError", error))
+fn complex_parts(plan: PlanTuple, settings: SettingsTuple) -> PyResult<Vec<(Option<usize>, usize)>> {
+    let parts = formats::complex_parts(&plan_from_tuple(plan)?, &settings_from_tuple(settings))
+        .map_err(|error| errors::raise("FileFormatError", error))?;
+    Ok(parts.iter().map(|part| (part.first, part.count)).collect())
+}
+
+/// Which of the complex items, by their place in the list, are no longer in the plan as they made it.
+#[pyfunction]
+fn edited_complex_items(plan: PlanTuple, settings: SettingsTuple) -> PyResult<Vec<usize>> {
+    let settings = settings_from_tuple(settings);
+    let edited = formats::edited_complex_items(&plan_from_tuple(plan)?, &settings)
+        .map_err(|error| errors::raise("FileFormatError", error))?;
+    let is_edited = |complex: &ComplexItem| edited.iter().any(|edited| std::ptr::eq(*edited, complex));
+    let numbered = settings.complex_items.iter().enumerate();
+    Ok(numbered.filter(|(_, complex)| is_edited(complex)).map(|(index, _)| index).collect())
+}
+
+fn settings_from_tuple(settings: SettingsTuple) -> PlanSettings {
+    let (cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type, complex_items) = settings;
+    let complex_items = complex_items.into_iter().map(|(kind, json)| ComplexItem { kind, json }).collect();
+    PlanSettings { cruise_speed_m_s, hover_speed_m_s, vehicle_type, firmware_type, complex_items }
 }
 
 /// What a check found: is it an error, code, figures by name, item from 1, message, remedy.
-pub type FindingTuple =
-    (bool, &'static str, BTreeMap<&'static str, Option<FigureValue>>, Option<usize>, String, String);
+pub type FindingTuple = (bool, &'static str, FigureTuple, Option<usize>, String, String);
+/// Figures by name.
+pub type FigureTuple = BTreeMap<&'static str, Option<FigureValue>>;
 
 /// A figure of a finding; one that is absent is `None`.
 #[derive(IntoPyObject)]
@@ -195,6 +245,11 @@ fn check_plan(plan: PlanTuple, position: Option<(f64, f64)>, on_ground: Option<b
     Ok(findings(check(&plan, &context)))
 }
 
+/// Figures for Python.
+pub fn figures(named: Vec<(&'static str, Figure)>) -> FigureTuple {
+    named.into_iter().map(|(name, figure)| (name, figure_value(figure))).collect()
+}
+
 /// Findings for Python.
 pub fn findings(found: Vec<Finding>) -> Vec<FindingTuple> {
     found
@@ -204,7 +259,7 @@ pub fn findings(found: Vec<Finding>) -> Vec<FindingTuple> {
             (
                 is_error,
                 finding.code().as_str(),
-                finding.kind.figures().into_iter().map(|(name, figure)| (name, figure_value(figure))).collect(),
+                figures(finding.kind.figures()),
                 finding.item,
                 finding.message,
                 finding.remedy,

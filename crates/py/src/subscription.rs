@@ -217,6 +217,8 @@ fn event_tuple<'py>(
         VehicleEvent::StreamsFellBack => "streams_fell_back",
         VehicleEvent::Contested => "contested",
         VehicleEvent::Uncontested => "uncontested",
+        VehicleEvent::TerrainUnknown => "terrain_unknown",
+        VehicleEvent::TerrainKnown => "terrain_known",
         _ => "other",
     };
     Ok((kind, seconds(at), detail).into_pyobject(py)?.into_any())

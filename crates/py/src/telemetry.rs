@@ -223,6 +223,12 @@ impl TelemetrySnapshot {
                 breach_count: f.breach_count,
                 breach_type: f.breach_type,
             }),
+            "terrain" => arm!(terrain, |r| {
+                ground_amsl_m: r.ground_amsl_m,
+                alt_terrain_m: r.alt_terrain_m,
+                pending: r.pending,
+                loaded: r.loaded,
+            }),
             _ => Err(pyo3::exceptions::PyKeyError::new_err(name.to_owned())),
         }
     }

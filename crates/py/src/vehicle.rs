@@ -4,7 +4,9 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{Mission, Plan, PlanKind};
+use vencejo_flight::rehearsal::{Air, Aircraft, Conditions};
 use vencejo_proto::{Address, CommandInt, CommandLong, Message, MissionSeq};
 use vencejo_station::{SigningChange, StationError, VehicleHandle};
 use vencejo_vehicle::modes::{Action, ModeFamily};
@@ -17,9 +19,10 @@ use crate::messages::{fields_of, message_id, message_ids};
 use crate::operator::PyOperator;
 use crate::pending::PyPending;
 use crate::plan::{FindingTuple, PlanTuple, findings, home_from_tuple, plan_from_tuple, plan_to_tuple};
+use crate::rehearsal::{self, LearnedTuple, Profile, RehearsalTuple, WhatIfTuple};
 use crate::subscription::Subscription;
 use crate::telemetry::{TelemetrySnapshot, seconds};
-use crate::{errors, runtime};
+use crate::{errors, ground, runtime};
 
 /// Adds this module's class and functions.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -102,6 +105,12 @@ impl PyVehicle {
     /// A vehicle for Python.
     pub fn new(vehicle: VehicleHandle) -> Self {
         Self { vehicle }
+    }
+
+    /// The plane with the airframe and the battery that somebody chose, and a wind.
+    fn flies_in(&self, (from_deg, speed_m_s): (f64, f64), profile: Profile) -> PyResult<(Aircraft, Air)> {
+        let (plane, air) = self.vehicle.flies_in(Wind { from_deg, speed_m_s });
+        Ok((profile.of(plane)?, air))
     }
 
     /// The same as an object of Python.
@@ -444,9 +453,64 @@ impl PyVehicle {
     }
 
     /// What is wrong or doubtful in a plan that it is to fly now, or that is to wait on board until it flies.
-    fn check_plan(&self, plan: PlanTuple, waits: bool) -> PyResult<Vec<FindingTuple>> {
+    fn check_plan(&self, py: Python<'_>, plan: PlanTuple, waits: bool) -> PyResult<Vec<FindingTuple>> {
         let plan = plan_from_tuple(plan)?;
-        Ok(findings(if waits { self.vehicle.check_upload(&plan) } else { self.vehicle.check_plan(&plan) }))
+        let found = py.detach(|| if waits { self.vehicle.check_upload(&plan) } else { self.vehicle.check_plan(&plan) });
+        Ok(findings(found))
+    }
+
+    fn rehearse(
+        &self,
+        py: Python<'_>,
+        plan: PlanTuple,
+        wind: (f64, f64),
+        profile: Profile,
+        ground: Option<Bound<'_, PyAny>>,
+        clearance_m: f64,
+    ) -> PyResult<Option<RehearsalTuple>> {
+        let plan = plan_from_tuple(plan)?;
+        let flies_in = self.flies_in(wind, profile)?;
+        let map = ground::around(ground.as_ref(), &plan, self.vehicle.home())?;
+        let below = |point| map.height_m(point);
+        Ok(py.detach(|| {
+            let home_amsl_m = self.vehicle.home().or(plan.mission.home)?.alt_amsl_m;
+            let (flown, found) = self.vehicle.rehearse(&plan, &flies_in, Some(&below), clearance_m)?;
+            Some(rehearsal::to_tuple(&flown, found, home_amsl_m))
+        }))
+    }
+
+    /// What its flight teaches; `None` where it is too short.
+    fn learned<'py>(&self, py: Python<'py>) -> PyResult<Option<LearnedTuple<'py>>> {
+        let learned = py.detach(|| self.vehicle.learned());
+        learned.map(|learned| rehearsal::learned_tuple(py, &learned)).transpose()
+    }
+
+    /// At moments of a plan, or from now on; `None` where no home is known, or it is not known to be in the air.
+    fn what_if(
+        &self,
+        py: Python<'_>,
+        at: Option<(PlanTuple, Vec<f64>)>,
+        triggers: Vec<String>,
+        wind: (f64, f64),
+        profile: Profile,
+        ground: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Option<Vec<WhatIfTuple>>> {
+        let at = at.map(|(plan, moments)| Ok::<_, PyErr>((plan_from_tuple(plan)?, moments))).transpose()?;
+        let triggers = rehearsal::triggers_named(&triggers)?;
+        let (plane, air) = self.flies_in(wind, profile)?;
+        let home = self.vehicle.home();
+        let asked = match at {
+            Some((plan, moments)) => Some((plan, None, moments)),
+            None => self.vehicle.from_now().map(|(plan, start)| (plan, Some(start), vec![0.0])),
+        };
+        let Some((plan, start, moments)) = asked else { return Ok(None) };
+        let map = ground::around(ground.as_ref(), &plan, home)?;
+        let below = |point| map.height_m(point);
+        Ok(py.detach(|| {
+            let conditions = Conditions { home, ground: Some(&below), ..Conditions::new(&plane, air) };
+            let conditions = Conditions { start: start.unwrap_or(conditions.start), ..conditions };
+            rehearsal::what_if_tuples(&plan, &conditions, &triggers, &moments)
+        }))
     }
 
     fn upload(&self, py: Python<'_>, kind: &str, plan: PlanTuple) -> PyResult<PyPending> {
@@ -487,6 +551,14 @@ impl PyVehicle {
     #[pyo3(signature = (confirm))]
     fn reboot(&self, py: Python<'_>, confirm: Option<&str>) -> PyResult<PyPending> {
         self.start_confirmed(py, Request::Reboot, confirm)
+    }
+
+    fn lacks_terrain(&self) -> bool {
+        self.vehicle.lacks_terrain()
+    }
+
+    fn remote_name(&self) -> Option<String> {
+        self.vehicle.remote_name()
     }
 
     fn is_reached(&self) -> Option<bool> {

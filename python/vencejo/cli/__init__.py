@@ -18,7 +18,9 @@ from vencejo.cli.fly import fly
 from vencejo.cli.links import links
 from vencejo.cli.maps import maps_app
 from vencejo.cli.mission import mission_app
+from vencejo.cli.onboard import onboard
 from vencejo.cli.params import params_app
+from vencejo.cli.plan import plan_app
 from vencejo.cli.record import record, replay
 from vencejo.cli.serve import serve
 from vencejo.cli.signing import signing_app
@@ -70,11 +72,13 @@ def root(
 
 app.command()(demo)
 app.command()(serve)
+app.command()(onboard)
 app.command()(tokens)
 app.command()(camera)
 app.command()(fly)
 app.command()(telemetry)
 app.add_typer(mission_app, name="mission")
+app.add_typer(plan_app, name="plan")
 app.add_typer(params_app, name="params")
 app.command()(links)
 app.add_typer(signing_app, name="signing")

@@ -14,19 +14,20 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 from typer.core import TyperGroup
 
 if TYPE_CHECKING:
+    from pathlib import Path
     from types import FrameType
 
     from rich.console import Console
     from rich.table import Table
 
-    from vencejo.plan import Finding
+    from vencejo.plan import Finding, PlanNote
 
 DEFAULT_LINK: Final = "default"
 """Stands for the link of those who name none: `vencejo.cli.listening` says what it is."""
@@ -245,6 +246,20 @@ def status(text: str) -> Iterator[None]:
         return
     with console.status(clean(text)):
         yield
+
+
+def require_plan_name(file: Path) -> None:
+    """Refuse a name whose ending says no format in which a plan is written, before anything is done."""
+    from vencejo.plan import PLAN_ENDINGS
+
+    if file.suffix.lower() not in (*PLAN_ENDINGS, ".txt"):
+        raise Failed(f"{file}: a plan is saved as {', '.join(PLAN_ENDINGS)}; name the file so", Exit.USAGE)
+
+
+def say_notes(notes: Sequence[PlanNote]) -> None:
+    """What reading or writing a file had to assume or leave out, to standard error."""
+    for note in notes:
+        say(f"note: {note}")
 
 
 def finding_text(finding: Finding) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import enum
 from collections.abc import Mapping
 from pathlib import Path
@@ -23,6 +24,8 @@ from vencejo.cli.common import (
     finding_text,
     progress_bar,
     put_json,
+    require_plan_name,
+    say_notes,
     stdout,
     table,
 )
@@ -60,7 +63,7 @@ KindOption = Annotated[Kind, typer.Option("--kind", help="Which part of the plan
 
 @mission_app.command()
 def upload(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A .waypoints or .plan file.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A plan file.")],
     link: LinkOption = DEFAULT_LINK,
     kind: KindOption = Kind.mission,
     check: Annotated[bool, typer.Option("--check/--no-check", help="Refuse a mission with errors.")] = True,
@@ -98,7 +101,9 @@ def upload(
 
 @mission_app.command()
 def download(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Where to: a .waypoints or .plan file.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="Where to; the ending says how: .waypoints, .plan, .kml…")
+    ],
     link: LinkOption = DEFAULT_LINK,
     kind: KindOption = Kind.mission,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file.")] = False,
@@ -106,26 +111,26 @@ def download(
     system: SystemOption = None,
     timeout: TimeoutOption = 30.0,
 ) -> None:
-    """Read the mission from the vehicle into a file. A .waypoints file holds one kind, a .plan file all.
+    """Read the mission from the vehicle into a file. A .waypoints file holds one kind, a .plan file all; see vencejo plan convert.
 
     Example: vencejo mission download on-board.waypoints
 
     Example: vencejo mission download on-board.plan --kind all --link udpin:0.0.0.0:14550
     """
-    if file.suffix.lower() not in (".plan", ".waypoints", ".txt"):
-        raise Failed(f"{file}: a plan is saved as .plan or .waypoints; name the file so", Exit.USAGE)
-    if kind is Kind.all and file.suffix.lower() != ".plan":
-        raise Failed(f"{file}: a .waypoints file holds a mission, a fence or rally points; name it .plan", Exit.USAGE)
+    require_plan_name(file)
+    if kind is Kind.all and file.suffix.lower() in (".waypoints", ".txt", ".gpx"):
+        raise Failed(f"{file}: such a file holds a mission, a fence or rally points; name it .plan", Exit.USAGE)
     if file.exists() and not force:
         raise Failed(f"{file} exists; add --force to overwrite it")
     if not file.resolve().parent.is_dir():
         raise Failed(f"{file}: there is no folder {file.resolve().parent}")
     plan = _read(link, kind, system, timeout, quiet=json)
-    plan.save(file)
+    notes = plan.save(file)
     counts = {part: count(plan, part) for part in _kinds(kind)}
     if json:
-        put_json({"file": str(file), **counts})
+        put_json({"file": str(file), **counts, "notes": [dataclasses.asdict(note) for note in notes]})
     else:
+        say_notes(notes)
         print(f"{file}: " + ", ".join(f"{part} {held}" for part, held in counts.items()))
 
 
@@ -158,7 +163,7 @@ def clear(
 @mission_app.command()
 def show(
     file: Annotated[
-        Path | None, typer.Argument(metavar="FILE", help="A .waypoints or .plan file; the vehicle when not given.")
+        Path | None, typer.Argument(metavar="FILE", help="A plan file; the vehicle when not given.")
     ] = None,
     link: LinkOption = DEFAULT_LINK,
     kind: KindOption = Kind.mission,

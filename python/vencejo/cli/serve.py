@@ -35,7 +35,9 @@ from vencejo.cli.ice import (
 from vencejo.cli.listening import ListenOption, default_link
 
 if TYPE_CHECKING:
+    from vencejo.fleet import Fleet
     from vencejo.serve import Server
+    from vencejo.station import Station
     from vencejo.storage import StorageProblem
 
 ON_BOARD_COMPONENT: Final = 191
@@ -120,6 +122,26 @@ def serve(
     video_floor: Annotated[int | None, floor_option("--video-floor", "video", 1000)] = None,
     telemetry_floor: Annotated[int | None, floor_option("--telemetry-floor", "telemetry", 500)] = None,
     forward: ForwardOption = None,
+    fleet: Annotated[
+        str | None,
+        typer.Option(
+            "--fleet",
+            metavar="ORG",
+            help="Show the aircraft of this organisation that `vencejo onboard` brings here over a network.",
+        ),
+    ] = None,
+    fleet_listen: Annotated[
+        str,
+        typer.Option(
+            "--fleet-listen", metavar="ADDRESS", help="Where aircraft of the fleet dial; port 0 takes a free one."
+        ),
+    ] = "tcp/127.0.0.1:7447",
+    fleet_router: Annotated[
+        str | None,
+        typer.Option(
+            "--fleet-router", metavar="ADDRESS", help="Another router of the fleet to use, in place of being one."
+        ),
+    ] = None,
     camera: CameraOption = None,
     ice: IceOption = False,
     ice_host: IceHostOption = None,
@@ -145,6 +167,8 @@ def serve(
     Example: vencejo serve --listen network
 
     Example: vencejo serve --link /dev/ttyACM0,115200 --host 0.0.0.0 --plain-http
+
+    Example: vencejo serve --fleet acme
 
     Example: vencejo serve --camera nose=/dev/video0 --camera belly=rtsp://192.168.1.10/live
     """
@@ -187,16 +211,30 @@ def serve(
             maps_folder=maps,
             floors=floors,
         ) as server,
+        joined_fleet(station, fleet, listen=fleet_listen, router=fleet_router) as joined,
         served_cameras(server, camera, floors) as cameras,
         ice_server(station, settings, server.tokens, **for_ice(cameras)) as interfaces,
     ):
-        tell(server, json=json, ice=None if interfaces is None else interfaces.proxies)
+        tell(server, json=json, ice=None if interfaces is None else interfaces.proxies, fleet=joined)
         if open_browser:
             open_page(server)
         wait(server)
 
 
-def tell(server: Server, *, json: bool = False, ice: Mapping[str, str] | None = None) -> None:
+def joined_fleet(
+    station: Station, org: str | None, *, listen: str, router: str | None
+) -> contextlib.AbstractContextManager[Fleet | None]:
+    """The fleet that is joined; without an organisation none."""
+    if org is None:
+        return contextlib.nullcontext()
+    from vencejo.fleet import Fleet
+
+    return Fleet(station, org=org, listen=listen, router=router)
+
+
+def tell(
+    server: Server, *, json: bool = False, ice: Mapping[str, str] | None = None, fleet: Fleet | None = None
+) -> None:
     """Say where the server is: a line of JSON, or addresses with their tokens and a QR code."""
     from vencejo.serve import has_app
 
@@ -211,6 +249,7 @@ def tell(server: Server, *, json: bool = False, ice: Mapping[str, str] | None = 
                 "viewer_url": viewer,
                 "has_app": has_app(),
                 **({"ice": ice} if ice else {}),
+                **({"fleet": {"endpoint": fleet.endpoint, "key": fleet.key}} if fleet else {}),
             }
         )
         return
@@ -225,6 +264,8 @@ def tell(server: Server, *, json: bool = False, ice: Mapping[str, str] | None = 
             print(f"Also at:     {url}")
         print(qr_code(operator), end="", flush=True)
     tell_ice(ice)
+    if fleet is not None:
+        print(f"Aircraft dial {fleet.endpoint} and trust this station with: --trust {fleet.key}", flush=True)
     say("Ctrl-C ends it.")
 
 

@@ -8,6 +8,7 @@ from vencejo.sim.autopilot.interface import EkfFlag, Mode, Snapshot
 from vencejo.sim.fence import FenceMonitor
 from vencejo.sim.params import ParamStore
 from vencejo.sim.plan_store import PlanStore
+from vencejo.sim.terrain import Terrain
 
 __all__ = ["PrearmChecks"]
 
@@ -44,18 +45,24 @@ class PrearmChecks:
 
     Parameters
     ----------
-    params, plans, fence
+    params, plans, fence, terrain
         What is checked.
     snapshot : callable
         Gives the present instant.
     """
 
     def __init__(
-        self, params: ParamStore, plans: PlanStore, fence: FenceMonitor, snapshot: Callable[[], Snapshot]
+        self,
+        params: ParamStore,
+        plans: PlanStore,
+        fence: FenceMonitor,
+        terrain: Terrain,
+        snapshot: Callable[[], Snapshot],
     ) -> None:
         self._params = params
         self._plans = plans
         self._fence = fence
+        self._terrain = terrain
         self._snapshot = snapshot
 
     def __call__(self) -> list[str]:
@@ -75,7 +82,7 @@ class PrearmChecks:
             found += self._mission()
         found += self._fence.prearm()
         if not skip & _Skip.PARAMETERS:
-            found += self._parameters()
+            found += self._parameters() + self._ground()
         if skip != _EVERYTHING and now.mission_in_landing:
             found.append("In landing sequence")
         if now.mode is Mode.RTL:
@@ -113,6 +120,14 @@ class PrearmChecks:
             if 188 in commands:
                 found.append("DO_RETURN_PATH_START set and RTL_AUTOLAND disabled")
         return found
+
+    def _ground(self) -> list[str]:
+        """AP_Arming::terrain_checks: the ground is needed by TERRAIN_FOLLOW, and by items whose height counts from it."""
+        counts_from_it = any(item.frame == 10 for item in self._plans.mission[1:])
+        if not counts_from_it and self._params.integer("TERRAIN_FOLLOW") == 0:
+            return []
+        reason = self._terrain.prearm()
+        return [] if reason is None else [reason]
 
     def _parameters(self) -> list[str]:
         get = self._params.get

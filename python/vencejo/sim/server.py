@@ -176,8 +176,10 @@ class SimServer:
         self._wake_receive, self._wake_send = socket.socketpair()
         self._wake_receive.setblocking(False)
         self._wake_send.setblocking(False)
-        if math.isfinite(options.speedup):
-            for plane in self.world.planes:
+        for plane in self.world.planes:
+            # By its step a rehearsal tells this simulation from ArduPilot's, whose parameters these are.
+            plane.params.set("SIM_RATE_HZ", 1.0 / DT_S)
+            if math.isfinite(options.speedup):
                 plane.params.set("SIM_SPEEDUP", options.speedup)
         self._selector.register(self._wake_receive, selectors.EVENT_READ, None)
         try:

@@ -201,9 +201,9 @@ class Commands:
         return False
 
     def _verify_loiter_turns(self, item: StoredItem) -> bool:
-        plane, loiter = self._plane, self._nav.loiter
+        loiter = self._nav.loiter
         self._nav.fly_circle(abs(item.p3))
-        if not plane.on_circle:
+        if not self._nav.on_circle:
             return False
         if not loiter.goal_met:
             if loiter.turned_rad <= loiter.total_rad or not loiter.counting:
@@ -285,7 +285,7 @@ class Commands:
             nav.next = nav.next.moved(course, 1000.0)
         else:
             nav.next = nav.next.copy()
-        nav.next.alt_m = plane.alt_of(item)
+        nav.next.alt_m, nav.next.follows_ground = plane.alt_of(item), item.frame == 10
         self._change_alt_kind = int(item.p1)
         nav.reset_slope()
         nav.reset_loiter()
@@ -298,7 +298,7 @@ class Commands:
                 math.atan2(nav.next.e_m - nav.previous.e_m, nav.next.n_m - nav.previous.n_m), 300.0
             )
         nav.fly_leg(nav.previous, nav.next)
-        error = plane.here().alt_m - nav.next.alt_m
+        error = nav.above_next_m
         if self._change_alt_kind == 1:
             return error >= 0.0
         if self._change_alt_kind == 2:

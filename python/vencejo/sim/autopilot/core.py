@@ -472,6 +472,7 @@ class Autopilot(Plane):
             spot.n_m, spot.e_m = self.frame.to_plane(lat, lon)
         if target.alt_m is not None:
             spot.alt_m = target.alt_m if target.frame == 0 else target.alt_m + self.home.alt_m
+            spot.follows_ground = target.frame == 10
         if target.radius_m is not None and target.radius_m != 0.0:
             guided.radius_m = abs(target.radius_m)
             guided.clockwise = target.radius_m > 0
@@ -493,6 +494,7 @@ class Autopilot(Plane):
             return MavResult.FAILED
         self.nav.next = self.nav.next.copy()
         self.nav.next.alt_m = alt_m if frame == 0 else alt_m + self.home.alt_m
+        self.nav.next.follows_ground = frame == 10
         self.nav.reset_slope()
         guided.climb_rate_m_s = abs(rate_m_s) if math.isfinite(rate_m_s) else 0.0
         return MavResult.ACCEPTED

@@ -7,7 +7,7 @@ there (radii of curvature of WGS-84); at 5 km the error against the geodesic is 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 __all__ = ["LocalFrame", "Spot", "bearing_rad", "distance_m", "ground_distance_m", "wrap_pi"]
 
@@ -31,6 +31,8 @@ class Spot:
     """Loiter around it to the left."""
     exit_tangent: bool = False
     """The leg after a loiter here starts where the circle is left, not at its centre."""
+    follows_ground: bool = False
+    """Its height above home is one above the ground below the plane, as ArduPlane keeps it (``terrain_alt``)."""
 
     def moved(self, bearing: float, distance: float) -> Spot:
         """The point ``distance`` metres away along a bearing in radians."""
@@ -40,11 +42,12 @@ class Spot:
             self.alt_m,
             self.anticlockwise,
             self.exit_tangent,
+            self.follows_ground,
         )
 
     def copy(self) -> Spot:
         """Another one like this."""
-        return Spot(self.n_m, self.e_m, self.alt_m, self.anticlockwise, self.exit_tangent)
+        return replace(self)
 
 
 def distance_m(a: Spot, b: Spot) -> float:

@@ -180,8 +180,8 @@ class SimConfig:
 class StoredItem:
     """A mission item as the autopilot keeps it (already normalised by the plan store).
 
-    ``seq`` 0 is home. ``frame`` is MAV_FRAME 0 (AMSL), 3 (relative to home) or 10 (above terrain, which is flat
-    here). ``lat_deg`` and ``lon_deg`` are 0 when the item has no position. ``p1`` to ``p4`` are as read back.
+    ``seq`` 0 is home. ``frame`` is MAV_FRAME 0 (AMSL), 3 (relative to home) or 10 (above the
+    ground below the plane, as far as that is known; else above home). ``lat_deg`` and ``lon_deg`` are 0 when the item has no position. ``p1`` to ``p4`` are as read back.
     """
 
     seq: int
@@ -226,6 +226,18 @@ class Parameters(Protocol):
     @property
     def revision(self) -> int:
         """Grows by at least one with every change of any value (the autopilot re-reads its parameters then)."""
+        ...
+
+
+class GroundView(Protocol):
+    """What the autopilot knows of the ground, metres above mean sea level; None where it does not."""
+
+    def height_m(self, lat_deg: float, lon_deg: float) -> float | None:
+        """Height of the ground at a place."""
+        ...
+
+    def below_m(self, lat_deg: float, lon_deg: float) -> float | None:
+        """Height of the ground below the plane, or the last that was known there."""
         ...
 
 

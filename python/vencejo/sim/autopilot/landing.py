@@ -115,7 +115,7 @@ class Landing:
                 if not self._mission.restart_landing(plane.distance_to_item):
                     self._mission.stop()
             return
-        height = plane.here().alt_m - nav.next.alt_m
+        height = nav.above_next_m
         sink = plane.est.velocity_d_m_s
         # Gusts do not move the aim point.
         self._groundspeed_m_s += (plane.est.groundspeed_m_s - self._groundspeed_m_s) * 0.05
@@ -244,7 +244,7 @@ class Landing:
         elif plane.body.on_wheels:
             plane.pilot.fly_pitch(0.0, 0.0)
         else:
-            height = plane.here().alt_m - nav.next.alt_m
+            height = nav.above_next_m
             # The nose must be up before the wheels touch.
             touch = math.radians(tune["LAND_PITCH_DEG"])
             part = min(1.0, max(0.0, (height - tune["TECS_FLARE_HGT"]) / max(0.5, self._flare_height_m)))

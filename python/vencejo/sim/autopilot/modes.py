@@ -243,7 +243,12 @@ class RtlMode(FlightMode):
         plane = self._plane
         nav = self._nav
         self._asked_for_landing = False
-        nav.set_guided(plane.return_spot())
+        spot = plane.return_spot()
+        # TERRAIN_FOLLOW: all modes, or this one.
+        ground_m = plane.ground_rel_home_m(spot) if int(plane.tune["TERRAIN_FOLLOW"]) & (1 | 1 << 4) else None
+        if ground_m is not None:
+            spot.alt_m, spot.follows_ground = spot.alt_m - ground_m, True
+        nav.set_guided(spot)
         nav.next_crosstrack = False
         radius = plane.tune["RTL_RADIUS"]
         nav.loiter.clockwise = (radius if radius != 0 else plane.tune["WP_LOITER_RAD"]) >= 0
@@ -258,7 +263,7 @@ class RtlMode(FlightMode):
         if self._asked_for_landing:
             return
         autoland = int(plane.tune["RTL_AUTOLAND"])
-        there = plane.on_circle and abs(plane.here().alt_m - nav.target_alt_m) < 10.0
+        there = nav.on_circle and abs(plane.here().alt_m - nav.target_alt_m) < 10.0
         if autoland == 2 or (autoland == 1 and there):
             self._asked_for_landing = True
             if self._mission.jump_to_landing(plane.distance_to_item):
@@ -324,7 +329,7 @@ class GuidedMode(FlightMode):
         nav = self._nav
         if self.climb_rate_m_s > 0:
             step = self.climb_rate_m_s * 0.1
-            nav.target_alt_m += min(step, max(-step, nav.next.alt_m - nav.target_alt_m))
+            nav.target_alt_m += min(step, max(-step, nav.next_alt_m - nav.target_alt_m))
         else:
             nav.adjust_altitude()
 

@@ -17,6 +17,9 @@ from .plane import Plane
 __all__ = ["Loiter", "Navigator"]
 
 _HEADING_TOLERANCE_RAD = math.radians(10.0)
+_LOOK_S = 0.5
+_ALONG_THE_LEG_RADII = 3.0
+"""Radii from its centre beyond which a mission's circle is flown to along the leg that leads there."""
 
 
 @dataclass(slots=True)
@@ -28,6 +31,8 @@ class Loiter:
     """Radius at sea level, as ordered."""
     turned_rad: float = 0.0
     """Angle flown on the circle since it was reached."""
+    ordered: bool = False
+    """It is what the pilot flies; not the one before, nor a leg that leads here."""
     counting: bool = False
     last_bearing_rad: float = 0.0
     started_s: float | None = None
@@ -56,12 +61,19 @@ class Navigator:
         self.proportion = 0.0
         self.turn_angle_deg = 90.0
         self.loiter = Loiter()
+        self._circled: Spot | None = None
+        """Centre of the circle that the pilot was told last; ``None`` for a leg."""
         self.hold_course_rad: float | None = None
         self.is_landing = False
         """The leg is a landing's, whose slope is flown however small it is."""
         self.target_alt_m = here.alt_m
         self._offset_m = 0.0
         """Height between start and end of a sloped leg; 0 when the target is simply the end's height."""
+        self._follows = False
+        """The target height counts from the ground below."""
+        self._rise_m = 0.0
+        """How much higher the plane is to be for the ground ahead."""
+        self._looked_s = -math.inf
 
     # targets
 
@@ -162,42 +174,90 @@ class Navigator:
         below ALT_SLOPE_MIN are flown at once.
         """
         here = self._plane.here()
-        descends = here.alt_m > self.next.alt_m
+        descends = self.above_next_m > 0.0
         if descends or (mission and here.alt_m - self._plane.home.alt_m > 20.0):
-            self._set_offset(self.previous)
+            # From one height above ground to the next it counts from the present one; else the numbers are compared as they are.
+            on_ground = self.next.follows_ground and self._follows
+            self._set_offset(-self.above_next_m if on_ground else self.next.alt_m - self.previous.alt_m)
         else:
             self._offset_m = 0.0
 
-    def _set_offset(self, start: Spot) -> None:
-        self._offset_m = self.next.alt_m - start.alt_m
+    def _set_offset(self, offset_m: float) -> None:
+        self._offset_m = offset_m
         smallest = self._plane.tune["ALT_SLOPE_MIN"]
         if not self.is_landing and (smallest <= 0 or abs(self._offset_m) < smallest):
             self._offset_m = 0.0
 
     def adjust_altitude(self) -> None:
         """Target height for now."""
-        if self._offset_m == 0.0 or self._plane.on_circle or self.passed(self.previous, self.next):
-            self.target_alt_m = self.next.alt_m
+        if self._offset_m == 0.0 or self.on_circle or self.passed(self.previous, self.next):
+            self._aim(self.next.alt_m)
             return
         self.set_proportion(self.next, self._offset_m, 1.0 - self.proportion)
         here = self._plane.here()
         highest = self._plane.tune["ALT_SLOPE_MAXHGT"]
-        if highest > 0 and self._offset_m > 0 and here.alt_m > self.target_alt_m + highest:
+        target_m = self.target_alt_m
+        if highest > 0 and self._offset_m > 0 and here.alt_m > target_m + highest:
             # Far above a climbing slope (the zoom after a take-off): begin a new one from here.
-            self.previous = Spot(self.previous.n_m, self.previous.e_m, here.alt_m)
-            self._set_offset(here)
-            self.target_alt_m = self.next.alt_m if self._offset_m == 0.0 else here.alt_m
-        low, high = sorted((self.previous.alt_m, self.next.alt_m))
-        self.target_alt_m = min(high, max(low, self.target_alt_m))
+            from_m = self.next.alt_m + self.above_next_m
+            self.previous = Spot(self.previous.n_m, self.previous.e_m, from_m)
+            self._set_offset(self.next.alt_m - from_m)
+            self._aim(self.next.alt_m if self._offset_m == 0.0 else from_m)
+        if not self._follows:
+            low, high = sorted((self.previous.alt_m, self.next.alt_m))
+            self.target_alt_m = min(high, max(low, self.target_alt_m))
 
     def set_proportion(self, end: Spot, offset_m: float, part: float) -> None:
         """Target height ``part`` of the offset before the end of a slope."""
-        self.target_alt_m = end.alt_m - offset_m * min(1.0, max(0.0, part))
+        self._aim(end.alt_m - offset_m * min(1.0, max(0.0, part)))
+
+    def _aim(self, alt_m: float) -> None:
+        """Take a target height; one above the ground is followed where that is known, else it counts from home, as on ArduPlane."""
+        ground_m = self._plane.ground_rel_home_m() if self.next.follows_ground else None
+        self._follows = ground_m is not None
+        self.target_alt_m = alt_m
+        if ground_m is not None:
+            self._look_ahead(ground_m)
+            self.target_alt_m += ground_m + self._rise_m
+
+    @property
+    def next_alt_m(self) -> float:
+        """Height of the next point above mean sea level, above the ground below the plane where it follows that."""
+        ground_m = self._plane.ground_rel_home_m() if self.next.follows_ground else None
+        return self.next.alt_m + (ground_m or 0.0)
+
+    @property
+    def above_next_m(self) -> float:
+        """How much higher the plane is than the next point, both above the ground below where the point's height counts from that."""
+        return self._plane.here().alt_m - self.next_alt_m
+
+    def _look_ahead(self, ground_m: float) -> None:
+        """How much higher to be for what rises ahead (Plane::lookahead_adjustment), looked at twice a second."""
+        plane = self._plane
+        speed = plane.est.groundspeed_m_s
+        if self.on_circle or speed < 1.0:
+            self._rise_m = 0.0
+            return
+        if plane.time_s - self._looked_s < _LOOK_S:
+            return
+        self._looked_s = plane.time_s
+        spacing_m = max(10.0, plane.tune["TERRAIN_SPACING"])
+        climb = 0.5 * plane.tune["TECS_CLMB_MAX"] / speed
+        here = plane.here()
+        bearing = bearing_rad(here, self.next)
+        rise_m, far_m = 0.0, 0.0
+        while far_m < min(self.distance, plane.tune["TERRAIN_LOOKAHD"]):
+            far_m += spacing_m
+            ahead_m = plane.ground_rel_home_m(here.moved(bearing, far_m))
+            if ahead_m is not None:
+                rise_m = max(rise_m, ahead_m - ground_m - climb * far_m)
+        self._rise_m = min(1000.0, max(0.0, rise_m + min(0.0, self._offset_m)))
 
     # orders
 
     def fly_leg(self, start: Spot, end: Spot) -> None:
         """Follow a leg."""
+        self._circled = None
         self._plane.pilot.fly_leg(start.n_m, start.e_m, end.n_m, end.e_m)
 
     def fly_circle(self, radius_m: float = 0.0) -> None:
@@ -209,12 +269,24 @@ class Navigator:
             radius_m = abs(default) if abs(default) > 1.0 else 60.0
             loiter.clockwise = not (self.next.anticlockwise or default < 0)
         loiter.radius_m = radius_m
-        # In thin air the same bank needs a wider circle: true airspeed grows.
-        plane.pilot.fly_circle(self.next.n_m, self.next.e_m, self.circle_radius_m, loiter.clockwise)
-        if loiter.started_s is None and (plane.on_circle or self.proportion > 1.0):
+        never_there = loiter.started_s is None and plane.in_auto and self.crosstrack
+        if never_there and distance_m(plane.here(), self.next) > _ALONG_THE_LEG_RADII * self.circle_radius_m:
+            # As ArduPlane's update_loiter_update_nav: a circle far away is the end of a leg.
+            self.fly_leg(self.previous, self.next)
+        else:
+            # In thin air the same bank needs a wider circle: true airspeed grows.
+            plane.pilot.fly_circle(self.next.n_m, self.next.e_m, self.circle_radius_m, loiter.clockwise)
+            self._circled = self.next
+            loiter.ordered = True
+        if loiter.started_s is None and (self.on_circle or self.proportion > 1.0):
             loiter.started_s = plane.time_s
             if plane.flight_mode is Mode.GUIDED:
                 plane.item_reached(0)
+
+    @property
+    def on_circle(self) -> bool:
+        """True while the circle around the next point is flown, not still approached."""
+        return self.loiter.ordered and self._plane.pilot.on_circle
 
     @property
     def circle_radius_m(self) -> float:
@@ -222,12 +294,17 @@ class Navigator:
         return self.loiter.radius_m * self._plane.est.eas_to_tas**2
 
     def count_turns(self) -> None:
-        """Add up the angle flown on the circle, and see whether its height is reached; 10 times a second."""
+        """Add up the angle flown on the circle, and see whether its height is reached; 10 times a second.
+
+        By what was steered for last, as ArduPlane (``loiter_angle_update``): a circle right after another is counted from its first moment,
+        from the bearing of the other's centre on.
+        """
         plane, loiter = self._plane, self.loiter
         here = plane.here()
-        bearing = bearing_rad(here, self.next)
+        bearing = bearing_rad(here, self.next if self._circled is None else self._circled)
+        is_on = self._circled is not None and plane.pilot.on_circle
         if not loiter.counting:
-            if plane.on_circle:
+            if is_on:
                 loiter.counting = True
                 loiter.turned_rad = 1e-4
                 loiter.lap_alt_m = here.alt_m
@@ -236,7 +313,8 @@ class Navigator:
             delta = wrap_pi(bearing - loiter.last_bearing_rad)
             loiter.turned_rad += delta if loiter.clockwise else -delta
         loiter.last_bearing_rad = bearing
-        if plane.on_circle and abs(here.alt_m - self.target_alt_m) < 5.0:
+        # The height asked for may still be that of the slope that led here: ArduPlane's is the circle's from its first moment.
+        if is_on and abs(here.alt_m - self.next.alt_m) < 5.0:
             loiter.reached_alt = True
             loiter.stuck = False
         elif not loiter.reached_alt and abs(loiter.turned_rad) >= loiter.next_lap_check_rad > 0.0:

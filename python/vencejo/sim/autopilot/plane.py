@@ -22,6 +22,7 @@ from .interface import (
     DT_S,
     CameraTriggered,
     Event,
+    GroundView,
     HomeChanged,
     MavResult,
     MissionItemReached,
@@ -72,6 +73,8 @@ class Plane:
         """Called with 0 or 1 by DO_FENCE_ENABLE (2 disables the floor only)."""
         self.utc_s: Callable[[], float | None] = lambda: None
         """Answers the time in seconds since 1970, None while it is unknown; for NAV_DELAY."""
+        self.ground: GroundView | None = None
+        """What it knows of the ground."""
         self.tune = Tuning(params)
         self._plan = plan
         self._events: deque[Event] = deque(maxlen=_EVENT_LIMIT)
@@ -186,17 +189,22 @@ class Plane:
         return self.est.alt_m - self.home.alt_m
 
     @property
-    def on_circle(self) -> bool:
-        """True while an ordered circle is flown, not still approached."""
-        return self.pilot.on_circle
-
-    @property
     def in_auto(self) -> bool:
         """True in AUTO."""
         return self.flight_mode is Mode.AUTO
 
+    def ground_rel_home_m(self, spot: Spot | None = None) -> float | None:
+        """Height of the known ground above home, below the plane or at a place; None when it is not known there or at home."""
+        if self.ground is None or self.ground.height_m(*self._home_lat_lon) is None:
+            return None
+        if spot is None:
+            height_m = self.ground.below_m(*self.where())
+        else:
+            height_m = self.ground.height_m(*self.frame.to_earth(spot.n_m, spot.e_m))
+        return None if height_m is None else height_m - self.home.alt_m
+
     def alt_of(self, item: StoredItem) -> float:
-        """Height of an item above mean sea level; terrain is flat here, at home's elevation."""
+        """Height of an item above mean sea level; one above the ground counts from home (:attr:`Spot.follows_ground`)."""
         return item.alt_m if item.frame == 0 else item.alt_m + self.home.alt_m
 
     @overload
@@ -209,9 +217,11 @@ class Plane:
             if or_none:
                 return None
             here = self.here()
-            return here if item.alt_m == 0.0 else Spot(here.n_m, here.e_m, self.alt_of(item))
+            if item.alt_m == 0.0:
+                return here
+            return Spot(here.n_m, here.e_m, self.alt_of(item), follows_ground=item.frame == 10)
         north, east = self.frame.to_plane(item.lat_deg, item.lon_deg)
-        return Spot(north, east, self.alt_of(item))
+        return Spot(north, east, self.alt_of(item), follows_ground=item.frame == 10)
 
     def distance_to_item(self, item: StoredItem) -> float | None:
         """Distance to an item's place, or None without one."""

@@ -62,13 +62,9 @@ class NoseCamera:
 
     def see(self, unix_s: float, outlook: Outlook) -> None:
         """The newest instant: when it was, seconds since 1970, and what there is to see."""
-        sight = (unix_s, outlook)
-        if self._sight is None:
-            with self._changed:
-                self._sight = sight
-                self._changed.notify_all()
-        else:
-            self._sight = sight
+        with self._changed:
+            self._sight = (unix_s, outlook)
+            self._changed.notify_all()
 
     def close(self) -> None:
         """Stop; viewers are told that there is no more."""
@@ -110,9 +106,15 @@ class NoseCamera:
     def _run(self) -> None:
         number = 0
         due_s = 0.0
+        taken: tuple[float, Outlook] | None = None
+
+        def is_new() -> bool:
+            # a simulator that is slower than its camera has nothing new to see: no instant is shown as two pictures
+            return self._viewers > 0 and self._sight is not None and self._sight is not taken
+
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._closed or (self._viewers > 0 and self._sight is not None))
+                self._changed.wait_for(lambda: self._closed or is_new())
                 if not self._closed and (left_s := due_s - time.monotonic()) > 0:
                     self._changed.wait_for(lambda: self._closed, left_s)
                 sight = self._sight
@@ -122,6 +124,7 @@ class NoseCamera:
                     continue
             due_s = max(due_s + 1.0 / self.rate_hz, time.monotonic())
             number += 1
+            taken = sight
             unix_s, outlook = sight
             frame = Frame(number, unix_s, self._picture(outlook))
             with self._changed:

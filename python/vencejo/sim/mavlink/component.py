@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 
 from vencejo.sim.autopilot.interface import (
+    Armed,
     AutopilotPort,
     CameraTriggered,
     Event,
@@ -40,6 +41,7 @@ from vencejo.sim.mavlink.telemetry import BANNER, TelemetryContext, build
 from vencejo.sim.params import Parameter, ParamStore
 from vencejo.sim.plan_store import MissionResult, PlanStore, normalise, stored_item
 from vencejo.sim.prearm import PrearmChecks
+from vencejo.sim.terrain import Terrain
 
 __all__ = ["AutopilotFactory", "PlaneComponent"]
 
@@ -56,6 +58,7 @@ _HOME_AGAIN_S = 6.0
 """How often home is told on the ground, as recorded."""
 _STORAGE_READY_S = 1.0
 """Before that no mission fits ("Only 0 items are supported")."""
+_TERRAIN_REQUEST = 133
 _IGNORED_CHANNEL = 65535
 _IGNORED_AXIS = 32767
 
@@ -104,7 +107,10 @@ class PlaneComponent:
         self._snapshot: Snapshot | None = None
         self.autopilot = (autopilot or _default_autopilot)(config, self.params, self.plans, lambda: self._prearm())
         self.plans.mission_store.may_clear = self._mission_may_go
-        self._prearm = PrearmChecks(self.params, self.plans, self.fence, self.snapshot)
+        self.terrain = Terrain(self.params)
+        if hasattr(self.autopilot, "ground"):
+            self.autopilot.ground = self.terrain
+        self._prearm = PrearmChecks(self.params, self.plans, self.fence, self.terrain, self.snapshot)
         self._unix_us_at_boot = round((time.time() if unix_s_at_boot is None else unix_s_at_boot) * 1e6)
 
         self._links: dict[Link, StreamSchedule] = {}
@@ -174,6 +180,8 @@ class PlaneComponent:
             "SETUP_SIGNING": lambda _, m: self.signing.set_up(m, armed=self.snapshot().armed),
             "RC_CHANNELS_OVERRIDE": self._on_rc_channels_override,
             "MANUAL_CONTROL": self._on_manual_control,
+            "TERRAIN_DATA": self._on_terrain_data,
+            "TERRAIN_CHECK": self._on_terrain_check,
             "SET_POSITION_TARGET_GLOBAL_INT": self._on_set_position_target,
         }
         if hasattr(self.autopilot, "on_fence_enable"):
@@ -305,6 +313,7 @@ class PlaneComponent:
         self._links.pop(link, None)
         self.signing.detach(link)
         self._parameters.forget(link)
+        self.terrain.forget(link)
         # What it asked of the file server is served all the same: the queue is the server's, as on the vehicle.
         for plan in self._plan_protocols.values():
             plan.forget(link)
@@ -366,6 +375,7 @@ class PlaneComponent:
         elif cleared:
             self.autopilot.fence_breached(None)
         self._check_gcs(now)
+        self._look_at_terrain(now)
         self._expire_overrides(now.time_s)
         self._prearm_ok = now.armed or not self._prearm()
         if not now.armed and not self._prearm_ok and now.time_s >= self._prearm_text_due_s:
@@ -412,6 +422,9 @@ class PlaneComponent:
         context: TelemetryContext | None = None
         for link, schedule in self._links.items():
             for message_id in schedule.due(now_us):
+                if message_id == _TERRAIN_REQUEST:
+                    self._ask_for_terrain(link)
+                    continue
                 if message_id not in packed:
                     if context is None:
                         context = self._context()
@@ -431,11 +444,49 @@ class PlaneComponent:
             fence=self.fence.status,
             prearm_ok=self._prearm_ok,
             home_set=self.home_set,
+            terrain=self._terrain_report,
         )
+
+    # terrain
+
+    def _look_at_terrain(self, now: Snapshot) -> None:
+        if now.gps_fix_type < 3:
+            return
+        home = (now.home_lat_deg, now.home_lon_deg) if self.home_set else None
+        self.terrain.update((now.lat_deg, now.lon_deg), home, self.plans.mission, self.plans.mission_revision)
+
+    def _terrain_report(self, lat_deg: float, lon_deg: float) -> MavMessage:
+        """What is known of the ground at a place, and how high the plane is above the ground below itself."""
+        now = self.snapshot()
+        here_m = self.terrain.below_m(now.lat_deg, now.lon_deg)
+        is_here = (lat_deg, lon_deg) == (now.lat_deg, now.lon_deg)
+        ground_m = here_m if is_here else self.terrain.height_m(lat_deg, lon_deg)
+        pending, loaded = self.terrain.statistics()
+        return dialect.MAVLink_terrain_report_message(
+            round(lat_deg * 1e7),
+            round(lon_deg * 1e7),
+            self.terrain.spacing_at(lat_deg, lon_deg),
+            ground_m or 0.0,
+            now.alt_amsl_m - (here_m or 0.0),
+            pending,
+            loaded,
+        )
+
+    def _ask_for_terrain(self, link: Link) -> None:
+        asked = self.terrain.request(link, self.autopilot.time_s)
+        if asked is not None:
+            link.send(dialect.MAVLink_terrain_request_message(*asked), self.source)
+
+    def _on_terrain_data(self, _peer: Peer, message: MavMessage) -> None:
+        self.terrain.take(message.lat, message.lon, message.grid_spacing, message.gridbit, list(message.data))
+
+    def _on_terrain_check(self, peer: Peer, message: MavMessage) -> None:
+        self.reply(peer, self._terrain_report(message.lat * 1e-7, message.lon * 1e-7))
 
     def _reboot(self) -> None:
         self._reboot_requested = False
         self.autopilot.reboot()
+        self.terrain.restart()
         self.plans.mission_store.home = None
         self.fence.reset()
         self._ftp.reset()
@@ -472,6 +523,9 @@ class PlaneComponent:
             case HomeChanged(lat_deg, lon_deg, alt_amsl_m):
                 self.plans.mission_store.set_home(lat_deg, lon_deg, alt_amsl_m)
                 self._send_home()
+            case Armed():
+                now = self.autopilot.snapshot()
+                self.terrain.armed(now.lat_deg, now.lon_deg, now.alt_amsl_m)
             case ModeChanged():
                 self._broadcast(build(0, self.snapshot(), self._context()))
             case CameraTriggered():

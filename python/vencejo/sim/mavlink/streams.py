@@ -14,7 +14,7 @@ GROUPS: dict[int, tuple[int, ...]] = {
     6: (33, 32),  # POSITION
     10: (30, 164, 178, 11020),  # EXTRA1
     11: (74,),  # EXTRA2
-    12: (163, 168, 2, 136, 147, 193, 241),  # EXTRA3
+    12: (163, 168, 2, 136, 133, 147, 193, 241),  # EXTRA3
 }
 """Messages of each MAV_DATA_STREAM, as ArduPlane groups them."""
 
@@ -31,7 +31,7 @@ GROUP_PARAMS: dict[int, str] = {
 """The parameter (``MAV1_…``) that holds the rate of each group, in Hz."""
 
 STREAM_ORDER: tuple[int, ...] = (
-    163, 30, 33, 178, 74, 1, 125, 152, 62, 42, 36, 65, 27, 116, 129, 29, 137, 24, 2, 164, 168, 136, 193, 32, 241,
+    163, 30, 33, 178, 74, 1, 125, 152, 62, 42, 36, 65, 27, 116, 129, 29, 137, 24, 2, 164, 168, 136, 133, 193, 32, 241,
     87, 147, 11020, 295, 162,
 )  # fmt: skip
 """The order in which messages due at once leave, as recorded."""

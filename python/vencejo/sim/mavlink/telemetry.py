@@ -74,6 +74,8 @@ class TelemetryContext:
     fence: FenceStatus
     prearm_ok: bool
     home_set: bool
+    terrain: Callable[[float, float], MavMessage] | None = None
+    """Makes TERRAIN_REPORT for a place; without it nothing is known."""
 
 
 def _clamp(value: float, low: int, high: int) -> int:
@@ -472,7 +474,9 @@ def _airspeed(s: Snapshot, _c: TelemetryContext) -> MavMessage:
     return dialect.MAVLink_airspeed_message(0, s.airspeed_m_s, 32767, s.differential_pressure_pa, 2)
 
 
-def _terrain_report(s: Snapshot, _c: TelemetryContext) -> MavMessage:
+def _terrain_report(s: Snapshot, c: TelemetryContext) -> MavMessage:
+    if c.terrain is not None:
+        return c.terrain(s.lat_deg, s.lon_deg)
     return dialect.MAVLink_terrain_report_message(_deg_e7(s.lat_deg), _deg_e7(s.lon_deg), 0, 0.0, s.alt_amsl_m, 0, 0)
 
 

@@ -1,0 +1,111 @@
+"""What the commands `vencejo plan …` fly with: the options that say the wind, the plane and the ground, and what they make."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vencejo.cli.common import Exit, Failed
+
+if TYPE_CHECKING:
+    from vencejo.plan import Plan
+    from vencejo.rehearsal import Elevation, Rehearsal
+
+WindOption = Annotated[float, typer.Option("--wind", min=0.0, max=60.0, help="Wind 60 m up, m/s.")]
+WindFromOption = Annotated[
+    float, typer.Option("--wind-from", metavar="DEGREES", help="Where it comes from, degrees from true north.")
+]
+ParamsOption = Annotated[
+    Path | None,
+    typer.Option("--params", metavar="FILE", help="The plane's parameters; else an ArduPlane as it comes."),
+]
+LearnOption = Annotated[
+    Path | None, typer.Option("--learn", metavar="TLOG", help="A recorded flight of the plane, to learn it from.")
+]
+CapacityOption = Annotated[
+    float | None,
+    typer.Option("--capacity", metavar="MAH", min=1.0, help="Charge of the battery; else BATT_CAPACITY of --params."),
+]
+VoltageOption = Annotated[
+    float | None, typer.Option("--voltage", metavar="V", min=1.0, help="Of the battery; else that of --learn.")
+]
+ReserveOption = Annotated[
+    float | None,
+    typer.Option(
+        "--reserve", metavar="PERCENT", min=0.0, max=100.0, help="Of the battery at the landing; 20 by default."
+    ),
+]
+GroundOption = Annotated[
+    Path | None,
+    typer.Option("--ground", metavar="PATH", help="Heights of the ground: .hgt, GeoTIFF, or a folder of them."),
+]
+GroundAboveHomeOption = Annotated[
+    float | None,
+    typer.Option("--ground-above-home", metavar="M", help="Height of the ground above home; else home's is taken."),
+]
+ClearanceOption = Annotated[
+    float, typer.Option("--clearance", min=0.0, max=1_000.0, help="Height above the ground to keep, m.")
+]
+
+
+class Flight:
+    """The plane, the wind and the ground that a plan is rehearsed with."""
+
+    def __init__(
+        self,
+        params: Path | None,
+        learned_from: Path | None,
+        wind_m_s: float,
+        wind_from_deg: float,
+        ground: Path | None,
+        clearance_m: float,
+        battery: tuple[float | None, float | None, float | None],
+    ) -> None:
+        from vencejo.landing import Wind
+        from vencejo.rehearsal import Battery, learn
+
+        parameters = parameters_of(params)
+        capacity_mah, voltage_v, reserve_pct = battery
+        self.clearance_m = clearance_m
+        #: By the names of `vencejo.rehearsal.rehearse` and its like.
+        self.given: dict[str, Any] = {
+            "parameters": parameters,
+            "airframe": None if learned_from is None else learn(learned_from, parameters=parameters).airframe,
+            "battery": Battery(capacity_mah=capacity_mah, voltage_v=voltage_v, reserve_pct=reserve_pct),
+            "wind": Wind(wind_from_deg, wind_m_s),
+            "ground": ground_of(ground),
+        }
+
+    def fly(self, plan: Plan, *, gust_m_s: float = 0.0, seed: int = 0) -> Rehearsal:
+        """Rehearse a plan."""
+        from vencejo.rehearsal import rehearse
+
+        return rehearse(plan, **self.given, gust_m_s=gust_m_s, seed=seed, clearance_m=self.clearance_m)
+
+
+def parameters_of(file: Path | None) -> Mapping[str, float] | None:
+    """The plane's, where there is a file of them."""
+    from vencejo.params import load_params
+
+    return None if file is None else load_params(file)
+
+
+def ground_of(path: Path | None) -> Elevation | None:
+    """Heights of the ground, where there are files of them."""
+    from vencejo.rehearsal import Elevation
+
+    return None if path is None else Elevation(path)
+
+
+def numbers(option: str, text: str, wanted: str) -> list[float]:
+    """Numbers with commas between them, as many as ``wanted`` names."""
+    try:
+        found = [float(part) for part in text.split(",")]
+    except ValueError:
+        found = []
+    if len(found) != wanted.count(",") + 1:
+        raise Failed(f"{option} {text}: write {wanted}, decimals with a point, as in 40.3332,-3.7978", Exit.USAGE)
+    return found

@@ -1,0 +1,177 @@
+"""What if: where the plane goes when the link, the battery or the engine fails, or a return is asked for, at any moment of a plan.
+
+The plan is rehearsed (:mod:`vencejo.rehearsal`), and from the moment on it goes on as the vehicle's failsafes decide there: from its own
+``FS_*``, ``THR_FAILSAFE``, ``BATT_FS_*`` and ``RTL_*``; an ArduPlane as it comes goes on with its mission.
+
+Examples
+--------
+>>> from vencejo import Home, MissionItem, Plan
+>>> from vencejo.what_if import what_if
+>>> home = Home(40.3332, -3.7978, alt_amsl_m=600.0)
+>>> items = (
+...     MissionItem.takeoff(40.3332, -3.7978, alt_rel_home_m=50.0),
+...     MissionItem.waypoint(40.3532, -3.7978, alt_rel_home_m=80.0),
+... )
+>>> plan = Plan(home=home, items=items)
+>>> lost, asked = what_if(plan, 60.0, ["link-lost", "return-asked"], parameters={"FS_GCS_ENABL": 1.0})
+>>> lost.reaction, asked.reaction, asked.flown.ending
+('goes-on', 'returns', 'returned')
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any, Literal, get_args
+
+from vencejo import _native
+from vencejo.errors import InvalidRequest
+from vencejo.landing import Wind
+from vencejo.plan import GeoPoint, Plan
+from vencejo.rehearsal import (
+    Airframe,
+    Battery,
+    Ground,
+    Moment,
+    Rehearsal,
+    _given,
+    _moment,
+    _of_native,
+    _plan,
+)
+
+__all__ = ["TRIGGERS", "Decision", "Reaction", "Trigger", "WhatIf", "what_if"]
+
+Trigger = Literal[
+    "return-asked", "link-lost", "radio-lost", "battery-low", "battery-critical", "go-around", "engine-stopped"
+]
+"""What happens: somebody chooses RTL; the vehicle hears no ground station any more; no remote control; its battery reaches the low
+mark; the critical one; somebody breaks a landing off on its final leg; the engine gives nothing any more."""
+
+TRIGGERS: tuple[Trigger, ...] = get_args(Trigger)
+
+Reaction = Literal["goes-on", "flies-mission", "returns", "lands", "goes-around", "circles", "glides", "not-rehearsed"]
+"""What the vehicle does: goes on as before, with its mission or what else it did; flies its mission, which it did not; returns, as RTL
+does with ``RTL_AUTOLAND`` and rally points; goes to the mission's nearest landing sequence; climbs away from a landing and begins that
+again; circles where it is; glides straight ahead, throttle closed; something that is not rehearsed (a parachute, a termination, rotors, a
+mode that needs a pilot)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """One decision of the vehicle.
+
+    Attributes
+    ----------
+    time_s : float
+        Since the rehearsed flight's beginning.
+    reaction : str
+        See :data:`Reaction`.
+    """
+
+    time_s: float
+    reaction: Reaction
+
+
+@dataclass(frozen=True)
+class WhatIf:
+    """What follows from something that happens at a moment of a plan.
+
+    Attributes
+    ----------
+    trigger : str
+        See :data:`Trigger`.
+    at : Moment
+        The plane then.
+    decisions : tuple of Decision
+        In order of time; none where the vehicle's settings do not act on it.
+    reaction : str
+        What it ends with; see :data:`Reaction`.
+    flown : Rehearsal or None
+        The flight from there to its end, at times of the plan; its distance and energy are those since the plan's beginning.
+        ``None`` where the mission goes on as rehearsed.
+    glide_range : tuple of GeoPoint
+        The ground that the plane may reach from there without thrust: where it comes down when it turns into each of 72 directions,
+        clockwise from north, and glides on at the airspeed of its flattest glide.
+    """
+
+    trigger: Trigger
+    at: Moment
+    decisions: tuple[Decision, ...]
+    reaction: Reaction
+    flown: Rehearsal | None
+    glide_range: tuple[GeoPoint, ...]
+
+
+def what_if(
+    plan: Plan,
+    at_s: float | Sequence[float],
+    triggers: Sequence[Trigger] = TRIGGERS,
+    *,
+    parameters: Mapping[str, float] | None = None,
+    airframe: Airframe | None = None,
+    battery: Battery | None = None,
+    wind: Wind | None = None,
+    heading_deg: float | None = None,
+    ground: Ground | None = None,
+) -> tuple[WhatIf, ...]:
+    """Fly a plan, and from a moment on what follows when something happens.
+
+    Parameters
+    ----------
+    plan : Plan
+        With a home.
+    at_s : float or sequence of float
+        Moments, seconds since the rehearsed flight's beginning, growing. Nothing is answered for a moment on the ground.
+    triggers : sequence of str, optional
+        See :data:`Trigger`; all by default.
+    parameters, airframe, battery, wind, heading_deg, ground
+        As for :func:`vencejo.rehearsal.rehearse`.
+
+    Returns
+    -------
+    tuple of WhatIf
+        For each moment in the air one for each trigger, in their order.
+
+    Raises
+    ------
+    InvalidRequest
+        When the plan has no home, for a moment or a trigger that is none, and for a number out of its range.
+    """
+    found = _native.what_if(
+        _plan(plan)._to_native(),
+        _given(parameters, airframe, battery, wind, heading_deg=heading_deg),
+        ground,
+        triggers=_named(triggers),
+        moments=_moments(at_s),
+    )
+    return _of_tuples(found)
+
+
+def _named(triggers: Sequence[Trigger]) -> list[str]:
+    # the letters of one name are a sequence too
+    return [triggers] if isinstance(triggers, str) else list(triggers)
+
+
+def _moments(at_s: Any) -> list[float]:
+    given = list(at_s) if isinstance(at_s, Sequence) and not isinstance(at_s, str) else [at_s]
+    moments = [float(one) if isinstance(one, Real) else math.nan for one in given]
+    if not all(0.0 <= one < float("inf") for one in moments) or moments != sorted(moments):
+        raise InvalidRequest(f"at_s is {at_s}: moments are seconds since the flight's beginning, 0 or more, growing")
+    return moments
+
+
+def _of_tuples(found: Any) -> tuple[WhatIf, ...]:
+    return tuple(
+        WhatIf(
+            trigger,
+            _moment(at),
+            tuple(Decision(*decision) for decision in decisions),
+            reaction,
+            None if flown is None else _of_native(flown),
+            tuple(GeoPoint(*point) for point in glide_range),
+        )
+        for trigger, at, decisions, reaction, flown, glide_range in found
+    )
