@@ -46,6 +46,8 @@ const summary = (system_id: number): VehicleSummary => ({
   round_trip_ms: 38 + 9 * Math.sin(time_s()),
   is_reached: scene !== 'oneway',
   rival: null,
+  remote_name: null,
+  lacks_terrain: false,
   flight_parameters: { loiter_radius_m: 80, airspeed_m_s: 22, finds_landing: false },
 });
 
@@ -246,7 +248,7 @@ class MockSocket {
     const message = JSON.parse(text) as ClientMessage;
     if (message.type === 'assess_plan') {
       const trip = { distance_m: 6200, time_s: 280, end: 'end', is_estimate: true } as const;
-      this.say({ type: 'assessment', seq: message.seq, findings: [], trip });
+      this.say({ type: 'assessment', seq: message.seq, findings: [], trip, rehearsal: null });
       return;
     }
     clearInterval(this.#rates.get(message.vehicle));

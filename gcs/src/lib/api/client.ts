@@ -4,10 +4,16 @@ import type {
   ChangeSigning,
   CommandInfo,
   CommandName,
+  ComplexPart,
+  FindingFix,
   Info,
   Landing,
+  LandingAlternative,
+  LandingMove,
   LandingRequest,
+  LearnedPlane,
   LinkInfo,
+  NamedCamera,
   NewLink,
   NewPlanDraft,
   NewSession,
@@ -16,15 +22,25 @@ import type {
   Plan,
   PlanDraft,
   PlanDrafts,
+  PlanFileFormat,
+  PlanFileNote,
   PlanFinding,
   PlanKind,
   PlanOnBoard,
+  RehearsalRequest,
   Session,
   SigningInfo,
+  Spread,
+  SpreadRequest,
   StatusText,
+  Survey,
+  SurveyRequest,
   VehicleCommands,
+  VehicleProfile,
   VehicleState,
   VehicleSummary,
+  WhatIfRequest,
+  WhatIfs,
 } from './types';
 
 export type { CommandName, VehicleCommands } from './types';
@@ -34,6 +50,10 @@ export type Acting = Options & {
   /** Although the mission on board may be a mixture. */
   despiteMixedPlan?: boolean;
 };
+
+/** What a plan file leaves to say; an older server says nothing. */
+const notesOf = (answer: Response): PlanFileNote[] =>
+  JSON.parse(answer.headers.get('vencejo-notes') ?? '[]') as PlanFileNote[];
 
 export class Api extends Http {
   info = () => this.json<Info>('GET', '/info');
@@ -81,13 +101,34 @@ export class Api extends Http {
     this.json<Operation<Result>>('GET', `/operations/${encodeURIComponent(id)}`);
   cancelOperation = (id: Operation['id']) => this.json<unknown>('DELETE', `/operations/${encodeURIComponent(id)}`);
 
-  parsePlan = (name: string, file: Blob) =>
-    this.json<Plan>('POST', `/plan/parse?name=${encodeURIComponent(name)}`, file);
+  async parsePlan(name: string, file: Blob): Promise<{ plan: Plan; notes: PlanFileNote[] }> {
+    const answer = await this.request('POST', `/plan/parse?name=${encodeURIComponent(name)}`, file);
+    return { plan: (await answer.json()) as Plan, notes: notesOf(answer) };
+  }
   checkPlan = (plan: Plan, vehicle?: number) =>
     this.json<PlanFinding[]>('POST', '/plan/check', vehicle === undefined ? { plan } : { plan, vehicle });
+  whatIf = (asked: WhatIfRequest) => this.json<WhatIfs>('POST', '/plan/what-if', asked);
+  planFixes = (asked: RehearsalRequest) => this.json<FindingFix[]>('POST', '/plan/fixes', asked);
+  /** Many flights of a plan; ending the request ends the flying. */
+  spread = (asked: SpreadRequest, signal: AbortSignal) =>
+    this.json<Spread>('POST', '/plan/rehearse/spread', asked, { signal });
+  vehicleProfile = (id: number) => this.json<VehicleProfile>('GET', `/vehicles/${id}/profile`);
+  /** Learns a plane from a recording of its flight, a `.tlog`. */
+  async learnPlane(recording: Blob, vehicle?: number): Promise<LearnedPlane> {
+    const query = vehicle === undefined ? '' : `?vehicle=${vehicle}`;
+    const answer = await this.request('POST', `/plan/learn${query}`, recording);
+    return (await answer.json()) as LearnedPlane;
+  }
   designLanding = (asked: LandingRequest) => this.json<Landing>('POST', '/plan/landing', asked);
-  async formatPlan(plan: Plan, as: 'plan' | 'waypoints'): Promise<Blob> {
-    return (await this.request('POST', `/plan/format?as=${as}`, plan)).blob();
+  landingAlternatives = (asked: LandingRequest) =>
+    this.json<LandingAlternative[]>('POST', '/plan/landing/alternatives', asked);
+  moveLanding = (asked: LandingMove) => this.json<Landing>('POST', '/plan/landing/move', asked);
+  designSurvey = (asked: SurveyRequest) => this.json<Survey>('POST', '/plan/survey', asked);
+  cameras = () => this.json<NamedCamera[]>('GET', '/plan/cameras');
+  complexParts = (plan: Plan) => this.json<ComplexPart[]>('POST', '/plan/complex-items', plan);
+  async formatPlan(plan: Plan, as: PlanFileFormat): Promise<{ file: Blob; notes: PlanFileNote[] }> {
+    const answer = await this.request('POST', `/plan/format?as=${as}`, plan);
+    return { file: await answer.blob(), notes: notesOf(answer) };
   }
   draft = () => this.json<PlanDrafts>('GET', '/draft');
   saveDraft = (draft: NewPlanDraft) => this.json<PlanDraft>('PUT', '/draft', draft);

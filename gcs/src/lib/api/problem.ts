@@ -4,7 +4,7 @@ import type { Cause, Problem, RefusalCode } from './types';
 /** What RFC 9457 says of a problem without a kind. */
 const NO_KIND = 'about:blank';
 /** No answer came: the server is away. */
-export const NO_ANSWER = 0;
+const NO_ANSWER = 0;
 const NO_ANSWER_TITLE = 'No answer';
 
 export class ProblemError extends Error {

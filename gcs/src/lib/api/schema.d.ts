@@ -670,7 +670,7 @@ export interface paths {
         get: operations["get_operation"];
         put?: never;
         post?: never;
-        /** Gives an operation up. What the vehicle then holds of a plan is unknown until it is read. */
+        /** Gives an operation up: whoever began it may, and whoever has control. What the vehicle then holds of a plan is unknown until it is read. */
         delete: operations["cancel_operation"];
         options?: never;
         head?: never;
@@ -711,6 +711,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/plan/cameras": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Cameras that are flown on small planes. */
+        get: operations["cameras"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/plan/check": {
         parameters: {
             query?: never;
@@ -728,6 +745,43 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/plan/complex-items": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Where the items of each complex item are in the mission, in the order of `complex_items`, and what surveys among them were laid out from. */
+        post: operations["complex_parts"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plan/fixes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Which findings of a plan a change of its items, or of one parameter of the vehicle, resolves: each is tried, checked and rehearsed before it is
+         *     told. That may take seconds.
+         */
+        post: operations["plan_fixes"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/plan/format": {
         parameters: {
             query?: never;
@@ -737,7 +791,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Writes a plan to a file. */
+        /** Writes a plan to a file. What the file does not keep as it is in the plan is in the header `Vencejo-Notes`. */
         post: operations["format_plan"];
         delete?: never;
         options?: never;
@@ -762,6 +816,63 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/plan/landing/alternatives": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * The landings at a place, the best for this wind first: each direction of a runway, or of a fan of courses, with its circle on either side, and what
+         *     speaks for and against it. Each is rehearsed from `coming_from`, else from home.
+         */
+        post: operations["alternatives"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plan/landing/move": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** A landing of which one part is moved; the rest follows. */
+        post: operations["moved_landing"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plan/learn": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Learns a plane from a recording of its flight, a `.tlog`: the body, or one on the server's disk. It takes a minute or two in the air, with
+         *     position, attitude and airspeed, in more than one direction. What the flight does not show keeps the value of the parameters.
+         */
+        post: operations["learn"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/plan/parse": {
         parameters: {
             query?: never;
@@ -771,8 +882,85 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Reads a plan file of any known kind; the body is the file. */
+        /**
+         * Reads a plan file of any known kind; the body is the file. What the file does not say, and what of it a plan cannot hold, is in the
+         *     header `Vencejo-Notes`.
+         */
         post: operations["parse"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plan/rehearse": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Rehearses a plan: the track that the plane would really fly in a wind, when it reaches each item, and where it ends. */
+        post: operations["rehearse"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plan/rehearse/spread": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Flies a plan many times in winds and with planes that are not quite those expected: where it may pass, and what the odds are. One is flown
+         *     after the other; who ends his request ends the flying.
+         */
+        post: operations["rehearse_many"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plan/survey": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Lays out a survey of an area or a corridor, and rehearses it: the items, where each picture is taken, and what they show. */
+        post: operations["survey"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plan/what-if": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * What follows when the link, the battery or the engine fails at a moment of a plan, or a return is asked for; of a vehicle in its
+         *     mission also from now on.
+         */
+        post: operations["what_if"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1484,6 +1672,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{id}/profile": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** What this vehicle's plans are rehearsed with, and what its flight teaches of it: that may be handed to a rehearsal as its `profile`. */
+        get: operations["profile"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{id}/reboot": {
         parameters: {
             query?: never;
@@ -1648,6 +1853,85 @@ export interface components {
              */
             result_param2: number;
         };
+        /**
+         * @description Lift, drag and thrust per mass, at indicated airspeeds.
+         *
+         *     The drag polar is parabolic, D = a V² + b n² V⁻² (J. D. Anderson, *Aircraft Performance and Design*, eq. 5.9). Thrust is taken as
+         *     independent of speed, which lies between a jet's and a propeller's of constant power, and as linear in throttle on both sides of
+         *     cruise.
+         */
+        Airframe: {
+            /**
+             * Format: double
+             * @description Angle of attack above that of no lift in level flight at it, rad.
+             */
+            attack_rad: number;
+            /**
+             * Format: double
+             * @description Airspeed that the following is given at, m/s.
+             */
+            cruise_m_s: number;
+            /**
+             * Format: double
+             * @description Drag in level flight at it, m/s².
+             */
+            drag_m_s2: number;
+            /**
+             * Format: double
+             * @description Part of that drag which lift induces, 0 to 1.
+             */
+            induced: number;
+            /**
+             * @description Whether [`Self::pitot`] is the air's own true over equivalent airspeed: ArduPilot's simulator divides by it twice
+             *     (`SIM_Aircraft::update_eas_airspeed`, `SITL_State::_update_airspeed`), and its forces follow.
+             */
+            is_simulated: boolean;
+            /**
+             * Format: double
+             * @description Pitch of the fuselage in level flight at it, rad.
+             */
+            level_pitch_rad: number;
+            /** @description Where this profile comes from. */
+            origin: components["schemas"]["Origin"];
+            /**
+             * Format: double
+             * @description True airspeed over what the autopilot takes for it; 1 where the pitot tube is right.
+             */
+            pitot: number;
+            /**
+             * Format: double
+             * @description Electrical power of level flight at it, W; `None`: not known, and no energy is told.
+             */
+            power_cruise_w: number | null;
+            /**
+             * Format: double
+             * @description Exponent of the power over the throttle: 3 for a propeller whose speed follows the throttle alone (momentum theory), less where it
+             *     moves on; measured mostly 2 to 3.
+             */
+            power_exponent: number;
+            /**
+             * Format: double
+             * @description How much a turn skids: the side force of the slip that yawing brings, over the centripetal force. A bank turns the plane
+             *     `1 / (1 + skid)` as fast as a coordinated turn does; 0, coordinated, where nothing taught another. That of ArduPilot's simulator
+             *     holds at sea level.
+             */
+            skid: number;
+            /**
+             * Format: double
+             * @description Throttle of level flight at it, 0 to 1.
+             */
+            throttle_cruise: number;
+            /**
+             * Format: double
+             * @description Thrust at full throttle, m/s².
+             */
+            thrust_full_m_s2: number;
+            /**
+             * Format: double
+             * @description Voltage of the battery in flight, V; `None`: not known.
+             */
+            voltage_v: number | null;
+        };
         /** @description AIRSPEED of one sensor. */
         AirspeedSensor: {
             /**
@@ -1740,6 +2024,7 @@ export interface components {
         Assessment: {
             /** @description What is wrong or doubtful in it. */
             findings: components["schemas"]["Finding"][];
+            rehearsal: components["schemas"]["Rehearsal"] | null;
             /** @description Its mission as it is flown. */
             trip: components["schemas"]["Trip"];
         };
@@ -1853,6 +2138,94 @@ export interface components {
              * @description Voltage of the pack.
              */
             voltage_v: number | null;
+        };
+        /**
+         * @description Why nobody can tell what is left of a battery.
+         * @enum {string}
+         */
+        BatteryLack: "power" | "capacity" | "voltage";
+        /** @description What a flight leaves of a battery. */
+        BatteryLeft: {
+            /**
+             * Format: double
+             * @description Energy of a full one.
+             */
+            capacity_wh: number;
+            /**
+             * Format: double
+             * @description When it is empty, seconds since the rehearsed flight's beginning; null: it is not.
+             */
+            empty_s: number | null;
+            /**
+             * Format: double
+             * @description Left at the end, of its capacity; below 0 as much more is wanted than it holds.
+             */
+            left_pct: number;
+            /**
+             * Format: double
+             * @description What should be left, likewise.
+             */
+            reserve_pct: number;
+        };
+        /** @description What somebody says of a battery, in place of what the plane's settings and its monitor do; `None`: as those. */
+        BatterySettings: {
+            /**
+             * Format: double
+             * @description Charge of a full one, mAh, 1 to 1,000,000.
+             * @default null
+             */
+            capacity_mah: number | null;
+            /**
+             * Format: double
+             * @description What it holds at the start, % of its capacity, 0 to 100.
+             * @default null
+             */
+            charge_pct: number | null;
+            /**
+             * Format: double
+             * @description What should be left at the landing, % of its capacity, 0 to 100.
+             * @default null
+             */
+            reserve_pct: number | null;
+            /**
+             * Format: double
+             * @description Its voltage while the engine runs, V, 1 to 1,000.
+             * @default null
+             */
+            voltage_v: number | null;
+        };
+        /** @description What a camera's pictures are made with. */
+        Camera: {
+            /**
+             * Format: double
+             * @description Real focal length, not its equivalent on film, mm, 0.5 to 2,000.
+             */
+            focal_length_mm: number;
+            /**
+             * Format: int32
+             * @description Pixels across the height, 16 to 100,000.
+             */
+            image_height_px: number;
+            /**
+             * Format: int32
+             * @description Pixels across the width, 16 to 100,000.
+             */
+            image_width_px: number;
+            /**
+             * Format: double
+             * @description Least time between two pictures, s, 0 to 60; 0: not known.
+             */
+            min_interval_s: number;
+            /**
+             * Format: double
+             * @description Height of the sensor, mm, 0.5 to 200.
+             */
+            sensor_height_mm: number;
+            /**
+             * Format: double
+             * @description Width of the sensor, mm, 0.5 to 200: the side that has `image_width_px`.
+             */
+            sensor_width_mm: number;
         };
         /** @description A camera. */
         CameraInfo: {
@@ -2136,6 +2509,13 @@ export interface components {
             /** @description Name of the `MAV_RESULT` without that prefix, such as `DENIED`. */
             result: string;
         } | {
+            /** @enum {string} */
+            code: "remote-refused";
+            /** @description Name of the vehicle. */
+            vehicle: string;
+            /** @description Why, in English. */
+            why: string;
+        } | {
             /**
              * Format: int32
              * @description How often it was sent.
@@ -2385,6 +2765,55 @@ export interface components {
              */
             nearest_m: number;
         } | {
+            /** @enum {string} */
+            code: "bad-survey";
+            /** @description What is wrong, in English. */
+            problem: string;
+        } | {
+            /** @enum {string} */
+            code: "survey-crosses";
+            /**
+             * Format: int64
+             * @description The corner that one begins at, counted from 1.
+             */
+            one: number;
+            /**
+             * Format: int64
+             * @description The corner that the other begins at.
+             */
+            other: number;
+        } | {
+            /** @enum {string} */
+            code: "survey-items";
+            /**
+             * Format: int64
+             * @description How many, at least.
+             */
+            count: number;
+            /**
+             * Format: int64
+             * @description The most.
+             */
+            max: number;
+        } | {
+            /**
+             * Format: double
+             * @description The plane's airspeed.
+             */
+            airspeed_m_s: number;
+            /** @enum {string} */
+            code: "survey-wind";
+            /**
+             * Format: double
+             * @description Course of the lines from true north.
+             */
+            course_deg: number;
+            /**
+             * Format: double
+             * @description The wind's speed.
+             */
+            wind_m_s: number;
+        } | {
             /**
              * Format: double
              * @description The plane's airspeed.
@@ -2627,8 +3056,16 @@ export interface components {
              */
             vehicle: number;
         } | {
+            /**
+             * Format: double
+             * @description Height above the ground that the rehearsed flight should keep, 0 to 1000; 30 by default.
+             */
+            clearance_m?: number | null;
             /** @description It. */
             plan: components["schemas"]["Plan"];
+            /** @description The plane that it is rehearsed with, in place of the vehicle's. */
+            profile?: components["schemas"]["PlaneProfile"];
+            rehearse_in?: components["schemas"]["PlanWind"] | null;
             /**
              * Format: int64
              * @description Comes back with the answer.
@@ -2722,12 +3159,96 @@ export interface components {
          */
         CommandSupport: "flown" | "needs_vtol" | "ignored" | "list";
         /**
+         * @description An item of a `.plan` that stands for several: a survey, a corridor, a landing pattern, a structure scan.
+         *
+         *     The mission holds the items that it stands for. It is kept beside them, and written in their place as long as they are in the mission
+         *     as it made them: so QGroundControl opens it as what it was.
+         */
+        ComplexItem: {
+            /** @description The whole of it, as JSON. */
+            json: string;
+            /** @description `complexItemType`: `survey`, `CorridorScan`, `fwLandingPattern`, `StructureScan`…. */
+            kind: string;
+        };
+        /** @description Where the items of a complex item are in the mission of its plan. */
+        ComplexPart: {
+            /** @description How many items it made. */
+            count: number;
+            /** @description The first, counted from 1; null when they are no longer there as it made them: they were edited, and are items like others. */
+            first_item: number | null;
+            /** @description `survey`, `CorridorScan`, `fwLandingPattern`, `StructureScan`…. */
+            kind: string;
+            survey: components["schemas"]["SurveyRequest"] | null;
+        };
+        /** @description Both sides of where flights pass, a list for each value. */
+        Corridor: {
+            /** @description Highest, likewise. */
+            high_m: number[];
+            /** @description The left side. */
+            left: components["schemas"]["LatLon"][];
+            /** @description Lowest above home, metres. */
+            low_m: number[];
+            /** @description The right side. */
+            right: components["schemas"]["LatLon"][];
+            /** @description Moments of the expected flight, seconds, growing. */
+            time_s: number[];
+        };
+        /**
          * @description Of what there is too much at once.
          * @enum {string}
          */
         Crowd: "sessions" | "sockets" | "viewers" | "operations" | "requests" | "links" | "subscriptions";
+        /** @description One decision of a vehicle. */
+        Decision: {
+            /** @description What it does. */
+            reaction: components["schemas"]["Reaction"];
+            /**
+             * Format: double
+             * @description When, seconds since the rehearsed flight's beginning.
+             */
+            time_s: number;
+        };
         /** @description Nothing more to say: the vehicle did it, and shows it where that can be seen. */
         Done: Record<string, never>;
+        /** @description How much may be otherwise than expected, as standard deviations. */
+        Doubts: {
+            /**
+             * Format: double
+             * @description Of drag, as a part of it. Default 0.1.
+             * @default 0.1
+             */
+            drag: number;
+            /**
+             * Format: double
+             * @description Gusts of each flight, m/s. Default 1.
+             * @default 1
+             */
+            gust_m_s: number;
+            /**
+             * Format: double
+             * @description Of the power that a thrust takes, as a part of it. Default 0.1.
+             * @default 0.1
+             */
+            power: number;
+            /**
+             * Format: double
+             * @description Of thrust, as a part of it. Default 0.05.
+             * @default 0.05
+             */
+            thrust: number;
+            /**
+             * Format: double
+             * @description Of its direction, degrees. Default 15.
+             * @default 15
+             */
+            wind_from_deg: number;
+            /**
+             * Format: double
+             * @description Of the wind's speed, m/s. Default 1.5.
+             * @default 1.5
+             */
+            wind_speed_m_s: number;
+        };
         /** @description EKF_STATUS_REPORT; a variance of 1 is the limit. */
         Ekf: {
             /**
@@ -2846,6 +3367,18 @@ export interface components {
             /** @description In the order that was asked. */
             points: components["schemas"]["ElevationPoint"][];
         };
+        /**
+         * @description How a rehearsed flight ends.
+         * @enum {string}
+         */
+        Ending: "landed" | "returned" | "unlimited" | "endless" | "ground" | "held" | "grounded" | "not-rehearsed" | "too-long";
+        /** @description How often a flight ended so. */
+        EndingCount: {
+            /** @description How often. */
+            count: number;
+            /** @description How. */
+            ending: components["schemas"]["Ending"];
+        };
         /** @description A detail of an event. */
         EventDetail: string | number;
         /** @description EXTENDED_SYS_STATE. */
@@ -2932,6 +3465,19 @@ export interface components {
             remedy: string;
             /** @description How bad it is. */
             severity: components["schemas"]["FindingSeverity"];
+        };
+        /** @description A finding, and a change that resolves it: with `items` in the place of others it is gone, and no error is there that was not. */
+        FindingFix: components["schemas"]["FixKind"] & {
+            /** @description How many are replaced; 0: what is added stands before `first_item`. */
+            count: number;
+            /** @description The finding. */
+            finding: components["schemas"]["Finding"];
+            /** @description The first item that is replaced, counted from 1; one more than there are: what is added stands at the end. */
+            first_item: number;
+            /** @description What stands there then. Jumps to items behind lead there still, and are to be numbered anew. */
+            items: components["schemas"]["PlanItem"][];
+            /** @description What is changed, in English. */
+            message: string;
         };
         /** @description What was found. `code` is stable; a figure's name ends in its unit. */
         FindingKind: {
@@ -3073,6 +3619,14 @@ export interface components {
             /** @enum {string} */
             code: "items-after-landing";
             /** @description Items after a landing. */
+            figures: {
+                /** @description The first that is not flown, counted from 1. */
+                next_item: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "endless-loiter";
+            /** @description A circle without end, and items after it. */
             figures: {
                 /** @description The first that is not flown, counted from 1. */
                 next_item: number;
@@ -3226,6 +3780,202 @@ export interface components {
             };
         } | {
             /** @enum {string} */
+            code: "flies-into-ground";
+            /** @description Rehearsed: the plane comes down before it lands. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description Where, degrees.
+                 */
+                lat_deg: number;
+                /**
+                 * Format: double
+                 * @description Where, degrees.
+                 */
+                lon_deg: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "near-ground";
+            /** @description Rehearsed: the plane comes near the ground. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description How near, at the worst place.
+                 */
+                clearance_m: number;
+                /**
+                 * Format: double
+                 * @description Where, degrees.
+                 */
+                lat_deg: number;
+                /**
+                 * Format: double
+                 * @description Where, degrees.
+                 */
+                lon_deg: number;
+                /**
+                 * Format: double
+                 * @description How much it should be there.
+                 */
+                wanted_m: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "ground-not-known";
+            /** @description Rehearsed: a height counts from the ground, which is not known. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description Its height above that ground; null without one.
+                 */
+                alt_m: number | null;
+                /** @description Whether the vehicle is set to know none (`TERRAIN_ENABLE` 0). */
+                is_off: boolean;
+            };
+        } | {
+            /** @enum {string} */
+            code: "home-off-ground";
+            /** @description Rehearsed: home's height is not that of the ground there. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description How far it is off.
+                 */
+                difference_m: number;
+                /** @description Whether it lies above the ground. */
+                is_above: boolean;
+            };
+        } | {
+            /** @enum {string} */
+            code: "held-by-wind";
+            /** @description Rehearsed: the wind does not let the plane come nearer. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description The wind.
+                 */
+                wind_m_s: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "waypoint-missed";
+            /** @description Rehearsed: the plane flies by and does not come near. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description How near it comes.
+                 */
+                distance_m: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "height-not-reached";
+            /** @description Rehearsed: the plane is not yet at the height that it should have there. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description How far it is off.
+                 */
+                difference_m: number;
+                /** @description Whether it is too low. */
+                is_low: boolean;
+            };
+        } | {
+            /** @enum {string} */
+            code: "leaves-fence";
+            /** @description Rehearsed: the plane leaves the fence on its way. */
+            figures: {
+                /** @description The zone, counted from 1. */
+                zone: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "return-hits-ground";
+            /** @description Rehearsed: a return that is asked for on the way there ends in the ground. */
+            figures: Record<string, never>;
+        } | {
+            /** @enum {string} */
+            code: "return-held-by-wind";
+            /** @description Rehearsed: the wind does not let the plane come back from there. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description The wind.
+                 */
+                wind_m_s: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "return-leaves-fence";
+            /** @description Rehearsed: a return that is asked for on the way there leaves the fence. */
+            figures: {
+                /** @description The zone, counted from 1. */
+                zone: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "go-around-hits-ground";
+            /** @description Rehearsed: a landing that is broken off ends in the ground. */
+            figures: Record<string, never>;
+        } | {
+            /** @enum {string} */
+            code: "lands-off";
+            /** @description Rehearsed: the plane touches the ground far from its landing point. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description How far.
+                 */
+                distance_m: number;
+                /** @description Whether that is beyond it. */
+                is_long: boolean;
+            };
+        } | {
+            /** @enum {string} */
+            code: "lands-downwind";
+            /** @description Rehearsed: the wind comes from behind at the touch-down. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description Its part from behind.
+                 */
+                tailwind_m_s: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "battery-below-reserve";
+            /** @description Rehearsed: less of the battery is left at the end than should be. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description What is left, % of its capacity.
+                 */
+                left_pct: number;
+                /**
+                 * Format: double
+                 * @description What should be.
+                 */
+                reserve_pct: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "battery-empty";
+            /** @description Rehearsed: the battery is empty before the end. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description Energy that the flight wants more than the battery holds.
+                 */
+                lacks_wh: number;
+                /**
+                 * Format: double
+                 * @description When, since the start.
+                 */
+                time_s: number;
+            };
+        } | {
+            /** @enum {string} */
             code: "bad-fence";
             /** @description A fence that no vehicle takes. */
             figures: {
@@ -3261,12 +4011,150 @@ export interface components {
                 /** @description The rally point, counted from 1. */
                 rally_point: number;
             };
+        } | {
+            /** @enum {string} */
+            code: "survey-line-missed";
+            /** @description Rehearsed: a line of a survey is not flown, or so far aside that nothing is left of the overlap. */
+            figures: {
+                /**
+                 * Format: double
+                 * @description How far aside; null when it is not flown.
+                 */
+                distance_m: number | null;
+                /** @description The line, counted from 1 in the order flown. */
+                line: number;
+            };
+        } | {
+            /** @enum {string} */
+            code: "survey-holes";
+            /** @description Rehearsed: ground that no picture of a survey shows. */
+            figures: {
+                /** @description How many places. */
+                holes: number;
+                /**
+                 * Format: double
+                 * @description Side of a square as large as the largest.
+                 */
+                side_m: number;
+            };
         };
         /**
          * @description How bad a finding is.
          * @enum {string}
          */
         FindingSeverity: "error" | "warning";
+        /** @description What a remedy does. `code` is stable; a figure's name ends in its unit. */
+        FixKind: {
+            /** @enum {string} */
+            does: "set-param";
+            /** @description Sets a parameter of the item. */
+            with: {
+                /** @description What the parameter is called, in English. */
+                label: string;
+                /** @description Symbol of the unit; empty when there is none. */
+                unit: string;
+                /**
+                 * Format: double
+                 * @description Its value.
+                 */
+                value: number;
+            };
+        } | {
+            /** @enum {string} */
+            does: "delete-item";
+            /** @description Deletes the item. */
+            with: Record<string, never>;
+        } | {
+            /** @enum {string} */
+            does: "add-takeoff";
+            /** @description Puts a take-off first. */
+            with: {
+                /**
+                 * Format: double
+                 * @description Height that it climbs to, above home.
+                 */
+                alt_m: number;
+            };
+        } | {
+            /** @enum {string} */
+            does: "raise-takeoff";
+            /** @description Climbs to another height. */
+            with: {
+                /**
+                 * Format: double
+                 * @description Height that it climbs to, above home.
+                 */
+                alt_m: number;
+            };
+        } | {
+            /** @enum {string} */
+            does: "add-landing";
+            /** @description Ends the mission with a landing at home. */
+            with: {
+                /**
+                 * Format: double
+                 * @description Course of its final leg.
+                 */
+                course_deg: number;
+            };
+        } | {
+            /** @enum {string} */
+            does: "turn-landing";
+            /** @description Lays the landing out anew at its point. */
+            with: {
+                /**
+                 * Format: double
+                 * @description Course of its final leg.
+                 */
+                course_deg: number;
+            };
+        } | {
+            /** @enum {string} */
+            does: "add-circle";
+            /** @description Climbs or sinks in a circle before the item. */
+            with: {
+                /**
+                 * Format: double
+                 * @description Height that it is left at, as the item's counts.
+                 */
+                alt_m: number;
+            };
+        } | {
+            /** @enum {string} */
+            does: "raise";
+            /** @description Raises the item, and the one before. */
+            with: {
+                /**
+                 * Format: double
+                 * @description By how much.
+                 */
+                difference_m: number;
+            };
+        } | {
+            /** @enum {string} */
+            does: "move-away";
+            /** @description Moves the item away from the one before. */
+            with: {
+                /**
+                 * Format: double
+                 * @description By how much.
+                 */
+                distance_m: number;
+            };
+        } | {
+            /** @enum {string} */
+            does: "set-parameter";
+            /** @description Sets a parameter of the vehicle. The items stay. */
+            with: {
+                /** @description Its name. */
+                name: string;
+                /**
+                 * Format: double
+                 * @description Its value.
+                 */
+                value: number;
+            };
+        };
         /** @description What an ArduPlane's parameters say of how it flies; null is not read. The station reads them by itself. */
         FlightParameters: {
             /**
@@ -3293,6 +4181,56 @@ export interface components {
             mode: string | null;
             /** @description Whether the mission is set back to its beginning; false when there is none. */
             rewinds_mission: boolean;
+        };
+        /** @description A line as it was flown. */
+        FlownLine: {
+            /** @description Whether it is not flown, or so far aside that nothing is left of the overlap with the next. */
+            is_missed: boolean;
+            /**
+             * Format: double
+             * @description Farthest from the line while pictures are taken; null when it is not flown.
+             */
+            off_m: number | null;
+            /**
+             * Format: int64
+             * @description Pictures on it.
+             */
+            photos: number;
+        };
+        /** @description What the pictures of a survey show when it is flown as rehearsed. */
+        FlownSurvey: {
+            /**
+             * Format: double
+             * @description Part of the area that one picture or more show, 0 to 1; null without a camera.
+             */
+            covered: number | null;
+            /**
+             * Format: double
+             * @description Time for it.
+             */
+            duration_s: number;
+            /** @description What is wrong or doubtful. */
+            findings: components["schemas"]["Finding"][];
+            /** @description Corners of the ground that each shows, in order around it; null for one that looks beyond the horizon, and without a camera. */
+            footprints: (components["schemas"]["LatLon"][] | null)[];
+            /** @description The largest places that no picture shows, at most 20. */
+            holes: components["schemas"]["SurveyHole"][];
+            /** @description Whether the plane's own parameters were known, or those of an ArduPlane as it comes were taken. */
+            knows_parameters: boolean;
+            /** @description The lines, as `lines`. */
+            lines: components["schemas"]["FlownLine"][];
+            /**
+             * Format: double
+             * @description Part of the area that as many pictures show as the overlap promises, 0 to 1; null without a camera.
+             */
+            overlapped: number | null;
+            /** @description Where the plane is when it takes each picture. */
+            photos: components["schemas"]["LatLon"][];
+            /**
+             * Format: int64
+             * @description How many that is.
+             */
+            views_promised: number;
         };
         /** @description A course to fly. */
         FlyCourse: {
@@ -3480,11 +4418,11 @@ export interface components {
          * @enum {string}
          */
         HeightDatum: "amsl" | "home" | "terrain";
-        /** @description A place with its height above mean sea level. */
+        /** @description Where heights relative to home are counted from. */
         Home: {
             /**
              * Format: double
-             * @description Height above mean sea level.
+             * @description Height above mean sea level, metres.
              */
             alt_amsl_m: number;
             /**
@@ -3644,9 +4582,42 @@ export interface components {
              */
             slope: number;
         };
+        /** @description A landing to choose. */
+        LandingAlternative: {
+            /**
+             * Format: double
+             * @description The wind across the final leg, positive from the right; null when no wind is known.
+             */
+            crosswind_m_s: number | null;
+            /**
+             * Format: double
+             * @description Time from the place that the plane comes from, or from home.
+             */
+            duration_s: number;
+            /** @description How the rehearsed approach ends. */
+            ending: components["schemas"]["Ending"];
+            /** @description Whether its circle is flown clockwise, to the right of the final leg. */
+            is_clockwise: boolean;
+            /** @description The landing. */
+            landing: components["schemas"]["Landing"];
+            /** @description What speaks for and against it. */
+            reasons: components["schemas"]["LandingReasonText"][];
+            /**
+             * Format: double
+             * @description Where the plane comes to rest, likewise.
+             */
+            rest_m: number | null;
+            /**
+             * Format: double
+             * @description Where it touches the ground, metres beyond the point along the final leg, negative before it; null where it does not.
+             */
+            touch_down_m: number | null;
+            /** @description Whether to fly it. */
+            verdict: components["schemas"]["Verdict"];
+        };
         /** @description What the pilot should know of a landing before it is flown. */
         LandingCaution: {
-            /** @description `ground-not-known`, `steep-approach` or `tailwind`. */
+            /** @description `ground-not-known`, `steep-approach`, `tailwind` or `ground-near`. */
             code: string;
             /** @description It in English. */
             message: string;
@@ -3656,19 +4627,140 @@ export interface components {
          * @enum {string}
          */
         LandingDirection: "course" | "coming-from" | "into-wind";
-        /** @description What a landing is designed from. What is not given is that of a small plane on an ArduPlane. */
+        /** @description A landing of which one part is moved. */
+        LandingMove: {
+            /**
+             * Format: double
+             * @description Height of the ground above home where the point is moved to; without it the point keeps its height.
+             */
+            ground_rel_home_m?: number | null;
+            /** @description The landing as it was designed: `DO_LAND_START` or not, `NAV_LOITER_TO_ALT`, `NAV_LAND`, with heights above home. */
+            items: components["schemas"]["PlanItem"][];
+            /** @description What is moved. */
+            part: components["schemas"]["LandingPart"];
+            /** @description Where to. */
+            to: components["schemas"]["LatLon"];
+            /**
+             * Format: int32
+             * @description The vehicle that is to land.
+             */
+            vehicle?: number | null;
+            wind?: components["schemas"]["PlanWind"] | null;
+        };
+        /**
+         * @description A part of a landing that somebody moves.
+         * @enum {string}
+         */
+        LandingPart: "point" | "final-leg" | "circle";
+        /** @description What speaks for or against a landing. */
+        LandingReason: {
+            /** @enum {string} */
+            code: "calm";
+        } | {
+            /** @enum {string} */
+            code: "headwind";
+            /**
+             * Format: double
+             * @description Its part along the final leg.
+             */
+            speed_m_s: number;
+        } | {
+            /** @enum {string} */
+            code: "tailwind";
+            /**
+             * Format: double
+             * @description Its part along the final leg.
+             */
+            speed_m_s: number;
+        } | {
+            /** @enum {string} */
+            code: "crosswind";
+            /** @description Whether it comes from the right. */
+            is_from_right: boolean;
+            /**
+             * Format: double
+             * @description Its part across the final leg.
+             */
+            speed_m_s: number;
+        } | {
+            /** @enum {string} */
+            code: "steep";
+            /**
+             * Format: double
+             * @description Height over distance.
+             */
+            slope: number;
+        } | {
+            /**
+             * Format: double
+             * @description How near, at the worst place; negative below the ground.
+             */
+            clearance_m: number;
+            /** @enum {string} */
+            code: "ground-near";
+            /**
+             * Format: double
+             * @description How far from the point.
+             */
+            distance_m: number;
+            /**
+             * Format: double
+             * @description How much it should be there.
+             */
+            wanted_m: number;
+        } | {
+            /** @enum {string} */
+            code: "comes-to-rest";
+            /**
+             * Format: double
+             * @description Distance from the point.
+             */
+            distance_m: number;
+            /** @description Whether that is beyond the point. */
+            is_beyond: boolean;
+        } | {
+            /** @enum {string} */
+            code: "before-runway";
+            /**
+             * Format: double
+             * @description By how much.
+             */
+            distance_m: number;
+        } | {
+            /** @enum {string} */
+            code: "beyond-runway";
+            /**
+             * Format: double
+             * @description By how much.
+             */
+            distance_m: number;
+        } | {
+            /** @enum {string} */
+            code: "does-not-land";
+            /** @description What happens. */
+            ending: components["schemas"]["Ending"];
+        };
+        /** @description What speaks for or against a landing. */
+        LandingReasonText: components["schemas"]["LandingReason"] & {
+            /** @description It in English. */
+            message: string;
+        };
+        /**
+         * @description What a landing is designed from: a point or a runway. What is not given is the vehicle's, as far as its parameters were read, else that of a
+         *     small plane on an ArduPlane.
+         */
         LandingRequest: {
             /**
              * Format: double
-             * @description Of the approach, 5 to 60; 22 by default.
+             * @description Of the approach, 5 to 60; the vehicle's, else 22.
              */
             airspeed_m_s?: number | null;
-            /** @description Where to touch down. */
-            at: components["schemas"]["LatLon"];
+            at?: components["schemas"]["LatLon"] | null;
             coming_from?: components["schemas"]["LatLon"] | null;
             /**
              * Format: double
-             * @description Course of the final leg from true north, where the runway has one; else `coming_from` gives it, else the wind.
+             * @description Course of the final leg from true north; of a runway's two directions the nearer one is flown. Without it `coming_from` gives the course, else
+             *     the wind; a runway is landed on into the wind, in calm air from its beginning.
              */
             course_deg?: number | null;
             /**
@@ -3678,37 +4770,35 @@ export interface components {
             final_height_m?: number | null;
             /**
              * Format: double
-             * @description Height of the ground at the point above home, −1000 to 1000; home's is taken when it is not known.
+             * @description Height of the ground at the point above home, −1000 to 1000; where it is not given, that of the maps, for which `home` is needed;
+             *     else home's.
              */
             ground_rel_home_m?: number | null;
-            /** @description Whether `DO_LAND_START` goes before it; so by default. An ArduPlane with `RTL_AUTOLAND` 0 does not arm with one. */
-            has_land_start?: boolean;
-            /** @description Whether the circle is flown clockwise, to the right of the final leg; so by default. */
-            is_clockwise?: boolean;
+            /**
+             * @description Whether `DO_LAND_START` goes before it; where the vehicle's return looks for it, else yes. An ArduPlane with `RTL_AUTOLAND` 0 does not arm
+             *     with one.
+             */
+            has_land_start?: boolean | null;
+            home?: components["schemas"]["LatLon"] | null;
+            /** @description Whether the circle is flown clockwise, to the right of the final leg; as the vehicle circles, else yes. Alternatives have both sides. */
+            is_clockwise?: boolean | null;
             /**
              * Format: double
-             * @description Smallest radius of the circle, 20 to 500; 80 by default.
+             * @description Smallest radius of the circle, 20 to 500; the vehicle's, else 80.
              */
             radius_m?: number | null;
+            runway?: components["schemas"]["Runway"] | null;
             /**
              * Format: double
-             * @description Steepest slope of the final leg, height over distance, 0.02 to 0.25; 0.08 by default.
+             * @description Steepest slope of the final leg, height over distance, 0.02 to 0.25; 0.08 by default, less for a vehicle that sinks slowly.
              */
             slope?: number | null;
-            wind?: components["schemas"]["LandingWind"] | null;
-        };
-        /** @description Wind over a landing. */
-        LandingWind: {
             /**
-             * Format: double
-             * @description Where it comes from, from true north.
+             * Format: int32
+             * @description The vehicle that is to land: airspeed, circle, slope and `DO_LAND_START` are laid out for it.
              */
-            from_deg: number;
-            /**
-             * Format: double
-             * @description Its speed, 0 to 60.
-             */
-            speed_m_s: number;
+            vehicle?: number | null;
+            wind?: components["schemas"]["PlanWind"] | null;
         };
         /** @description A position on the ground. */
         LatLon: {
@@ -3723,6 +4813,25 @@ export interface components {
              */
             lon_deg: number;
         };
+        /** @description What a flight taught of the plane that flew it. */
+        LearnedPlane: {
+            /** @description It. */
+            airframe: components["schemas"]["Airframe"];
+            /**
+             * Format: double
+             * @description How far measured and modelled airspeeds are apart, metres a second RMS.
+             */
+            airspeed_error_m_s: number;
+            /** @description Moments that it rests on. */
+            moments: number;
+            /** @description The wind of that flight. */
+            wind: components["schemas"]["PlanWind"];
+        };
+        /**
+         * @description What gave the lines their course.
+         * @enum {string}
+         */
+        LineCourse: "asked" | "across-wind" | "along-area" | "corridor";
         /** @description A link and what went over it. */
         LinkInfo: {
             /** @description Whether frames that should be signed and are not are believed there. */
@@ -4612,6 +5721,13 @@ export interface components {
         };
         /** @description A flight mode: its name, one of the vehicle's `mode_names`, or its number on the wire. */
         Mode: number | string;
+        /** @description A camera by name. */
+        NamedCamera: {
+            /** @description What it is. */
+            camera: components["schemas"]["Camera"];
+            /** @description The name that QGroundControl has for it, where it has one. */
+            name: string;
+        };
         /** @description NAV_CONTROLLER_OUTPUT. */
         NavController: {
             /**
@@ -4773,6 +5889,11 @@ export interface components {
          * @enum {string}
          */
         OperationState: "running" | "done" | "failed" | "cancelled";
+        /**
+         * @description How a profile of an airframe came about.
+         * @enum {string}
+         */
+        Origin: "parameters" | "simulator" | "flight";
         /** @description A parameter of the vehicle. */
         Param: {
             /** @description Its type on the wire: `int8` … `real32`. */
@@ -4787,6 +5908,8 @@ export interface components {
         };
         /** @description A plan: mission, fence and rally points. */
         Plan: {
+            /** @description Items of the mission that stand for several in a `.plan` file: kept so that it is written as it was read. */
+            complex_items?: components["schemas"]["ComplexItem"][];
             /** @description Where to stay. */
             fence: components["schemas"]["Fence"];
             home: components["schemas"]["Home"] | null;
@@ -4835,6 +5958,18 @@ export interface components {
             /** @description Drafts that lost a race or were overwritten by somebody else, the newest first, one for each author. */
             others: components["schemas"]["PlanDraft"][];
         };
+        /** @description One thing that a file did not say, could not say, or said in vain. */
+        PlanFileNote: {
+            /** @description What. */
+            code: components["schemas"]["PlanFileNoteCode"];
+            /** @description How many heights, items, areas… it concerns; at least 1. */
+            count: number;
+        };
+        /**
+         * @description What a note about a plan file says, as in `heights-missing`.
+         * @enum {string}
+         */
+        PlanFileNoteCode: "heights-above-sea-level" | "heights-above-terrain" | "heights-taken-above-sea-level" | "heights-taken-above-home" | "heights-missing" | "not-places" | "points-left-out" | "tracks-left-out" | "items-missing" | "lines-joined" | "areas-taken-as-fence" | "holes-taken-as-fence" | "area-heights-not-kept" | "names-not-kept" | "heights-written-above-sea-level" | "heights-not-written" | "heights-drawn-above-sea-level" | "heights-not-drawn" | "commands-not-written" | "items-not-written" | "home-not-written" | "fence-not-written" | "rally-not-written" | "complex-items-edited" | "settings-not-written";
         /** @description One item of a mission. */
         PlanItem: {
             /** @description Whether the mission goes on by itself after it. */
@@ -4908,6 +6043,24 @@ export interface components {
          * @enum {string}
          */
         PlanUncertainty: "never_read" | "transferring" | "transfer_failed" | "rebooted" | "changed_elsewhere" | "sent_elsewhere" | "record_damaged" | "mixed";
+        /** @description Wind that a plan is made for; calm by default. */
+        PlanWind: {
+            /**
+             * Format: double
+             * @description Where it comes from, degrees from true north.
+             */
+            from_deg: number;
+            /**
+             * Format: double
+             * @description Its speed, m/s, 0 to 60.
+             */
+            speed_m_s: number;
+        };
+        /** @description The airframe and the battery that a plan is rehearsed with in place of the vehicle's. */
+        PlaneProfile: {
+            airframe?: components["schemas"]["Airframe"] | null;
+            battery?: components["schemas"]["BatterySettings"] | null;
+        };
         /** @description GLOBAL_POSITION_INT: where the autopilot believes to be. */
         Position: {
             /**
@@ -5228,6 +6381,11 @@ export interface components {
              */
             rssi: number | null;
         };
+        /**
+         * @description What the vehicle does.
+         * @enum {string}
+         */
+        Reaction: "goes-on" | "flies-mission" | "returns" | "lands" | "goes-around" | "circles" | "glides" | "not-rehearsed";
         /** @description Something that happened to a vehicle in a recording. */
         RecordedEvent: {
             /** @description Such as `mode`, `armed`, `disarmed`, `text`, `item_reached`, `lost`. */
@@ -5329,6 +6487,131 @@ export interface components {
          * @enum {string}
          */
         RefusalCode: "landing-needs-rtl-autoland" | "no-mission" | "mode-not-armable" | "landing-sequence" | "gps-accuracy" | "gps-no-fix" | "position-unknown" | "compass-inconsistent" | "compass-calibrate" | "accels-inconsistent" | "accels-calibrate" | "gyros" | "ahrs-waiting" | "airspeed" | "barometer" | "board-voltage" | "battery-low" | "throttle-not-zero" | "rc-not-calibrated" | "safety-switch" | "failsafe" | "logging" | "fence" | "rally" | "already-armed" | "system-initialising";
+        /** @description A plan as the plane would fly it in a wind. */
+        Rehearsal: {
+            /** @description What is taken for the plane. */
+            airframe: components["schemas"]["Origin"];
+            battery: components["schemas"]["BatteryLeft"] | null;
+            battery_unknown: components["schemas"]["BatteryLack"] | null;
+            /**
+             * Format: double
+             * @description Way over ground, metres.
+             */
+            distance_m: number;
+            /**
+             * Format: double
+             * @description Until its end, seconds.
+             */
+            duration_s: number;
+            /** @description How it ends. */
+            ending: components["schemas"]["Ending"];
+            /**
+             * Format: double
+             * @description Electrical energy; null where the plane's power is not known.
+             */
+            energy_wh: number | null;
+            /** @description What it shows to be wrong or doubtful; in an assessment these are among the plan's findings too. */
+            findings: components["schemas"]["Finding"][];
+            /** @description Whether ground below the plan is still being looked up that this was flown without: ask again a moment later. */
+            is_ground_pending: boolean;
+            /** @description Whether the vehicle's own parameters were read; without, it is an ArduPlane as it comes. */
+            knows_parameters: boolean;
+            /** @description The items in the order flown; jumps repeat them. */
+            passages: components["schemas"]["RehearsedPassage"][];
+            touch_down: components["schemas"]["LatLon"] | null;
+            /** @description The track, as many moments as it takes to draw it within a metre. */
+            track: components["schemas"]["RehearsedTrack"];
+            /** @description The wind of it. */
+            wind: components["schemas"]["PlanWind"];
+        };
+        /** @description A plan to rehearse. */
+        RehearsalRequest: {
+            /**
+             * Format: double
+             * @description Height above the ground that the flight should keep, 0 to 1000; 30 by default.
+             */
+            clearance_m?: number | null;
+            /** @description The plan; without a home the vehicle's is taken. */
+            plan: components["schemas"]["Plan"];
+            /** @description The plane, in place of the vehicle's. */
+            profile?: components["schemas"]["PlaneProfile"];
+            /**
+             * Format: int32
+             * @description The vehicle that is to fly it: its parameters, as far as they were read, are the plane's.
+             */
+            vehicle?: number | null;
+            wind?: components["schemas"]["PlanWind"] | null;
+        };
+        /** @description A part of a rehearsed flight, to its end. */
+        RehearsedFlight: {
+            battery: components["schemas"]["BatteryLeft"] | null;
+            /**
+             * Format: double
+             * @description Way over ground since that beginning, metres.
+             */
+            distance_m: number;
+            /** @description How it ends. */
+            ending: components["schemas"]["Ending"];
+            /**
+             * Format: double
+             * @description Its end, seconds since the rehearsed flight's beginning.
+             */
+            ends_s: number;
+            /**
+             * Format: double
+             * @description Electrical energy since that beginning; null where the plane's power is not known.
+             */
+            energy_wh: number | null;
+            touch_down: components["schemas"]["LatLon"] | null;
+            /** @description The track, as many moments as it takes to draw it within a metre. */
+            track: components["schemas"]["RehearsedTrack"];
+        };
+        /** @description One item on the way. */
+        RehearsedPassage: {
+            /**
+             * Format: double
+             * @description When the plane begins to fly to it, seconds.
+             */
+            begins_s: number;
+            /**
+             * Format: int32
+             * @description Counted from 1.
+             */
+            item: number;
+            /**
+             * Format: double
+             * @description How near the plane comes to its place, metres; null for what is no waypoint and no landing.
+             */
+            nearest_m: number | null;
+            /**
+             * Format: double
+             * @description When it is reached or done; null: never.
+             */
+            reached_s: number | null;
+        };
+        /** @description Moments of a rehearsed flight, a list for each value. */
+        RehearsedTrack: {
+            /** @description Equivalent airspeed, metres a second. */
+            airspeed_m_s: number[];
+            /** @description Bank, degrees, to the right positive. */
+            bank_deg: number[];
+            /** @description Height of the ground below, above home, metres; null where no map knows it. */
+            ground_m: (number | null)[];
+            /** @description Over ground, metres a second. */
+            groundspeed_m_s: number[];
+            /** @description Heading of the nose, degrees from true north. */
+            heading_deg: number[];
+            /** @description Above home, metres. */
+            height_m: number[];
+            /** @description Item that is flown, counted from 1; null in a return and after the landing. */
+            item: (number | null)[];
+            /** @description Degrees. */
+            lat_deg: number[];
+            /** @description Degrees. */
+            lon_deg: number[];
+            /** @description Since its beginning, seconds, growing. */
+            time_s: number[];
+        };
         /** @description Where to return to after a breach of the fence. */
         ReturnPoint: {
             /**
@@ -5352,6 +6635,13 @@ export interface components {
          * @enum {string}
          */
         Role: "viewer" | "operator";
+        /** @description A line to land on, in either direction; 20 m to 10 km long. */
+        Runway: {
+            /** @description One end. */
+            begin: components["schemas"]["LatLon"];
+            /** @description The other. */
+            end: components["schemas"]["LatLon"];
+        };
         /** @description Who spoke in a recording. */
         Sender: {
             /**
@@ -5461,7 +6751,8 @@ export interface components {
              * @description `lost`, `regained`, `unreached` (it is heard, but does not hear us), `reached`, `rebooted`,
              *     `mode`, `armed`, `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`,
              *     `target_elsewhere` (it flies to somewhere else than its plan says, an alarm), `target_as_planned`, `home`,
-             *     `streams_fell_back`, `contested`, `uncontested`.
+             *     `streams_fell_back`, `contested`, `uncontested`,
+             *     `terrain_unknown` (it asks for the ground's altitude where no map knows it), `terrain_known`.
              */
             kind: string;
             /**
@@ -5718,6 +7009,62 @@ export interface components {
          * @enum {string}
          */
         SpeedKind: "airspeed" | "groundspeed";
+        /** @description What many flights of one plan show. A range is that of nine flights in ten. */
+        Spread: {
+            battery_left_pct: components["schemas"]["SpreadRange"] | null;
+            /** @description How many of all leave less than its reserve; null likewise. */
+            below_reserve: number | null;
+            /** @description Where nine flights in ten pass, a moment every five seconds. */
+            corridor: components["schemas"]["Corridor"];
+            /** @description Duration of those that ended as the expected one, seconds. */
+            duration_s: components["schemas"]["SpreadRange"];
+            /** @description How many ended how, the most first. */
+            endings: components["schemas"]["EndingCount"][];
+            energy_wh: components["schemas"]["SpreadRange"] | null;
+            /** @description Flights. */
+            runs: number;
+            touch_down_m: components["schemas"]["SpreadRange"] | null;
+        };
+        /** @description Least, median and most of nine in ten flights. */
+        SpreadRange: {
+            /**
+             * Format: double
+             * @description One flight in twenty has more.
+             */
+            high: number;
+            /**
+             * Format: double
+             * @description One flight in twenty has less.
+             */
+            low: number;
+            /**
+             * Format: double
+             * @description Half of them have less.
+             */
+            median: number;
+        };
+        /** @description A plan to fly many times. */
+        SpreadRequest: {
+            /** @description How much may be otherwise than expected. */
+            doubts?: components["schemas"]["Doubts"];
+            /** @description The plan; without a home the vehicle's is taken. */
+            plan: components["schemas"]["Plan"];
+            /** @description The plane, in place of the vehicle's. */
+            profile?: components["schemas"]["PlaneProfile"];
+            /** @description Flights, 1 to 1000; 200 by default. */
+            runs?: number | null;
+            /**
+             * Format: int64
+             * @description Which winds and planes; the same seed gives the same answer. 0 by default.
+             */
+            seed?: number;
+            /**
+             * Format: int32
+             * @description The vehicle that is to fly it.
+             */
+            vehicle?: number | null;
+            wind?: components["schemas"]["PlanWind"] | null;
+        };
         /**
          * @description What is kept on the server's disk.
          * @enum {string}
@@ -5776,6 +7123,206 @@ export interface components {
             text: string;
             /** @description What. */
             what: components["schemas"]["StorageClass"];
+        };
+        /** @description A survey, ready to be placed in a mission, and rehearsed. */
+        Survey: {
+            /**
+             * Format: double
+             * @description Size of the area, or of the strip.
+             */
+            area_m2: number;
+            /** @description What the pilot should know. */
+            cautions: components["schemas"]["SurveyCaution"][];
+            /** @description It as QGroundControl's own survey or corridor, to go with its items in `complex_items` of a plan. */
+            complex_item: components["schemas"]["ComplexItem"];
+            /**
+             * Format: double
+             * @description Course of the first line from true north.
+             */
+            course_deg: number;
+            /** @description What gave it. */
+            course_from: components["schemas"]["LineCourse"];
+            /**
+             * Format: double
+             * @description Angle between heading and course on the lines, at the most.
+             */
+            crab_deg: number;
+            /**
+             * Format: double
+             * @description Time for it in this wind.
+             */
+            duration_s: number;
+            /** @description It, rehearsed. */
+            flown: components["schemas"]["FlownSurvey"];
+            /**
+             * Format: double
+             * @description Ground that a picture shows across the track; null without a camera.
+             */
+            footprint_across_m: number | null;
+            /**
+             * Format: double
+             * @description Ground that a picture shows along the track; null without a camera.
+             */
+            footprint_along_m: number | null;
+            /**
+             * Format: double
+             * @description Fastest speed over ground on the lines.
+             */
+            groundspeed_max_m_s: number;
+            /**
+             * Format: double
+             * @description Slowest speed over ground on the lines.
+             */
+            groundspeed_min_m_s: number;
+            /**
+             * Format: double
+             * @description Ground that a pixel covers; null without a camera.
+             */
+            gsd_m: number | null;
+            /**
+             * Format: double
+             * @description Height above the ground.
+             */
+            height_m: number;
+            /** @description Waypoints and camera; the first waypoint leads to the first line, the last one away from the last. */
+            items: components["schemas"]["PlanItem"][];
+            /**
+             * Format: double
+             * @description Straight way before the first picture of a line.
+             */
+            lead_in_m: number;
+            /**
+             * Format: double
+             * @description Straight way after the last.
+             */
+            lead_out_m: number;
+            /**
+             * Format: double
+             * @description Length of the whole way.
+             */
+            length_m: number;
+            /**
+             * Format: double
+             * @description Length of all that is photographed.
+             */
+            line_m: number;
+            /** @description What is photographed without a stop, in the order flown. */
+            lines: components["schemas"]["LatLon"][][];
+            /**
+             * Format: int64
+             * @description Pictures.
+             */
+            photos: number;
+            /**
+             * Format: double
+             * @description Distance between two lines.
+             */
+            spacing_m: number;
+            /**
+             * Format: double
+             * @description Distance between two pictures; null when the camera is not triggered.
+             */
+            trigger_m: number | null;
+            /**
+             * Format: double
+             * @description Radius of the turns.
+             */
+            turn_radius_m: number;
+        };
+        /** @description What the pilot should know of a survey before it is flown. */
+        SurveyCaution: {
+            /** @description `ground-not-known`, `camera-too-slow`, `along-wind`, `tight-turns` or `gaps`. */
+            code: string;
+            /** @description It in English. */
+            message: string;
+        };
+        /** @description Ground that no picture shows. */
+        SurveyHole: {
+            /**
+             * Format: double
+             * @description Its size.
+             */
+            area_m2: number;
+            /** @description Its middle. */
+            at: components["schemas"]["LatLon"];
+        };
+        /** @description What a survey is laid out from. Either `gsd_m` or `height_m` is given, and a camera; or without one `height_m` and `spacing_m`. */
+        SurveyRequest: {
+            /**
+             * Format: double
+             * @description Airspeed, set by an item, 5 to 60; the plane's cruise by default.
+             */
+            airspeed_m_s?: number | null;
+            camera?: components["schemas"]["Camera"] | null;
+            coming_from?: components["schemas"]["LatLon"] | null;
+            /**
+             * Format: double
+             * @description Course of the lines of an area from true north; across the wind by default, in calm air along the area.
+             */
+            course_deg?: number | null;
+            /**
+             * Format: double
+             * @description Part of a picture that the next on the line shows too, 0 to 0.95; 0.75 by default.
+             */
+            front_overlap?: number | null;
+            /**
+             * Format: double
+             * @description Height of the ground above home; home's is taken when it is not known.
+             */
+            ground_rel_home_m?: number | null;
+            /**
+             * Format: double
+             * @description Ground that a pixel is to cover, 0.0005 to 10.
+             */
+            gsd_m?: number | null;
+            /**
+             * Format: double
+             * @description Height above the ground, 5 to 10,000.
+             */
+            height_m?: number | null;
+            home?: components["schemas"]["Home"] | null;
+            /** @description Whether heights count from the ground below, which the vehicle has to know, and not from home. */
+            is_above_terrain?: boolean;
+            /** @description Whether the wide side of the picture lies across the track; so by default. */
+            is_landscape?: boolean;
+            /**
+             * Format: double
+             * @description Straight way before a line; by default until the plane is settled on it.
+             */
+            lead_in_m?: number | null;
+            /**
+             * Format: double
+             * @description How far beyond the edge pictures reach; by default so far that the overlap holds up to the edge.
+             */
+            margin_m?: number | null;
+            /** @description Corners of the area in order, 3 to 1,000, or points of the line of a corridor, 2 to 1,000. */
+            places: components["schemas"]["LatLon"][];
+            /**
+             * Format: double
+             * @description Part of a picture that those of the next line show too, 0 to 0.95; 0.65 by default.
+             */
+            side_overlap?: number | null;
+            /**
+             * Format: double
+             * @description Distance between lines, in place of the one that the overlap gives.
+             */
+            spacing_m?: number | null;
+            /**
+             * Format: double
+             * @description Distance between pictures, in place of the one that the overlap gives.
+             */
+            trigger_m?: number | null;
+            /**
+             * Format: int32
+             * @description The vehicle that is to fly it, which has parameters of its own; an ArduPlane as it comes by default.
+             */
+            vehicle?: number | null;
+            /**
+             * Format: double
+             * @description Width of a corridor, 0 to 5,000 (0: one pass); absent or null: an area.
+             */
+            width_m?: number | null;
+            wind?: components["schemas"]["PlanWind"] | null;
         };
         /** @description SYS_STATUS: sensors and power at a glance. */
         SysStatus: {
@@ -5872,9 +7419,40 @@ export interface components {
             servos?: components["schemas"]["ServoOutputs"] | null;
             sys_status?: components["schemas"]["SysStatus"] | null;
             system_time?: components["schemas"]["SystemTime"] | null;
+            terrain?: components["schemas"]["TerrainReport"] | null;
             version?: components["schemas"]["AutopilotVersion"] | null;
             vibration?: components["schemas"]["Vibration"] | null;
             wind?: components["schemas"]["Wind"] | null;
+        };
+        /** @description TERRAIN_REPORT: what the vehicle knows of the ground. */
+        TerrainReport: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: double
+             * @description Altitude of the vehicle above that ground.
+             */
+            alt_terrain_m: number | null;
+            /**
+             * Format: double
+             * @description Ground above mean sea level under the vehicle; null as long as it does not know it.
+             */
+            ground_amsl_m: number | null;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: int32
+             * @description Blocks that it holds in memory.
+             */
+            loaded: number;
+            /**
+             * Format: int32
+             * @description Blocks of 4 × 4 altitudes that it waits for.
+             */
+            pending: number;
         };
         /** @description A text that the vehicle wrote (STATUSTEXT). */
         Text: {
@@ -5896,6 +7474,11 @@ export interface components {
          * @enum {string}
          */
         Thing: "path" | "file" | "vehicle" | "link" | "operation" | "recording" | "camera" | "message" | "command" | "area";
+        /**
+         * @description What fails in flight, or is asked for.
+         * @enum {string}
+         */
+        Trigger: "return-asked" | "link-lost" | "radio-lost" | "battery-low" | "battery-critical" | "go-around" | "engine-stopped";
         /** @description A mission as it is flown, in calm air at the speeds that are known. */
         Trip: {
             /**
@@ -5919,6 +7502,34 @@ export interface components {
          * @enum {string}
          */
         TripEnd: "end" | "unlimited" | "endless";
+        /** @description What a vehicle's plans are rehearsed with. */
+        VehicleProfile: {
+            /** @description The airframe, as its parameters tell it; its power is that of its flight as far as it was followed. */
+            airframe: components["schemas"]["Airframe"];
+            /**
+             * Format: double
+             * @description Charge of a full battery, mAh; null where it is not known.
+             */
+            capacity_mah: number | null;
+            /**
+             * Format: double
+             * @description What it holds, of its capacity; 100 where nothing is told.
+             */
+            charge_pct: number;
+            /** @description Whether its parameters were read; without, it is an ArduPlane as it comes. */
+            knows_parameters: boolean;
+            learned: components["schemas"]["LearnedPlane"] | null;
+            /**
+             * Format: double
+             * @description What should be left at a landing, of its capacity.
+             */
+            reserve_pct: number;
+            /**
+             * Format: double
+             * @description Its voltage now; null where it is not known.
+             */
+            voltage_v: number | null;
+        };
         /** @description Everything that is known of a vehicle. */
         VehicleState: {
             /** @description Whether it flies the arcs of `NAV_ARC_WAYPOINT`; a plane passes straight over such an item. */
@@ -5964,6 +7575,8 @@ export interface components {
              *     when that is not known.
              */
             is_reached: boolean | null;
+            /** @description Whether it asks for the ground's altitude at places where no map of this server knows it. */
+            lacks_terrain: boolean;
             /**
              * Format: int32
              * @description The link that it is reached over.
@@ -5981,6 +7594,8 @@ export interface components {
             mav_type: number | null;
             /** @description Flight mode by name. */
             mode: string | null;
+            /** @description Its name in a fleet, when it is far away: no link of this server reaches it, a station on board does. */
+            remote_name: string | null;
             /** @description Where another vehicle with the same system id is heard. It is not followed, and nothing is sent to it. */
             rival: string | null;
             /**
@@ -5994,6 +7609,11 @@ export interface components {
              */
             system_id: number;
         };
+        /**
+         * @description How a landing suits.
+         * @enum {string}
+         */
+        Verdict: "good" | "doubtful" | "bad";
         /** @description VIBRATION. */
         Vibration: {
             /**
@@ -6018,6 +7638,54 @@ export interface components {
          * @enum {string}
          */
         WantedValue: "finite" | "latitude" | "longitude" | "height" | "whole-number" | "frame";
+        /** @description What follows from one thing that happens. */
+        WhatIf: {
+            /** @description What the vehicle decides, in order of time; none where its settings do not act on it. */
+            decisions: components["schemas"]["Decision"][];
+            flown: components["schemas"]["RehearsedFlight"] | null;
+            /** @description What it ends with. */
+            reaction: components["schemas"]["Reaction"];
+            /** @description What happens. */
+            trigger: components["schemas"]["Trigger"];
+        };
+        /** @description What may happen at a moment of a plan, and wants to be known. */
+        WhatIfRequest: {
+            /**
+             * Format: double
+             * @description A moment of the plan, seconds since the rehearsed flight's beginning.
+             */
+            at_s?: number | null;
+            plan?: components["schemas"]["Plan"] | null;
+            /** @description The plane, in place of the vehicle's. */
+            profile?: components["schemas"]["PlaneProfile"];
+            /** @description What happens; everything when absent. */
+            triggers?: components["schemas"]["Trigger"][] | null;
+            /**
+             * Format: int32
+             * @description The vehicle that is to fly it: its parameters, as far as they were read, are the plane's.
+             */
+            vehicle?: number | null;
+            wind?: components["schemas"]["PlanWind"] | null;
+        };
+        /** @description What follows from a moment of a plan. */
+        WhatIfs: {
+            ahead: components["schemas"]["RehearsedFlight"] | null;
+            at: components["schemas"]["LatLon"] | null;
+            /**
+             * Format: double
+             * @description When, seconds since the rehearsed flight's beginning; 0 is now where the vehicle flies it.
+             */
+            at_s: number;
+            /** @description The ground that may be reached without thrust, as a ring of places clockwise from north. */
+            glide_range: components["schemas"]["LatLon"][];
+            /**
+             * Format: double
+             * @description Height above home then, metres.
+             */
+            height_m: number;
+            /** @description One for each that was asked for. */
+            what_ifs: components["schemas"]["WhatIf"][];
+        };
         /** @description WIND. */
         Wind: {
             /**
@@ -7670,6 +9338,34 @@ export interface operations {
             };
         };
     };
+    cameras: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NamedCamera"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     check: {
         parameters: {
             query?: never;
@@ -7702,12 +9398,9 @@ export interface operations {
             };
         };
     };
-    format_plan: {
+    complex_parts: {
         parameters: {
-            query: {
-                /** @description `plan` or `waypoints`. */
-                as: "plan" | "waypoints";
-            };
+            query?: never;
             header?: never;
             path?: never;
             cookie?: never;
@@ -7723,7 +9416,76 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "text/plain": string;
+                    "application/json": components["schemas"]["ComplexPart"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    plan_fixes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RehearsalRequest"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FindingFix"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    format_plan: {
+        parameters: {
+            query: {
+                /** @description By the ending of the file's name. */
+                as: "plan" | "waypoints" | "kml" | "kmz" | "geojson" | "gpx" | "csv";
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Plan"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    /** @description JSON: a list of `PlanFileNote` */
+                    "Vencejo-Notes"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": number[];
                 };
             };
             /** @description What was wrong and what to do */
@@ -7769,6 +9531,109 @@ export interface operations {
             };
         };
     };
+    alternatives: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LandingRequest"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LandingAlternative"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    moved_landing: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LandingMove"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Landing"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    learn: {
+        parameters: {
+            query?: {
+                /** @description The name of a recording on the server's disk, in place of a body. */
+                recording?: string;
+                /** @description The vehicle whose parameters, as far as they were read, are the plane's. */
+                vehicle?: number;
+                /** @description Which vehicle of the recording; the first that tells its position when absent. */
+                system?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/octet-stream": number[];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LearnedPlane"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     parse: {
         parameters: {
             query?: {
@@ -7787,10 +9652,140 @@ export interface operations {
         responses: {
             200: {
                 headers: {
+                    /** @description JSON: a list of `PlanFileNote` */
+                    "Vencejo-Notes"?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["Plan"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    rehearse: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RehearsalRequest"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Rehearsal"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    rehearse_many: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SpreadRequest"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Spread"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    survey: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SurveyRequest"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Survey"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    what_if: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["WhatIfRequest"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["WhatIfs"];
                 };
             };
             /** @description What was wrong and what to do */
@@ -9427,6 +11422,37 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    profile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description System id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["VehicleProfile"];
                 };
             };
             /** @description What was wrong and what to do */

@@ -1,23 +1,15 @@
 // The shapes that go over the API, under the names the app uses. They are generated from the server's description
 // (`schema.d.ts`), where each field is explained; units and datum stand in the names, what is not known is null.
-import type { components } from './schema';
+import type { components, operations } from './schema';
 
 type Schemas = components['schemas'];
 
 // Telemetry
-export type Heartbeat = Schemas['Heartbeat'];
 export type Attitude = Schemas['Attitude'];
 export type Position = Schemas['Position'];
-export type Hud = Schemas['Hud'];
-export type Gps = Schemas['Gps'];
-export type SysStatus = Schemas['SysStatus'];
 export type Battery = Schemas['Battery'];
-export type Imu = Schemas['Imu'];
 export type Pressure = Schemas['Pressure'];
 export type Wind = Schemas['Wind'];
-export type HomePosition = Schemas['HomePosition'];
-export type MissionCurrent = Schemas['MissionCurrent'];
-export type NavController = Schemas['NavController'];
 
 /** What changed of the groups; null for one that the vehicle no longer has, as after a reboot. */
 export type TelemetryChanges = Schemas['TelemetryGroups'];
@@ -29,6 +21,20 @@ export type TelemetryGroups = { [Name in GroupName]?: NonNullable<TelemetryChang
 export type MissionProgress = Schemas['MissionProgress'];
 export type Assessment = Schemas['Assessment'];
 export type Trip = Schemas['Trip'];
+export type Rehearsal = Schemas['Rehearsal'];
+export type BatteryLeft = Schemas['BatteryLeft'];
+export type RehearsedFlight = Schemas['RehearsedFlight'];
+export type Airframe = Schemas['Airframe'];
+export type PlaneProfile = Schemas['PlaneProfile'];
+export type VehicleProfile = Schemas['VehicleProfile'];
+export type LearnedPlane = Schemas['LearnedPlane'];
+export type SpreadRequest = Schemas['SpreadRequest'];
+export type Spread = Schemas['Spread'];
+export type Trigger = Schemas['Trigger'];
+export type WhatIf = Schemas['WhatIf'];
+export type WhatIfRequest = Schemas['WhatIfRequest'];
+export type WhatIfs = Schemas['WhatIfs'];
+export type PlanWind = Schemas['PlanWind'];
 export type PlanKind = Schemas['PlanKind'];
 export type PlanOnBoard = Schemas['PlanOnBoard'];
 export type PlanState = Schemas['PlanState'];
@@ -44,17 +50,26 @@ export type SigningAct = Schemas['SigningAct'];
 export type ChangeSigning = Schemas['ChangeSigning'];
 
 // Plans
-export type LatLon = Schemas['LatLon'];
 export type Home = Schemas['Home'];
 export type PlanItem = Schemas['PlanItem'];
 export type FenceZone = Schemas['FenceZone'];
 export type Fence = Schemas['Fence'];
 export type RallyPoint = Schemas['RallyPoint'];
 export type Plan = Schemas['Plan'];
+export type PlanFileNote = Schemas['PlanFileNote'];
+export type PlanFileFormat = operations['format_plan']['parameters']['query']['as'];
 export type PlanFinding = Schemas['Finding'];
+export type FindingFix = Schemas['FindingFix'];
+export type RehearsalRequest = Schemas['RehearsalRequest'];
 export type LandingRequest = Schemas['LandingRequest'];
+export type LandingMove = Schemas['LandingMove'];
+export type LandingAlternative = Schemas['LandingAlternative'];
 export type Landing = Schemas['Landing'];
-export type CommandParam = Schemas['CommandParam'];
+export type Camera = Schemas['Camera'];
+export type NamedCamera = Schemas['NamedCamera'];
+export type SurveyRequest = Schemas['SurveyRequest'];
+export type Survey = Schemas['Survey'];
+export type ComplexPart = Schemas['ComplexPart'];
 export type CommandInfo = Schemas['CommandInfo'];
 
 // Sessions, operations, errors

@@ -3,8 +3,9 @@
  * takes them and gives the next ones, and never changes what it took.
  */
 
-import { bearing_deg, between, destination, distance_m } from './geo';
+import { destination, distance_m } from './geo';
 import { type LonLat, rounded, sameLonLat } from './lonlat';
+import { edgesOf, inserted, middleOf, moved, shifted } from './outline';
 import { type Fence, type FenceZone, FRAME, type HeightFrame, heightFrameOfNumber, type RallyPoint } from './plan';
 
 export interface Areas {
@@ -21,15 +22,19 @@ export type AreaHandle =
   /** On a circle, east of its centre: moving it changes the radius. */
   | { readonly kind: 'radius'; readonly zone: number }
   | { readonly kind: 'return' }
-  | { readonly kind: 'rally'; readonly index: number };
+  | { readonly kind: 'rally'; readonly index: number }
+  /** At the end of an arrow from a survey's middle: turning it turns the lines. */
+  | { readonly kind: 'course'; readonly zone: number };
 
 export interface PlacedHandle {
   readonly handle: AreaHandle;
   readonly at: LonLat;
+  /** The ends of the edge that it lies in the middle of. */
+  readonly ends?: readonly [LonLat, LonLat];
 }
 
 /** Most corners of a polygon: ArduPilot counts them in 8 bits. */
-export const MAX_CORNERS = 255;
+const MAX_CORNERS = 255;
 /** Circles smaller than this are a slip of the hand, metres. */
 export const MIN_RADIUS_M = 10;
 export const MAX_RADIUS_M = 100_000;
@@ -43,16 +48,24 @@ export const zoneOf = (handle: AreaHandle | null): number | null =>
 
 /** Middle of a zone: of a circle its centre, of a polygon the mean of its corners. */
 export function middleOfZone(zone: FenceZone): LonLat | null {
-  const [first] = zone.points;
-  if (first === undefined) return null;
-  if (zone.shape === 'circle') return first;
-  // corners near the date line are taken to the side of the first
-  const near = (lon_deg: number): number => lon_deg - 360 * Math.round((lon_deg - first.lon_deg) / 360);
-  const count = zone.points.length;
-  return rounded({
-    lat_deg: zone.points.reduce((sum, point) => sum + point.lat_deg, 0) / count,
-    lon_deg: zone.points.reduce((sum, point) => sum + near(point.lon_deg), 0) / count,
-  });
+  return zone.shape === 'circle' ? (zone.points[0] ?? null) : middleOf(zone.points);
+}
+
+/** Handles of a polygon's corners, or of the points of a line, and of the middles between them while there may be more. */
+export function outlineHandles(
+  points: readonly LonLat[],
+  isClosed: boolean,
+  zone: number,
+  most: number,
+): PlacedHandle[] {
+  const corners = points.map((at, corner): PlacedHandle => ({ handle: { kind: 'corner', zone, corner }, at }));
+  const edges = points.length < most ? edgesOf(points, isClosed) : [];
+  return [
+    ...corners,
+    ...edges.map(({ after, middle, ends }): PlacedHandle => {
+      return { handle: { kind: 'edge', zone, corner: after }, at: middle, ends };
+    }),
+  ];
 }
 
 /** What can be moved of the fence, in the order in which a pointer takes them: corners before middles. */
@@ -64,15 +77,7 @@ export function fenceHandles({ zones, return_point }: Fence): PlacedHandle[] {
     if (first === undefined) continue;
     if (shape === 'circle') {
       handles.push({ handle: { kind: 'radius', zone }, at: destination(first, 90, radius_m ?? 0) });
-    } else {
-      points.forEach((at, corner) => handles.push({ handle: { kind: 'corner', zone, corner }, at }));
-      if (points.length >= 3 && points.length < MAX_CORNERS) {
-        points.forEach((from, corner) => {
-          const to = points[(corner + 1) % points.length] as LonLat;
-          handles.push({ handle: { kind: 'edge', zone, corner }, at: between(from, to, 0.5) });
-        });
-      }
-    }
+    } else handles.push(...outlineHandles(points, true, zone, MAX_CORNERS));
     const middle = middleOfZone(zones[zone] as FenceZone);
     if (middle !== null) handles.push({ handle: { kind: 'centre', zone }, at: middle });
   }
@@ -100,28 +105,19 @@ export function moveHandle(areas: Areas, handle: AreaHandle, from: LonLat, to: L
     case 'corner':
       return {
         handle,
-        areas: zoned(handle.zone, (zone) => ({
-          ...zone,
-          points: zone.points.map((point, index) => (index === handle.corner ? place : point)),
-        })),
+        areas: zoned(handle.zone, (zone) => ({ ...zone, points: moved(zone.points, handle.corner, place) })),
       };
     case 'edge': {
       const corner = handle.corner + 1;
       return {
         handle: { kind: 'corner', zone: handle.zone, corner },
-        areas: zoned(handle.zone, (zone) => ({
-          ...zone,
-          points: [...zone.points.slice(0, corner), place, ...zone.points.slice(corner)],
-        })),
+        areas: zoned(handle.zone, (zone) => ({ ...zone, points: inserted(zone.points, corner, place) })),
       };
     }
     case 'centre':
       return {
         handle,
-        areas: zoned(handle.zone, (zone) => ({
-          ...zone,
-          points: zone.points.map((point) => shifted(point, from, to)),
-        })),
+        areas: zoned(handle.zone, (zone) => ({ ...zone, points: shifted(zone.points, from, to) })),
       };
     case 'radius':
       return {
@@ -147,13 +143,9 @@ export function moveHandle(areas: Areas, handle: AreaHandle, from: LonLat, to: L
           rally: rally.map((point, index) => (index === handle.index ? { ...point, ...place } : point)),
         },
       };
+    case 'course':
+      return { handle, areas };
   }
-}
-
-/** The point moved as from one place to another, along the same geodesic: shapes keep their size at every latitude. */
-function shifted(point: LonLat, from: LonLat, to: LonLat): LonLat {
-  if (sameLonLat(from, to)) return point;
-  return rounded(destination(point, bearing_deg(from, to), distance_m(from, to)));
 }
 
 const within = (radius_m: number): number => Math.min(MAX_RADIUS_M, Math.max(MIN_RADIUS_M, radius_m));
@@ -200,10 +192,12 @@ export function removeHandle(areas: Areas, handle: AreaHandle): Areas {
       return { ...areas, fence: { ...fence, return_point: null } };
     case 'rally':
       return { ...areas, rally: rally.filter((_, index) => index !== handle.index) };
+    case 'course':
+      return areas;
   }
 }
 
-export const removeZone = (areas: Areas, zone: number): Areas => ({
+const removeZone = (areas: Areas, zone: number): Areas => ({
   ...areas,
   fence: { ...areas.fence, zones: areas.fence.zones.filter((_, index) => index !== zone) },
 });

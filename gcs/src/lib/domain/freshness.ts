@@ -1,9 +1,9 @@
 // How old a value may be before it is marked, and before it says nothing any more.
 
 /** A value older than this is stale: shown, but marked. */
-export const STALE_AFTER_S = 3.5;
+const STALE_AFTER_S = 3.5;
 /** A value older than this says nothing about the vehicle any more. */
-export const LOST_AFTER_S = 5;
+const LOST_AFTER_S = 5;
 
 export type Freshness = 'fresh' | 'stale' | 'lost' | 'never';
 

@@ -1,6 +1,7 @@
 // Where a plane that is not heard any more probably is: dead reckoning from what it last said.
-import { destination } from './geo';
+import { bearing_deg, destination } from './geo';
 import { type LonLat, wrap360_deg } from './lonlat';
+import { momentAt, placesOf, type Track } from './rehearsal';
 
 /** The last that is known of a plane. */
 export interface LastKnown {
@@ -24,14 +25,14 @@ export interface Ghost {
   reach_m: number;
   /** The way from where it was last heard to where it is thought to be. */
   path: readonly LonLat[];
-  /** Whether it follows a planned route; else a line or circle. */
+  /** Whether it follows its mission; else a line or circle. */
   isOnRoute: boolean;
 }
 
 /** After this long the estimate stays where it is: it is worth nothing any more. */
 export const GHOST_LIMIT_S = 300;
 /** Slower than this is standing: a plane on the ground has no ghost that wanders off. */
-export const MOVING_M_S = 3;
+const MOVING_M_S = 3;
 /** Below this turn rate the path is a straight line. */
 const STRAIGHT_DEG_S = 0.2;
 
@@ -63,6 +64,27 @@ export function deadReckon(last: LastKnown, elapsed_s: number): Ghost {
     reach_m: way_m,
     path,
     isOnRoute: false,
+  };
+}
+
+/** Goes on along a rehearsed track that began `early_s` before the last that is known; it stays where that ends. */
+export function followTrack(last: LastKnown, track: Track, early_s: number, elapsed_s: number): Ghost {
+  const end_s = early_s + Math.min(Math.max(elapsed_s, 0), GHOST_LIMIT_S);
+  const moment = momentAt(track, end_s);
+  if (moment === null) return deadReckon(last, elapsed_s);
+  const between = placesOf(track).filter((_, index) => {
+    const time_s = track.time_s[index] ?? 0;
+    return time_s > early_s && time_s < end_s;
+  });
+  const path = [last.at, ...between, moment.at];
+  return {
+    at: moment.at,
+    course_deg: bearing_deg(path.at(-2) ?? last.at, moment.at),
+    heading_deg: moment.heading_deg,
+    elapsed_s,
+    reach_m: last.groundspeed_m_s * (end_s - early_s),
+    path,
+    isOnRoute: true,
   };
 }
 

@@ -2,7 +2,6 @@
 
 /** MAV_SEVERITY; smaller is worse. */
 export const WARNING = 4;
-export const LAST_SEVERITY = 7;
 
 export interface Searchable {
   severity: number;

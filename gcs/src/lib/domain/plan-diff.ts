@@ -29,7 +29,7 @@ const SAME_HEIGHT_M = 0.011;
 const SAME_PARAM = 1e-4;
 
 /** What of an item differs from another. Values that the item's command has no use for do not count. */
-export function fieldsThatDiffer(a: PlanItem, b: PlanItem): DiffField[] {
+function fieldsThatDiffer(a: PlanItem, b: PlanItem): DiffField[] {
   if (a.command !== b.command) return ['command'];
   const fields: DiffField[] = [];
   if (isPlaced(a) || isPlaced(b)) {
@@ -58,7 +58,7 @@ function near(a: number | null, b: number | null, tolerance: number): boolean {
   return a === null || b === null ? a === b : Math.abs(a - b) <= tolerance;
 }
 
-export const isSameItem = (a: PlanItem, b: PlanItem): boolean => fieldsThatDiffer(a, b).length === 0;
+const isSameItem = (a: PlanItem, b: PlanItem): boolean => fieldsThatDiffer(a, b).length === 0;
 
 export function isSameMission(a: Mission, b: Mission): boolean {
   return (

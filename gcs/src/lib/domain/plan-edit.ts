@@ -10,6 +10,7 @@ import {
   altRelHome_m,
   COMMAND,
   type CommandSpec,
+  type ComplexItem,
   type EditableKind,
   type Fence,
   type HeightFrame,
@@ -43,6 +44,8 @@ export interface Draft {
   readonly home: Home | null;
   readonly fence: Fence;
   readonly rally: readonly RallyPoint[];
+  /** What stood for several items in the file; handed back with them, whatever was edited. */
+  readonly complexItems: readonly ComplexItem[];
   /** The next key to give. */
   readonly nextKey: number;
 }
@@ -61,6 +64,7 @@ export function draftOf(plan: Plan): Draft {
     home: plan.home,
     fence: plan.fence,
     rally: plan.rally,
+    complexItems: plan.complex_items ?? [],
     nextKey: plan.items.length + 1,
   };
 }
@@ -71,10 +75,11 @@ export function planOf(draft: Draft): Plan {
     home: draft.home,
     fence: draft.fence,
     rally: [...draft.rally],
+    ...(draft.complexItems.length > 0 ? { complex_items: [...draft.complexItems] } : {}),
   };
 }
 
-export const indexOfKey = (draft: Draft, key: number): number => draft.items.findIndex((item) => item.key === key);
+const indexOfKey = (draft: Draft, key: number): number => draft.items.findIndex((item) => item.key === key);
 
 /** Number of an item as the vehicle counts: from 1, home not counted. `null` when it is not there. */
 export function numberOfKey(draft: Draft, key: number): number | null {
@@ -96,6 +101,63 @@ export function insertItems(draft: Draft, index: number, items: readonly PlanIte
     draft: withItems({ ...draft, nextKey: draft.nextKey + items.length }, next, draft.items),
     keys: keyed.map((item) => item.key),
   };
+}
+
+/**
+ * Index of the first of these items in the draft, when all of them are there together and untouched: those of a complex item, as it made
+ * them. `null` when one of them was edited, moved or deleted, or another was put among them.
+ */
+export function standsAt(draft: Draft, items: readonly DraftItem[]): number | null {
+  const [first] = items;
+  const index = first === undefined ? -1 : draft.items.indexOf(first);
+  return index >= 0 && items.every((item, at) => draft.items[index + at] === item) ? index : null;
+}
+
+export interface PlacedComplex {
+  readonly draft: Draft;
+  /** What it put there. */
+  readonly items: readonly DraftItem[];
+}
+
+/** Puts what a complex item makes before the item at `index`. */
+export function insertComplex(
+  draft: Draft,
+  index: number,
+  complex: ComplexItem,
+  items: readonly PlanItem[],
+): PlacedComplex {
+  const { draft: next, keys } = insertItems(draft, index, items);
+  const complexItems = [...draft.complexItems, complex];
+  return { draft: { ...next, complexItems }, items: next.items.slice(index, index + keys.length) };
+}
+
+/** Another takes the place of a complex item whose items stand at `index`; jumps to its beginning still lead there. */
+export function replaceComplex(
+  draft: Draft,
+  old: { readonly complex: ComplexItem; readonly index: number; readonly count: number },
+  complex: ComplexItem,
+  items: readonly PlanItem[],
+): PlacedComplex {
+  const replaced = replaceItems(draft, old.index, old.count, items);
+  const complexItems = draft.complexItems.map((one) => (one === old.complex ? complex : one));
+  return {
+    draft: { ...replaced, complexItems },
+    items: replaced.items.slice(old.index, old.index + items.length),
+  };
+}
+
+/** Puts items in the place of others; as far as there are as many, they are the same ones to whoever selected them or jumps to them. */
+export function replaceItems(draft: Draft, index: number, count: number, items: readonly PlanItem[]): Draft {
+  const kept = draft.items.slice(index, index + count);
+  const keyed = items.map((item, at) => ({ ...item, key: kept[at]?.key ?? draft.nextKey + at }));
+  const next = [...draft.items.slice(0, index), ...keyed, ...draft.items.slice(index + count)];
+  return withItems({ ...draft, nextKey: draft.nextKey + items.length }, next, draft.items);
+}
+
+/** Takes a complex item away, with its items where they are given. */
+export function removeComplex(draft: Draft, complex: ComplexItem, items: readonly DraftItem[] = []): Draft {
+  const rest = removeKeys(draft, new Set(items.map((item) => item.key)));
+  return { ...rest, complexItems: draft.complexItems.filter((one) => one !== complex) };
 }
 
 /** Index at which an item that is added "at the end" belongs: before a return or landing that ends the mission. */
@@ -157,6 +219,33 @@ export function addLanding(draft: Draft, landing: readonly PlanItem[]): Added {
   return insertItems(without, without.items.length, landing);
 }
 
+/** A part of a designed landing that can be moved; the server lets the rest follow. */
+export type LandingPart = 'point' | 'final-leg' | 'circle';
+
+/** Which part of the landing that ends the mission an item is; `null` when it is none, or the landing is not of the designed kind. */
+export function landingPart(draft: Draft, key: number): LandingPart | null {
+  const index = designedLanding(draft).findIndex((item) => item.key === key);
+  if (index < 0) return null;
+  const parts: readonly LandingPart[] = ['final-leg', 'circle', 'point'];
+  return parts[index + parts.length - designedLanding(draft).length] ?? null;
+}
+
+/** The items of a landing that ends the mission as one is designed: DO_LAND_START or not, a circle down, the landing; else none. */
+export function designedLanding(draft: Draft): readonly DraftItem[] {
+  const [circle, land] = draft.items.slice(-2);
+  if (circle?.command !== COMMAND.loiter_to_height || land === undefined || kindOf(land) !== 'land') return [];
+  if (heightFrameOf(circle) !== 'home' || heightFrameOf(land) !== 'home') return [];
+  return draft.items.slice(draft.items.at(-3)?.command === COMMAND.land_start ? -3 : -2);
+}
+
+/** The landing that ends the mission becomes another one, its items still the same ones to whoever selected them. */
+export function changeLanding(draft: Draft, landing: readonly PlanItem[]): Draft {
+  const old = designedLanding(draft);
+  if (old.length !== landing.length) return addLanding(draft, landing).draft;
+  const items = landing.map((item, index) => ({ ...item, key: (old[index] as DraftItem).key }));
+  return { ...draft, items: [...draft.items.slice(0, -old.length), ...items] };
+}
+
 /** From where the plane comes to a landing that ends the mission; `null` when nothing is flown to before it. */
 export function comingFrom(draft: Draft, route: RouteOptions = PLANE_ROUTE): LonLat | null {
   const before = beforeLanding(draft).items.filter(
@@ -194,11 +283,11 @@ export function removeKeys(draft: Draft, keys: ReadonlySet<number>): Draft {
 }
 
 /** Changes one item. A change that would do nothing gives the same draft. */
-export function updateKey(draft: Draft, key: number, change: (item: PlanItem) => PlanItem): Draft {
+function updateKey(draft: Draft, key: number, change: (item: PlanItem) => PlanItem): Draft {
   return updateKeys(draft, new Set([key]), change);
 }
 
-export function updateKeys(draft: Draft, keys: ReadonlySet<number>, change: (item: PlanItem) => PlanItem): Draft {
+function updateKeys(draft: Draft, keys: ReadonlySet<number>, change: (item: PlanItem) => PlanItem): Draft {
   let isChanged = false;
   const items = draft.items.map((item) => {
     if (!keys.has(item.key)) return item;
@@ -294,8 +383,6 @@ export function nudge(draft: Draft, keys: ReadonlySet<number>, by: -1 | 1): Draf
   if (by < 0) return first === 0 ? draft : reorder(draft, keys, first - 1);
   return last === draft.items.length - 1 ? draft : reorder(draft, keys, last + 2);
 }
-
-export const withHome = (draft: Draft, home: Home | null): Draft => ({ ...draft, home });
 
 /** New items in place of the old ones, with each jump pointing at the item it pointed at. */
 function withItems(draft: Draft, items: readonly DraftItem[], old: readonly DraftItem[]): Draft {

@@ -1,5 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import { emptyPlan, makeItem, type Plan } from './plan';
+import { draftOf, planOf } from './plan-edit';
 import { readPlan } from './plan-read';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
@@ -14,7 +15,9 @@ describe('reading a stored plan', () => {
         return_point: null,
       },
       rally: [{ lat_deg: 40, lon_deg: -3, alt_m: 60, frame: 3 }],
+      complex_items: [{ kind: 'survey', json: '{"angle":33}' }],
     };
+    expect(planOf(draftOf(plan)), 'and an edit keeps what stood for several items').toEqual(plan);
     expect(readPlan(JSON.parse(JSON.stringify(plan)))).toEqual(plan);
     expect(readPlan(emptyPlan())).toEqual(emptyPlan());
   });

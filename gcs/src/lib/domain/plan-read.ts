@@ -32,7 +32,17 @@ export function readPlan(value: unknown): Plan | null {
     home: readHome(plan['home']),
     fence: readFence(plan['fence']) ?? emptyPlan().fence,
     rally: Array.isArray(plan['rally']) ? plan['rally'].map(readRally).filter((one) => one !== null) : [],
+    ...readComplexItems(plan['complex_items']),
   };
+}
+
+function readComplexItems(value: unknown): Pick<Plan, 'complex_items'> {
+  if (!Array.isArray(value)) return {};
+  const read = value.map(fields).flatMap((item) => {
+    const { kind, json } = item ?? {};
+    return typeof kind === 'string' && typeof json === 'string' ? [{ kind, json }] : [];
+  });
+  return read.length > 0 ? { complex_items: read } : {};
 }
 
 function readItem(value: unknown): PlanItem | null {

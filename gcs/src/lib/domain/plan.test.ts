@@ -331,6 +331,8 @@ describe('route and profile', () => {
   it('says when a height is a guess', () => {
     const items = [makeItem('waypoint', { at: at(0, 500), alt_m: 60, frame: 'terrain' })];
     expect(profileOf(items, HOME).points[1]).toMatchObject({ alt_rel_home_m: 60, isCertain: false });
+    const over = profileOf(items, HOME, undefined, (index) => 15 + index);
+    expect(over.points[1]).toMatchObject({ alt_rel_home_m: 75, isCertain: true });
   });
 
   it('puts round values on axes', () => {

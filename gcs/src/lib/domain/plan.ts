@@ -58,12 +58,19 @@ export interface RallyPoint extends Point {
   frame: number;
 }
 
+/** An item of a plan file that stands for several: a survey, a landing pattern…. The server writes it again where its items still are. */
+export interface ComplexItem {
+  kind: string;
+  json: string;
+}
+
 /** Items never include home: the first item is item 1, as an ArduPilot vehicle counts. */
 export interface Plan {
   items: PlanItem[];
   home: Home | null;
   fence: Fence;
   rally: RallyPoint[];
+  complex_items?: ComplexItem[];
 }
 
 export const emptyPlan = (): Plan => ({ items: [], home: null, fence: { zones: [], return_point: null }, rally: [] });

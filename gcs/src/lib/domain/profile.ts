@@ -38,8 +38,16 @@ export interface Profile {
   readonly max_m: number;
 }
 
-/** Heights at the items as they stand in the plan; jumps are not followed. */
-export function profileOf(items: readonly PlanItem[], home: Home | null, options?: RouteOptions): Profile {
+/**
+ * Heights at the items as they stand in the plan; jumps are not followed. `ground_m` gives the ground's height above home at an item,
+ * where it is known.
+ */
+export function profileOf(
+  items: readonly PlanItem[],
+  home: Home | null,
+  options?: RouteOptions,
+  ground_m: (index: number) => number | null = () => null,
+): Profile {
   const points: ProfilePoint[] = [];
   const loiters: ProfileLoiter[] = [];
   let total_m = 0;
@@ -52,7 +60,9 @@ export function profileOf(items: readonly PlanItem[], home: Home | null, options
     total_m += leg?.length_m ?? 0;
     const isReturn = kindOf(item) === 'return_to_launch';
     // a return keeps a height that the vehicle is set to, which the plan does not tell
-    const alt_m = isReturn ? null : altRelHome_m(item, home);
+    const isOverGround = heightFrameOf(item) === 'terrain' && item.params[6] != null;
+    const there = isOverGround ? ground_m(index) : null;
+    const alt_m = isReturn ? null : there === null ? altRelHome_m(item, home) : there + (item.params[6] ?? 0);
     const guess_m = heightFrameOf(item) === 'terrain' ? (item.params[6] ?? 0) : before_m;
     const there_m = alt_m ?? guess_m;
     const point = { index, isCertain: alt_m !== null, isBeyond };

@@ -78,7 +78,7 @@ export function circleAt(item: PlanItem, default_radius_m?: number): Circle | nu
 }
 
 /** From circle to circle, place to circle, or circle to place. */
-export function tangentLine(from: LonLat, leaving: Circle | null, to: LonLat, entering: Circle | null): LonLat[] {
+function tangentLine(from: LonLat, leaving: Circle | null, to: LonLat, entering: Circle | null): LonLat[] {
   let [begin, end] = [from, to];
   // each end depends on the other where both are circles; it settles within metres after two rounds
   for (let round = 0; round < (leaving !== null && entering !== null ? 4 : 1); round += 1) {
@@ -92,7 +92,7 @@ export function tangentLine(from: LonLat, leaving: Circle | null, to: LonLat, en
  * A spline leg: the cubic Hermite curve whose ends move as ArduPilot's do (AC_WPNav, SplineCurve): at a spline point along
  * the line between its neighbours, at a straight one along the leg, and never faster than four times the leg's length.
  */
-export function splineLine(before: LonLat | null, from: LonLat, to: LonLat, after: LonLat | null): LonLat[] {
+function splineLine(before: LonLat | null, from: LonLat, to: LonLat, after: LonLat | null): LonLat[] {
   const vector = (a: LonLat, b: LonLat): [number, number] => {
     const { north_m, east_m } = offset_m(a, b);
     return [north_m, east_m];

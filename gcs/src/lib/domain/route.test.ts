@@ -2,12 +2,11 @@ import { describe, expect, it } from 'vitest';
 import { destination } from './geo';
 import { makeItem, withParam } from './plan';
 import { profileOf } from './profile';
-import { approachesOf, flightOrder, PLANE_ROUTE, stopsOf } from './route';
+import { approachesOf, PLANE_ROUTE, stopsOf } from './route';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
 const at = (distance_m: number) => destination(HOME, 0, distance_m);
 const waypoint = (distance_m: number, alt_m = 80) => makeItem('waypoint', { at: at(distance_m), alt_m });
-const jump = (target: number, repeats: number) => withParam(withParam(makeItem('jump'), 0, target), 1, repeats);
 const turns = (distance_m: number, count: number, radius_m: number) =>
   withParam(withParam(makeItem('loiter_turns', { at: at(distance_m), alt_m: 80 }), 0, count), 2, radius_m);
 
@@ -16,19 +15,6 @@ it('climbs on the way to a circle first, and in it for the rest', () => {
   const items = [waypoint(1000, 100), makeItem('loiter_to_height', { at: at(1100), alt_m: 400 })];
   const [, there] = stopsOf(items, HOME, { ...PLANE_ROUTE, cruise_m_s: 20 });
   expect(there!.loiter!.changedBefore).toBeCloseTo(5 / 120, 4);
-});
-
-describe('jumps', () => {
-  it('take turns: who looks ahead of a flight takes endless ones alone', () => {
-    const items = [waypoint(1000), waypoint(2000), jump(1, 3), waypoint(3000), jump(2, -1)];
-    const ahead = flightOrder(items, 1, true);
-    expect(Array.from({ length: 6 }, () => ahead.next().value)).toEqual([1, 3, 1, 3, 1, 3]);
-  });
-
-  it('do not go on for ever when nothing is flown between them', () => {
-    const idle = flightOrder([jump(1, -1)], 0, true);
-    expect(idle.next()).toEqual({ done: true, value: 'too-long' });
-  });
 });
 
 it('draws no way to an arc that a plane passes over', () => {

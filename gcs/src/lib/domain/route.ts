@@ -1,6 +1,6 @@
 /**
  * The route of a plan: which items the vehicle flies to, in which order, how far and how long. Every view of a plan (map,
- * table, height profile, ground, ghost) asks here, so that all show the same.
+ * table, height profile, ground) asks here, so that all show the same.
  */
 
 import { bearing_deg, distance_m } from './geo';
@@ -176,44 +176,8 @@ function loiterAt(
   }
 }
 
-/** More items than any flight comes by. */
-const MAX_STEPS = 10_000;
 /** MAV_CMD_JUMP_TAG and MAV_CMD_DO_JUMP_TAG: jumps to a mark instead of a number. */
 const [TAG, JUMP_TO_TAG] = [600, 601];
-
-/** How an order of items ends: after the last one, in a jump that repeats for ever, at a jump to nowhere, or not soon. */
-export type OrderEnd = 'end' | 'endless' | 'nowhere' | 'too-long';
-
-/**
- * Indices of the items in the order in which they come, jumps followed. Counted jumps are taken as often as they say and an
- * endless one ends it; with `forEver` it is the other way round: endless jumps are taken, and of counted ones, of which
- * nobody knows what is left, none.
- */
-export function* flightOrder(
-  items: readonly PlanItem[],
-  start = 0,
-  forEver = false,
-): Generator<number, OrderEnd, undefined> {
-  const left = new Map<number, number>();
-  let index = start;
-  for (let steps = 0; steps < MAX_STEPS; steps += 1) {
-    const item = items[index];
-    if (item === undefined) return 'end';
-    if (item.command !== COMMAND.jump && item.command !== JUMP_TO_TAG) {
-      yield index;
-      index += 1;
-      continue;
-    }
-    const repeats = item.params[1] ?? 0;
-    const target = jumpTarget(items, item);
-    const isTaken = repeats < 0 ? forEver : !forEver && (left.get(index) ?? repeats) > 0;
-    if (repeats < 0 && !forEver) return 'endless';
-    if (isTaken && target === null) return 'nowhere';
-    if (isTaken) left.set(index, (left.get(index) ?? repeats) - 1);
-    index = isTaken && target !== null ? target : index + 1;
-  }
-  return 'too-long';
-}
 
 /** Index of the item that a jump goes to; `null` when there is none. */
 export function jumpTarget(items: readonly PlanItem[], jump: PlanItem): number | null {

@@ -56,8 +56,9 @@ describe('ground', () => {
   const points = routePoints(ITEMS, HOME, PLANE_ROUTE, 200);
 
   it('is compared with the height that the plane has there', () => {
-    // flat, 10 m above home
-    const ground = groundOf(ITEMS, HOME, points, Array<number>(points.length).fill(700), 30);
+    // flat, 10 m above the ground at home
+    const heights = points.map((_, index) => (index === 0 ? 690 : 700));
+    const ground = groundOf(ITEMS, HOME, points, heights, 30);
     const last = ground.points.find((point) => point.distance_m > 1299.9);
     expect(last?.clearance_m).toBeCloseTo(90, 0);
     expect(ground.unknown).toBe(0);
@@ -71,6 +72,13 @@ describe('ground', () => {
     expect(ground.tooLow).toHaveLength(1);
     expect(ground.tooLow[0]?.distance_m).toBeGreaterThan(1800);
     expect(ground.lowest?.clearance_m).toBeCloseTo(15, 0);
+  });
+
+  it('counts from the ground at home, whatever the map is off there', () => {
+    const off = points.map(({ distance_m }) => (distance_m > 1800 && distance_m < 2400 ? 785 : 700));
+    const ground = groundOf(ITEMS, HOME, points, off, 30);
+    expect(ground.lowest?.clearance_m).toBeCloseTo(15, 0);
+    expect(ground.points[0]?.ground_rel_home_m).toBe(0);
   });
 
   it('does not take the error of terrain data at home for a hill', () => {

@@ -27,6 +27,8 @@ export interface RoutePoint {
 
 export interface GroundPoint {
   readonly distance_m: number;
+  /** The item that the leg goes to. */
+  readonly toIndex: number;
   /** `null` where the ground's height is not known. */
   readonly ground_rel_home_m: number | null;
   /** How far above the ground the plane passes; `null` where that is not known. */
@@ -147,6 +149,8 @@ export function groundOf(
   clearance_m: number,
 ): Ground {
   if (home === null) return { points: [], lowest: null, tooLow: [], unknown: points.length };
+  // The plane stands on the ground at home: what a map is off there it is off everywhere, as for ArduPlane and the rehearsal.
+  const base_m = (points[0]?.fromIndex === null ? heights_amsl_m[0] : null) ?? home.alt_amsl_m;
   const found: GroundPoint[] = [];
   let lowest: GroundPoint | null = null;
   const tooLow: GroundPoint[] = [];
@@ -156,7 +160,7 @@ export function groundOf(
   for (const [index, point] of points.entries()) {
     const ground_amsl_m = heights_amsl_m[index] ?? null;
     if (ground_amsl_m === null) unknown += 1;
-    const ground_m = ground_amsl_m === null ? null : ground_amsl_m - home.alt_amsl_m;
+    const ground_m = ground_amsl_m === null ? null : ground_amsl_m - base_m;
     const item = items[point.toIndex];
     if (item === undefined) continue;
     if (points[index - 1]?.toIndex !== point.toIndex) {
@@ -168,6 +172,7 @@ export function groundOf(
     const isTooLow = above_m !== null && above_m < (point.isLow ? -TERRAIN_ERROR_M : clearance_m);
     const one: GroundPoint = {
       distance_m: point.distance_m,
+      toIndex: point.toIndex,
       ground_rel_home_m: ground_m,
       clearance_m: above_m,
       isTooLow,

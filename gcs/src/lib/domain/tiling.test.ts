@@ -1,12 +1,14 @@
 import { describe, expect, it } from 'vitest';
-import { boxAround, boxCorners, boxOf, groundResolution_m, levelFor, zoomResolution_m } from './tiling';
+import { boxAround, boxCorners, boxOf, groundResolution_m, levelFor } from './tiling';
+import { MERCATOR_HALF_M } from './projection';
 
 describe('levels', () => {
   it('are as fine on the ground as they are', () => {
     // OpenStreetMap's published table of zoom levels, metres in a pixel at the equator
-    expect(zoomResolution_m(0, 0)).toBeCloseTo(156_543.03, 1);
-    expect(zoomResolution_m(17, 0)).toBeCloseTo(1.1943, 4);
-    expect(zoomResolution_m(17, 60)).toBeCloseTo(0.5972, 4);
+    const pixel = (zoom: number): number => (2 * MERCATOR_HALF_M) / 256 / 2 ** zoom;
+    expect(groundResolution_m('EPSG:3857', pixel(0), 0)).toBeCloseTo(156_543.03, 1);
+    expect(groundResolution_m('EPSG:3857', pixel(17), 0)).toBeCloseTo(1.1943, 4);
+    expect(groundResolution_m('EPSG:3857', pixel(17), 60)).toBeCloseTo(0.5972, 4);
     expect(groundResolution_m('EPSG:25830', 0.5, 40)).toBe(0.5);
     expect(groundResolution_m('EPSG:4326', 0.001, 40)).toBeCloseTo(111.13, 2);
   });

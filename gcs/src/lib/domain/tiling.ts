@@ -1,6 +1,6 @@
 /** Grids of tiles as people think of them: how fine a level is on the ground, and what part of the world an area is. */
 
-import { MERCATOR_HALF_M, crsOf } from './projection';
+import { crsOf } from './projection';
 import { type LonLat, wrap180_deg } from './lonlat';
 
 export interface Level {
@@ -24,11 +24,6 @@ export function groundResolution_m(crs: string, resolution: number, lat_deg: num
   if (kind === 'geographic') return resolution * M_PER_DEG;
   if (kind === 'web-mercator') return resolution * Math.cos((lat_deg * Math.PI) / 180);
   return resolution;
-}
-
-/** Metres on the ground in a pixel of a zoom level of the map (256-pixel tiles of Web Mercator). */
-export function zoomResolution_m(zoom: number, lat_deg: number): number {
-  return groundResolution_m('EPSG:3857', (2 * MERCATOR_HALF_M) / 256 / 2 ** zoom, lat_deg);
 }
 
 /** The level that is as fine as `wanted_m` metres in a pixel, or the next coarser one. */

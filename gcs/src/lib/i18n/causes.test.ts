@@ -28,6 +28,12 @@ it('says every refusal of a vehicle that the server knows, and what to do', () =
   expect(codes.filter((code) => !(`refusal.${code}` in en && `refusal.${code}.remedy` in en))).toEqual([]);
 });
 
+it('says everything that a plan file may leave to say', () => {
+  const codes = schemas['PlanFileNoteCode']?.enum ?? [];
+  expect(codes.length).toBeGreaterThan(20);
+  expect(codes.filter((code) => !(`note.${code}` in en))).toEqual([]);
+});
+
 describe('findings of the checks', () => {
   const kinds = (schemas['FindingKind']?.oneOf ?? []).map(({ properties }) => ({
     code: properties?.['code']?.enum?.[0] ?? '',

@@ -269,4 +269,8 @@ export const mapsEn = {
   'maps.terrain.hereUnknown': 'Height of the ground not known',
   'number.altGround': 'Above ground',
   'number.ground': 'Ground below',
+  'number.altTerrain': 'Above terrain, by the vehicle',
+  'number.terrain': 'Terrain on board',
+  'number.terrainBlocks': '{loaded} blocks, {pending} awaited',
+  'number.terrainUnknown': 'asks where no map knows the ground',
 } as const;

@@ -273,4 +273,8 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.terrain.hereUnknown': 'No se conoce la altura del suelo',
   'number.altGround': 'Sobre el suelo',
   'number.ground': 'Suelo debajo',
+  'number.altTerrain': 'Sobre el terreno, según el vehículo',
+  'number.terrain': 'Terreno a bordo',
+  'number.terrainBlocks': '{loaded} bloques, faltan {pending}',
+  'number.terrainUnknown': 'pide un suelo que ningún mapa tuyo conoce',
 };

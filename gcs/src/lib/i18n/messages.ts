@@ -9,12 +9,20 @@ import { mapsEn } from './maps.en';
 import { mapsEs } from './maps.es';
 import { cameraEn } from './camera.en';
 import { cameraEs } from './camera.es';
+import { filesEn } from './files.en';
+import { filesEs } from './files.es';
 import { findingsEn } from './findings.en';
 import { findingsEs } from './findings.es';
+import { fixesEn } from './fixes.en';
+import { fixesEs } from './fixes.es';
+import { profileEn } from './profile.en';
+import { profileEs } from './profile.es';
 import { serverEn } from './server.en';
 import { serverEs } from './server.es';
 import { signingEn } from './signing.en';
 import { signingEs } from './signing.es';
+import { surveyEn } from './survey.en';
+import { surveyEs } from './survey.es';
 
 export type Language = 'en' | 'es';
 
@@ -25,8 +33,12 @@ export const en = {
   ...mapsEn,
   ...cameraEn,
   ...serverEn,
+  ...filesEn,
   ...findingsEn,
+  ...fixesEn,
+  ...profileEn,
   ...signingEn,
+  ...surveyEn,
 } as const;
 export type MessageKey = keyof typeof en;
 
@@ -37,8 +49,12 @@ export const es: Record<MessageKey, string> = {
   ...mapsEs,
   ...cameraEs,
   ...serverEs,
+  ...filesEs,
   ...findingsEs,
+  ...fixesEs,
+  ...profileEs,
   ...signingEs,
+  ...surveyEs,
 };
 
 export const messages: Record<Language, Record<MessageKey, string>> = { en, es };

@@ -72,6 +72,7 @@ export const serverEn = {
   'problem.not-sent': 'Nothing was sent: no link to the vehicle is open.',
   'problem.not-sent.remedy': 'Look at the links in the settings.',
   'problem.command-refused': 'The vehicle refused: {result}.',
+  'problem.remote-refused': 'The station on board of {vehicle} did not do it: {why}',
   'problem.command-timeout': 'The vehicle did not answer, asked {attempts} times. It may have done it.',
   'problem.command-timeout.remedy': 'Look at what the vehicle does before you try again.',
   'problem.not-confirmed': 'The vehicle agreed, but does not show it after {within_s} s.',
@@ -126,6 +127,14 @@ export const serverEn = {
   'problem.landing-direction': 'Nothing says in which direction to land.',
   'problem.landing-direction.remedy':
     'Plan a point before the landing, at least {nearest_m} m from it, or wait for the wind.',
+  'problem.bad-survey': 'No survey can be laid out so.',
+  'problem.survey-crosses': 'The area crosses itself: the side from corner {one} and the one from corner {other}.',
+  'problem.survey-crosses.remedy': 'Move one of these corners.',
+  'problem.survey-items': 'The survey has {count} items or more; the vehicle holds {max}.',
+  'problem.survey-items.remedy': 'Fly higher, overlap less, or split the area.',
+  'problem.survey-wind':
+    'With {wind_m_s} m/s of wind a plane of {airspeed_m_s} m/s does not get along lines of course {course_deg}°.',
+  'problem.survey-wind.remedy': 'Fly faster, along another course, or later.',
   'problem.landing-wind':
     'With {wind_m_s} m/s of wind a plane of {airspeed_m_s} m/s does not come in on course {course_deg}°.',
   'problem.landing-wind.remedy': 'Land into the wind, or later.',

@@ -75,6 +75,7 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.not-sent': 'No se ha enviado nada: no hay ningún enlace abierto con el vehículo.',
   'problem.not-sent.remedy': 'Mira los enlaces en los ajustes.',
   'problem.command-refused': 'El vehículo lo ha rechazado: {result}.',
+  'problem.remote-refused': 'La estación a bordo de {vehicle} no lo ha hecho: {why}',
   'problem.command-timeout': 'El vehículo no ha respondido a {attempts} intentos. Puede que lo haya hecho.',
   'problem.command-timeout.remedy': 'Mira qué hace el vehículo antes de intentarlo de nuevo.',
   'problem.not-confirmed': 'El vehículo lo ha aceptado, pero no lo muestra tras {within_s} s.',
@@ -129,6 +130,14 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'problem.landing-direction': 'Nada indica en qué dirección aterrizar.',
   'problem.landing-direction.remedy':
     'Añade un punto antes del aterrizaje, al menos a {nearest_m} m de él, o espera a conocer el viento.',
+  'problem.bad-survey': 'Así no se puede trazar ningún levantamiento.',
+  'problem.survey-crosses': 'El área se cruza a sí misma: el lado de la esquina {one} y el de la {other}.',
+  'problem.survey-crosses.remedy': 'Mueve una de esas esquinas.',
+  'problem.survey-items': 'El levantamiento tiene {count} puntos o más; en el vehículo caben {max}.',
+  'problem.survey-items.remedy': 'Vuela más alto, reduce el solape o divide el área.',
+  'problem.survey-wind':
+    'Con {wind_m_s} m/s de viento, un avión de {airspeed_m_s} m/s no avanza por pasadas de rumbo {course_deg}°.',
+  'problem.survey-wind.remedy': 'Vuela más deprisa, con otro rumbo o más tarde.',
   'problem.landing-wind':
     'Con {wind_m_s} m/s de viento, un avión de {airspeed_m_s} m/s no llega por el rumbo {course_deg}°.',
   'problem.landing-wind.remedy': 'Aterriza contra el viento, o más tarde.',

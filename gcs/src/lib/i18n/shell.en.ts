@@ -46,6 +46,11 @@ export const shellEn = {
   'bar.targetElsewhere': 'It flies to somewhere else',
   'bar.targetElsewhereDetail':
     '{distance} from the current item of its plan. Be ready to take over, or change the mode.',
+  'bar.noGround': 'It does not know the ground of its mission',
+  'bar.noGroundMaps':
+    'Heights of the mission count from the ground, and no map here knows it where the vehicle asks. Without it they count from home: add elevation in the maps’ panel.',
+  'bar.noGroundYet':
+    'Heights of the mission count from the ground, which the vehicle is still being given. Wait with the take-off; in flight, heights count from home where it lacks it.',
   'bar.stale': 'Link weak',
   'bar.ago': '{age} ago',
   'bar.age': 'age {age}',

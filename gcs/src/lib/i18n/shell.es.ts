@@ -48,6 +48,11 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'bar.targetElsewhere': 'Vuela a otro lugar',
   'bar.targetElsewhereDetail':
     'A {distance} del punto actual de su plan. Prepárate para tomar el mando o cambia de modo.',
+  'bar.noGround': 'No conoce el suelo de su misión',
+  'bar.noGroundMaps':
+    'Hay alturas de la misión que se cuentan desde el suelo, y ningún mapa lo conoce donde el vehículo pregunta. Sin él se cuentan desde casa: añade elevaciones en el panel de mapas.',
+  'bar.noGroundYet':
+    'Hay alturas de la misión que se cuentan desde el suelo, y el vehículo aún lo está recibiendo. Espera para despegar; en vuelo, donde le falte, se cuentan desde casa.',
   'bar.stale': 'Enlace débil',
   'bar.ago': 'hace {age}',
   'bar.age': 'edad {age}',

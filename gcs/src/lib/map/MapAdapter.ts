@@ -19,6 +19,7 @@ import type { AreaHandle } from '$lib/domain/area-edit';
 import type { TileLoader } from '$lib/api/maps-tiles';
 import { type LonLat, wrap180_deg } from '$lib/domain/lonlat';
 import type { Home, PlanItem } from '$lib/domain/plan';
+import { type Moment, placesOf, type Track as RehearsedTrack } from '$lib/domain/rehearsal';
 import type { RouteOptions } from '$lib/domain/route';
 import { freeCentre, type Insets, widenFactor } from '$lib/domain/sight';
 import { type Box, boxAround, boxCorners } from '$lib/domain/tiling';
@@ -26,17 +27,21 @@ import type { Trail } from '$lib/domain/track';
 import { AreaPainter, type AreaTexts, type AreaView } from './area-painter';
 import { coastLayer, coastStyle } from './base-map';
 import { CanvasLayer } from './canvas-layer';
+import { CorridorPainter } from './corridor-painter';
 import { projection, type Projection, readTheme, type Theme, WORLD_M, type XY } from './frame';
 import { GridPainter } from './grid-painter';
+import { RehearsalPainter } from './rehearsal-painter';
 import { RoutePainter, type RouteStatus, type RouteTexts } from './route-painter';
-import { EMPTY_ROUTE, routeView, toXY } from './route-view';
+import { EMPTY_ROUTE, routeView, toLine, toXY } from './route-view';
 import { RulerPainter } from './ruler-painter';
+import { RunwayPainter } from './runway-painter';
 import { type ShownSource, type SourceEvents, SourceLayers } from './sources/SourceLayers';
 import { handleInteraction, type Placing, PlacingPainter } from './sources/placing';
+import { SurveyPainter, type SurveyView } from './survey-painter';
 import { TrailPainter } from './trail-painter';
 import { HomePainter, type VehicleMark, VehiclePainter } from './vehicle-painter';
 
-export type { AreaView, RouteStatus, RouteTexts, ShownSource, Placing, VehicleMark };
+export type { AreaView, SurveyView, RouteStatus, RouteTexts, ShownSource, Placing, VehicleMark };
 
 /** How the view stands to the selected plane. */
 export type FollowMode = 'free' | 'follow' | 'sight';
@@ -60,7 +65,7 @@ export interface MapEvents {
   areaClick?(handle: AreaHandle): void;
   /** Several in a row while one is dragged; the last has `isEnd`. Gives what is held from now on. */
   areaDrag?(handle: AreaHandle, from: LonLat, to: LonLat, isEnd: boolean): AreaHandle;
-  /** The first corner of the polygon being drawn was clicked, or Enter pressed on it: it is done. */
+  /** The first corner of the polygon being drawn was clicked, or the last of a line, or Enter pressed on it: it is done. */
   sketchClose?(): void;
   boxSelect?(numbers: readonly number[], modifiers: Modifiers): void;
   /** Right click, long press, or the menu key. */
@@ -77,6 +82,8 @@ export interface MapTexts extends RouteTexts, AreaTexts {
   distance(value_m: number): string;
   /** Length so far and bearing of the last piece. */
   ruler(length_m: number, bearing_deg: number): string;
+  /** Where a survey begins. */
+  readonly surveyBegin: string;
   readonly letters: { north: string; east: string; south: string; west: string };
 }
 
@@ -119,7 +126,11 @@ export class MapAdapter {
   readonly #grid = new GridPainter();
   readonly #trails = new TrailPainter();
   readonly #route = new RoutePainter();
+  readonly #rehearsal = new RehearsalPainter();
+  readonly #corridor = new CorridorPainter();
   readonly #areas = new AreaPainter();
+  readonly #runway = new RunwayPainter();
+  readonly #survey = new SurveyPainter();
   readonly #home = new HomePainter();
   readonly #vehicles = new VehiclePainter();
   readonly #ruler = new RulerPainter();
@@ -160,13 +171,24 @@ export class MapAdapter {
         this.#coast,
         new CanvasLayer([this.#grid, this.#trails], look, 2),
         new CanvasLayer(
-          [this.#areas, this.#route.lines, this.#home, this.#route.marks, this.#areas.marks],
+          [
+            this.#areas,
+            this.#runway,
+            this.#corridor,
+            this.#route.lines,
+            this.#rehearsal.track,
+            this.#survey,
+            this.#route.directions,
+            this.#home,
+            this.#route.marks,
+            this.#areas.marks,
+          ],
           look,
           3,
           () => this.#version,
         ),
         new CanvasLayer([this.#placing], look, 2.5),
-        new CanvasLayer([this.#vehicles, this.#ruler], look, 4),
+        new CanvasLayer([this.#rehearsal.plane, this.#vehicles, this.#ruler], look, 4),
       ],
       controls: [this.#scale],
       interactions: [
@@ -214,9 +236,64 @@ export class MapAdapter {
     this.#map.render();
   }
 
+  /** The plan as it would be flown; `null` when it was not rehearsed. */
+  setRehearsal(track: RehearsedTrack | null, touchDown: LonLat | null): void {
+    this.#version += 1;
+    this.#rehearsal.line = track === null ? [] : toLine(placesOf(track));
+    this.#rehearsal.touchDown = touchDown;
+    this.#map.render();
+  }
+
+  setRehearsalOld(isOld: boolean): void {
+    this.#version += 1;
+    this.#rehearsal.isOld = isOld;
+    this.#map.render();
+  }
+
+  /** Both sides of where many rehearsed flights pass; nothing when none were asked for. */
+  setCorridor(left: readonly LonLat[], right: readonly LonLat[]): void {
+    this.#version += 1;
+    [this.#corridor.left, this.#corridor.right] = [toLine(left), toLine(right)];
+    this.#map.render();
+  }
+
+  /** Where the plane is shown in its rehearsal. */
+  setMoment(moment: Moment | null): void {
+    this.#rehearsal.moment = moment;
+    this.#map.render();
+  }
+
+  /** The rest of the mission that the plane flies now; `null` when it is not known. */
+  setAhead(track: RehearsedTrack | null): void {
+    this.#version += 1;
+    this.#rehearsal.ahead = track === null ? [] : toLine(placesOf(track));
+    this.#map.render();
+  }
+
+  /** What follows when something happens at that moment; the ground within gliding range is a ring, or empty. */
+  setWhatIf(track: RehearsedTrack | null, touchDown: LonLat | null, glide: readonly LonLat[]): void {
+    this.#version += 1;
+    this.#rehearsal.whatIf = { line: track === null ? [] : toLine(placesOf(track)), touchDown, glide: toLine(glide) };
+    this.#map.render();
+  }
+
   setAreas(view: AreaView): void {
     this.#version += 1;
     this.#areas.view = view;
+    this.#map.render();
+  }
+
+  /** The survey that is open; `null` while none is. */
+  setSurvey(view: SurveyView | null): void {
+    this.#version += 1;
+    this.#survey.view = view;
+    this.#map.render();
+  }
+
+  /** The ends of the runway that is landed on; none where there is none. */
+  setRunway(ends: readonly LonLat[]): void {
+    this.#version += 1;
+    this.#runway.ends = ends;
     this.#map.render();
   }
 
@@ -265,6 +342,7 @@ export class MapAdapter {
     this.#version += 1;
     this.#route.texts = texts;
     this.#areas.texts = texts;
+    this.#survey.begin = texts.surveyBegin;
     this.#grid.formatDistance = texts.distance;
     this.#grid.letters = texts.letters;
     this.#ruler.format = texts.ruler;
@@ -546,11 +624,13 @@ export class MapAdapter {
       'pointerdown',
       (event) => {
         stop();
+        this.#swallowClickUntil_ms = -Infinity;
         if (event.pointerType !== 'touch' || !event.isPrimary) return;
         start = [event.clientX, event.clientY];
         const pixel = this.#map.getEventPixel(event);
         timer = setTimeout(() => {
-          this.#swallowClickUntil_ms = performance.now() + 1000;
+          // However long the finger stays: the click of its release is no click.
+          this.#swallowClickUntil_ms = Infinity;
           this.#openMenu(pixel);
         }, LONG_PRESS_MS);
       },
@@ -563,7 +643,11 @@ export class MapAdapter {
       },
       options,
     );
-    for (const type of ['pointerup', 'pointercancel'] as const) viewport.addEventListener(type, stop, options);
+    const release = (): void => {
+      stop();
+      if (this.#swallowClickUntil_ms === Infinity) this.#swallowClickUntil_ms = performance.now() + 1000;
+    };
+    for (const type of ['pointerup', 'pointercancel'] as const) viewport.addEventListener(type, release, options);
   }
 
   #openMenu(pixel: number[]): void {

@@ -15,8 +15,9 @@ export interface AreaView {
   /** What can be moved now; empty while nothing of this is edited. */
   readonly handles: readonly PlacedHandle[];
   readonly selected: AreaHandle | null;
-  /** Corners so far of a polygon that is being drawn. */
+  /** Corners so far of a polygon that is being drawn, or points of a line. */
   readonly sketch: readonly LonLat[];
+  readonly isSketchLine: boolean;
   /** Whether clicks on the map are for areas. */
   readonly isEditing: boolean;
 }
@@ -26,7 +27,7 @@ export interface AreaTexts {
   zone(number: number, isInclusion: boolean): string;
 }
 
-export const NO_AREAS: AreaView = {
+const NO_AREAS: AreaView = {
   fence: { zones: [], return_point: null },
   rally: [],
   vehicleFence: null,
@@ -34,8 +35,18 @@ export const NO_AREAS: AreaView = {
   handles: [],
   selected: null,
   sketch: [],
+  isSketchLine: false,
   isEditing: false,
 };
+
+/** Something that can be moved, as it is drawn. */
+interface Drawn {
+  readonly handle: AreaHandle;
+  readonly place: LonLat;
+  readonly at: XY;
+  /** The ends of the edge that it is in the middle of. */
+  readonly ends: readonly [XY, XY] | null;
+}
 
 /** A zone as it is drawn. */
 interface DrawnZone {
@@ -45,7 +56,7 @@ interface DrawnZone {
   readonly top: XY;
 }
 
-const HANDLE_PX = { corner: 8, radius: 8, centre: 9, edge: 6, return: 12, rally: 13 } as const;
+const HANDLE_PX = { corner: 8, radius: 8, centre: 9, edge: 6, return: 12, rally: 13, course: 11 } as const;
 
 export class AreaPainter implements Painter {
   texts: AreaTexts = { zone: () => '' };
@@ -54,7 +65,7 @@ export class AreaPainter implements Painter {
   #view: AreaView = NO_AREAS;
   #zones: readonly DrawnZone[] = [];
   #vehicleZones: readonly DrawnZone[] = [];
-  #handles: readonly { readonly handle: AreaHandle; readonly place: LonLat; readonly at: XY }[] = [];
+  #handles: readonly Drawn[] = [];
 
   get view(): AreaView {
     return this.#view;
@@ -64,7 +75,9 @@ export class AreaPainter implements Painter {
     if (view.vehicleFence !== this.#view.vehicleFence)
       this.#vehicleZones = view.vehicleFence ? drawn(view.vehicleFence) : [];
     if (view.handles !== this.#view.handles) {
-      this.#handles = view.handles.map(({ handle, at }) => ({ handle, place: at, at: toXY(at) }));
+      this.#handles = view.handles.map(({ handle, at, ends }) => {
+        return { handle, place: at, at: toXY(at), ends: ends ? [toXY(ends[0]), toXY(ends[1])] : null };
+      });
     }
     this.#view = view;
   }
@@ -99,7 +112,7 @@ export class AreaPainter implements Painter {
     if (return_point !== null) {
       pin(frame, frame.pixel(toXY(return_point)), 'F', theme.ok, this.#view.selected?.kind === 'return');
     }
-    for (const { handle, at } of this.#handles) this.#paintHandle(frame, handle, frame.pixel(at));
+    for (const drawn of this.#handles) this.#paintHandle(frame, drawn);
   }
 
   /** What can be moved at a pixel: the nearest; corners before the middles of edges. */
@@ -111,32 +124,28 @@ export class AreaPainter implements Painter {
   ): { handle: AreaHandle; place: LonLat } | null {
     let best: { handle: AreaHandle; place: LonLat } | null = null;
     let nearest = Infinity;
-    for (const { handle, place, at } of this.#handles) {
+    for (const { handle, place, at, ends } of this.#handles) {
       const [hx, hy] = frame.pixel(at);
       const distance = Math.hypot(hx - x, hy - y);
-      if (distance > Math.max(HANDLE_PX[handle.kind], tolerance_px)) continue;
-      if (handle.kind === 'edge' && !this.#hasRoom(frame, handle)) continue;
+      if (distance > Math.max(HANDLE_PX[handle.kind], tolerance_px) || !hasRoom(frame, ends)) continue;
       const rank = distance + (handle.kind === 'edge' ? 6 : 0);
       if (rank < nearest) [best, nearest] = [{ handle, place }, rank];
     }
     return best;
   }
 
-  /** Whether a pixel is on the first corner of the drawing: a click there closes it. */
+  /** Whether a pixel is on the corner of the drawing that ends it when it is clicked: of a line the last, else the first. */
   closesSketch(frame: Projection, x: number, y: number, tolerance_px: number): boolean {
-    const [first] = this.#view.sketch;
-    if (first === undefined || this.#view.sketch.length < 3) return false;
-    const [fx, fy] = frame.pixel(toXY(first));
-    return Math.hypot(fx - x, fy - y) <= Math.max(10, tolerance_px);
+    const at = this.#closing;
+    if (at === null) return false;
+    const [cx, cy] = frame.pixel(toXY(at));
+    return Math.hypot(cx - x, cy - y) <= Math.max(10, tolerance_px);
   }
 
-  /** Halfway handles of short edges would hide the corners. */
-  #hasRoom(frame: Projection, handle: AreaHandle & { kind: 'edge' }): boolean {
-    const points = this.#view.fence.zones[handle.zone]?.points ?? [];
-    const [from, to] = [points[handle.corner], points[(handle.corner + 1) % points.length]];
-    if (from === undefined || to === undefined) return false;
-    const [a, b] = [frame.pixel(toXY(from)), frame.pixel(toXY(to))];
-    return Math.hypot(a[0] - b[0], a[1] - b[1]) > 56;
+  get #closing(): LonLat | null {
+    const { sketch, isSketchLine } = this.#view;
+    if (sketch.length < (isSketchLine ? 2 : 3)) return null;
+    return (isSketchLine ? sketch.at(-1) : sketch[0]) ?? null;
   }
 
   #paintZone(frame: Frame, zone: DrawnZone, index: number, isSelected: boolean): void {
@@ -160,30 +169,32 @@ export class AreaPainter implements Painter {
   }
 
   #paintSketch(frame: Frame): void {
-    const { sketch } = this.#view;
+    const { sketch, isSketchLine } = this.#view;
     if (sketch.length === 0) return;
     const { context, theme } = frame;
     const corners = this.pointer === null ? sketch : [...sketch, this.pointer];
     context.setLineDash([6, 4]);
     context.beginPath();
-    traceLine(frame, border(corners, corners.length > 2));
+    traceLine(frame, border(corners, corners.length > 2 && !isSketchLine));
     strokeWithEdge(frame, theme.accent, 2.5, 1.5);
     context.setLineDash([]);
-    sketch.forEach((corner, index) => {
+    for (const corner of sketch) {
       const [x, y] = frame.pixel(toXY(corner));
-      // the first is larger: a click on it closes
-      dot(frame, x, y, index === 0 && sketch.length >= 3 ? 9 : 5, index === 0 && sketch.length >= 3);
-    });
+      // larger: a click on it closes
+      const isClosing = corner === this.#closing;
+      dot(frame, x, y, isClosing ? 9 : 5, isClosing);
+    }
   }
 
-  #paintHandle(frame: Frame, handle: AreaHandle, [x, y]: XY): void {
+  #paintHandle(frame: Frame, { handle, at, ends }: Drawn): void {
+    const [x, y] = frame.pixel(at);
     const isSelected = sameHandle(handle, this.#view.selected);
     switch (handle.kind) {
       case 'corner':
         dot(frame, x, y, 7, isSelected);
         break;
       case 'edge':
-        if (this.#hasRoom(frame, handle)) plus(frame, x, y);
+        if (hasRoom(frame, ends)) plus(frame, x, y);
         break;
       case 'radius':
         dot(frame, x, y, 7, isSelected);
@@ -191,13 +202,23 @@ export class AreaPainter implements Painter {
       case 'centre':
         cross(frame, x, y, zoneOf(this.#view.selected) === handle.zone);
         break;
+      case 'course':
+        turner(frame, x, y, isSelected);
+        break;
       default:
     }
   }
 }
 
+/** Halfway handles of short edges would hide the corners. */
+function hasRoom(frame: Projection, ends: Drawn['ends']): boolean {
+  if (ends === null) return true;
+  const [a, b] = [frame.pixel(ends[0]), frame.pixel(ends[1])];
+  return Math.hypot(a[0] - b[0], a[1] - b[1]) > 56;
+}
+
 /** A closed line over the corners, bent as the ground is. */
-function border(corners: readonly LonLat[], isClosed = true): XY[] {
+export function border(corners: readonly LonLat[], isClosed = true): XY[] {
   const points = corners.flatMap((from, index) => {
     const to = corners[(index + 1) % corners.length] as LonLat;
     const isLast = index === corners.length - 1;
@@ -251,6 +272,20 @@ function plus(frame: Frame, x: number, y: number): void {
   context.lineTo(x + 3, y);
   context.moveTo(x, y - 3);
   context.lineTo(x, y + 3);
+  context.stroke();
+}
+
+/** A ring with an arrow round it: what it stands at the end of is turned. */
+function turner(frame: Frame, x: number, y: number, isSelected: boolean): void {
+  const { context, theme } = frame;
+  dot(frame, x, y, 10, isSelected);
+  context.beginPath();
+  context.arc(x, y, 5, -0.4 * Math.PI, 1.2 * Math.PI);
+  context.moveTo(x + 5, y - 7);
+  context.lineTo(x + 1.5, y - 4.8);
+  context.lineTo(x + 4.5, y - 1.5);
+  context.strokeStyle = isSelected ? theme.surface : theme.accent;
+  context.lineWidth = 1.5;
   context.stroke();
 }
 

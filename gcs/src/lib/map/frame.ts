@@ -23,6 +23,7 @@ export interface Theme {
   readonly warn: string;
   readonly danger: string;
   readonly estimated: string;
+  readonly rehearsed: string;
   readonly plane: string;
   readonly stale: string;
 }
@@ -80,6 +81,7 @@ export function readTheme(): Theme {
     warn: token('color-warn'),
     danger: token('color-danger'),
     estimated: token('color-estimated'),
+    rehearsed: token('color-rehearsed'),
     plane: token('color-plane-symbol'),
     stale: token('color-stale'),
   };

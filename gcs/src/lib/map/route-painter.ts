@@ -10,6 +10,8 @@ export interface RouteStatus {
   readonly current: number | null;
   /** Whether legs show their handles. */
   readonly isEditing: boolean;
+  /** Items that are dots without a number, and their legs without handles: what is edited lies below them, or makes them. */
+  readonly quiet: ReadonlySet<number> | 'all';
 }
 
 export interface RouteTexts {
@@ -26,11 +28,19 @@ export class RoutePainter {
   route: RouteView = EMPTY_ROUTE;
   /** What the vehicle has, where that is another route than the one being edited. */
   vehicleRoute: RouteView = EMPTY_ROUTE;
-  status: RouteStatus = { selection: new Set(), reached: new Set(), current: null, isEditing: false };
+  status: RouteStatus = {
+    selection: new Set(),
+    reached: new Set(),
+    current: null,
+    isEditing: false,
+    quiet: new Set(),
+  };
   texts: RouteTexts = { approach: () => '' };
 
   /** What lies below home and items. */
   readonly lines: Painter = { paint: (frame) => this.#paintLines(frame) };
+  /** Which way the lines are flown, their handles, and what is said of approaches. */
+  readonly directions: Painter = { paint: (frame) => this.#paintDirections(frame) };
   readonly marks: Painter = { paint: (frame) => this.#paintItems(frame) };
 
   #paintLines(frame: Frame): void {
@@ -38,6 +48,10 @@ export class RoutePainter {
     for (const circle of this.route.circles) this.#paintCircle(frame, circle);
     for (const jump of this.route.jumps) this.#paintJump(frame, jump.from, jump.to);
     this.#paintLegs(frame);
+  }
+
+  #paintDirections(frame: Frame): void {
+    for (const leg of this.route.legs) if (isInSight(frame, leg)) this.#paintDirection(frame, leg);
     for (const approach of this.route.approaches) {
       if (approach.drop_m === null || approach.slope === null) continue;
       const [x, y] = frame.pixel(approach.middle);
@@ -67,16 +81,25 @@ export class RoutePainter {
 
   /** The leg whose handle is at a pixel. */
   handleAt(frame: Projection, x: number, y: number, tolerance_px: number): RouteLeg | null {
-    if (!this.status.isEditing) return null;
     let best: RouteLeg | null = null;
     let nearest = Math.max(9, tolerance_px);
     for (const leg of this.route.legs) {
-      if (!hasHandle(frame, leg)) continue;
+      if (!this.#isHandled(frame, leg)) continue;
       const [hx, hy] = frame.pixel(leg.middle);
       const distance = Math.hypot(hx - x, hy - y);
       if (distance < nearest) [best, nearest] = [leg, distance];
     }
     return best;
+  }
+
+  #isQuiet(number: number): boolean {
+    return this.status.quiet === 'all' || this.status.quiet.has(number);
+  }
+
+  #isHandled(frame: Projection, leg: RouteLeg): boolean {
+    // between two items of one survey none is put by hand
+    const isInside = this.#isQuiet(leg.toIndex) && this.#isQuiet(leg.toIndex + 1);
+    return this.status.isEditing && !isInside && hasHandle(frame, leg);
   }
 
   itemsWithin(frame: Projection, x0: number, y0: number, x1: number, y1: number): number[] {
@@ -116,8 +139,8 @@ export class RoutePainter {
   #paintLegs(frame: Frame): void {
     const { context } = frame;
     const groups = new Map<string, { look: LegLook; legs: RouteLeg[] }>();
-    const visible = this.route.legs.filter((leg) => isInSight(frame, leg));
-    for (const leg of visible) {
+    for (const leg of this.route.legs) {
+      if (!isInSight(frame, leg)) continue;
       const look = this.#lookOf(frame, leg);
       const key = `${look.colour} ${look.width} ${look.dash.join()}`;
       const group = groups.get(key);
@@ -133,7 +156,6 @@ export class RoutePainter {
       strokeWithEdge(frame, look.colour, look.width, 1.5);
     }
     context.setLineDash([]);
-    for (const leg of visible) this.#paintDirection(frame, leg);
   }
 
   #lookOf({ theme }: Frame, leg: RouteLeg): LegLook {
@@ -151,7 +173,7 @@ export class RoutePainter {
     const [from, to] = [frame.pixel(leg.line[0] as XY), frame.pixel(leg.line[last] as XY)];
     if (Math.hypot(to[0] - from[0], to[1] - from[1]) < ARROW_FROM_PX) return;
     const { colour } = this.#lookOf(frame, leg);
-    const isHandled = this.status.isEditing && hasHandle(frame, leg);
+    const isHandled = this.#isHandled(frame, leg);
     // where a handle sits in the middle, arrows stand beside it
     for (const part of isHandled ? [0.3, 0.75] : [0.55]) {
       const position = part * last;
@@ -226,7 +248,8 @@ export class RoutePainter {
       .map((item) => ({ item, at: frame.pixel(item.at) }))
       .filter(({ at: [x, y] }) => x > -20 && y > -20 && x < size.width + 20 && y < size.height + 20)
       .sort((a, b) => rank(a.item) - rank(b.item) || a.item.number - b.item.number);
-    const shown = visible.filter(({ at: [x, y] }) => {
+    const shown = visible.filter(({ item, at: [x, y] }) => {
+      if (this.#isQuiet(item.number) && !selection.has(item.number) && item.number !== current) return false;
       const key = cell(x, y);
       if (taken.has(key)) return false;
       taken.add(key);

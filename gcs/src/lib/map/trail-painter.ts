@@ -6,7 +6,7 @@ import { type Frame, type Painter, WORLD_M } from './frame';
 import { TRAIL_COLOURS } from './trail-colours';
 
 /** Height at which the scale ends at first; it doubles when a plane flies higher. Metres above home. */
-export const FIRST_RANGE_M = 120;
+const FIRST_RANGE_M = 120;
 
 /** The drawing reaches this far beyond the window, so that a pan does not draw anew. */
 const MARGIN_PX = 200;

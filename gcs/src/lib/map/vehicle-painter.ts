@@ -113,18 +113,19 @@ const OUTLINE: readonly XY[] = [
   [0, 16],
 ];
 
-function paintPlane(
+export function paintPlane(
   frame: Frame,
   x: number,
   y: number,
   heading_deg: number,
-  look: { fill: string | null; line: string; scale: number },
+  look: { fill: string | null; line: string; scale: number; bank_deg?: number },
 ): void {
   const { context } = frame;
   context.save();
   context.translate(x, y);
   context.rotate((heading_deg * Math.PI) / 180);
-  context.scale(look.scale, look.scale);
+  // from above, banked wings look shorter
+  context.scale(look.scale * Math.cos(((look.bank_deg ?? 0) * Math.PI) / 180), look.scale);
   context.beginPath();
   OUTLINE.forEach(([px, py], index) => (index === 0 ? context.moveTo(px, py) : context.lineTo(px, py)));
   [...OUTLINE].reverse().forEach(([px, py]) => context.lineTo(-px, py));

@@ -16,6 +16,7 @@ import {
 import type { LonLat } from '$lib/domain/lonlat';
 import type { FenceZone, RallyPoint, ReturnPoint } from '$lib/domain/plan';
 import { plan } from './plan.svelte';
+import type { ShapeEditor } from './shape-editor';
 
 /** What a click on the map makes while the fence is edited; "in" is stayed in, "out" is stayed out of. */
 export const FENCE_TOOLS = ['select', 'in-polygon', 'in-circle', 'out-polygon', 'out-circle', 'return'] as const;
@@ -24,7 +25,7 @@ export type FenceTool = (typeof FENCE_TOOLS)[number];
 /** Radius of a new circle, metres. */
 const NEW_RADIUS_M = 200;
 
-class AreaStore {
+class AreaStore implements ShapeEditor {
   #tool = $state<FenceTool>('in-polygon');
   /** Corners so far of the polygon that is being drawn. */
   sketch = $state.raw<readonly LonLat[]>([]);
@@ -37,6 +38,7 @@ class AreaStore {
     if (!this.isEditing) return [];
     return plan.part === 'fence' ? fenceHandles(plan.draft.fence) : rallyHandles(plan.draft.rally);
   });
+  readonly isSketchLine = false;
   isSketching = $derived(plan.part === 'fence' && this.#tool.endsWith('polygon') && this.sketch.length > 0);
   canFinish = $derived(isPolygon(this.sketch));
 

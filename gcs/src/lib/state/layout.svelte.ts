@@ -1,16 +1,16 @@
 // Which panels are open, and how much of the window they leave to the map.
 import { load, save } from './stored';
 
-export const LEFT_PANELS = ['instruments', 'fly'] as const;
-export const RIGHT_PANELS = ['plan', 'numbers', 'sensors', 'messages', 'maps', 'settings'] as const;
+const LEFT_PANELS = ['instruments', 'fly'] as const;
+const RIGHT_PANELS = ['plan', 'numbers', 'sensors', 'messages', 'maps', 'settings'] as const;
 export type LeftPanel = (typeof LEFT_PANELS)[number];
 export type RightPanel = (typeof RIGHT_PANELS)[number];
 export type Panel = LeftPanel | RightPanel;
 
 /** Below this width one panel at a time opens, as a sheet from the bottom. */
-export const NARROW_PX = 900;
+const NARROW_PX = 900;
 /** Below this width one dock at a time opens. */
-export const TIGHT_PX = 1180;
+const TIGHT_PX = 1180;
 
 export interface Insets {
   top: number;

@@ -4,12 +4,16 @@ import type {
   LandingRequest,
   Operation,
   Plan as ApiPlan,
+  PlanFileFormat,
+  PlanFileNote,
   PlanFinding,
   PlanKind,
   Problem,
+  Rehearsal,
   Trip,
 } from '$lib/api/types';
 import { type Areas, isFenceEmpty, isSameFence, isSameRally } from '$lib/domain/area-edit';
+import { distance_m } from '$lib/domain/geo';
 import { commit, type History, historyOf, redo, seal, undo } from '$lib/domain/history';
 import type { LonLat } from '$lib/domain/lonlat';
 import {
@@ -22,6 +26,7 @@ import {
   isPlacedKind,
   type Plan,
   type PlanItem,
+  placeOf,
 } from '$lib/domain/plan';
 import { type DiffEntry, diffMissions, isSameMission } from '$lib/domain/plan-diff';
 import {
@@ -30,12 +35,16 @@ import {
   addLanding,
   changeCommand,
   changeKind,
+  changeLanding,
   comingFrom,
+  designedLanding,
   type Draft,
   type DraftItem,
   draftOf,
   type EditDefaults,
   insertOnLeg,
+  landingPart,
+  type LandingPart,
   moveTo,
   nudge,
   numberOfKey,
@@ -51,19 +60,41 @@ import { readPlan } from '$lib/domain/plan-read';
 import { elevation } from './maps-elevation.svelte';
 import { onBoard, PLAN_PARTS } from './on-board.svelte';
 import type { DraftState, PlanDraft } from './plan-draft';
+import { planWind } from './plan-wind.svelte';
+import { planeProfile } from './plane-profile.svelte';
 import { api, operations, problemFrom, station } from './station.svelte';
 import { load, save } from './stored';
 import { type Vehicle, vehicles } from './vehicles.svelte';
 
 /** What a click on the map makes. */
-export type PlanTool = EditableKind | 'select';
+export type PlanTool = EditableKind | 'select' | 'runway';
 
 const SAVE_MS = 300;
+/** A rehearsal is drawn as old after so long without a newer one: not in the moments between two answers. */
+const OLD_AFTER_MS = 200;
+/** After that the core is asked again for a flight over ground that it did not know yet. */
+const GROUND_AGAIN_MS = 700;
 
 interface Transfer {
   readonly kind: 'send' | 'read' | 'clear';
   readonly part: PlanKind;
   readonly operation: Operation | null;
+}
+
+/** A line to land on, in either direction. */
+export interface Runway {
+  readonly begin: LonLat;
+  readonly end: LonLat;
+}
+
+/** A part of the landing under a pointer. */
+interface LandingDrag {
+  readonly part: LandingPart;
+  readonly key: number;
+  /** The landing as it was before. */
+  readonly items: readonly PlanItem[];
+  readonly to: LonLat;
+  readonly isEnd: boolean;
 }
 
 interface Chosen {
@@ -82,20 +113,35 @@ class PlanStore implements PlanDraft {
   transfer = $state.raw<Transfer | null>(null);
   /** What went wrong with the last transfer or file. */
   problem = $state.raw<Problem | null>(null);
+  /** What the file that was read or written last leaves to say. */
+  fileNotes = $state.raw<readonly PlanFileNote[]>([]);
   findings = $state.raw<readonly PlanFinding[]>([]);
   /** The mission as it is flown; `null` when that is not known. */
   trip = $state.raw<Trip | null>(null);
+  /** The mission as the plane would fly it in the wind; `null` when it was not rehearsed. */
+  rehearsal = $state.raw<Rehearsal | null>(null);
+  /** Whether the rehearsal is of the plan as it was before. */
+  isRehearsalOld = $state(false);
   checkState = $state<'none' | 'checking' | 'done' | 'unavailable'>('none');
   commands = $state.raw<readonly CommandInfo[]>([]);
   /** Those of missions that the editor has no kind for. */
   rareCommands = $derived(this.commands.filter(({ number, support }) => support !== 'list' && !isKindCommand(number)));
   /** Whether each click or tap on an item adds it to the selection, for those who have no Shift key. */
   isPickingMany = $state(false);
+  isReadingParams = $state(false);
   #isAsking = false;
   #asksAgain = false;
   #landingRun = 0;
   /** Whether the core is at work on a landing that was asked for. */
   isDesigning = $state(false);
+  /** The runway that the landing was last designed for. */
+  #runway = $state.raw<Runway | null>(null);
+  /** The end of a runway that was clicked first. */
+  runwayBegin = $state.raw<LonLat | null>(null);
+  #landingDrag: LandingDrag | null = null;
+  #isMovingLanding = false;
+  #oldTimer: ReturnType<typeof setTimeout> | undefined;
+  #groundTimer: ReturnType<typeof setTimeout> | undefined;
   #saveTimer: ReturnType<typeof setTimeout> | undefined;
   /** The parts of the draft as they were found on board. */
   readonly #asRead: Partial<Record<PlanKind, unknown>> = {};
@@ -225,6 +271,10 @@ class PlanStore implements PlanDraft {
       this.selectKeys([]);
       return;
     }
+    if (this.tool === 'runway') {
+      this.#markRunway(at);
+      return;
+    }
     this.add(this.tool, isPlacedKind(this.tool) ? at : null);
     if (this.tool === 'takeoff' || this.tool === 'land' || !isPlacedKind(this.tool)) this.tool = 'waypoint';
   }
@@ -234,15 +284,26 @@ class PlanStore implements PlanDraft {
     else if (at !== null) void this.#land(at);
   }
 
+  /** One end of a runway, then the other: the mission is to land there, into the wind. */
+  #markRunway(at: LonLat): void {
+    const begin = this.runwayBegin;
+    this.runwayBegin = begin === null ? placeOnly(at) : null;
+    if (begin === null) return;
+    this.tool = 'waypoint';
+    void this.#land(at, { begin, end: placeOnly(at) });
+  }
+
   /** Ends the mission with a landing as the core designs it; of two that are asked for in a row the last one counts. */
-  async #land(at: LonLat): Promise<void> {
+  async #land(at: LonLat, runway: Runway | null = null): Promise<void> {
     const run = ++this.#landingRun;
     this.isDesigning = true;
     try {
       this.problem = null;
       const ground = elevation.isKnowable ? await elevation.at(at) : null;
-      const { items } = await api.designLanding(this.#landingAt(at, ground?.alt_amsl_m ?? null));
-      if (run === this.#landingRun) this.#add((draft) => addLanding(draft, items));
+      const { items } = await api.designLanding(this.#landingAt(at, runway, ground?.alt_amsl_m ?? null));
+      if (run !== this.#landingRun) return;
+      this.#runway = runway;
+      this.#add((draft) => addLanding(draft, items));
     } catch (error) {
       if (run === this.#landingRun) this.problem = problemFrom(error);
     } finally {
@@ -251,23 +312,101 @@ class PlanStore implements PlanDraft {
   }
 
   /** What is known here of a landing: into the wind, unless it is a breeze; else straight on from where the plane comes. */
-  #landingAt(at: LonLat, ground_amsl_m: number | null): LandingRequest {
-    const vehicle = vehicles.selected;
-    const { loiterRadius_m, cruise_m_s } = vehicles.route;
-    const { from_deg, speed_m_s } = vehicle?.groups.wind ?? {};
-    const wind = from_deg == null || speed_m_s == null ? null : { from_deg, speed_m_s };
+  #landingAt(at: LonLat, runway: Runway | null, ground_amsl_m: number | null): LandingRequest {
+    const wind = planWind.known;
     const isBreeze = wind === null || wind.speed_m_s < 2;
-    const before = comingFrom(this.draft, vehicles.route) ?? this.home;
+    const asked = this.#landing(at, runway, this.#aboveHome_m(ground_amsl_m));
+    return isBreeze ? asked : { ...asked, coming_from: null };
+  }
+
+  /** The landing that the mission ends with, or another one at its place; `null` when it has none. */
+  landingHere(): LandingRequest | null {
+    const land = this.landing.at(-1);
+    const at = land ? placeOf(land) : null;
+    if (land === undefined || at === null) return null;
+    return this.#landing(at, this.runway, altOf_m(land));
+  }
+
+  /** A landing in the plan's wind; the server lays it out for the vehicle. */
+  #landing(at: LonLat, runway: Runway | null, ground_rel_home_m: number | null): LandingRequest {
+    const vehicle = vehicles.selected?.systemId ?? null;
     return {
-      at: placeOnly(at),
-      wind,
-      ground_rel_home_m: ground_amsl_m === null || this.home === null ? null : ground_amsl_m - this.home.alt_amsl_m,
-      coming_from: isBreeze && before !== null ? placeOnly(before) : null,
-      radius_m: Math.min(Math.max(loiterRadius_m, 20), 500),
-      airspeed_m_s: Math.min(Math.max(cruise_m_s, 5), 60),
-      // an ArduPlane whose return does not look for it would not arm with a DO_LAND_START
-      has_land_start: vehicle?.findsLanding ?? false,
+      at: runway === null ? placeOnly(at) : null,
+      runway,
+      wind: planWind.known,
+      ground_rel_home_m,
+      coming_from: this.#comesFrom(),
+      vehicle,
+      // nobody knows yet whether the vehicle would arm with a DO_LAND_START
+      has_land_start: vehicle === null ? false : null,
     };
+  }
+
+  #comesFrom(): LonLat | null {
+    const before = comingFrom(this.draft, vehicles.route) ?? this.home;
+    return before === null ? null : placeOnly(before);
+  }
+
+  #aboveHome_m(ground_amsl_m: number | null): number | null {
+    return ground_amsl_m === null || this.home === null ? null : ground_amsl_m - this.home.alt_amsl_m;
+  }
+
+  /** The landing that ends the mission, where it is of the designed kind. */
+  landing = $derived<readonly DraftItem[]>(designedLanding(this.draft));
+
+  /** The runway that the mission lands on; `null` for a landing at a point, as one that was dragged away, or came back by undo. */
+  runway = $derived.by<Runway | null>(() => {
+    const land = this.landing.at(-1);
+    const at = land ? placeOf(land) : null;
+    const runway = this.#runway;
+    return runway !== null && at !== null && beside_m(runway, at) < 0.5 ? runway : null;
+  });
+
+  /** Another landing takes its place. */
+  takeLanding(items: readonly PlanItem[]): void {
+    this.#edit((draft) => changeLanding(draft, items));
+  }
+
+  /** One part of the landing is dragged; the server lets the rest follow, and the last place that it was dragged to counts. */
+  async #followLandingDrag(): Promise<void> {
+    if (this.#isMovingLanding) return;
+    this.#isMovingLanding = true;
+    let drag = this.#landingDrag;
+    try {
+      while (drag !== null) {
+        const { part, key, items, to, isEnd }: LandingDrag = drag;
+        const ground = isEnd && part === 'point' && elevation.isKnowable ? await elevation.at(to) : null;
+        const moved = await api.moveLanding({
+          items: items.map(({ command, name, frame, params, autocontinue }) => {
+            return { command, name, frame, params, autocontinue };
+          }),
+          part,
+          to: placeOnly(to),
+          wind: planWind.known,
+          ground_rel_home_m: this.#aboveHome_m(ground?.alt_amsl_m ?? null),
+          vehicle: vehicles.selected?.systemId ?? null,
+        });
+        const latest: LandingDrag | null = this.#landingDrag;
+        this.#edit((draft) => {
+          if (landingPart(draft, key) !== part) return draft;
+          const next = changeLanding(draft, moved.items);
+          // what is under the pointer stays there, however old the answer
+          return latest === drag || latest?.key !== key ? next : moveTo(next, key, latest.to);
+        }, `drag-${key}`);
+        drag = latest === drag ? null : latest;
+      }
+      this.problem = null;
+    } catch (error) {
+      this.problem = problemFrom(error);
+      const before = drag;
+      if (before !== null) this.#edit((draft) => changeLanding(draft, before.items), `drag-${before.key}`);
+    } finally {
+      this.#isMovingLanding = false;
+      if (this.#landingDrag?.isEnd === true) {
+        this.#landingDrag = null;
+        this.#history = seal(this.#history);
+      }
+    }
   }
 
   /** Inserts on the leg that ends at item `toIndex`; gives the number of the new item. */
@@ -280,10 +419,29 @@ class PlanStore implements PlanDraft {
     const key = this.items[number - 1]?.key;
     if (key === undefined) return;
     if (!this.#selection.has(key)) this.pick(key, false);
+    const part = this.#selection.size === 1 ? landingPart(this.draft, key) : null;
+    if (part !== null) {
+      this.#dragLanding(part, key, from, to, isEnd);
+      return;
+    }
     // what was just inserted by this very drag is one step with it
     const about = this.#history.about?.startsWith('insert-') ? this.#history.about : `drag-${key}`;
     this.#edit((draft) => shiftKeys(draft, this.#selection, from, to), about);
     if (isEnd) this.#history = seal(this.#history);
+  }
+
+  #dragLanding(part: LandingPart, key: number, from: LonLat, to: LonLat, isEnd: boolean): void {
+    const before = this.#landingDrag?.key === key && !this.#landingDrag.isEnd ? this.#landingDrag : null;
+    const item = this.items.find((one) => one.key === key);
+    const at = before?.to ?? (item ? placeOf(item) : null);
+    if (at === null) return;
+    const there = {
+      lat_deg: Math.max(-90, Math.min(90, at.lat_deg + to.lat_deg - from.lat_deg)),
+      lon_deg: at.lon_deg + to.lon_deg - from.lon_deg,
+    };
+    this.#landingDrag = { part, key, items: before?.items ?? this.landing, to: there, isEnd };
+    this.#edit((draft) => moveTo(draft, key, there), `drag-${key}`);
+    void this.#followLandingDrag();
   }
 
   move(key: number, at: LonLat): void {
@@ -351,13 +509,20 @@ class PlanStore implements PlanDraft {
     }, about);
   }
 
+  /** Changes the draft otherwise. Changes with the same `about` are one step. */
+  edit(change: (draft: Draft) => Draft, about: string | null = null): void {
+    this.#edit(change, about);
+  }
+
   /** Empties a part of the draft, or all of it; undo brings it back. */
   clear(part: PlanKind | 'all' = 'all'): void {
     const empty = emptyPlan();
     this.#edit((draft) => {
       if (part === 'fence') return { ...draft, fence: empty.fence };
       if (part === 'rally') return { ...draft, rally: empty.rally };
-      return part === 'mission' ? { ...draft, items: [] } : { ...draftOf(empty), nextKey: draft.nextKey };
+      return part === 'mission'
+        ? { ...draft, items: [], complexItems: [] }
+        : { ...draftOf(empty), nextKey: draft.nextKey };
     });
     this.selectKeys([]);
   }
@@ -431,8 +596,7 @@ class PlanStore implements PlanDraft {
   /** Asks the core about the draft: one question at a time, and of the edits that come meanwhile the last. */
   assess(): void {
     if (this.#isNothing) {
-      this.findings = [];
-      this.trip = null;
+      this.#note(null);
       this.checkState = 'none';
       return;
     }
@@ -451,16 +615,46 @@ class PlanStore implements PlanDraft {
     try {
       do {
         this.#asksAgain = false;
-        const { findings, trip } = await station.assess(this.#apiPlan(), vehicles.selected?.systemId);
+        this.#oldTimer ??= setTimeout(() => (this.isRehearsalOld = true), OLD_AFTER_MS);
+        // what stands for several items in a file says nothing of how they are flown
+        const asked = { ...this.asApi(), complex_items: [] };
+        const vehicle = vehicles.selected?.systemId;
+        const told = await station.assess(asked, vehicle, planWind.wind, elevation.clearance_m, planeProfile.asked);
+        this.#note(this.#isNothing ? null : told);
+        clearTimeout(this.#groundTimer);
+        // ground that the server had not at hand is there a moment later
+        if (told.rehearsal?.is_ground_pending) this.#groundTimer = setTimeout(() => this.assess(), GROUND_AGAIN_MS);
         if (this.#isNothing) return;
-        [this.findings, this.trip] = [findings, trip];
       } while (this.#asksAgain);
       this.checkState = 'done';
     } catch {
-      [this.findings, this.trip] = [[], null];
+      this.#note(null);
       this.checkState = 'unavailable';
     } finally {
       this.#isAsking = false;
+    }
+  }
+
+  #note(told: Awaited<ReturnType<typeof station.assess>> | null): void {
+    clearTimeout(this.#oldTimer);
+    this.#oldTimer = undefined;
+    this.isRehearsalOld = false;
+    [this.findings, this.trip, this.rehearsal] = [told?.findings ?? [], told?.trip ?? null, told?.rehearsal ?? null];
+  }
+
+  /** Reads the vehicle's parameters, so that the rehearsal flies as it does. */
+  async readParams(): Promise<void> {
+    const vehicle = vehicles.selected;
+    if (vehicle === null || this.isReadingParams) return;
+    this.problem = null;
+    this.isReadingParams = true;
+    try {
+      await operations.finish(await api.readParams(vehicle.systemId));
+      this.assess();
+    } catch (error) {
+      this.problem = problemFrom(error);
+    } finally {
+      this.isReadingParams = false;
     }
   }
 
@@ -476,7 +670,10 @@ class PlanStore implements PlanDraft {
   async loadFile(file: File): Promise<boolean> {
     try {
       this.problem = null;
-      this.replace(await api.parsePlan(file.name, file));
+      this.fileNotes = [];
+      const { plan, notes } = await api.parsePlan(file.name, file);
+      this.replace(plan);
+      this.fileNotes = notes;
       return true;
     } catch (error) {
       this.problem = problemFrom(error);
@@ -484,17 +681,20 @@ class PlanStore implements PlanDraft {
     }
   }
 
-  async fileOf(as: 'plan' | 'waypoints'): Promise<Blob | null> {
+  async fileOf(as: PlanFileFormat): Promise<Blob | null> {
     try {
       this.problem = null;
-      return await api.formatPlan(this.#apiPlan(), as);
+      const { file, notes } = await api.formatPlan(this.asApi(), as);
+      this.fileNotes = notes;
+      return file;
     } catch (error) {
       this.problem = problemFrom(error);
       return null;
     }
   }
 
-  #apiPlan(): ApiPlan {
+  /** As the server takes it. */
+  asApi(): ApiPlan {
     return { ...planOf(this.#history.present), home: this.home };
   }
 
@@ -505,7 +705,7 @@ class PlanStore implements PlanDraft {
    * the vehicle has been read back.
    */
   async send(...parts: readonly PlanKind[]): Promise<void> {
-    const plan = this.#apiPlan();
+    const plan = this.asApi();
     for (const part of parts.length > 0 ? parts : (['mission'] as const)) {
       const isDone = await this.#transfer('send', part, async (vehicle) => {
         await this.#follow(await api.sendPlan(vehicle.systemId, part, plan));
@@ -612,6 +812,10 @@ class PlanStore implements PlanDraft {
 function partOf(draft: Draft, part: PlanKind): unknown {
   return part === 'mission' ? draft.items : draft[part];
 }
+
+/** How much longer the way over a place is than the runway. */
+const beside_m = ({ begin, end }: Runway, at: LonLat): number =>
+  distance_m(begin, at) + distance_m(at, end) - distance_m(begin, end);
 
 const placeOnly = ({ lat_deg, lon_deg }: LonLat): LonLat => ({ lat_deg, lon_deg });
 

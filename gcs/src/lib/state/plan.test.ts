@@ -1,8 +1,10 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
-import type { LandingRequest, Plan, PlanState } from '$lib/api/types';
+import type { LandingMove, LandingRequest, Plan, PlanState, PlanWind, Rehearsal } from '$lib/api/types';
+import type { LonLat } from '$lib/domain/lonlat';
 import { makeItem } from '$lib/domain/plan';
 import { api, station } from './station.svelte';
 import { plan } from './plan.svelte';
+import { planWind } from './plan-wind.svelte';
 import { vehicles } from './vehicles.svelte';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
@@ -14,6 +16,10 @@ const NEVER_READ: PlanState = {
   may_be_mixed: false,
   detail: 'unknown: never read',
 };
+
+const landingAt = (at: LonLat | null) => ({
+  items: [makeItem('loiter_to_height', { at, alt_m: 40 }), makeItem('land', { at, alt_m: 0 })],
+});
 
 /** A server whose vehicle keeps what it is sent, and is read by it. */
 function serve() {
@@ -48,21 +54,22 @@ function serve() {
       answer({ state: state(), plan: uncertain === null ? structuredClone(onBoard) : null }),
     ),
     /** A circle down, and the landing. */
-    design: vi.fn(({ at }: LandingRequest) =>
-      answer({ items: [makeItem('loiter_to_height', { at, alt_m: 40 }), makeItem('land', { at, alt_m: 0 })] }),
-    ),
+    design: vi.fn(({ at = null }: LandingRequest) => answer(landingAt(at))),
+    /** The whole landing at the place that a part of it was moved to. */
+    move: vi.fn(({ to }: LandingMove) => answer(landingAt(to))),
     clear: vi.fn(() => {
       onBoard = { ...onBoard, items: [] };
       return done(onBoard);
     }),
   };
-  station.assess = () => answer({ findings: [], trip: null });
+  station.assess = () => answer({ findings: [], trip: null, rehearsal: null });
   Object.assign(api, {
     sendPlan: spies.send,
     readPlan: spies.read,
     planOnBoard: spies.known,
     clearPlan: spies.clear,
     designLanding: spies.design,
+    moveLanding: spies.move,
   });
   const byOthers = (items: Plan['items'], told: PlanState | null = null) => {
     onBoard = { ...onBoard, items };
@@ -161,16 +168,60 @@ describe('the plan store', () => {
     for (let edit = 0; edit < 4; edit += 1) plan.add('waypoint', AT);
     expect(asked).toEqual([1]);
     const trip = { distance_m: 100, time_s: 5, end: 'end' as const, is_estimate: false };
-    answers[0]!({ findings: [], trip });
+    answers[0]!({ findings: [], trip, rehearsal: null });
     await vi.waitFor(() => expect(asked).toEqual([1, 4]));
     expect([plan.trip, plan.checkState]).toEqual([trip, 'checking']);
-    answers[1]!({ findings: [], trip: { ...trip, distance_m: 400 } });
+    answers[1]!({ findings: [], trip: { ...trip, distance_m: 400 }, rehearsal: null });
     await vi.waitFor(() => expect(plan.checkState).toBe('done'));
     expect(plan.trip?.distance_m).toBe(400);
     station.assess = () => Promise.reject(new Error('away'));
     plan.add('waypoint', AT);
     await vi.waitFor(() => expect(plan.checkState).toBe('unavailable'));
     expect(plan.trip).toBeNull();
+  });
+
+  it('keeps the last rehearsal until the next, marked as old when that takes long', async () => {
+    const rehearsal = { duration_s: 60 } as Rehearsal;
+    station.assess = () => Promise.resolve({ findings: [], trip: null, rehearsal });
+    plan.add('waypoint', AT);
+    await vi.waitFor(() => expect(plan.rehearsal).toBe(rehearsal));
+    let answer: ((told: Awaited<ReturnType<typeof station.assess>>) => void) | undefined;
+    station.assess = () => new Promise((resolve) => (answer = resolve));
+    plan.add('waypoint', AT);
+    expect([plan.rehearsal, plan.isRehearsalOld]).toEqual([rehearsal, false]);
+    vi.advanceTimersByTime(250);
+    expect([plan.rehearsal, plan.isRehearsalOld]).toEqual([rehearsal, true]);
+    const next = { duration_s: 80 } as Rehearsal;
+    answer?.({ findings: [], trip: null, rehearsal: next });
+    await vi.waitFor(() => expect(plan.rehearsal).toBe(next));
+    expect(plan.isRehearsalOld).toBe(false);
+    plan.clear();
+    expect(plan.rehearsal).toBeNull();
+  });
+
+  it('is rehearsed in the wind that the vehicle estimates, until somebody sets one', async () => {
+    const winds: PlanWind[] = [];
+    station.assess = (_draft, _vehicle, wind) => {
+      winds.push(wind);
+      return Promise.resolve({ findings: [], trip: null, rehearsal: null });
+    };
+    const ask = async () => {
+      winds.length = 0;
+      plan.assess();
+      await vi.waitFor(() => expect(plan.checkState).toBe('done'));
+      return winds[0];
+    };
+    plan.add('waypoint', AT);
+    await vi.waitFor(() => expect(plan.checkState).toBe('done'));
+    expect(winds).toEqual([{ from_deg: 0, speed_m_s: 0 }]);
+    const wind = { age_s: 0, from_deg: 358.4, speed_m_s: 4.13, speed_z_m_s: 0 };
+    vehicles.ensure(1).apply({ groups: { wind } as never, heardAt_ms: {}, progress: null });
+    expect(await ask()).toEqual({ from_deg: 0, speed_m_s: 4 });
+    planWind.set({ from_deg: -90, speed_m_s: 30 });
+    expect(await ask()).toEqual({ from_deg: 270, speed_m_s: 20 });
+    planWind.unset();
+    expect(await ask()).toEqual({ from_deg: 0, speed_m_s: 4 });
+    vehicles.ensure(1).apply({ groups: { wind: null } as never, heardAt_ms: {}, progress: null });
   });
 
   it('reads into the draft, and undo brings the old one back', async () => {
@@ -231,6 +282,54 @@ describe('the plan store', () => {
     expect(plan.items[1]?.params[4]).toBe(AT.lat_deg);
   });
 
+  it('lands on a runway whose two ends are clicked, until the landing is dragged off it', async () => {
+    plan.tool = 'runway';
+    plan.addWithTool(HOME);
+    expect(plan.items).toHaveLength(0);
+    server.design.mockImplementationOnce(({ runway }) => Promise.resolve(landingAt(runway!.end)));
+    plan.addWithTool(AT);
+    expect(plan.tool).toBe('waypoint');
+    await vi.waitFor(() => expect(plan.items).toHaveLength(2));
+    const { lat_deg, lon_deg } = HOME;
+    const runway = { begin: { lat_deg, lon_deg }, end: AT };
+    expect(server.design).toHaveBeenLastCalledWith(expect.objectContaining({ at: null, runway }));
+    expect(plan.landingHere()).toMatchObject({ at: null, runway });
+    plan.drag(2, AT, { ...AT, lon_deg: AT.lon_deg + 1e-3 }, true);
+    await vi.waitFor(() => expect(server.move).toHaveBeenCalledOnce());
+    expect(plan.landingHere()).toMatchObject({ at: { lon_deg: AT.lon_deg + 1e-3 }, runway: null });
+  });
+
+  it('lets the rest of a landing follow the part that is dragged, as one step', async () => {
+    plan.add('land', AT);
+    await vi.waitFor(() => expect(plan.items).toHaveLength(2));
+    const before = plan.items.map((item) => item.params[4]);
+    const keys = plan.items.map((item) => item.key);
+    let from = AT;
+    for (let step = 1; step <= 5; step += 1) {
+      const to = { ...AT, lat_deg: AT.lat_deg + step * 1e-4 };
+      plan.drag(1, from, to, step === 5);
+      expect(plan.items[0]?.params[4]).toBeCloseTo(to.lat_deg, 9);
+      from = to;
+    }
+    await vi.waitFor(() => expect(plan.items[1]?.params[4]).toBeCloseTo(from.lat_deg, 9));
+    // the first place and the last one: those between were outrun
+    expect(server.move).toHaveBeenCalledTimes(2);
+    const { items, part } = server.move.mock.lastCall?.[0] as LandingMove;
+    expect([part, items.map((item) => item.params[4])]).toEqual(['circle', before]);
+    expect(plan.items.map((item) => item.key)).toEqual(keys);
+    plan.undo();
+    expect(plan.items.map((item) => item.params[4])).toEqual(before);
+  });
+
+  it('puts a landing back that cannot be so, and says why', async () => {
+    plan.add('land', AT);
+    await vi.waitFor(() => expect(plan.items).toHaveLength(2));
+    server.move.mockRejectedValueOnce(new Error('too much wind'));
+    plan.drag(2, AT, HOME, true);
+    await vi.waitFor(() => expect(plan.problem).not.toBeNull());
+    expect(plan.items[1]?.params[4]).toBe(AT.lat_deg);
+  });
+
   it('gives the tool back after a landing, and keeps the selection on what is there', async () => {
     plan.add('waypoint', AT);
     plan.tool = 'land';
@@ -239,7 +338,7 @@ describe('the plan store', () => {
     expect(plan.tool).toBe('waypoint');
     await vi.waitFor(() => expect(plan.items).toHaveLength(3));
     expect(server.design).toHaveBeenLastCalledWith(
-      expect.objectContaining({ at: there, coming_from: AT, has_land_start: false }),
+      expect.objectContaining({ at: there, coming_from: AT, vehicle: 1, has_land_start: null }),
     );
     plan.remove(new Set(plan.items.map((item) => item.key)));
     expect(plan.items).toHaveLength(0);

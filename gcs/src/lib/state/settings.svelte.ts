@@ -21,7 +21,7 @@ interface Chosen {
 const oneOf = <T>(value: unknown, choices: readonly T[], fallback: T): T =>
   choices.includes(value as T) ? (value as T) : fallback;
 
-export const browserLanguage = (languages: readonly string[]): Language =>
+const browserLanguage = (languages: readonly string[]): Language =>
   languages
     .find((tag) => /^(en|es)\b/i.test(tag))
     ?.toLowerCase()

@@ -26,6 +26,8 @@ it('does not lose what is told while it asks for the whole state', async () => {
     round_trip_ms: 1,
     is_reached: true,
     rival: null,
+    remote_name: null,
+    lacks_terrain: false,
     flight_parameters: NOT_READ,
   };
   const state = {
@@ -64,16 +66,17 @@ it('gives the answer to the last question about a plan, and none that never come
   vi.stubGlobal('document', { hidden: true });
   const station = new Station();
   const draft = { items: [], home: null, fence: { zones: [], return_point: null }, rally: [] };
-  await expect(station.assess(draft, 9)).rejects.toThrow('no connection');
+  const wind = { from_deg: 90, speed_m_s: 5 };
+  await expect(station.assess(draft, 9, wind, 30)).rejects.toThrow('no connection');
   station.socketState = 'open';
-  const first = station.assess(draft, 9);
-  const second = station.assess(draft, undefined);
+  const first = station.assess(draft, 9, wind, 30);
+  const second = station.assess(draft, undefined, wind, 30);
   await expect(first).rejects.toThrow('another question');
   const trip = { distance_m: 1, time_s: 2, end: 'end', is_estimate: false } as const;
-  station.receive({ type: 'assessment', seq: 2, findings: [], trip });
-  station.receive({ type: 'assessment', seq: 3, findings: [], trip: { ...trip, distance_m: 3 } });
+  station.receive({ type: 'assessment', seq: 2, findings: [], trip, rehearsal: null });
+  station.receive({ type: 'assessment', seq: 3, findings: [], trip: { ...trip, distance_m: 3 }, rehearsal: null });
   await expect(second).resolves.toMatchObject({ trip: { distance_m: 3 } });
-  const third = station.assess(draft, 9);
+  const third = station.assess(draft, 9, wind, 30);
   vi.spyOn(console, 'error').mockReturnValue();
   station.receive({ type: 'error', detail: 'no plan', cause: { code: 'invalid' } } as never);
   await expect(third).rejects.toThrow('no plan');

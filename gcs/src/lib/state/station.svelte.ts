@@ -8,6 +8,8 @@ import type {
   Assessment,
   LinkInfo,
   Plan,
+  PlaneProfile,
+  PlanWind,
   Problem,
   ServerMessage,
   Session,
@@ -119,19 +121,36 @@ export class Station {
   }
 
   /**
-   * Asks what the core says of a plan. One question at a time: a second one ends the first.
+   * Asks what the core says of a plan, rehearsed in a wind and so high above the ground. One question at a time: a second one ends the first.
    *
    * Rejects when the connection ends before the answer, and for what is no plan. A plan too long for the WebSocket goes another
    * way, which tells its findings alone.
    */
-  async assess(plan: Plan, vehicle: number | undefined): Promise<Omit<Assessment, 'trip'> & { trip: Trip | null }> {
-    if (JSON.stringify(plan).length > MAX_ASSESSED) return { findings: await api.checkPlan(plan, vehicle), trip: null };
+  async assess(
+    plan: Plan,
+    vehicle: number | undefined,
+    wind: PlanWind,
+    clearance_m: number,
+    profile: PlaneProfile = {},
+  ): Promise<Omit<Assessment, 'trip'> & { trip: Trip | null }> {
+    if (JSON.stringify(plan).length > MAX_ASSESSED) {
+      return { findings: await api.checkPlan(plan, vehicle), trip: null, rehearsal: null };
+    }
     this.#question?.reject(new Error('another question came'));
     const seq = this.#nextSeq++;
     return new Promise((resolve, reject) => {
       this.#question = { seq, resolve, reject };
       if (!this.isOnline) this.#endQuestion('no connection');
-      else this.#socket.send({ type: 'assess_plan', seq, vehicle: vehicle ?? null, plan });
+      else
+        this.#socket.send({
+          type: 'assess_plan',
+          seq,
+          vehicle: vehicle ?? null,
+          plan,
+          rehearse_in: wind,
+          clearance_m,
+          profile,
+        });
     });
   }
 

@@ -2,7 +2,6 @@ import { beforeEach, describe, expect, it, vi } from 'vitest';
 import type { TelemetryChanges } from '$lib/api/types';
 import { telemetryAt } from '../../../dev/mock/flight';
 import { destination, distance_m } from '$lib/domain/geo';
-import { makeItem } from '$lib/domain/plan';
 import { clock } from './clock.svelte';
 import { Vehicle, heardAt, withChanges } from './vehicles.svelte';
 
@@ -54,30 +53,61 @@ describe('Vehicle', () => {
     expect(vehicle.progress).toEqual(progress);
   });
 
-  it('goes on along the mission on board in AUTO, straight on otherwise', () => {
+  it('goes on as its mission was rehearsed, straight on otherwise', () => {
     const vehicle = heard(groups, 10_000);
     const last = vehicle.lastKnown()!;
     const beside = destination(last.at, last.course_deg + 90, 500);
-    const items = Array.from({ length: progress.item! }, () => makeItem('waypoint', { at: beside }));
+    const [first, end] = [last.at, beside];
+    const track = {
+      time_s: [0, 20],
+      lat_deg: [first.lat_deg, end.lat_deg],
+      lon_deg: [first.lon_deg, end.lon_deg],
+      height_m: [50, 50],
+      ground_m: [null, null],
+      airspeed_m_s: [25, 25],
+      groundspeed_m_s: [25, 25],
+      bank_deg: [0, 0],
+      heading_deg: [90, 90],
+      item: [1, 1],
+    };
     clock.tick(20_000);
     expect(vehicle.ghost(20_000)).toMatchObject({ isOnRoute: false });
-    const ghost = vehicle.ghost(20_000, items)!;
+    vehicle.rest = { track, from_ms: 5_000 };
+    const ghost = vehicle.ghost(20_000)!;
     expect(ghost.isOnRoute).toBe(true);
-    expect(distance_m(ghost.at, beside)).toBeLessThan(450);
+    // 15 of 20 s after the rehearsal's beginning
+    expect(distance_m(ghost.at, beside)).toBeCloseTo(125, 0);
+    expect(ghost.path[0]).toEqual(last.at);
+    vehicle.rest = { track, from_ms: -5_000 };
+    expect(vehicle.ghost(20_000)).toMatchObject({ isOnRoute: false });
+    vehicle.rest = { track, from_ms: 5_000 };
     const manual = { heartbeat: { ...groups.heartbeat!, mode: 'FBWA' } };
     vehicle.apply({ groups: manual, progress: null, heardAt_ms: {} });
-    expect(vehicle.ghost(20_000, items)).toMatchObject({ isOnRoute: false });
+    expect(vehicle.ghost(20_000)).toMatchObject({ isOnRoute: false });
   });
 
-  it('takes over what its parameters say, and an ArduPlane as it comes where they say nothing', () => {
+  it('takes over what its parameters say, an ArduPlane as it comes where they say nothing, and its name in a fleet', () => {
     const vehicle = new Vehicle(1);
-    const told = { system_id: 1, age_s: 0, link: 1, loss_pct: 0, round_trip_ms: 1, is_reached: true, rival: null };
+    const told = {
+      system_id: 1,
+      age_s: 0,
+      link: 1,
+      loss_pct: 0,
+      round_trip_ms: 1,
+      is_reached: true,
+      rival: null,
+      remote_name: null,
+      lacks_terrain: false,
+    };
     const known = { loiter_radius_m: 95, airspeed_m_s: null, finds_landing: true };
     const summary = { ...told, mav_type: 1, autopilot: 3, mode: 'MANUAL', is_armed: false, flight_parameters: known };
     vehicle.applySummary(summary, 10_000);
     const { route } = vehicle;
     expect(route).toMatchObject({ loiterRadius_m: 95, cruise_m_s: 22 });
     expect(vehicle.findsLanding).toBe(true);
+    const far = new Vehicle(254);
+    far.applySummary({ ...summary, system_id: 254, remote_name: 'plane7' }, 10_000);
+    expect([far.name, vehicle.name.endsWith(' 1')]).toEqual(['plane7', true]);
     vehicle.applySummary({ ...summary, flight_parameters: { ...known } }, 11_000);
     expect(vehicle.route, 'what is drawn from it is drawn anew only where it is another').toBe(route);
   });

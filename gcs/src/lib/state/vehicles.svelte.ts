@@ -13,10 +13,9 @@ import type {
   VehicleSummary,
 } from '$lib/api/types';
 import { freshness, type Freshness } from '$lib/domain/freshness';
-import { deadReckon, turnRate_deg_s, type Ghost, type LastKnown } from '$lib/domain/ghost';
-import { followRoute } from '$lib/domain/ghost-route';
+import { deadReckon, followTrack, turnRate_deg_s, type Ghost, type LastKnown } from '$lib/domain/ghost';
 import { lonLat, wrap360_deg } from '$lib/domain/lonlat';
-import type { PlanItem } from '$lib/domain/plan';
+import type { Track } from '$lib/domain/rehearsal';
 import { PLANE_ROUTE, type RouteOptions } from '$lib/domain/route';
 import { t } from '$lib/i18n/index.svelte';
 import { clock } from './clock.svelte';
@@ -26,6 +25,8 @@ import { SensorHistory } from './sensors';
 
 /** Texts kept per vehicle; the oldest fall out. */
 const TEXTS_KEPT = 1000;
+/** What was rehearsed longer before a vehicle was lost says too little of where it is. */
+const REST_LASTS_S = 10;
 /** Modes in which a plane that banks goes on circling. */
 const CIRCLING = /^(LOITER|CIRCLE|RTL|GUIDED|QLOITER|QRTL|THERMAL)/;
 
@@ -70,6 +71,8 @@ export class Vehicle {
   isReached = $state<boolean | null>(null);
   /** Where another vehicle with the same system id is heard; commands do not go there. */
   rival = $state<string | null>(null);
+  /** Whether it asks for the ground's altitude where no map of the server knows it. */
+  lacksTerrain = $state(false);
   planStates = $state.raw<Readonly<Record<PlanKind, PlanState>> | null>(null);
   modeNames = $state.raw<readonly string[]>([]);
   /** What of it decides where a plan takes it. */
@@ -82,6 +85,9 @@ export class Vehicle {
   flightTime = $state.raw<FlightTime | null>(null);
   /** Monotonic time at which anything of it was last heard. */
   lastHeard_ms = $state.raw<number | null>(null);
+
+  /** The rest of its mission as rehearsed from where it was at a monotonic time; null where that is not known. */
+  rest = $state.raw<{ readonly track: Track; readonly from_ms: number } | null>(null);
 
   readonly sensors = new SensorHistory();
   readonly #flightClock: FlightClock;
@@ -102,7 +108,9 @@ export class Vehicle {
   });
   kind = $derived(kindOf(this.groups.heartbeat?.mav_type ?? null));
   /** What to call it, in the language in use. */
-  name = $derived.by(() => `${t(`vehicle.${this.kind}`)} ${this.systemId}`);
+  /** Its name in a fleet, when it is far away: the id is then only this server’s. */
+  remoteName = $state<string | null>(null);
+  name = $derived.by(() => this.remoteName ?? `${t(`vehicle.${this.kind}`)} ${this.systemId}`);
 
   constructor(systemId: number) {
     this.systemId = systemId;
@@ -138,29 +146,28 @@ export class Vehicle {
     };
   }
 
+  /** Monotonic time of the last that is known of where it is. */
+  get placed_ms(): number | null {
+    return this.heardAt_ms.position ?? this.lastHeard_ms;
+  }
+
+  /** Whether it flies its mission, as far as it has told. */
+  get isInMission(): boolean {
+    return this.mode === 'AUTO' && this.isArmed === true && this.isOnGround === false;
+  }
+
   /**
-   * Where it probably is at `now_ms` while it is lost; null while it is heard. In AUTO it goes on along the mission on board,
-   * where that is known (`items`); else in a line or circle.
+   * Where it probably is at `now_ms` while it is lost; null while it is heard. In a mission it goes on as that was rehearsed from
+   * about where it was last heard; else in a line or circle.
    */
-  ghost(now_ms = performance.now(), items: readonly PlanItem[] | null = null): Ghost | null {
-    const heard_ms = this.heardAt_ms.position ?? this.lastHeard_ms;
-    if (!this.isLost || heard_ms === null) return null;
-    const last = this.lastKnown();
-    if (last === null) return null;
-    const elapsed_s = (now_ms - heard_ms) / 1000;
-    const current = this.progress?.item ?? null;
-    const isOnRoute = this.mode === 'AUTO' && this.isOnGround !== true && items !== null && current !== null;
-    if (!isOnRoute) return deadReckon(last, elapsed_s);
-    const { wind, hud, home } = this.groups;
-    const flight = {
-      items,
-      home: lonLat(home?.lon_deg, home?.lat_deg),
-      current,
-      airspeed_m_s: hud?.airspeed_m_s ?? null,
-      route: this.route,
-      wind: wind?.from_deg == null ? null : { from_deg: wind.from_deg, speed_m_s: wind.speed_m_s ?? 0 },
-    };
-    return followRoute(last, flight, elapsed_s) ?? deadReckon(last, elapsed_s);
+  ghost(now_ms = performance.now()): Ghost | null {
+    const { placed_ms, rest } = this;
+    const last = this.isLost ? this.lastKnown() : null;
+    if (placed_ms === null || last === null) return null;
+    const elapsed_s = (now_ms - placed_ms) / 1000;
+    const early_s = rest === null ? Infinity : (placed_ms - rest.from_ms) / 1000;
+    if (rest === null || !this.isInMission || early_s > REST_LASTS_S) return deadReckon(last, elapsed_s);
+    return followTrack(last, rest.track, early_s, elapsed_s);
   }
 
   apply(change: TelemetryChange): void {
@@ -190,6 +197,8 @@ export class Vehicle {
     this.link = { id: link, loss_pct, round_trip_ms };
     this.isReached = summary.is_reached;
     this.rival = summary.rival;
+    this.lacksTerrain = summary.lacks_terrain;
+    this.remoteName = summary.remote_name;
     this.#applyParameters(summary.flight_parameters);
     // Without news of the vehicle there is nothing new to plot of its link.
     if (summary.age_s !== null && summary.age_s < 2) this.sensors.takeLink(now_ms / 1000, this.link);

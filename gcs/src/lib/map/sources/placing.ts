@@ -30,7 +30,7 @@ export interface Placing {
   drag(index: number, to: LonLat, isEnd: boolean): void;
 }
 
-export const NOTHING_PLACED: Placing = { areas: [], picture: null, handles: [], drag: () => undefined };
+const NOTHING_PLACED: Placing = { areas: [], picture: null, handles: [], drag: () => undefined };
 
 const HANDLE_PX = 9;
 /** The picture is drawn in so many pieces each way, each a parallelogram. */

@@ -40,6 +40,32 @@ describe('Hold', () => {
     expect(states.slice(-3)).toEqual(['holding', 'hint', 'idle']);
   });
 
+  it('does not count a short press in a page that stood still', () => {
+    let now_ms = 0;
+    let due: (() => void) | null = null;
+    const timers = {
+      now: () => now_ms,
+      setTimeout: (run: () => void) => (due = run),
+      clearTimeout: () => (due = null),
+    };
+    for (const isHeld of [false, true]) {
+      let done = 0;
+      const hold = new Hold(
+        () => (done += 1),
+        () => undefined,
+        timers,
+      );
+      hold.begin();
+      now_ms += 3 * HOLD_MS;
+      due!();
+      expect(done, 'the timer may come before the release that waits').toBe(0);
+      if (!isHeld) hold.end();
+      now_ms += HOLD_MS / 10;
+      due!();
+      expect(done).toBe(isHeld ? 1 : 0);
+    }
+  });
+
   it('a key that repeats does not begin anew', () => {
     const { hold, done } = make();
     hold.begin();

@@ -5,17 +5,22 @@ export const HOLD_MS = 1000;
 export const CONFIRM_MS = 6000;
 
 /** Let go early, the button says for so long what it wants. */
-export const HINT_MS = 1500;
+const HINT_MS = 1500;
+
+/** A timer that is later than this comes after a page that stood still, in which the finger may have left unseen. */
+const LATE_MS = 100;
 
 /** `hint`: it was let go too early. */
 export type HoldState = 'idle' | 'holding' | 'hint' | 'confirm';
 
 interface Timers {
+  now(): number;
   setTimeout(run: () => void, ms: number): unknown;
   clearTimeout(timer: unknown): void;
 }
 
 const real: Timers = {
+  now: () => performance.now(),
   setTimeout: (run, ms) => globalThis.setTimeout(run, ms),
   clearTimeout: (timer) => globalThis.clearTimeout(timer as ReturnType<typeof setTimeout>),
 };
@@ -36,8 +41,17 @@ export class Hold {
 
   /** Pointer or key went down. */
   begin(): void {
-    if (this.#state === 'holding') return;
-    this.#enter('holding', HOLD_MS, () => {
+    if (this.#state !== 'holding') this.#hold(HOLD_MS);
+  }
+
+  /** Counts after so long; where the page stood still meanwhile, after what waits in it was told, such as that it was let go. */
+  #hold(ms: number): void {
+    const due_ms = this.#timers.now() + ms;
+    this.#enter('holding', ms, () => {
+      if (this.#timers.now() > due_ms + LATE_MS) {
+        this.#hold(LATE_MS);
+        return;
+      }
       this.#enter('idle');
       this.#done();
     });

@@ -1,8 +1,8 @@
 // What the checks found, in the language and units in use, by the stable code of each finding and its figures.
-import type { PlanFinding } from '$lib/api/types';
+import type { FindingFix, PlanFinding } from '$lib/api/types';
 import { hasText, t } from '$lib/i18n/index.svelte';
 import { plan } from '$lib/state/plan.svelte';
-import { distance, height, number, speed } from '$lib/ui/base/format.svelte';
+import { bearing, distance, duration, height, number, speed } from '$lib/ui/base/format.svelte';
 import { kindName, paramName } from './names';
 
 export interface FindingWords {
@@ -28,10 +28,17 @@ export function findingWords(finding: PlanFinding): FindingWords {
   return { text: `${told.charAt(0).toLocaleUpperCase()}${told.slice(1)}`, remedy: t(remedy, values) };
 }
 
+/** What a remedy changes; one that is not known here in the server's own English. */
+export function fixWords(fix: FindingFix): string {
+  const key = `fix.${fix.does}`;
+  const change = hasText(key) ? t(key, { ...shownFigures(fix.with), number: fix.first_item }) : fix.message;
+  return t('fix.do', { change });
+}
+
 const firstText = (keys: readonly string[]) => keys.find(hasText);
 
 /** What tells a finding from others of its code: a word, or a flag that is set. */
-export function variantOf(figures: Figures): string {
+function variantOf(figures: Figures): string {
   for (const name of TELLING) if (typeof figures[name] === 'string') return figures[name];
   const flag = Object.keys(figures).find((name) => figures[name] === true);
   return flag?.replaceAll('_', '-') ?? '';
@@ -53,15 +60,20 @@ function shownFigures(figures: Figures): Record<string, string> {
 /** Parameters of an item, in the unit that the finding names. */
 const OF_ITEM = new Set(['value', 'kept', 'min', 'max']);
 /** Lengths that lie upwards. */
-const HEIGHTS = new Set(['alt_m', 'alt_rel_home_m', 'drop_m']);
+const HEIGHTS = new Set(['alt_m', 'alt_rel_home_m', 'drop_m', 'difference_m', 'clearance_m', 'wanted_m']);
 
 function shown(name: string, value: unknown, unit: string): string {
   if (name === 'datum') return value === null ? '' : t(`finding.datum.${value as 'amsl' | 'home' | 'terrain'}`);
   if (value === null && (name === 'min' || name === 'max')) return '…';
   if (typeof value === 'string') return name === 'label' ? paramName(value) : value;
   if (typeof value !== 'number') return t('value.none');
+  if (name === 'course_deg') return bearing(value);
   if (HEIGHTS.has(name)) return height(value, isWhole(value) ? 0 : 1);
   if (name.endsWith('_m')) return distance(value);
+  if (name.endsWith('_m_s')) return speed(value);
+  if (name.endsWith('_pct')) return number(value, 0, '%');
+  if (name.endsWith('_wh')) return number(value, 0, 'Wh');
+  if (name.endsWith('_s')) return duration(value);
   if (!OF_ITEM.has(name)) return number(value, isWhole(value) ? 0 : 1);
   if (unit === 'm') return height(value, isWhole(value) ? 0 : 1);
   return unit === 'm/s' ? speed(value) : number(value, isWhole(value) ? 0 : 2, unit);

@@ -2,7 +2,7 @@
 import type { CommandInfo } from '$lib/api/types';
 import { kindOf, type PlanItem } from '$lib/domain/plan';
 import { commandsEs, paramsEs } from '$lib/i18n/commands.es';
-import { i18n, t } from '$lib/i18n/index.svelte';
+import { hasText, i18n, t } from '$lib/i18n/index.svelte';
 import { plan } from '$lib/state/plan.svelte';
 
 /** Name of an item's kind; rarer commands by the title in the server's table. Reactive. */
@@ -27,3 +27,14 @@ export function commandName(command: CommandInfo): string {
 
 /** Name of a parameter that the server's table gives in English. */
 export const paramName = (label: string): string => (i18n.language === 'es' ? (paramsEs[label] ?? label) : label);
+
+/** What a complex item is called, such as a survey. Reactive. */
+export function complexName(kind: string): string {
+  const key = `complex.${kind}`;
+  return hasText(key) ? t(key) : kind;
+}
+
+/** "Items 4 to 65", by their numbers. Reactive. */
+export function rangeOf(first: number, last: number): string {
+  return first === last ? t('plan.number', { number: first }) : t('survey.items', { first, last });
+}

@@ -1,0 +1,108 @@
+/** The area or line of a survey while it is edited on the map, and where its lines begin. */
+
+import { type AreaHandle, outlineHandles, type PlacedHandle } from './area-edit';
+import { bearing_deg, destination, distance_m, offset_m } from './geo';
+import { type LonLat, sameLonLat } from './lonlat';
+import { inserted, middleOf, moved, shifted, without } from './outline';
+
+/** As many corners as the core takes. */
+const MOST_PLACES = 1000;
+/** Width of a new corridor, metres. */
+export const NEW_WIDTH_M = 100;
+/** A course is turned in steps of so much, degrees. */
+const TURN_DEG = 1;
+
+export interface SurveyShape {
+  readonly places: readonly LonLat[];
+  /** Of a corridor, metres; `null`: the places are the corners of an area. */
+  readonly width_m: number | null;
+}
+
+export const leastPlaces = ({ width_m }: Pick<SurveyShape, 'width_m'>): number => (width_m === null ? 3 : 2);
+
+/** What can be moved; of an area also the course of its lines, by the end of an arrow that reaches beyond the corners. */
+export function surveyHandles(shape: SurveyShape, course_deg: number | null): PlacedHandle[] {
+  const isArea = shape.width_m === null;
+  const handles = outlineHandles(shape.places, isArea, 0, MOST_PLACES);
+  const centre = middleOf(shape.places);
+  if (centre === null) return handles;
+  if (isArea) handles.push({ handle: { kind: 'centre', zone: 0 }, at: centre });
+  if (isArea && course_deg !== null)
+    handles.push({ handle: { kind: 'course', zone: 0 }, at: turner(shape, course_deg) });
+  return handles;
+}
+
+/** The end of the arrow that shows the course of the lines. */
+export function turner({ places }: SurveyShape, course_deg: number): LonLat {
+  const centre = middleOf(places) as LonLat;
+  const far_m = Math.max(...places.map((place) => distance_m(centre, place)));
+  return destination(centre, course_deg, 1.25 * far_m);
+}
+
+export interface SurveyMove {
+  /** What is held from now on: an edge that is moved becomes a corner. */
+  readonly handle: AreaHandle;
+  readonly change: Partial<SurveyShape & { readonly course_deg: number }>;
+}
+
+/** Takes what a handle stands for from one place to another; `null` for a handle that surveys do not have. */
+export function moveSurvey(shape: SurveyShape, handle: AreaHandle, from: LonLat, to: LonLat): SurveyMove | null {
+  const { places } = shape;
+  switch (handle.kind) {
+    case 'corner':
+      return { handle, change: { places: moved(places, handle.corner, to) } };
+    case 'edge': {
+      const corner = handle.corner + 1;
+      return { handle: { kind: 'corner', zone: 0, corner }, change: { places: inserted(places, corner, to) } };
+    }
+    case 'centre':
+      return { handle, change: { places: shifted(places, from, to) } };
+    case 'course': {
+      const centre = middleOf(places);
+      if (centre === null || sameLonLat(centre, to)) return null;
+      return { handle, change: { course_deg: (Math.round(bearing_deg(centre, to) / TURN_DEG) * TURN_DEG) % 360 } };
+    }
+    default:
+      return null;
+  }
+}
+
+/** The places without a corner; `null` when too few would be left, or the handle is no corner. */
+export function withoutCorner(shape: SurveyShape, handle: AreaHandle): LonLat[] | null {
+  if (handle.kind !== 'corner' || shape.places.length <= leastPlaces(shape)) return null;
+  return without(shape.places, handle.corner);
+}
+
+/**
+ * The places where a survey can begin, in turn around it: the ends of its outermost lines, those of the first side first. Lines of a
+ * corridor end where its line does, on either side.
+ */
+export function entries(lines: readonly (readonly LonLat[])[]): LonLat[] {
+  const [first] = lines;
+  const [from, to] = [first?.[0], first?.at(-1)];
+  if (first === undefined || from === undefined || to === undefined) return [];
+  const course_rad = (bearing_deg(from, to) * Math.PI) / 180;
+  /** How far it lies to the right of the first line. */
+  const aside_m = (line: readonly LonLat[]): number => {
+    const { north_m, east_m } = offset_m(from, line[0] as LonLat);
+    return east_m * Math.cos(course_rad) - north_m * Math.sin(course_rad);
+  };
+  const sorted = lines.filter((line) => line.length > 1).sort((a, b) => aside_m(a) - aside_m(b));
+  const [left, right] = [sorted[0] ?? first, sorted.at(-1) ?? first];
+  const ends = (line: readonly LonLat[]): [LonLat, LonLat] => [line[0] as LonLat, line.at(-1) as LonLat];
+  const [near, far] = ends(left);
+  if (left === right) return [near, far];
+  const [a, b] = ends(right);
+  // once around: from the far end over to the end of the other line beside it
+  return distance_m(far, a) <= distance_m(far, b) ? [near, far, a, b] : [near, far, b, a];
+}
+
+/** The entry after the one that is nearest to where the survey begins now. */
+export function nextEntry(lines: readonly (readonly LonLat[])[]): LonLat | null {
+  const begin = lines[0]?.[0];
+  const around = entries(lines);
+  if (begin === undefined || around.length === 0) return null;
+  const distances = around.map((place) => distance_m(begin, place));
+  const at = distances.indexOf(Math.min(...distances));
+  return around[(at + 1) % around.length] ?? null;
+}

@@ -1,0 +1,71 @@
+// Many rehearsals of what is edited: where they pass, and what the odds are. Asked for by a person, and taken back when the plan changes.
+import type { Problem, Rehearsal, Spread } from '$lib/api/types';
+import { plan } from './plan.svelte';
+import { planWind } from './plan-wind.svelte';
+import { planeProfile } from './plane-profile.svelte';
+import { api, problemFrom } from './station.svelte';
+import { vehicles } from './vehicles.svelte';
+
+const RUNS = 200;
+
+/** Whether two rehearsals are of one flight: the core is asked again and again for the same. */
+function isSame(a: Rehearsal | null, b: Rehearsal | null): boolean {
+  const key = (flown: Rehearsal | null): string =>
+    JSON.stringify(
+      flown && [flown.wind, flown.airframe, flown.passages, flown.touch_down, flown.duration_s, flown.battery],
+    );
+  return a === b || key(a) === key(b);
+}
+
+class Odds {
+  #told = $state.raw<{ readonly of: Rehearsal; readonly spread: Spread } | null>(null);
+  #asking: { readonly of: Rehearsal; readonly end: AbortController } | null = null;
+  isAsking = $state(false);
+  problem = $state.raw<Problem | null>(null);
+  /** Of the rehearsal that is shown; `null` when it is another by now. */
+  spread = $derived(isSame(this.#told?.of ?? null, plan.rehearsal) ? (this.#told?.spread ?? null) : null);
+
+  /** Asks anew; the last question counts. */
+  async ask(): Promise<void> {
+    const of = plan.rehearsal;
+    this.cancel();
+    this.problem = null;
+    if (of === null) return;
+    const asking = { of, end: new AbortController() };
+    this.#asking = asking;
+    this.isAsking = true;
+    try {
+      const asked = {
+        plan: { ...plan.asApi(), complex_items: [] },
+        vehicle: vehicles.selected?.systemId ?? null,
+        wind: planWind.wind,
+        profile: planeProfile.asked,
+        runs: RUNS,
+      };
+      const spread = await api.spread(asked, asking.end.signal);
+      if (this.#asking === asking) this.#told = { of, spread };
+    } catch (error) {
+      if (this.#asking === asking) this.problem = problemFrom(error);
+    } finally {
+      if (this.#asking === asking) this.cancel();
+    }
+  }
+
+  /** Takes the question back; the server flies no more of it. */
+  cancel(): void {
+    this.#asking?.end.abort();
+    this.#asking = null;
+    this.isAsking = false;
+  }
+
+  hide(): void {
+    this.#told = null;
+  }
+
+  /** Takes it back where it is about another flight than this. */
+  settle(shown: Rehearsal | null): void {
+    if (this.#asking !== null && !isSame(this.#asking.of, shown)) this.cancel();
+  }
+}
+
+export const odds = new Odds();
