@@ -80,6 +80,25 @@ def main() -> None:
         b'"frame":2,"id":1,"param1":1,"param2":2,"param3":0,"param4":0,"type":"missionItem"}],'
         b'"plannedHomePosition":{"coordinate":[40,-3,600]}}',
     )
+    put(
+        "plan_files",
+        "path.kml",
+        b"<kml><Document><Placemark><name>a</name><LineString><altitudeMode>absolute</altitudeMode><coordinates>-3.8,40.3,700 -3.9,40.3,710"
+        b"</coordinates></LineString></Placemark><Placemark><Polygon><outerBoundaryIs><LinearRing><coordinates>0,0 1,0 1,1 0,0</coordinates>"
+        b"</LinearRing></outerBoundaryIs></Polygon></Placemark></Document></kml>",
+    )
+    put(
+        "plan_files",
+        "route.gpx",
+        b'<gpx><rte><rtept lat="40.3" lon="-3.8"><ele>700</ele></rtept></rte><wpt lat="1" lon="2"/></gpx>',
+    )
+    put(
+        "plan_files",
+        "item.geojson",
+        b'{"type":"FeatureCollection","features":[{"type":"Feature","properties":{"vencejo":"item","item":1,"command":16,"frame":3,'
+        b'"autocontinue":true,"alt_m":80},"geometry":{"type":"Point","coordinates":[-3.8,40.3]}}]}',
+    )
+    put("plan_files", "table.csv", b"Lat;Lon;Alt;command\n40,3;-3,8;60;16\n")
     put("websocket", "subscribe", b'{"type":"subscribe","vehicle":1,"rate_hz":10}')
     put("bodies", "goto", b'{"lat_deg":40.3,"lon_deg":-3.7,"alt_m":100,"alt_frame":"home"}')
     put("bodies", "plan", b'{"items":[{"command":16,"frame":3,"params":[0,0,0,0,40.0,-3.0,100]}],"home":null}')

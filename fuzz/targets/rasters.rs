@@ -12,7 +12,8 @@ fuzz_target!(|data: &[u8]| {
         let _ = (size_px(kind, data), check_picture(data));
     }
     let _ = describe(data);
-    let Ok(raster) = GeoTiff::open(on_disk::file(data, "tif")) else { return };
+    let file = on_disk::OnDisk::new(data, "tif");
+    let Ok(raster) = GeoTiff::open(file.path()) else { return };
     let _ = (raster.has_numbers(), raster.is_heights(), raster.resolution_m());
     if let Some(bounds) = raster.bounds() {
         let _ = raster.height_m(

@@ -10,7 +10,8 @@ use vencejo_maps::grid::TileId;
 mod on_disk;
 
 fuzz_target!(|data: &[u8]| {
-    let path = on_disk::file(data, "tiles");
+    let file = on_disk::OnDisk::new(data, "tiles");
+    let path = file.path();
     if data.starts_with(b"SQLite") {
         if let Ok(tiles) = Mbtiles::open(path, 256) {
             look(&tiles);

@@ -18,7 +18,7 @@ import pytest_asyncio
 from playwright.async_api import Browser, ConsoleMessage, Page, expect
 
 from tests.browser.chromium import SLOW_DISPLAY, WIDE, running
-from tests.browser.station_page import PATIENCE_S, StationPage
+from tests.browser.station_page import PATIENCE_S, TOLD, StationPage
 from tests.browser.texts import Language
 from tests.server.client import Served, serving
 from tests.support import ROOT
@@ -88,6 +88,7 @@ def _open_station(browser: Browser, request: pytest.FixtureRequest) -> OpenStati
             key, text = json.dumps(f"vencejo.{name}"), json.dumps(json.dumps(value))
             await context.add_init_script(f"localStorage.getItem({key}) ?? localStorage.setItem({key}, {text})")
         await context.add_init_script(SLOW_DISPLAY)
+        await context.add_init_script(TOLD)
         faults: list[str] = []
         try:
             page = await context.new_page()

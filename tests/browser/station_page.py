@@ -15,9 +15,24 @@ from playwright.async_api import Locator, Page, expect
 from tests.browser import texts
 from tests.browser.texts import Language
 
-FLIGHT_MS = 120_000
+FLIGHT_MS = 300_000
 """A flight longer than this is a failure."""
-PATIENCE_S = 60.0
+PATIENCE_S = 120.0
+TOLD = """
+(() => {
+  window.told = [];
+  let shown = [];
+  new MutationObserver(() => {
+    const texts = [...document.querySelectorAll('[role=status] strong')].map((title) => title.textContent.trim());
+    for (const term of document.querySelectorAll('[role=region] dt'))
+      if (/^Mod[eo]$/.test(term.textContent.trim())) texts.push(`Mode: ${term.nextElementSibling.textContent.trim()}`);
+    window.told.push(...texts.filter((text) => !shown.includes(text)));
+    shown = texts;
+  }).observe(document, { childList: true, subtree: true, characterData: true });
+})();
+"""
+"""To be run in a page: keeps the titles of what it tells, such as that a command was accepted, which it shows for ten seconds only, and the modes
+that it showed, in either language."""
 PANELS = ("fly", "instruments", "plan", "numbers", "sensors", "messages", "settings")
 
 
@@ -148,15 +163,20 @@ class StationPage:
         deadline = time.monotonic() + PATIENCE_S
         while True:
             scale = await self._read_scale()
-            if before is not None and is_same_view(scale, before):
+            if scale is not None and before is not None and is_same_view(scale, before):
                 return scale
             before = scale
             assert time.monotonic() < deadline, "the map does not come to rest"
 
-    async def _read_scale(self) -> MapScale:
+    async def _read_scale(self) -> MapScale | None:
+        """None when a panel grew over what was free of the map a moment before."""
         left, top, right, bottom = await self.free_map()
-        corners = [(left + 60, top + 60), (right - 60, bottom - 60)]
-        (x0, y0, lat0, lon0), (x1, y1, lat1, lon1) = [(x, y, *(await self._point_at(x, y))) for x, y in corners]
+        x0, y0, x1, y1 = left + 60, top + 60, right - 60, bottom - 60
+        first = await self._point_at(x0, y0)
+        second = await self._point_at(x1, y1)
+        if first is None or second is None:
+            return None
+        (lat0, lon0), (lat1, lon1) = first, second
         return MapScale(
             x0=x0,
             lon0_deg=lon0,
@@ -166,14 +186,27 @@ class StationPage:
             y_per_mercator=(y1 - y0) / (_mercator(lat1) - _mercator(lat0)),
         )
 
-    async def _point_at(self, x: float, y: float) -> tuple[float, float]:
+    async def _point_at(self, x: float, y: float) -> tuple[float, float] | None:
         # off the map first, so that what is read is of this very point
         await self.page.mouse.move(0, 0)
         readout = self.page.get_by_label(self.text("map.pointer"), exact=True)
         await expect(readout).to_have_count(0)
         await self.page.mouse.move(x, y)
-        lat_deg, lon_deg = (await readout.inner_text()).split(", ")
+
+        async def is_told_or_covered() -> bool:
+            return await readout.count() > 0 or not await self.is_map_at(x, y)
+
+        await self.eventually(is_told_or_covered, "the position under the pointer")
+        shown = await readout.all_inner_texts()
+        if not shown:
+            return None
+        lat_deg, lon_deg = shown[0].split(", ")
         return float(lat_deg), float(lon_deg)
+
+    async def is_map_at(self, x: float, y: float) -> bool:
+        """Whether nothing lies over the map at a pixel of the window."""
+        is_free = "([x, y]) => document.elementFromPoint(x, y)?.closest('[role=application]') != null"
+        return bool(await self.page.evaluate(is_free, [x, y]))
 
     async def free_map(self) -> tuple[float, float, float, float]:
         """What panels leave free of the map: left, top, right and bottom pixel."""
@@ -255,13 +288,28 @@ class StationPage:
         # the button of the messages also counts those that are new
         return rail.get_by_role("button", name=re.compile(f"^{re.escape(self.text(f'panel.{name}'))}(:|$)"))
 
-    async def hold(self, button: Locator, *, until: Locator) -> None:
+    async def hold(self, button: Locator, *, until: Locator | Awaitable[object]) -> None:
         """Press a button that wants to be held, and let go when what it does is seen."""
         await expect(button).to_be_enabled()
         await button.hover()
         await self.page.mouse.down()
-        await expect(until).to_be_visible()
+        await (expect(until).to_be_visible() if isinstance(until, Locator) else until)
         await self.page.mouse.up()
+
+    async def see_accepted(self, command: str) -> None:
+        """See that the vehicle accepted a command, such as ``arm``, also when that is shown no more."""
+        await self._see_told(re.escape(self.text("answer.accepted", command=self.text(f"command.{command}"))))
+
+    async def see_mode(self, mode: str) -> None:
+        """See that the plane was shown in a mode since the last command, also when that is over."""
+        await self._see_told(rf"Mode: {mode}\b.*")
+
+    async def _see_told(self, pattern: str) -> None:
+        async def is_told() -> bool:
+            told: list[str] = await self.page.evaluate("window.told")
+            return any(re.fullmatch(pattern, one, re.DOTALL) for one in told)
+
+        await self.eventually(is_told, pattern)
 
     def answer(self, command: str, outcome: str = "accepted") -> Locator:
         """The vehicle's answer to a command, such as ``arm``."""
@@ -270,14 +318,9 @@ class StationPage:
 
     async def command(self, button: Locator, command: str) -> None:
         """Hold the button of a command and see that the vehicle accepts it."""
-        answered = self.page.get_by_label(self.text("answer.label"), exact=True).filter(
-            has_text=re.compile(f"^\\s*{re.escape(self.text(f'command.{command}'))}: ")
-        )
-        if await answered.count() > 0:
-            await answered.get_by_role("button", name=self.text("answer.dismiss")).click()
-            await expect(answered).to_have_count(0)
-        await self.hold(button, until=answered)
-        await expect(self.answer(command)).to_be_visible()
+        await self.page.evaluate("window.told = []")
+        await self.hold(button, until=self._see_told(f"{re.escape(self.text(f'command.{command}'))}: .*"))
+        await self.see_accepted(command)
 
     async def set_mode(self, mode: str) -> None:
         """Choose a mode in the fly panel."""
@@ -295,7 +338,7 @@ class StationPage:
         ).to_be_visible()
         button = panel.get_by_role("button", name=self.text("fly.prepare"), exact=True)
         await button.click()
-        await expect(self.answer("prepare-flight")).to_be_visible()
+        await self.see_accepted("prepare-flight")
         await expect(button).to_have_count(0)
         await expect(self.bar("bar.mode")).to_have_text(re.compile(r"^\s*MANUAL"))
 
@@ -318,15 +361,14 @@ class StationPage:
         """Start the mission that is on board."""
         panel = await self.open_panel("fly")
         await self.command(panel.get_by_role("button", name=self.text("fly.start"), exact=True), "mission/start")
-        await expect(self.bar("bar.mode")).to_have_text(re.compile(r"^\s*AUTO"))
+        await self.see_mode("AUTO")
 
     async def click_map(self, *places: tuple[float, float]) -> None:
         """Click positions on the map, degrees, found by the coordinates under the pointer."""
         scale = await self.map_scale()
         for place in places:
             x, y = scale.pixel(*place)
-            is_free = "([x, y]) => document.elementFromPoint(x, y)?.closest('[role=application]') != null"
-            assert await self.page.evaluate(is_free, [x, y]), f"{place} is not in sight, or something lies over it"
+            assert await self.is_map_at(x, y), f"{place} is not in sight, or something lies over it"
             await self.page.mouse.click(x, y)
 
     async def show_plane(self) -> None:

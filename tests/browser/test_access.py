@@ -13,10 +13,10 @@ from vencejo import Plan
 
 from tests.browser.chromium import PHONE, WIDE
 from tests.browser.conftest import OpenStation
-from tests.browser.plane import Plane
 from tests.browser.station_page import PANELS, StationPage
 from tests.browser.test_plan import DEMO, open_file
 from tests.browser.texts import Language, catalogues, pattern
+from tests.plane import Plane
 from tests.server.client import serving
 from tests.support import ROOT
 
@@ -28,7 +28,7 @@ SIZES = {"wide": WIDE, "phone": PHONE}
 @pytest_asyncio.fixture(name="url", scope="module", loop_scope="session")
 async def _url(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[str]:
     with (
-        Plane(speedup=5.0, wind_m_s=4.0) as plane,
+        Plane(wind_m_s=4.0) as plane,
         serving("--link", plane.link, data=tmp_path_factory.mktemp("data")) as served,
     ):
         yield served.url

@@ -9,15 +9,15 @@ import pytest
 from playwright.async_api import Locator, expect
 
 from tests.browser.conftest import OpenStation, Serve
-from tests.browser.plane import Plane
 from tests.browser.station_page import StationPage
+from tests.plane import Plane
 
 ATTITUDES = [(0, 0, 270), (50, 0, 200), (-35, 25, 90), (20, -40, 7)]
 """Roll, pitch and heading in degrees: level, then one that differs in each axis, both ways."""
 
 
 async def test_e8_a_plane_moved_by_hand(open_station: OpenStation, serve: Serve) -> None:
-    with Plane(speedup=4.0) as plane:
+    with Plane() as plane:
         served = serve("--link", plane.link, "--rate", "20")
         async with open_station(served.url) as station:
             await expect(station.bar("bar.gps")).to_contain_text("RTK")

@@ -25,6 +25,7 @@ from tests.browser.station_page import MapScale, StationPage
 from tests.browser.test_access import axe, faults, small_targets
 from tests.maps.mapserver import ATTRIBUTION, LAYER, POINTS, Colour, MapServer, map_server
 from tests.server.client import Client, Served, serving
+from tests.support import reserved_ports
 
 MIDDLE = {"lat_deg": 40.3332, "lon_deg": -3.7978}
 BESIDE_PANEL = (1250, 820)
@@ -247,6 +248,11 @@ async def test_a_source_that_fails_says_why_and_comes_back(
 async def test_a_service_is_added_by_its_address_and_an_area_of_it_kept(
     open_station: OpenStation, serve: Serve, ground: MapServer, tmp_path: Path
 ) -> None:
+    with reserved_ports() as (port,):
+        await keep_an_area(open_station, functools.partial(serve, f"--port={port}"), ground, tmp_path)
+
+
+async def keep_an_area(open_station: OpenStation, serve: Serve, ground: MapServer, tmp_path: Path) -> None:
     served = serve()
     have(served.client())
     async with open_station(served.url, size=BESIDE_PANEL, stored=looking_at(**GROUND_VIEW)) as station:
@@ -311,8 +317,7 @@ async def test_a_service_is_added_by_its_address_and_an_area_of_it_kept(
             served.process.wait()
             away = station.state_bar.get_by_text(station.text("bar.serverAway"), exact=True)
             await expect(away).to_be_visible()
-            port = urllib.parse.urlsplit(served.url).port
-            served = serve(f"--port={port}")
+            served = serve()
             await expect(away).to_have_count(0)
         finally:
             ground.answers.set()

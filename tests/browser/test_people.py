@@ -7,11 +7,11 @@ import re
 from playwright.async_api import expect
 
 from tests.browser.conftest import OpenStation, Serve
-from tests.browser.plane import Plane
+from tests.plane import Plane
 
 
 async def test_one_has_control_and_another_asks_for_it(open_station: OpenStation, serve: Serve) -> None:
-    with Plane(speedup=20.0) as plane:
+    with Plane() as plane:
         served = serve("--link", plane.link)
         async with open_station(served.url) as first, open_station(served.url) as second:
             arm = [
@@ -41,7 +41,7 @@ async def test_one_has_control_and_another_asks_for_it(open_station: OpenStation
 
 
 async def test_control_comes_free_when_its_holder_goes(open_station: OpenStation, serve: Serve) -> None:
-    with Plane(speedup=20.0) as plane:
+    with Plane() as plane:
         served = serve("--link", plane.link)
         async with open_station(served.url) as watcher_first, open_station(served.url) as second:
             await expect(second.page.get_by_text(second.like("control.other")).first).to_be_visible()
@@ -53,7 +53,7 @@ async def test_control_comes_free_when_its_holder_goes(open_station: OpenStation
 
 
 async def test_two_vehicles_are_told_apart(open_station: OpenStation, serve: Serve) -> None:
-    with Plane(speedup=20.0, planes=2) as plane:
+    with Plane(planes=2) as plane:
         served = serve("--link", plane.link)
         async with open_station(served.url) as station:
             chosen = station.page.get_by_role("combobox", name=station.text("bar.selectVehicle"))

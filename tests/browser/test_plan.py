@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import re
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 from playwright.async_api import Locator, expect
 from vencejo import Plan
 
 from tests.browser.conftest import OpenStation, Serve
-from tests.browser.plane import Plane, offset
 from tests.browser.station_page import StationPage
+from tests.plane import Plane, offset
 from tests.support import ROOT
 
 DEMO = ROOT / "python" / "vencejo" / "data" / "demo.waypoints"
@@ -36,6 +38,7 @@ async def open_file(station: StationPage, path: Path) -> None:
 
 async def save_as(station: StationPage, kind: str, folder: Path) -> Path:
     """Save to a file as a person does."""
+    await station.panel("plan").get_by_label(station.text("file.format")).select_option(kind.removeprefix("."))
     async with station.page.expect_download() as loading:
         await (
             station.panel("plan")
@@ -50,17 +53,21 @@ async def save_as(station: StationPage, kind: str, folder: Path) -> Path:
 
 
 async def test_a_plan_is_edited_undone_and_kept(open_station: OpenStation, serve: Serve) -> None:
-    with Plane(speedup=20.0) as plane:
+    with Plane() as plane:
         served = serve("--link", plane.link)
         async with open_station(served.url) as station:
             await expect(station.bar("bar.gps")).to_contain_text("RTK")
             panel = await station.open_panel("plan")
             await station.leave_view_alone()
             await station.show_plane()
+            free = await station.free_map()
             await station.click_map(offset(120, -120), offset(120, 60), offset(-60, 60))
             await expect(station.items).to_have_count(3)
             assert await heights(station) == ["80", "80", "80"]
             undo, redo = station.button("plan.undo"), station.button("plan.redo")
+
+            await follow_the_rehearsal(station)
+            assert await station.free_map() == free, "what is rehearsed does not move what lies under the pointer"
 
             # Values of one item: in the table, and in its details.
             await station.type_into(height_of(station, 2), "95")
@@ -108,6 +115,154 @@ async def test_a_plan_is_edited_undone_and_kept(open_station: OpenStation, serve
             assert await heights(station) == ["70", "70", "80"]
 
 
+async def test_a_survey_is_drawn_changed_saved_and_opened(
+    open_station: OpenStation, serve: Serve, tmp_path: Path
+) -> None:
+    with Plane() as plane:
+        served = serve("--link", plane.link)
+        async with open_station(served.url) as station:
+            await expect(station.bar("bar.gps")).to_contain_text("RTK")
+            panel = await station.open_panel("plan")
+            await station.leave_view_alone()
+            await station.show_plane()
+            await station.add_kind("survey")
+            corners = [offset(240, -240), offset(240, 240), offset(-40, 240), offset(60, -240)]
+            # The first again closes it.
+            await station.click_map(*corners, corners[0])
+            survey = panel.get_by_role("region", name=station.text("survey.ofArea"), exact=True)
+            area = survey.locator(f"dt:text-is({station.text('survey.area')!r}) + dd")
+            # The lines are laid out by the server.
+            await expect(area).to_have_text(re.compile(r"\d"))
+            before = await station.figure(area)
+            scale = await station.map_scale()
+            held, to = scale.pixel(*corners[2]), scale.pixel(*offset(-90, 290))
+            await station.page.mouse.move(*held)
+            await station.page.mouse.down()
+            await station.page.mouse.move(*to, steps=5)
+            await station.page.mouse.up()
+
+            async def is_larger() -> bool:
+                return await station.figure(area) > before + 0.5
+
+            await station.eventually(is_larger, "the area follows the corner")
+            await station.type_into(station.field(survey, "survey.front"), "60")
+            await survey.get_by_role("button", name=station.text("survey.done"), exact=True).click()
+            row = station.items.filter(has_text=station.text("survey.open"))
+            await expect(row).to_have_count(1)
+            # Its items stand behind it, until somebody asks for them.
+            await expect(station.items).to_have_count(1)
+            await row.get_by_role("button", name=station.text("survey.showItems"), exact=True).click()
+            await expect(row).to_have_count(1)
+            assert await station.items.count() > 20
+
+            # It goes into a file as one, and can be opened from it.
+            saved = await save_as(station, ".plan", tmp_path)
+            written = json.loads(saved.read_text(encoding="utf-8"))["mission"]["items"]
+            assert [item["complexItemType"] for item in written] == ["survey"]
+            await panel.get_by_role("button", name=station.text("plan.clear.mission"), exact=True).click()
+            await expect(row).to_have_count(0)
+            await open_file(station, saved)
+            await row.get_by_role("button").first.click()
+            await expect(station.field(survey, "survey.front")).to_have_value("60")
+            await survey.get_by_role("button", name=station.text("survey.done"), exact=True).click()
+
+            # One item by hand, and they are plain items, until that is undone.
+            await row.get_by_role("button", name=station.text("survey.showItems"), exact=True).click()
+            await station.type_into(height_of(station, 1), "150")
+            edited = panel.get_by_text(station.text("complex.edited", name=station.text("complex.survey")))
+            await expect(edited).to_be_visible()
+            await expect(row).to_have_count(0)
+            await station.page.keyboard.press("Control+z")
+            await expect(edited).to_have_count(0)
+            await expect(row).to_have_count(1)
+
+            # Without a landing it is not fine; the remedy is one click away.
+            add = station.text("fix.add-landing", course_deg="")
+            await panel.get_by_role("button", name=add).click()
+            await expect(station.items.last).to_contain_text(station.text("kind.land"))
+
+
+async def follow_the_rehearsal(station: StationPage) -> None:
+    """See the track of a few points on the map, change its wind, and go through it."""
+
+    def is_drawn(more_than: int) -> Callable[[], Awaitable[bool]]:
+        async def look() -> bool:
+            return await rehearsed_pixels(station) > more_than
+
+        return look
+
+    panel = station.panel("plan")
+    await station.eventually(is_drawn(100), "the track on the map")
+    told = panel.get_by_text(station.like("rehearsal.total"))
+    await expect(told).to_contain_text(station.text("wind.calm"))
+    calm = await told.inner_text()
+    wind = station.page.get_by_role("slider", name=station.text("wind.handle"), exact=True)
+    for key in ("PageUp", "ArrowRight"):
+        await wind.press(key)
+    await expect(wind).to_have_attribute("aria-valuetext", re.compile("^5.0 m/s .* 185°$"))
+    await expect(told).to_contain_text("5.0 m/s")
+    assert await told.inner_text() != calm
+    await station.button("wind.own").click()
+    await expect(told).to_have_text(calm)
+
+    scrubber = station.page.get_by_role("slider", name=station.text("rehearsal.scrub"), exact=True)
+    track = await rehearsed_pixels(station)
+    await scrubber.press("End")
+    await station.eventually(is_drawn(track + 50), "the plane on the map")
+    item = f"{station.text('rehearsal.item')} "
+    last = await scrubber.get_attribute("aria-valuetext")
+    await scrubber.press("Home")
+    await expect(scrubber).to_have_attribute("aria-valuetext", re.compile(f"{item}1"))
+    assert last != await scrubber.get_attribute("aria-valuetext")
+
+    what_if = station.page.get_by_role("combobox", name=station.text("what-if.title"), exact=True)
+    answer = station.page.locator(".told")
+    await what_if.select_option("return-asked")
+    await expect(answer).to_have_text(station.text("what-if.move"))
+    for _ in range(3):
+        await scrubber.press("PageUp")
+    await expect(answer).to_contain_text(station.text("what-if.reaction.returns"))
+    await expect(answer).to_contain_text(station.text("rehearsal.ending.returned"))
+    await what_if.select_option("link-lost")
+    await expect(answer).to_have_text(station.text("what-if.no-action"))
+    await what_if.select_option("engine-stopped")
+    await expect(answer).to_contain_text(station.like("what-if.glide"))
+    await what_if.select_option(label=station.text("what-if.nothing"))
+    await expect(answer).to_be_empty()
+
+    await expect(panel.get_by_text(station.text("battery.unknown.power"))).to_be_visible()
+    await panel.get_by_role("button", name=station.text("odds.ask"), exact=True).click()
+    hide = panel.get_by_role("button", name=station.text("odds.hide"), exact=True)
+    await expect(panel.get_by_text(station.text("odds.returned", part="100 %"))).to_be_visible()
+    await hide.click()
+    await expect(hide).to_have_count(0)
+    await panel.get_by_role("button", name=station.text("rehearsal.read"), exact=True).click()
+    await expect(panel.get_by_text(station.text("rehearsal.unread"), exact=True)).to_have_count(0)
+
+
+async def rehearsed_pixels(station: StationPage) -> int:
+    """How many pixels of the map have the colour of what is rehearsed."""
+    count: int = await station.map.evaluate(
+        """map => {
+            const token = getComputedStyle(document.documentElement).getPropertyValue('--color-rehearsed').trim();
+            const [red, green, blue] = [1, 3, 5].map(at => parseInt(token.slice(at, at + 2), 16));
+            let count = 0;
+            for (const canvas of map.querySelectorAll('canvas[aria-hidden]')) {
+                // of a copy: a canvas that is read is kept elsewhere by the browser from then on
+                const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', {
+                    willReadFrequently: true,
+                });
+                copy.drawImage(canvas, 0, 0);
+                const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
+                for (let at = 0; at < data.length; at += 4)
+                    if (data[at] === red && data[at + 1] === green && data[at + 2] === blue) count += 1;
+            }
+            return count;
+        }"""
+    )
+    return count
+
+
 def details_button(station: StationPage, number: int, key: str) -> Locator:
     details = station.panel("plan").get_by_role("group", name=station.text("plan.details", number=number))
     return details.get_by_role("button", name=station.text(key), exact=True)
@@ -132,7 +287,7 @@ async def test_a_plan_goes_to_files_and_to_the_vehicle_and_back(
     open_station: OpenStation, serve: Serve, tmp_path: Path
 ) -> None:
     demo = Plan.load(DEMO)
-    with Plane(speedup=20.0) as plane:
+    with Plane() as plane:
         served = serve("--link", plane.link)
         async with open_station(served.url) as station:
             panel = await station.open_panel("plan")

@@ -16,6 +16,10 @@ def picture(number: int, *, width: int = 64, height: int = 48) -> bytes:
     return jpeg.encode(np.full((height, width, 3), number % 256, np.uint8))
 
 
+ALIVE_S = 0.5
+"""So often a camera without a new picture sends an empty line between two parts (RFC 2046): it is slow, and not gone."""
+
+
 class MjpegServer:
     """Serves pictures to whoever connects; `send` decides when the next one goes out.
 
@@ -53,13 +57,16 @@ class MjpegServer:
                 self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=frame")
                 self.end_headers()
                 for data in outer._next():
-                    part = b"--frame\r\nContent-Type: image/jpeg\r\n"
-                    if outer.has_lengths:
-                        part += f"Content-Length: {len(data)}\r\n".encode()
-                    for name, value in outer.headers.items():
-                        part += f"{name}: {value}\r\n".encode()
+                    part = b"\r\n"
+                    if data:
+                        part = b"--frame\r\nContent-Type: image/jpeg\r\n"
+                        if outer.has_lengths:
+                            part += f"Content-Length: {len(data)}\r\n".encode()
+                        for name, value in outer.headers.items():
+                            part += f"{name}: {value}\r\n".encode()
+                        part += b"\r\n" + data + b"\r\n"
                     try:
-                        self.wfile.write(part + b"\r\n" + data + b"\r\n")
+                        self.wfile.write(part)
                     except OSError:
                         return
 
@@ -79,19 +86,23 @@ class MjpegServer:
             self._changed.notify_all()
 
     def _next(self) -> Iterator[bytes]:
+        """Picture by picture; nothing while there is none, so that whoever reads knows that the camera is there."""
         sent = 0
         while True:
             with self._changed:
-                while not self._has_ended and len(self._pictures) <= sent:
-                    self._changed.wait()
+                if not self._has_ended and len(self._pictures) <= sent:
+                    self._changed.wait(ALIVE_S)
                 if self._has_ended:
                     return
-                data = self._pictures[sent]
-            sent += 1
+                data = self._pictures[sent] if len(self._pictures) > sent else b""
+            sent += bool(data)
             yield data
 
     def close(self) -> None:
+        """End it, and every connection; may be called again."""
         with self._changed:
+            if self._has_ended:
+                return
             self._has_ended = True
             self._changed.notify_all()
         self._server.shutdown()

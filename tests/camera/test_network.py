@@ -15,7 +15,7 @@ from vencejo.camera.address import SourceKind, parse_source
 from vencejo.camera.sources.http import open_http
 from vencejo.camera.sources.reasons import why_not
 
-from tests.support import wait_for
+from tests.support import reserved_ports, wait_for
 
 
 @pytest.fixture
@@ -73,16 +73,15 @@ def test_an_rtsp_server_is_asked_why_it_gives_no_video(
 def test_a_camera_says_what_its_server_answers(rtsp: Callable[[bytes], str]) -> None:
     address = rtsp(b"RTSP/1.0 404 Not Found\r\nCSeq: 1\r\n\r\n")
     with Camera(f"rtsp://me:s3cret@{address}/live") as camera:
-        wait_for(lambda: camera.status.state is CameraState.DEAD, "dead", 30.0)
+        wait_for(lambda: camera.status.state is CameraState.DEAD, "dead")
         assert "nothing at /live" in str(camera.status.reason)
         assert "s3cret" not in repr(camera) + str(camera.status)
 
 
 def test_a_server_that_is_not_there_or_of_which_nothing_is_known() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        port = listener.getsockname()[1]
-    assert "refused" in str(why_not(f"tcp://127.0.0.1:{port}"))
-    assert "refused" in str(why_not(f"rtsp://127.0.0.1:{port}/"))
+    with reserved_ports() as (port,):
+        assert "refused" in str(why_not(f"tcp://127.0.0.1:{port}"))
+        assert "refused" in str(why_not(f"rtsp://127.0.0.1:{port}/"))
     assert why_not("udp://127.0.0.1:5600") is None
 
 

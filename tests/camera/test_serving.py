@@ -183,7 +183,7 @@ def test_a_viewer_looks_and_does_not_record(tmp_path: Path) -> None:
         assert Client(served.url).ask("GET", "cameras").status == 401
         viewer = served.client(token=served.token("viewer"))
         wait_for(lambda: viewer.done("GET", "cameras/nose")["state"] == "live", "live")
-        assert viewer.ask("GET", "cameras/nose/snapshot").status == 200
+        wait_for(lambda: viewer.ask("GET", "cameras/nose/snapshot").status == 200, "the first picture that is decoded")
         assert viewer.ask("POST", "cameras/nose/recording").status == 403
         assert viewer.ask("POST", "cameras/nose/snapshot").status == 403
         assert viewer.ask("DELETE", "footage/any").status == 403
@@ -205,11 +205,17 @@ def test_a_still_from_the_plane_says_where_the_plane_was() -> None:
     ):
         plane = station.wait_vehicle()
         wait_for(lambda: plane.telemetry.position is not None and plane.telemetry.attitude is not None, "a position")
-        source.send(picture(1))
-        wait_for(lambda: camera.status.frames == 1, "a picture")
         client = Client(server.url)
         client.open_session()
-        with Image.open(io.BytesIO(client.ask("GET", "cameras/nose/snapshot").body)) as image:
+        stills = []
+
+        def is_taken() -> bool:
+            source.send(picture(1))  # of an old one there is no still
+            stills.append(client.ask("GET", "cameras/nose/snapshot"))
+            return stills[-1].status == 200
+
+        wait_for(is_taken, "a still")
+        with Image.open(io.BytesIO(stills[-1].body)) as image:
             gps = image.getexif().get_ifd(0x8825)
             assert "Camera:Yaw" in image.info["xmp"].decode()
         lat = [float(part) for part in gps[2]]

@@ -217,6 +217,23 @@ def test_the_demo_mission_is_sound() -> None:
         assert vencejo.Command[wanted] in commands
 
 
+def test_a_mission_is_given_the_best_landing_of_a_runway(tmp_path: Path) -> None:
+    mission, landed = demo_mission(), tmp_path / "landed.plan"
+    asked = ("--runway", "40.3332,-3.7978,40.3332,-3.7943", "--wind", "6", "--wind-from", "250")
+    shown = run("plan", "land", str(mission), *asked, "--write", str(landed))
+    assert shown.exit_code == 0, shown.output
+    first, *_ = [line for line in shown.output.splitlines() if "270°" in line]
+    assert "good" in first
+    assert "6 m/s of headwind" in first
+    items = vencejo.Plan.load(landed).items
+    assert [item.name for item in items[-3:]] == ["DO_LAND_START", "NAV_LOITER_TO_ALT", "NAV_LAND"]
+    assert [item.name for item in items].count("NAV_LAND") == 1, "in place of the one that was there"
+    found = json.loads(run("plan", "land", str(mission), *asked, "--json").stdout)
+    assert [one["verdict"] for one in found] == ["good", "good", "doubtful", "doubtful"]
+    for wrong in (("--runway", "1,2"), ("--at", "40,-3", "--runway", "1,2,3,4"), ("--choice", "99")):
+        assert run("plan", "land", str(mission), *wrong).exit_code != 0, wrong
+
+
 def test_a_plan_that_cannot_be_read(tmp_path: Path) -> None:
     broken = tmp_path / "broken.waypoints"
     broken.write_text("QGC WPL 110\n1\t0\tthree\n", encoding="utf-8")

@@ -98,14 +98,14 @@ def test_a_visitor_gets_control_and_then_the_plane(tmp_path: Path) -> None:
                 assert state["telemetry"]["extended"]["landed"] == "on ground"
                 assert state["telemetry"]["batteries"][0]["remaining_pct"] > 40
                 assert visitor.done("GET", "vehicles/1/params/SIM_SPEEDUP")["value"] == 1
-                visitor.done("PUT", "vehicles/1/params/SIM_SPEEDUP", {"value": 40})
 
                 visitor.operation("PUT", "vehicles/1/plan/mission", short_mission())
                 visitor.done("POST", "vehicles/1/mode", {"mode": "MANUAL"})
-                wait_for(lambda: visitor.ask("POST", "vehicles/1/arm").status == 200, "arming", 60.0)
-                visitor.done("POST", "vehicles/1/mission/start", {"from_item": 1})
+                wait_for(lambda: visitor.ask("POST", "vehicles/1/arm").status == 200, "arming")
                 heard.clear()
-                wait_for(lambda: any(one.get("kind") == "item_reached" for one in heard), "the take-off", 60.0)
+                visitor.done("POST", "vehicles/1/mission/start", {"from_item": 1})
+                visitor.done("PUT", "vehicles/1/params/SIM_SPEEDUP", {"value": 40})
+                wait_for(lambda: any(one.get("kind") == "item_reached" for one in heard), "the take-off")
                 assert visitor.done("GET", "vehicles/1")["telemetry"]["position"]["alt_rel_home_m"] > 20
             process.send_signal(signal.SIGINT)
             _, errors = process.communicate(timeout=60)

@@ -21,7 +21,6 @@ from tests.support import HOME, simulated_plane, wait_for
 pytestmark = pytest.mark.e2e
 
 LAT, LON, _ = HOME
-SPEEDUP = "25"
 
 
 def east(metres: float) -> float:
@@ -58,15 +57,18 @@ def plan_file(tmp_path: Path) -> Path:
 @pytest.fixture(scope="module")
 def parked_plane() -> Iterator[str]:
     """A plane that nobody flies."""
-    with simulated_plane("--speedup", "5") as link:
+    with simulated_plane() as link:
         yield link
 
 
 @pytest.fixture
-def plane() -> Iterator[str]:
-    """A plane to fly."""
-    with simulated_plane("--speedup", SPEEDUP, "--seed", "3") as link:
+def plane(request: pytest.FixtureRequest) -> Iterator[str]:
+    """A plane to fly; fast where nobody talks with it in flight."""
+    with simulated_plane("--seed", "3", "--speedup", str(getattr(request, "param", 1))) as link:
         yield link
+
+
+in_a_hurry = pytest.mark.parametrize("plane", [10], indirect=True, ids=["10 times"])
 
 
 @pytest.fixture(autouse=True)
@@ -114,6 +116,7 @@ class Running:
         self.process.communicate()
 
 
+@in_a_hurry
 def test_fly(plane: str, plan_file: Path, tmp_path: Path) -> None:
     result = run("fly", str(plan_file), "--yes", "--json", link=plane)
     assert result.exit_code == 0, result.output
@@ -140,6 +143,7 @@ def test_fly(plane: str, plan_file: Path, tmp_path: Path) -> None:
     assert kinds.index("armed") < kinds.index("item_reached")
 
 
+@in_a_hurry
 def test_fly_again_and_again(plane: str, tmp_path: Path) -> None:
     """From where the last flight ended, in AUTO at the landing; each command is a driver of its own."""
     hop = tmp_path / "hop.waypoints"

@@ -23,7 +23,7 @@ from typing import Any
 import pytest
 
 from tests.server.client import Client, WebSocket, serving
-from tests.support import simulated_plane, wait_for
+from tests.support import Metronome, simulated_plane, wait_for
 
 LIBRARIES = ("/usr/lib/*/faketime/libfaketime.so.1", "/usr/lib*/faketime/libfaketime.so.1")
 HOUR_S = 3600
@@ -73,10 +73,11 @@ class Clock:
 
 
 class Tap(threading.Thread):
-    """A UDP port that hears what the station sends to everybody, and notes when its heartbeats came."""
+    """A UDP port that hears what the station sends to everybody, and notes by a metronome when its heartbeats came."""
 
-    def __init__(self) -> None:
+    def __init__(self, metronome: Metronome) -> None:
         super().__init__(name="tap", daemon=True)
+        self.metronome = metronome
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind(("127.0.0.1", 0))
         self.port = int(self._socket.getsockname()[1])
@@ -86,11 +87,11 @@ class Tap(threading.Thread):
     def run(self) -> None:
         while frame := self._socket.recv(2048):
             if frame[0] == 0xFD and int.from_bytes(frame[7:10], "little") == 0:
-                self.heartbeats.append(time.monotonic())
+                self.heartbeats.append(self.metronome.now_s)
 
     def hear(self, count: int, since: int) -> None:
         """Wait for so many more heartbeats than there were."""
-        wait_for(lambda: len(self.heartbeats) >= since + count, "our heartbeats", 10.0)
+        wait_for(lambda: len(self.heartbeats) >= since + count, "our heartbeats")
 
     def close(self) -> None:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as last:
@@ -118,7 +119,7 @@ class Watcher(threading.Thread):
 
     def hear(self, kind: str, count: int, since: int) -> None:
         """Wait for so many messages of a type after the first ones."""
-        wait_for(lambda: sum(m["type"] == kind for m in self.said[since:]) >= count, f"{count} of {kind}", 10.0)
+        wait_for(lambda: sum(m["type"] == kind for m in self.said[since:]) >= count, f"{count} of {kind}")
 
     def check(self) -> None:
         """Nothing was lost, stale, restarted or closed."""
@@ -160,9 +161,9 @@ def times_of(tlog: bytes) -> list[int]:
 
 
 @contextlib.contextmanager
-def signed_flight(tmp_path: Path, clock: Clock) -> Iterator[tuple[Client, Tap, Path, str]]:
+def signed_flight(tmp_path: Path, clock: Clock, metronome: Metronome) -> Iterator[tuple[Client, Tap, Path, str]]:
     """A served station, under the clock, that talks with a signing plane over UDP; gives an operator's client and more."""
-    data, tap = tmp_path / "data", Tap()
+    data, tap = tmp_path / "data", Tap(metronome)
     options = ("--record", "--token", f"--link=udpout:127.0.0.1:{tap.port}", "--telemetry-floor=0")
     with contextlib.closing(tap), serving(*options, data=data, env=clock.env) as served:
         token = served.token("operator")
@@ -232,10 +233,10 @@ def jump_and_look(clock: Clock, client: Client, tap: Tap, watcher: Watcher, toke
 def through_the_jumps(tmp_path: Path, jumps: list[str], *, outlives: bool) -> None:
     """Fly through jumps of the clock; with `outlives` wait after each whether a confirmation lives longer than it should."""
     clock = Clock(tmp_path)
-    with signed_flight(tmp_path, clock) as (client, tap, data, token):
+    with Metronome() as metronome, signed_flight(tmp_path, clock, metronome) as (client, tap, data, token):
         tap.hear(1, 0)
         watcher = Watcher(client)
-        began, began_unix_s = time.monotonic(), time.time()
+        began, began_unix_s, since_s = time.monotonic(), time.time(), metronome.now_s
         watcher.hear("vehicles", 1, 0)
         for number, jump in enumerate(jumps):
             jump_and_look(clock, client, tap, watcher, token, jump, number)
@@ -247,12 +248,13 @@ def through_the_jumps(tmp_path: Path, jumps: list[str], *, outlives: bool) -> No
                 wait_for(lambda until=until: time.monotonic() > until, "it expires", VALID_S + 10)  # type: ignore[misc]
                 assert client.ask("DELETE", "vehicles/1/plan/fence", **given).status == 412, "it lived too long"
                 watcher.check()
-        ended = time.monotonic()
+        ended, until_s = time.monotonic(), metronome.now_s
         file = data / "telemetry" / client.done("GET", "recorder")["file"]
         watcher.close()
-    beats = [at for at in tap.heartbeats if began <= at <= ended]
+    beats = [at for at in tap.heartbeats if since_s <= at <= until_s]
     assert max(b - a for a, b in itertools.pairwise(beats)) < 2.0, "our heartbeat is awaited each second"
-    assert abs(len(beats) - (ended - began)) <= 2 + 0.01 * len(beats), "once a second, no more and no less"
+    assert until_s - since_s - 2 <= 1.01 * len(beats), "once a second, no less"
+    assert 0.99 * len(beats) <= ended - began + 2, "and no more"
 
     times = times_of(file.read_bytes())
     flight = [each for each in times if each >= began_unix_s * 1e6]

@@ -116,7 +116,7 @@ def write_everything(data: Path, logs: list[Path]) -> Told:
         client = served.client(token=served.token("operator"), name="pilot")
         link = client.done("GET", "links")[0]
         stack.enter_context(simulated_plane(f"--link=udpout:{link['local_address']}"))
-        wait_for(lambda: client.done("GET", "vehicles") != [], "the plane", 60.0)
+        wait_for(lambda: client.done("GET", "vehicles") != [], "the plane")
         began = time.monotonic()
         for number in itertools.count():
             one_round(client, service, number, told)

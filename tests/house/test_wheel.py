@@ -41,7 +41,7 @@ def test_wheel_runs_in_a_clean_environment_elsewhere(tmp_path: Path) -> None:
     run(sys.executable, "scripts/sbom.py", "parts", parts, cwd=ROOT)
     # As `make test` builds the module, so this is packing rather than compiling.
     run(
-        maturin, "build", "--profile", "dev", "--features", "as-tested", "--locked", "--quiet", "--out", dist,
+        maturin, "build", "--profile", "dev", "--features", "as-tested,fleet", "--locked", "--quiet", "--out", dist,
         *(option for part in sorted(parts.iterdir()) for option in ("--sbom-include", part)),
         cwd=ROOT, VIRTUAL_ENV=str(Path(sys.executable).parents[1]),
     )  # fmt: skip

@@ -22,7 +22,7 @@ def own_configuration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def grounded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     """A driver with a plane that stands."""
     with (
-        simulated_plane("--speedup", "5") as link,
+        simulated_plane() as link,
         driver(link, data=tmp_path_factory.mktemp("data")) as served,
     ):
         yield served

@@ -23,7 +23,7 @@ from tests.support import ROOT, wait_for
 SLICE = ROOT / "slice"
 INTERFACES = ("Camera", "Pose3D", "Navdata", "CMDVel", "Extra", "Mission", "Precise")
 ANY_PORT = {f"{name}.Endpoints": "tcp -h 127.0.0.1 -p 0" for name in INTERFACES}
-READY_S = 90.0
+READY_S = 120.0
 NODE = ROOT / "examples" / "jderobot"
 
 

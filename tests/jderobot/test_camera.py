@@ -46,7 +46,7 @@ def picture(client: Client, format_: str = "RGB8") -> Any:
             found.append(client.camera.getImageData(format_))
         return bool(found)
 
-    wait_for(look, f"a picture in {format_}", 60.0)
+    wait_for(look, f"a picture in {format_}")
     return found[0]
 
 
@@ -76,4 +76,4 @@ def test_e6_the_nose_camera_is_seen_through_ice_until_it_dies(tmp_path: Path) ->
             return bool(before.timeStamp == now.timeStamp and before.pixelData != now.pixelData)
 
         # Its last picture goes on being given, to viewers whom an exception would end, with its age written into it.
-        wait_for(is_marked, "the last picture of a dead camera, marked with its age", 60.0)
+        wait_for(is_marked, "the last picture of a dead camera, marked with its age")

@@ -1,6 +1,6 @@
 """Flights E1 to E4 of an existing JdeRobot program, through Ice alone; what ArDroneExtra and CMDVel do alone; and E9: cut off, and back.
 
-The plane is the simulated one, faster than time. The client knows only the Slice files.
+The plane is the simulated one. The client knows only the Slice files.
 """
 
 from __future__ import annotations
@@ -17,14 +17,16 @@ from vencejo import MissionItem, Plan
 
 from tests.flights.rival import load_with_pymavlink
 from tests.jderobot.support import INTERFACES, Client, Relay, address_of, client_of, driver, example
-from tests.support import HOME, simulated_plane, wait_for
+from tests.plane import Plane
+from tests.support import HOME, reserved_ports, simulated_plane, wait_for
 
 pytestmark = pytest.mark.e2e
 
 LAT, LON, _ = HOME
-FLIGHT_S = 150.0
-SPEEDUP = ("--speedup", "20", "--seed", "7")
-AUTOLAND = ("--param", "RTL_AUTOLAND=2")
+FLIGHT_S = 300.0
+LOOK_S = 0.5
+"""Of the plane's time between two looks, and what they take: so that none of its turns falls between them."""
+AUTOLAND = {"RTL_AUTOLAND": 2}
 """A plane whose return finds the landing of its mission. Without it, as it leaves the works, DO_LAND_START is not armed."""
 EARTH_M = 6_371_008.8
 
@@ -58,15 +60,17 @@ def nearest_on(begin: tuple[float, float], end: tuple[float, float], point: tupl
 
 
 class Follower:
-    """Polls Pose3D and Navdata as a viewer does, and keeps the track."""
+    """Polls Pose3D and Navdata as a viewer does, and keeps the track. The plane flies on from look to look."""
 
-    def __init__(self, client: Client) -> None:
+    def __init__(self, plane: Plane, client: Client) -> None:
+        self._plane = plane
         self._pose, self._navdata = client.pose, client.navdata
         self.track: list[tuple[float, float]] = []
         self.roll_deg: list[float] = []
         self.states: list[int] = []
 
     def look(self) -> Any:
+        self._plane.fly(LOOK_S)
         data, navdata = self._pose.getPose3DData(), self._navdata.getNavdata()
         self.track.append((data.x, data.y))
         self.roll_deg.append(navdata.rotX)
@@ -78,7 +82,7 @@ class Follower:
         wait_for(lambda: condition(self.look()), what, FLIGHT_S)
 
     def passed_m(self, where: tuple[float, ...]) -> float:
-        """How near it came, also between two looks, which a busy machine sets far apart: this plane flies 220 m in a second."""
+        """How near it came, also between two looks."""
         point = (where[0], where[1])
         return min(
             distance_m(nearest_on(seen, after, point), point)
@@ -91,15 +95,15 @@ class Follower:
 
 
 @pytest.fixture
-def flight(tmp_path: Path) -> Iterator[tuple[str, Client]]:
-    """A plane and a driver; gives the plane's link and a client."""
+def flight(tmp_path: Path) -> Iterator[tuple[Plane, Client]]:
+    """A plane and a driver; gives the plane and a client."""
     with (
-        simulated_plane("--speedup", "10", "--seed", "7") as link,
-        driver(link, "--ice-set", "AloneAfter=2", data=tmp_path) as served,
+        Plane() as plane,
+        driver(plane.link, "--ice-set", "AloneAfter=2", data=tmp_path) as served,
         client_of(served.said["ice"]) as client,
     ):
         client.wait_ready()
-        yield link, client
+        yield plane, client
 
 
 def wait_true_at_rest(client: Client, rival: Any) -> None:
@@ -133,11 +137,11 @@ def wait_true_at_rest(client: Client, rival: Any) -> None:
     wait_for(is_true, "the driver's position and attitude as another program hears them")
 
 
-def test_e1_a_mission_that_another_program_loaded_is_followed(flight: tuple[str, Client]) -> None:
-    link, client = flight
+def test_e1_a_mission_that_another_program_loaded_is_followed(flight: tuple[Plane, Client]) -> None:
+    plane, client = flight
     circuit = [MissionItem.waypoint(lat, lon, alt_rel_home_m=alt) for lat, lon, alt in CIRCUIT[:2]]
     plan = Plan(items=(MissionItem.takeoff(*place(0, -250), alt_rel_home_m=50.0), *circuit))
-    rival = mavutil.mavlink_connection(link, source_system=250, source_component=190)
+    rival = mavutil.mavlink_connection(plane.link, source_system=250, source_component=190)
     try:
         assert rival.wait_heartbeat(timeout=120) is not None
         load_with_pymavlink(rival, plan)
@@ -145,7 +149,7 @@ def test_e1_a_mission_that_another_program_loaded_is_followed(flight: tuple[str,
         rival.mav.command_long_send(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)
         wait_for(lambda: client.telemetry.getNavigation(0).isArmed is True, "arming by the other program")
         rival.set_mode_auto()
-        follower = Follower(client)
+        follower = Follower(plane, client)
         follower.fly_past(CIRCUIT[:2])
         on_board = client.mission.getMissionData().mission
         assert [round(one.h) for one in on_board] == [50, 80, 80]
@@ -159,10 +163,10 @@ def test_e1_a_mission_that_another_program_loaded_is_followed(flight: tuple[str,
         rival.close()
 
 
-def test_e2_a_mission_is_sent_to_a_plane_in_the_air(flight: tuple[str, Client]) -> None:
+def test_e2_a_mission_is_sent_to_a_plane_in_the_air(flight: tuple[Plane, Client]) -> None:
     """Take-off by ArDroneExtra alone, after the wait for a mission; then a mission, which needs no take-off."""
-    _, client = flight
-    follower = Follower(client)
+    plane, client = flight
+    follower = Follower(plane, client)
     client.extra.takeoff()
     wait_for(lambda: follower.look().state != 2, "taking off", FLIGHT_S)
     follower.until(lambda navdata: navdata.altd > 40_000, "climbing to the height that is set")
@@ -181,30 +185,31 @@ def test_e2_a_mission_is_sent_to_a_plane_in_the_air(flight: tuple[str, Client]) 
 
 
 @pytest.mark.parametrize(
-    "setting", [(), (*AUTOLAND, "--wind", "5", "--wind-from", "240")], ids=["calm", "wind, autoland"]
+    "setting", [{}, {"params": AUTOLAND, "wind_m_s": 5.0, "wind_from_deg": 240.0}], ids=["calm", "wind, autoland"]
 )
-def test_e3_e4_from_take_off_to_landing_near_the_point(setting: tuple[str, ...], tmp_path: Path) -> None:
+def test_e3_e4_from_take_off_to_landing_near_the_point(setting: dict[str, Any], tmp_path: Path) -> None:
     """The last pose is where it lands, whatever heights the poses before have: they are not tuned."""
     landing = pose(0, 0, 80)
     poses = [pose(0, -250, 50), *CIRCUIT, pose(100, 700, 110), landing]
     with (
-        simulated_plane(*SPEEDUP, *setting) as link,
-        driver(link, data=tmp_path) as served,
+        Plane(**setting) as plane,
+        driver(plane.link, data=tmp_path) as served,
         client_of(served.said["ice"]) as client,
     ):
         client.wait_ready()
-        client.extra.takeoff()
-        client.extra.land()
-        answer = client.mission.setMissionData(client.mission_data(*poses))
-        while answer == 5:
+
+        def is_answered() -> bool:
             client.extra.takeoff()
             client.extra.land()
             answer = client.mission.setMissionData(client.mission_data(*poses))
-        assert answer == 0
-        follower = Follower(client)
+            assert answer in (0, 5)
+            return bool(answer == 0)
+
+        wait_for(is_answered, "the mission to be taken by a plane that is ready")
+        follower = Follower(plane, client)
         follower.fly_past(poses[1:-1], within_m=90.0)
         follower.until(lambda navdata: navdata.state == 2, "landing")
-        wait_for(lambda: client.telemetry.getNavigation(0).isArmed is False, "disarming after the landing", FLIGHT_S)
+        follower.until(lambda _: client.telemetry.getNavigation(0).isArmed is False, "disarming after the landing")
         rest = client.telemetry.getPose(0)
         assert distance_m((rest.latDeg, rest.lonDeg), place(0, 0)) <= 20.0
         assert {6, 7, 8} <= set(follower.states), "taking off, flying, landing"
@@ -215,9 +220,9 @@ def test_e3_e4_from_take_off_to_landing_near_the_point(setting: tuple[str, ...],
 def test_a_second_mission_and_a_third_after_the_drivers_restart(tmp_path: Path) -> None:
     """Each from where the last one ended: on the ground in AUTO, at the landing. The program does nothing else for it."""
     poses = [pose(0, -250, 40), pose(150, -250, 45), pose(0, 500, 45), pose(0, 0, 40)]
-    with simulated_plane("--speedup", "40", "--seed", "7", *AUTOLAND) as link:
+    with Plane(params=AUTOLAND) as plane:
         for missions in (2, 1):
-            with driver(link, data=tmp_path) as served, client_of(served.said["ice"]) as client:
+            with driver(plane.link, data=tmp_path) as served, client_of(served.said["ice"]) as client:
                 wait_for(lambda: 1 in client.telemetry.vehicles(), "a vehicle")
                 for number in range(missions):
                     if missions == 2 and number == 0:
@@ -225,9 +230,9 @@ def test_a_second_mission_and_a_third_after_the_drivers_restart(tmp_path: Path) 
                     client.extra.takeoff()
                     client.extra.land()
                     assert client.mission.setMissionData(client.mission_data(*poses)) == 0
-                    follower = Follower(client)
+                    follower = Follower(plane, client)
                     follower.fly_past(poses[1:2], within_m=90.0)
-                    wait_for(lambda: client.telemetry.getNavigation(0).isArmed is False, "landing", FLIGHT_S)
+                    follower.until(lambda _: client.telemetry.getNavigation(0).isArmed is False, "landing")
                     rest = client.telemetry.getPose(0)
                     assert distance_m((rest.latDeg, rest.lonDeg), place(0, 0)) <= 20.0
                 navigation = client.telemetry.getNavigation(0)
@@ -243,7 +248,7 @@ def test_a_second_mission_and_a_third_after_the_drivers_restart(tmp_path: Path) 
 
 def test_missions_that_are_only_sent(tmp_path: Path) -> None:
     with (
-        simulated_plane(*SPEEDUP, *AUTOLAND) as link,
+        simulated_plane("--param", "RTL_AUTOLAND=2") as link,
         driver(link, "--ice-missions", "upload", "--ice-set", "AloneAfter=2", data=tmp_path) as served,
         client_of(served.said["ice"]) as client,
     ):
@@ -270,10 +275,10 @@ def test_missions_that_are_only_sent(tmp_path: Path) -> None:
         assert client.telemetry.getNavigation(0).isArmed is False
 
 
-def test_velocities_steer_a_plane_in_guided(flight: tuple[str, Client]) -> None:
-    _, client = flight
+def test_velocities_steer_a_plane_in_guided(flight: tuple[Plane, Client]) -> None:
+    plane, client = flight
     data = client.jderobot.CMDVelData
-    control, velocity, follower = client.control, client.velocity, Follower(client)
+    control, velocity, follower = client.control, client.velocity, Follower(plane, client)
     control.takeoff(0, 60.0)
     wait_for(lambda: armed(client), "arming", FLIGHT_S)
     follower.until(lambda navdata: navdata.altd > 50_000, "climbing")
@@ -310,8 +315,14 @@ def armed(client: Client) -> bool:
 
 
 def test_e9_client_and_driver_and_plane_are_cut_off_and_all_resumes(tmp_path: Path) -> None:
-    with simulated_plane("--speedup", "5") as link, Relay(address_of(link)) as to_plane:
-        with driver(f"tcp:127.0.0.1:{to_plane.port}", data=tmp_path) as served:
+    with (
+        simulated_plane() as link,
+        Relay(address_of(link)) as to_plane,
+        reserved_ports(len(INTERFACES)) as ports_of_ice,
+    ):
+        places = zip(INTERFACES, ports_of_ice, strict=True)
+        ports = {f"{name}.Endpoints": f"tcp -h 127.0.0.1 -p {port}" for name, port in places}
+        with driver(f"tcp:127.0.0.1:{to_plane.port}", data=tmp_path, ports=ports) as served:
             proxies = dict(served.said["ice"])
             with Relay(address_of(proxies["Pose3D"])) as to_driver:
                 through = f"ardrone_pose3d:tcp -h 127.0.0.1 -p {to_driver.port}"
@@ -327,18 +338,17 @@ def test_e9_client_and_driver_and_plane_are_cut_off_and_all_resumes(tmp_path: Pa
                     assert one.getPose3DData().x == pytest.approx(before.x, abs=1e-4)
                     # The plane's link goes: the last value stays, the precise interface tells its age, and commands fail in time.
                     to_plane.cut()
-                    wait_for(lambda: client.telemetry.getPose(0).positionAgeS > 5.0, "an old position", 30.0)
+                    wait_for(lambda: client.telemetry.getPose(0).positionAgeS > 5.0, "an old position")
                     assert one.getPose3DData().x == pytest.approx(before.x, abs=1e-4)
                     poses = client.mission_data(pose(0, -250, 50))
                     client.extra.takeoff()
                     assert client.mission.setMissionData(poses) in (2, 4, 6)
                     to_plane.restore()
-                    wait_for(lambda: client.telemetry.getPose(0).positionAgeS < 2.0, "new positions", 60.0)
+                    wait_for(lambda: client.telemetry.getPose(0).positionAgeS < 2.0, "new positions")
         # The driver ends and starts again at the same ports: the old proxies reach the new one.
-        ports = {f"{name}.Endpoints": f"tcp -h 127.0.0.1 -p {address_of(proxies[name])[1]}" for name in INTERFACES}
         with client_of(proxies) as client:
             pose3d = client.jderobot.Pose3DPrx.uncheckedCast(client.communicator.stringToProxy(proxies["Pose3D"]))
             with pytest.raises(client.ice.LocalException):
                 pose3d.getPose3DData()
             with driver(f"tcp:127.0.0.1:{to_plane.port}", data=tmp_path, ports=ports):
-                wait_for(lambda: pose3d.getPose3DData().x != 0.0, "the plane through the new driver", 60.0)
+                wait_for(lambda: pose3d.getPose3DData().x != 0.0, "the plane through the new driver")

@@ -464,7 +464,7 @@ def test_mistakes_on_the_command_line_are_named(options: list[str], says: str) -
 def test_the_other_dialect_of_missions(tmp_path: Path) -> None:
     """A client of mission_sequence.ice, in a process of its own: both files give the same names to different types."""
     with (
-        simulated_plane("--speedup", "5") as link,
+        simulated_plane() as link,
         driver(link, "--ice-missions", "upload", data=tmp_path) as served,
     ):
         done = subprocess.run(

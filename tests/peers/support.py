@@ -7,9 +7,10 @@ from collections.abc import Callable
 
 from vencejo.sim import SimOptions, SimulatedPlane
 
-PATIENCE_S = 60.0
+from tests.booted import boot
+
+PATIENCE_S = 120.0
 """How long a condition may take on a slow machine; nothing waits for it otherwise."""
-SPEEDUP = 10.0
 
 ITEMS: tuple[tuple[float, ...], ...] = (
     # seq, frame, command, current, autocontinue, p1 to p4, x, y, z
@@ -32,5 +33,10 @@ def eventually(condition: Callable[[], bool]) -> None:
 
 
 def running_plane() -> SimulatedPlane:
-    """A simulated plane, flight dynamics and all, on a free TCP port."""
-    return SimulatedPlane(SimOptions(links=("tcp:127.0.0.1:0",), speedup=SPEEDUP))
+    """A simulated plane, flight dynamics and all, on a free TCP port.
+
+    In real time: asked for an item it waits a second, and others are to have that second.
+    """
+    sim = SimulatedPlane(SimOptions(links=("tcp:127.0.0.1:0",)))
+    sim.call(boot, timeout_s=PATIENCE_S)
+    return sim

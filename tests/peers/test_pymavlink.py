@@ -50,7 +50,6 @@ def test_telemetry(vehicle: Any) -> None:
 
 
 def test_mission_both_ways(vehicle: Any) -> None:
-    receive(vehicle, "HOME_POSITION")
     loader = mavwp.MAVWPLoader()
     for item in ITEMS:
         loader.add(mavutil.mavlink.MAVLink_mission_item_message(1, 1, *item))

@@ -17,6 +17,7 @@ CLASSES = {
     "Station.Control": vencejo.ControlHeld,
     "Station.NeedsConfirmation": vencejo.ConfirmationNeeded,
     "Station.BadConfirmation": vencejo.ConfirmationNeeded,
+    "Station.RemoteRefused": vencejo.NotPossibleNow,
     "Station.Closed": vencejo.ClosedError,
     "Signing.BadName": vencejo.InvalidRequest,
     "Signing.NameTaken": vencejo.InvalidRequest,

@@ -9,7 +9,10 @@ import pytest
 
 MODULES = [
     "vencejo",
-    *(f"vencejo.{name}" for name in ("aio", "errors", "geodesy", "landing", "plan", "station", "telemetry", "vehicle")),
+    *(
+        f"vencejo.{name}"
+        for name in ("aio", "errors", "geodesy", "landing", "plan", "station", "survey", "telemetry", "vehicle")
+    ),
 ]
 
 

@@ -13,7 +13,7 @@ import vencejo
 from vencejo import MissionItem, Plan, aio
 from vencejo.vehicle import Danger
 
-from tests.support import HOME, simulated_plane, wait_for
+from tests.support import HOME, reserved_ports, simulated_plane, wait_for
 
 pytestmark = pytest.mark.e2e
 LAT, LON, _ = HOME
@@ -32,7 +32,7 @@ MISSION = Plan(
 
 @pytest.fixture(scope="module")
 def link() -> Iterator[str]:
-    with simulated_plane("--speedup", "10") as link:
+    with simulated_plane() as link:
         with vencejo.connect(link, record=False) as plane:
             plane.wait_until(lambda telemetry: telemetry.home is not None, timeout_s=60.0, what="having a home")
         yield link
@@ -190,6 +190,15 @@ def test_parameters_are_read_written_and_refused(plane: vencejo.Vehicle, tmp_pat
         plane.params.set("WP_RADIUS", float("nan"))
     vencejo.save_params(tmp_path / "all.param", {name: param.value for name, param in everything.items()})
     assert len(vencejo.load_params(tmp_path / "all.param")) == len(everything)
+    # Now that it is known how the plane flies, what a rehearsal shows stops a sending too: here its turn reaches into a zone.
+    turns = [(LAT + 0.009, LON), (LAT + 0.0045, LON + 0.0008)]
+    waypoints = (MissionItem.waypoint(*place, alt_rel_home_m=60.0) for place in turns)
+    narrow = Plan(
+        items=(MissionItem.takeoff(LAT, LON, alt_rel_home_m=50.0), *waypoints),
+        fence=vencejo.Fence((vencejo.Circle(vencejo.GeoPoint(LAT + 0.0086, LON + 0.00094), 30.0, inclusion=False),)),
+    )
+    with pytest.raises(vencejo.PlanRefused, match="leaves the fence"):
+        plane.upload(narrow)
 
 
 def test_arming_without_a_mission_in_auto_is_refused_with_the_reason(plane: vencejo.Vehicle) -> None:
@@ -242,7 +251,7 @@ def test_the_link_is_measured(plane: vencejo.Vehicle) -> None:
 
 def test_a_stream_gives_fresh_snapshots(plane: vencejo.Vehicle) -> None:
     times = []
-    for telemetry in plane.stream(rate_hz=50.0, timeout_s=10.0):
+    for telemetry in plane.stream(rate_hz=50.0, timeout_s=120.0):
         if telemetry.attitude is not None:
             assert telemetry.attitude.freshness == "fresh"
             times.append(telemetry.time_s)
@@ -254,7 +263,7 @@ def test_a_stream_gives_fresh_snapshots(plane: vencejo.Vehicle) -> None:
 def test_two_stations_watch_one_plane(link: str, plane: vencejo.Vehicle) -> None:
     with vencejo.connect(link, record=False, own_system_id=254) as other:
         other.set_mode("STABILIZE")
-        plane.wait_until(lambda telemetry: telemetry.mode == "STABILIZE", timeout_s=20.0)
+        plane.wait_until(lambda telemetry: telemetry.mode == "STABILIZE", timeout_s=120.0)
         other.upload(MISSION)
         wait_for(lambda: plane.plan_state().state == "unknown", "noticing the other station's upload")
         other.clear(confirm="clear-mission")
@@ -320,8 +329,8 @@ async def test_a_cancelled_task_cancels_its_work(link: str) -> None:
 
 def test_a_vehicle_that_falls_silent_is_noticed_and_comes_back() -> None:
     """The simulator is stopped and started again on the same port: telemetry ages, then goes on by itself."""
-    with vencejo.Station(record=False) as station:
-        with simulated_plane() as link:
+    with vencejo.Station(record=False) as station, reserved_ports() as (port,):
+        with simulated_plane(link=f"tcp:127.0.0.1:{port}") as link:
             station.open_link(link)
             plane = station.wait_vehicle()
             events: list[str] = []

@@ -43,7 +43,7 @@ def test_half_sent_bodies_leave_the_planes_link_its_descriptors(tmp_path: Path) 
         url = json.loads(served.stdout.readline())["url"]
         port = int(url.rsplit(":", 1)[1])
         first, _ = plane.accept()
-        halves = [stack.enter_context(socket.create_connection(("127.0.0.1", port), timeout=10.0)) for _ in range(245)]
+        halves = [stack.enter_context(socket.create_connection(("127.0.0.1", port), timeout=120.0)) for _ in range(245)]
         for half in halves:
             with contextlib.suppress(OSError):  # it has made room for another already
                 half.sendall(HALF)
@@ -52,7 +52,7 @@ def test_half_sent_bodies_leave_the_planes_link_its_descriptors(tmp_path: Path) 
         stack.enter_context(again)
 
         def answered() -> bool:
-            with socket.create_connection(("127.0.0.1", port), timeout=10.0) as asking:
+            with socket.create_connection(("127.0.0.1", port), timeout=120.0) as asking:
                 asking.sendall(b"GET /api/v1/info HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
                 return asking.recv(12) == b"HTTP/1.1 200"
 

@@ -17,6 +17,9 @@ ROUTES: dict[str, tuple[str, ...]] = {
     "Vehicle.arm": ("POST /arm",),
     "Vehicle.change_count": (),  # the WebSocket tells changes by itself
     "Vehicle.check_plan": ("POST /api/v1/plan/check",),
+    "Vehicle.learned": ("GET /profile",),
+    "Vehicle.rehearse": ("POST /api/v1/plan/rehearse",),
+    "Vehicle.what_if": ("POST /api/v1/plan/what-if",),
     "Vehicle.clear": ("DELETE /plan/mission", "DELETE /plan/fence", "DELETE /plan/rally"),
     "Vehicle.climb_to": ("POST /climb",),
     "Vehicle.close": (),  # the server's owner closes the station
@@ -57,6 +60,8 @@ ROUTES: dict[str, tuple[str, ...]] = {
     "Vehicle.set_velocity": ("POST /velocity",),
     "Vehicle.remove_signing": ("POST /signing",),
     "Vehicle.is_reached": ("GET /api/v1/vehicles",),
+    "Vehicle.lacks_terrain": ("GET /api/v1/vehicles",),
+    "Vehicle.remote_name": ("GET /api/v1/vehicles",),
     "Vehicle.rival": ("GET /api/v1/vehicles",),
     "Vehicle.rotate_signing": ("POST /signing",),
     "Vehicle.set_up_signing": ("POST /signing",),
@@ -95,6 +100,7 @@ ROUTES: dict[str, tuple[str, ...]] = {
     "Station.wait_vehicle": ("GET /api/v1/vehicles", "WS vehicles"),
     "Plan.check": ("POST /api/v1/plan/check",),
     "Plan.length_m": (),  # of the plan alone: the client has it
+    "Plan.edited_complex_items": ("POST /api/v1/plan/format",),
     "Plan.load": ("POST /api/v1/plan/parse",),
     "Plan.require_sound": ("POST /api/v1/plan/check",),
     "Plan.save": ("POST /api/v1/plan/format",),

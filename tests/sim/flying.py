@@ -111,7 +111,7 @@ def airborne(mission: Sequence[StoredItem] = (), **options: Any) -> Flight:
     flight = make(mission, **options)
     flight.plane.set_mode(Mode.TAKEOFF)
     assert flight.plane.arm() is MavResult.ACCEPTED
-    assert flight.run(60.0, lambda: flight.plane.on_circle), flight.texts
+    assert flight.run(60.0, lambda: flight.plane.nav.on_circle), flight.texts
     flight.events.clear()
     return flight
 

@@ -164,6 +164,10 @@ def test_nothing_is_rendered_while_nobody_looks() -> None:
         later = camera.next_frame(frame.number, timeout_s=120.0)
         assert later is not None
         assert later.number > frame.number
+        last = later if later.unix_s == 3.0 else camera.next_frame(later.number, timeout_s=120.0)
+        assert last is not None
+        # a simulator that is slower than the camera: one instant is one picture
+        assert camera.next_frame(last.number, timeout_s=0.2) is None
     assert not camera.watched
     camera.close()
     with camera:

@@ -99,6 +99,36 @@ def test_loiter_to_altitude_climbs_in_circles() -> None:
     assert 104.0 < end < 116.0
 
 
+def test_a_circle_down_is_left_at_its_own_height_however_near_it_begins() -> None:
+    """It left the circle at once, 40 m too high: at the height of the slope that led there, and came down 60 m too far."""
+    down = at(0, 31, 150, 483.6, 40, 0, 80, 0, 1)
+    way = (waypoint(0, 600, 0, 80), waypoint(0, 450, 600, 80), waypoint(0, 100, 700, 110))
+    flight = flown(*way, down, at(0, 21, 0, 0, 0), until="Mission: 6", seed=2)
+    end = [h for current, *_, h in flight.track if current == 5][-1]
+    assert 34.0 < end < 46.0
+
+
+@pytest.mark.parametrize(
+    "turns",
+    [at(0, 18, 1000, -600, 80, 1, 0, 100, 1), at(0, 31, 1000, -600, 120, 0, 100, 0, 1)],
+    ids=["turns", "altitude"],
+)
+def test_a_circle_far_away_is_reached_along_the_leg_to_it(turns: StoredItem) -> None:
+    """ArduPlane 4.7, Plane::update_loiter_update_nav: more than three radii away it follows the line from the last place."""
+    flight = flown(waypoint(0, 600, -1200, 80), waypoint(0, 0, -600, 80), turns, *LANDING, until="Mission: 5")
+    leg = [(n, e) for seq, n, e, _ in flight.track if seq == 4 and 400.0 < n < 650.0]
+    assert len(leg) > 50
+    assert max(abs(e + 600.0) for _, e in leg) < 10.0
+
+
+def test_a_circle_after_another_counts_from_its_own_beginning() -> None:
+    """A timer that the circle before had started was over when the plane came there."""
+    circles = (at(0, 18, 0, -700, 60, 1, 0, 100, 1), at(0, 19, 900, -900, 60, 45, 0, 1, 1))
+    flight = flown(*circles, waypoint(0, 500, 500, 60), until="Reached waypoint #4")
+    inside = [r for r in radii(flight, 3, 900, -900) if r < 180]
+    assert len(inside) / 10.0 > 45.0
+
+
 def test_loiter_unlimited_stays() -> None:
     flight = make(mission(TAKEOFF, at(0, 17, 0, -700, 60, 0, 0, -90), waypoint(0, 500, -700, 60)))
     flight.plane.set_mode(Mode.AUTO)
@@ -429,7 +459,7 @@ def commands_of_the_facts() -> Sequence[tuple[int, str]]:
 
 
 def test_every_command_that_arduplane_stores_is_announced_and_passed() -> None:
-    """None of them stops a mission that it should not stop, whatever its parameters."""
+    """None of them stops a mission that it should not stop."""
     stays = {17, 20, 21, 22}
     commands = [(number, name) for number, name in commands_of_the_facts() if number not in stays]
     assert len(commands) > 50
@@ -441,6 +471,9 @@ def test_every_command_that_arduplane_stores_is_announced_and_passed() -> None:
             probe = item(0, 83, params=(620.0, 0, 0))
         elif number == 114:
             probe = item(0, 114, params=(400,))
+        elif number == 18:
+            # Round 3 m a plane circles for ever: ArduPlane 4.7 too, which did not call it reached in half an hour of its simulator.
+            probe = at(0, number, 200, -700, 60, 1.25, 2.0, 30.0, 4.0)
         elif not is_nav(number) and number not in (178, 179, 188, 189):
             probe = replace(probe, lat_deg=0.0, lon_deg=0.0)
         flight = make(mission(TAKEOFF, waypoint(0, 0, -500, 60), probe, waypoint(0, 500, -700, 60)))

@@ -132,7 +132,9 @@ def test_fbwb_holds_height_and_the_throttle_stick_sets_the_speed() -> None:
     assert flight.plane.est.airspeed_m_s == pytest.approx(wanted, abs=0.7)
     flight.plane.rc_input({2: 2000})
     flight.run(10)
-    assert flight.plane.est.alt_m > start + 14
+    start = flight.plane.est.alt_m
+    flight.run(10)
+    assert flight.plane.est.alt_m == pytest.approx(start + 20, abs=2), "FBWB_CLIMB_RATE is 2 m/s"
 
 
 def test_cruise_holds_its_course_over_ground() -> None:

@@ -21,7 +21,7 @@ from vencejo.sim.server import SimServer
 
 from tests.sim.autopilot_double import DoubleAutopilot
 
-PATIENCE_S = 60.0
+PATIENCE_S = 120.0
 
 
 class Station:

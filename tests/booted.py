@@ -1,0 +1,53 @@
+"""A simulated plane that has been on for long enough to be ready to arm; `python -m tests.booted` is `python -m vencejo.sim` with such planes.
+
+Nobody waits for a receiver to find its satellites. `--speedup` is how fast it flies: on the ground, where programs talk with it, it
+keeps the time of people.
+"""
+
+from __future__ import annotations
+
+from vencejo.sim import __main__ as program
+from vencejo.sim import server
+from vencejo.sim.autopilot import Autopilot
+from vencejo.sim.config import SimOptions
+from vencejo.sim.mavlink.component import AutopilotFactory, PlaneComponent
+from vencejo.sim.world import World
+
+BOOT_S = 60.0
+"""Simulated time after which a plane is ready, at most; one that something is wrong with is not."""
+
+
+def boot(world: World) -> None:
+    """Have all planes switched on until they are ready to arm."""
+    world.advance(BOOT_S, until=lambda: not any(_autopilot(plane).prearm() for plane in world.planes))
+
+
+def _autopilot(plane: PlaneComponent) -> Autopilot:
+    assert isinstance(plane.autopilot, Autopilot)
+    return plane.autopilot
+
+
+class BootedWorld(World):
+    """A world as it is a minute after, in which a plane that is armed is in a hurry."""
+
+    def __init__(self, options: SimOptions, *, autopilot: AutopilotFactory | None = None) -> None:
+        super().__init__(options, autopilot=autopilot)
+        self._in_flight = options.speedup
+        self._are_armed: list[bool] = []
+        boot(self)
+        self._are_armed = []
+
+    def tick(self) -> None:
+        """Advance every plane by 10 ms."""
+        super().tick()
+        are_armed = [_autopilot(plane).armed for plane in self.planes]
+        if are_armed != self._are_armed:
+            self._are_armed = are_armed
+            for plane in self.planes:
+                plane.params.set("SIM_SPEEDUP", self._in_flight if any(are_armed) else 1.0)
+
+
+if __name__ == "__main__":
+    # Before its links are open, so that nothing of before waits in them.
+    server.World = BootedWorld  # type: ignore[attr-defined]
+    program.main()

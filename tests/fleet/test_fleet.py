@@ -1,0 +1,153 @@
+"""A plane far away: the simulated plane, the station on board and the ground station as programs of their own, over a way that is cut."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from vencejo.fleet import has_fleet
+
+from tests.fleet.proxy import open_way
+from tests.server.client import Client
+from tests.support import HOME, simulated_plane, wait_for
+
+pytestmark = pytest.mark.skipif(not has_fleet(), reason="this build has no fleets")
+
+
+class Program:
+    """A `vencejo` command that tells of itself in lines of JSON."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self.process = process
+
+    def line(self) -> dict[str, Any]:
+        """The next line."""
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        assert line, f"it ended with {self.process.wait(10)}"
+        told: dict[str, Any] = json.loads(line)
+        return told
+
+    def until(self, **wanted: object) -> dict[str, Any]:
+        """The next line with these values."""
+        while True:
+            told = self.line()
+            if all(told.get(name) == value for name, value in wanted.items()):
+                return told
+
+
+@contextlib.contextmanager
+def command(data: Path, *args: str) -> Iterator[Program]:
+    """A running command with a data folder of its own."""
+    env = {**os.environ, "VENCEJO_DATA": str(data)}
+    with subprocess.Popen(
+        [sys.executable, "-m", "vencejo.cli", *args, "--json", "--no-record"],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=env,
+    ) as process:
+        try:
+            yield Program(process)
+        finally:
+            process.terminate()
+
+
+@pytest.mark.e2e
+def test_a_plane_is_seen_and_commanded_over_a_network_that_is_cut_and_heals(tmp_path: Path) -> None:
+    with (
+        simulated_plane() as link,
+        command(
+            tmp_path / "ground", "serve", "--fleet", "acme", "--fleet-listen", "tcp/127.0.0.1:0", "--port", "0",
+            "--link", "udpin:127.0.0.1:0",
+        ) as ground,
+    ):  # fmt: skip
+        told = ground.line()
+        endpoint, key = told["fleet"]["endpoint"], told["fleet"]["key"]
+        with (
+            open_way(int(endpoint.rpartition(":")[2])) as way,
+            command(
+                tmp_path / "board", "onboard", "--fleet", "acme", "--name", "plane7", "--link", link,
+                "--dial", f"tcp/127.0.0.1:{way.port}", "--trust", key,
+            ) as board,
+        ):  # fmt: skip
+            board.until(is_connected=True, holder=None)
+            ana = Client(told["url"])
+            ana.open_session(name="Ana")
+
+            def planes() -> list[dict[str, Any]]:
+                return [each for each in ana.done("GET", "vehicles") if each["remote_name"] == "plane7"]
+
+            wait_for(lambda: len(planes()) == 1, "the plane in the list")
+            at = f"vehicles/{planes()[0]['system_id']}"
+
+            def telemetry() -> dict[str, Any]:
+                found: dict[str, Any] = ana.done("GET", at)["telemetry"]
+                return found
+
+            wait_for(lambda: telemetry().get("position") is not None, "its position")
+            position = telemetry()["position"]
+            assert position["lat_deg"] == pytest.approx(HOME[0], abs=0.01)
+            assert position["lon_deg"] == pytest.approx(HOME[1], abs=0.01)
+
+            # An act asks for control first; its answer comes when the autopilot shows it.
+            ana.done("POST", "control/take")
+            ana.done("POST", f"{at}/mode", {"mode": "FBWA"})
+            board.until(holder="Ana")
+            wait_for(lambda: planes()[0]["mode"] == "FBWA", "the mode")
+            refused = ana.ask("POST", f"{at}/mode", {"mode": "NONSENSE"})
+            assert (refused.status, refused.json["cause"]["code"]) == (409, "remote-refused")
+            assert "NONSENSE" in refused.json["detail"]
+            unsent = ana.ask("GET", f"{at}/params/RTL_ALTITUDE")
+            assert (unsent.status, unsent.json["cause"]["code"]) == (409, "remote-refused")
+
+            way.cut()
+            wait_for(lambda: telemetry()["heartbeat"]["age_s"] > 5.0, "its silence")
+            lost = ana.ask("POST", f"{at}/mode", {"mode": "CIRCLE"})
+            assert (lost.status, lost.json["cause"]["code"]) == (504, "vehicle-lost")
+
+            way.heal()
+            wait_for(lambda: telemetry()["heartbeat"]["age_s"] < 2.0, "it to come back")
+            assert planes()[0]["mode"] == "FBWA", "what could not be sent is not done later"
+            ana.done("POST", f"{at}/mode", {"mode": "MANUAL"})
+            wait_for(lambda: planes()[0]["mode"] == "MANUAL", "the mode")
+
+            ana.done("POST", "control/release")
+            board.until(holder=None)
+
+
+@pytest.mark.e2e
+def test_a_station_that_is_not_trusted_sees_and_does_nothing(tmp_path: Path) -> None:
+    from vencejo import Station
+    from vencejo.errors import ControlHeld, NotPossibleNow
+    from vencejo.fleet import Aircraft, Fleet
+
+    quiet: dict[str, Any] = {"record": False, "signing": False}
+    with (
+        simulated_plane() as link,
+        Station(operator="here", **quiet) as here,
+        Fleet(here, org="acme", listen="tcp/127.0.0.1:0", key_file=tmp_path / "here.key") as fleet,
+        Station(operator="elsewhere", **quiet) as elsewhere,
+        Fleet(elsewhere, org="acme", router=fleet.endpoint, key_file=tmp_path / "elsewhere.key") as stranger,
+        Station(link, system_id=1, component_id=191, heartbeat=False, operator="board", **quiet) as board,
+        Aircraft(board, org="acme", name="plane7", dial=fleet.endpoint, trust=[fleet.key]) as aircraft,
+    ):
+        plane, seen = here.wait_vehicle(), elsewhere.wait_vehicle()
+        assert (plane.remote_name, seen.remote_name) == ("plane7", "plane7")
+        assert board.wait_vehicle().remote_name is None
+        with pytest.raises(NotPossibleNow, match=stranger.key):
+            seen.set_mode("FBWA")
+        plane.set_mode("FBWA")
+        wait_for(lambda: aircraft.status.holder == "here", "control from far away")
+        # Whoever is beside the aircraft comes before all the others.
+        board.operator.request()
+        wait_for(lambda: aircraft.status.holder == "board", "control on board")
+        with pytest.raises(ControlHeld):
+            plane.set_mode("CIRCLE")
+        assert board.wait_vehicle().telemetry.mode == "FBWA"
