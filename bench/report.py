@@ -102,6 +102,17 @@ SECTIONS: dict[str, Section] = {
             Column("most_per_s", "most without loss /s", _big),
         ),
     ),
+    "rehearse": Section(
+        "Rehearse a mission of half an hour",
+        "≤ 50 ms on one core; 1,000 flights ≤ 20 s on all",
+        (
+            Column("once_ms", "one flight, one core", _ms),
+            Column("checked_ms", "with 24 returns, go-arounds and findings", _ms),
+            Column("one_what_if_ms", "what if, at its middle", _ms),
+            Column("what_ifs_ms", "all seven what-ifs at each minute", _ms),
+            Column("many_s", "1,000 flights, all cores", _s),
+        ),
+    ),
     "mission": Section(
         "650-item mission sent and read back, no delay",
         "≤ 0.5 s",
@@ -153,6 +164,14 @@ STATION: dict[str, Figure] = {
         lambda f: (
             f"{f['frames_per_s']:.1f} frames/s, {f['dragged_per_s']:.1f} while the map is dragged "
             f"({f['empty_per_s']:.1f} without trail); longest frame {f['longest_ms']:.0f} ms"
+        ),
+    ),
+    "dragging": Figure(
+        "A point of a plan of 100 items dragged with the rehearsal following, software rendering",
+        "≥ 20 frames/s",
+        lambda f: (
+            f"{f['frames_per_s']:.1f} frames/s, longest frame {f['longest_ms']:.0f} ms, "
+            f"{f['rehearsals_per_s']:.1f} rehearsals/s"
         ),
     ),
     "panning": Figure(

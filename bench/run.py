@@ -87,6 +87,18 @@ def decode(runs: int, _seconds: float) -> Table:
     return repeat(runs, {"vencejo": ours, "pymavlink": pymavlink})
 
 
+# --- rehearsal ----------------------------------------------------------------------------------
+
+
+def rehearse(runs: int, _seconds: float) -> Table:
+    """Measure how long rehearsals of a mission of half an hour take; nobody else has any."""
+
+    def ours() -> Figures:
+        return {name: float(value) for name, value in output_of([built(EXAMPLES / "rehearse")], 300).items()}
+
+    return repeat(runs, {"vencejo": ours})
+
+
 # --- following ----------------------------------------------------------------------------------
 
 
@@ -329,6 +341,7 @@ SECTIONS: dict[str, Callable[[int, float], Table]] = {
     "fleet": fleet,
     "first_position": first_position,
     "forward": forward,
+    "rehearse": rehearse,
     "mission": mission,
     "params": params,
 }

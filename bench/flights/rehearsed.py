@@ -1,0 +1,34 @@
+"""Rehearsals of flights, as tracks like theirs."""
+
+from __future__ import annotations
+
+import bisect
+
+from vencejo.rehearsal import rehearse
+
+from bench.flights.track import Flight, Sample, Track
+
+
+def rehearsal_of(flight: Flight) -> Track:
+    """The track of a flight's plan, rehearsed with what the flight was told."""
+    # Which way the runway lies stands in no plan.
+    heading_deg = flight.track.takeoff_course_deg
+    found = rehearse(flight.plan, parameters=flight.parameters, wind=flight.wind, heading_deg=heading_deg)
+    home = flight.plan.home
+    assert home is not None, "a flight's plan has a home"
+    # As MISSION_CURRENT has it: an item is current until the next one is, in a return and on the ground too.
+    begins_s = [passage.begins_s for passage in found.passages]
+    samples = [
+        Sample(
+            time_s=moment.time_s,
+            lat_deg=moment.lat_deg,
+            lon_deg=moment.lon_deg,
+            alt_rel_home_m=moment.alt_rel_home_m,
+            climb_m_s=moment.climb_m_s,
+            groundspeed_m_s=moment.groundspeed_m_s,
+            bank_deg=moment.bank_deg,
+            item=found.passages[max(0, bisect.bisect_right(begins_s, moment.time_s) - 1)].item,
+        )
+        for moment in found.track
+    ]
+    return Track.of(samples, home=home, name=flight.name)

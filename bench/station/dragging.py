@@ -1,0 +1,119 @@
+"""Frames a second of the map while a point of a plan of 100 items is dragged with the rehearsal following, software rendering.
+
+``python bench/station/dragging.py [--seconds 10]``. Frames as in ``frames.py``. The pointer moves all the time; the rehearsals that come
+meanwhile are counted too, since a page that asks for none would be quick. A plane's telemetry comes at 20 Hz beside it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import math
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from bench.station.frames import COUNT, HZ, LAT_DEG, LON_DEG
+from bench.station.stage import chromium, keep, station
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+ITEMS = 100
+LEG_DEG = (0.0016, 0.004)
+"""Between two lines to and fro, and half of their length: degrees of latitude and of longitude."""
+DRAGGED = 50
+RADIUS_PX = 60.0
+
+
+def waypoint(index: int) -> tuple[float, float]:
+    """Latitude and longitude of an item after the take-off: lines to and fro, two points each."""
+    line, end = divmod(index, 2)
+    east = 1 if (line + end) % 2 else -1
+    return LAT_DEG + (line - ITEMS / 4) * LEG_DEG[0], LON_DEG + east * LEG_DEG[1]
+
+
+def mission() -> str:
+    """A plan of so many items as a list of waypoints, 80 m above home."""
+    home = f"0\t1\t0\t16\t0\t0\t0\t0\t{LAT_DEG}\t{LON_DEG}\t690\t1"
+    takeoff = f"1\t0\t3\t22\t10\t0\t0\t0\t{LAT_DEG}\t{LON_DEG + 0.003}\t60\t1"
+    rest = [
+        f"{number}\t0\t3\t16\t0\t0\t0\t0\t{lat_deg}\t{lon_deg}\t80\t1"
+        for number, (lat_deg, lon_deg) in enumerate(map(waypoint, range(ITEMS - 2)), 2)
+    ]
+    return "\n".join(["QGC WPL 110", home, takeoff, *rest, f"{ITEMS}\t0\t3\t20\t0\t0\t0\t0\t0\t0\t0\t1", ""])
+
+
+def pixel(page: Page, lat_deg: float, lon_deg: float) -> tuple[float, float]:
+    """Where a position is in the window, by the coordinates under the pointer at two places."""
+    told = page.get_by_label("Position of the pointer", exact=True)
+    found = []
+    for x, y in ((600.0, 250.0), (880.0, 450.0)):
+        page.mouse.move(x, y)
+        page.wait_for_timeout(300)
+        lat, lon = told.inner_text().split(", ")
+        found.append((x, y, float(lat), float(lon)))
+    (x0, y0, lat0, lon0), (x1, y1, lat1, lon1) = found
+    # over some kilometres Mercator's latitudes are as good as even
+    return (
+        x0 + (lon_deg - lon0) / (lon1 - lon0) * (x1 - x0),
+        y0 + (lat_deg - lat0) / (lat1 - lat0) * (y1 - y0),
+    )
+
+
+def measure(seconds: float) -> dict[str, Any]:
+    """Drag one point round and round, and count."""
+    answers: list[float] = []
+
+    def listen(socket: Any) -> None:
+        def take(payload: str | bytes) -> None:
+            if isinstance(payload, str) and '"track"' in payload:
+                answers.append(time.monotonic())
+
+        socket.on("framereceived", take)
+
+    with station(HZ) as served, chromium() as browser, tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "hundred.waypoints"
+        file.write_text(mission(), encoding="utf-8")
+        page = browser.new_context(viewport={"width": 1440, "height": 900}).new_page()
+        page.on("websocket", listen)
+        page.goto(served.url)
+        page.get_by_role("button", name="Plan", exact=True).click()
+        with page.expect_file_chooser() as choosing:
+            page.get_by_role("button", name="Open a plan file", exact=True).click()
+        choosing.value.set_files(file)
+        page.wait_for_timeout(5000)
+        x, y = pixel(page, *waypoint(DRAGGED))
+        page.mouse.move(x, y)
+        page.mouse.down()
+        answers.clear()
+        page.evaluate(COUNT)
+        until, step = time.monotonic() + seconds, 0
+        while time.monotonic() < until:
+            step += 1
+            angle = step / 20
+            page.mouse.move(x + RADIUS_PX * math.sin(angle), y + RADIUS_PX * (1 - math.cos(angle)))
+        page.mouse.up()
+        times: list[float] = page.evaluate("window.benchFrames")
+        followed = len(answers)
+    gaps = [later - sooner for sooner, later in itertools.pairwise(times)]
+    return {
+        "frames_per_s": 1000 * len(gaps) / (times[-1] - times[0]),
+        "longest_ms": max(gaps),
+        "rehearsals_per_s": followed / seconds,
+    }
+
+
+def main() -> None:
+    """Run it from the command line."""
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--seconds", type=float, default=10.0)
+    keep("dragging", measure(options.parse_args().seconds))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,71 @@
+"""How true rehearsals are: each flight beside its rehearsal, across the track, in height and in time.
+
+``python bench/truth.py [--recordings DIR]… [--simulated N] [--landings N] [--json FILE]``; `make truth` does that with everything built. The
+flights are those of a real ArduPlane among the fixtures, those of the folders given, and random missions of the simulated plane. Then landings as they are designed, flown by the simulated plane: how far from its point
+it comes to rest.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from bench.flights import landings, recorded, simulated
+from bench.flights.compare import Comparison, compare
+from bench.flights.rehearsed import rehearsal_of
+from bench.flights.table import numbers, table
+from bench.flights.track import Flight
+
+GROUPS = {"recorded": "Recorded flights of ArduPlane", "simulated": "Flights of the simulated plane"}
+
+
+def judged(flight: Flight) -> tuple[Flight, Comparison]:
+    """A flight beside its rehearsal."""
+    return flight, compare(flight, rehearsal_of(flight))
+
+
+def flown(seed: int) -> tuple[Flight, Comparison]:
+    """A random mission of the simulated plane beside its rehearsal."""
+    return judged(simulated.fly(seed))
+
+
+def main() -> None:
+    """Compare, and print the tables."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument(
+        "--recordings", type=Path, action="append", default=[], metavar="DIR", help="flights of your own"
+    )
+    parser.add_argument("--only-these", action="store_true", help="leave out the recordings among the fixtures")
+    parser.add_argument("--simulated", type=int, default=20, metavar="N", help="random missions, 20 by default")
+    parser.add_argument("--landings", type=int, default=30, metavar="N", help="designed landings, 30 by default")
+    parser.add_argument("--seed", type=int, default=0, help="of the first random mission and landing")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="where the numbers go too")
+    given = parser.parse_args()
+    own = [flight for folder in given.recordings for flight in recorded.recordings(folder)]
+    fixtures = [] if given.only_these else [*recorded.captured(), *recorded.recordings(recorded.RECORDINGS)]
+    groups = {"recorded": [judged(flight) for flight in (*fixtures, *own)]}
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        groups["simulated"] = list(pool.map(flown, range(given.seed, given.seed + given.simulated)))
+        landed = list(pool.map(landings.land, range(given.seed, given.seed + given.landings)))
+    found: dict[str, Any] = {}
+    for group, pairs in groups.items():
+        if pairs:
+            flights, comparisons = [flight for flight, _ in pairs], [one for _, one in pairs]
+            print(table(GROUPS[group], flights, comparisons), end="\n\n")
+            found[group] = numbers(flights, comparisons)
+    if landed:
+        print(landings.table(landed))
+        found["landings"] = landings.numbers(landed)
+    if given.json:
+        given.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
