@@ -9,7 +9,8 @@ export PATH := $(HOME)/.cargo/bin:$(PATH)
 PY := .venv/bin/python
 CHECK := scripts/check.sh
 # The binding too, though it is tested from Python: with it all of `make test` asks the same features of each crate.
-CARGO_TEST := --workspace --locked
+# Aircraft far away are in it as in wheels; who works elsewhere builds without, and minutes faster.
+CARGO_TEST := --workspace --locked --features vencejo-py/fleet
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 # Twice as many as there are cores: most tests wait for a plane or a page half of their time.
@@ -17,6 +18,7 @@ PYTEST_WORKERS ?= $(shell echo $$(( 2 * $$(nproc) )))
 # What of `make test` runs side by side: compilers and checkers leave gaps in which the others go on.
 SIDE_BY_SIDE := --no-print-directory --jobs=3 --output-sync IS_SIDE_BY_SIDE=yes
 BENCH_ARGS ?=
+TRUTH_ARGS ?=
 AUDIT_ARGS ?=
 # How long and how often `make soak` does what: seconds of mixed faults, seeds and uploads, frames, kills, hours of recording.
 SOAK_S ?= 3600
@@ -29,12 +31,12 @@ FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?=
 SCREENSHOT_ARGS ?=
 
-.PHONY: help demo test lint soak faults fuzz sanitize audit fmt bench screenshots docs wheel lock clean demo-env rust-env dev-env app native
+.PHONY: help demo test lint soak faults fuzz sanitize audit fmt bench truth screenshots docs wheel lock clean demo-env rust-env dev-env app native
 
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-demo: demo-env native ## The ground station with a simulated plane that flies the demo mission; yours after the landing
+demo: native ## The ground station with a simulated plane that flies the demo mission; yours after the landing
 	@.venv/bin/vencejo demo $(DEMO_ARGS)
 
 test: ## Everything that CI runs: layout, format, lints, types, Rust and Python tests
@@ -61,7 +63,7 @@ ruff: dev-env
 mypy: dev-env
 	@$(CHECK) mypy .venv/bin/mypy
 clippy: rust-env
-	@$(CHECK) clippy cargo clippy --quiet --workspace --all-targets --locked -- -D warnings
+	@$(CHECK) clippy cargo clippy --quiet $(CARGO_TEST) --all-targets -- -D warnings
 # After clippy, for whose folder it would wait.
 cargo-test: clippy
 	@$(CHECK) cargo-test cargo test --quiet $(CARGO_TEST)
@@ -81,7 +83,7 @@ soak: dev-env native ## The long forms of the fault tests, hours of them (SOAK_S
 	VENCEJO_TEST_SEEDS=$(SOAK_TIMES) VENCEJO_TEST_KILLS=$(SOAK_TIMES) VENCEJO_TEST_FRAMES=$(SOAK_FRAMES) \
 	VENCEJO_TEST_HOURS=$(SOAK_HOURS) VENCEJO_TEST_CALLS=$(SOAK_CALLS) PROPTEST_CASES=$$(( 100 * $(SOAK_TIMES) )) \
 		cargo test $(CARGO_TEST) --lib --test frames --test plan_files -- --nocapture \
-		real_files lossy:: faults:: mixed:: recorder::tests what_is_sent intact_frames every_whole no_bytes_panic no_payload_panics
+		real_files lossy:: faults:: mixed:: recorder::tests what_is_sent intact_frames schedules:: every_whole no_bytes_panic no_payload_panics
 	VENCEJO_TEST_FRAMES=$(SOAK_FRAMES) $(PY) -m pytest -q --timeout=0 tests/peers/test_c_parser.py
 	VENCEJO_SOAK_S=$(SOAK_S) VENCEJO_SOAK_TIMES=$(SOAK_TIMES) $(PY) -m pytest -q -s -m soak tests
 
@@ -100,16 +102,20 @@ fmt: dev-env ## Format Rust and Python
 	.venv/bin/ruff format --quiet .
 
 bench: dev-env native ## Measure, side by side with the peers, into bench/RESULTS.md (about 20 minutes)
-	cargo build --release --locked --quiet -p vencejo-bench-load -p vencejo-link --bins --examples
+	cargo build --release --locked --quiet -p vencejo-bench-load -p vencejo-link -p vencejo-station --bins --examples
 	$(PY) bench/run.py $(BENCH_ARGS)
 	$(PY) bench/tiles.py
 	$(PY) bench/station/paint.py
 	$(PY) bench/station/frames.py
+	$(PY) bench/station/dragging.py
+
+truth: dev-env native ## How true rehearsals are, beside recorded flights of an ArduPlane and flights of the simulated plane (bench/README.md)
+	@$(PY) bench/truth.py $(TRUTH_ARGS)
 
 screenshots: dev-env native ## Take the pictures of the ground station into docs/images
 	@$(PY) scripts/screenshots.py $(SCREENSHOT_ARGS)
 
-docs: demo-env native ## The documentation site into dist/site: open dist/site/index.html, no server and no network needed
+docs: native ## The documentation site into dist/site: open dist/site/index.html, no server and no network needed
 	@scripts/setup.sh docs
 	@NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet
 	@echo 'docs: dist/site/index.html'
@@ -140,7 +146,7 @@ dev-env:
 	@scripts/setup.sh ice
 app:
 	@scripts/setup.sh app
-native: app
+native: demo-env app
 	@scripts/setup.sh native
 
 # Otherwise one thing after the other, in the order in which a target names what it needs.

@@ -14,6 +14,11 @@ RUSTFLAGS="-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 -Cllvm
 -Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares --cfg fuzzing" \
   cargo build --quiet --locked --release --manifest-path fuzz/Cargo.toml --target "$host" --target-dir .cache/fuzz/build
 
+# Files that targets read are in memory, and gone with the last of them.
+TMPDIR=$(mktemp -d -p "$([ -w /dev/shm ] && echo /dev/shm || echo "${TMPDIR:-/tmp}")" vencejo-fuzz.XXXXXX)
+export TMPDIR
+trap 'rm -rf "$TMPDIR"' EXIT
+
 failed=()
 for target in "${targets[@]}"; do
   program=.cache/fuzz/build/$host/release/$target

@@ -23,13 +23,14 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from playwright.async_api import Browser, expect  # noqa: E402
-from vencejo import MissionItem, Plan  # noqa: E402
+from vencejo import GeoPoint, Home, MissionItem, Plan  # noqa: E402
+from vencejo.landing import Wind, design_landing  # noqa: E402
 
 from tests.browser.chromium import PHONE, WIDE, running  # noqa: E402
-from tests.browser.plane import Plane, offset  # noqa: E402
 from tests.browser.relay import LossyRelay  # noqa: E402
-from tests.browser.station_page import FLIGHT_MS, PATIENCE_S, StationPage  # noqa: E402
+from tests.browser.station_page import FLIGHT_MS, PATIENCE_S, TOLD, StationPage  # noqa: E402
 from tests.browser.texts import Language  # noqa: E402
+from tests.plane import Plane, offset  # noqa: E402
 from tests.server.client import serving  # noqa: E402
 
 OUTPUT = ROOT / "docs" / "images"
@@ -83,6 +84,7 @@ class Camera:
         await page.add_init_script(
             f"{{ const real = Date.now, shift = {int(NOW.timestamp() * 1000)} - real(); Date.now = () => real() + shift; }}"
         )
+        await page.add_init_script(TOLD)
         await page.goto(url)
         station = StationPage(page, is_touch=touch)
         await station.see_plane()
@@ -125,12 +127,17 @@ class Camera:
         return base64.b64decode(url.partition(",")[2])
 
 
-async def load(station: StationPage, path: Path) -> None:
-    """Load a plan file and send it."""
+async def open_plan(station: StationPage, path: Path) -> None:
+    """Load a plan file."""
     panel = await station.open_panel("plan")
     async with station.page.expect_file_chooser() as choosing:
         await panel.get_by_role("button", name=station.text("plan.open"), exact=True).click()
     await (await choosing.value).set_files(path)
+
+
+async def load(station: StationPage, path: Path) -> None:
+    """Load a plan file and send it."""
+    await open_plan(station, path)
     await station.send_plan()
     await station.button("map.showPlan").click()
 
@@ -235,6 +242,37 @@ async def tutorial(camera: Camera, url: str, language: Language) -> None:
         await camera.take(station, f"tutorial-landed{suffix}", ("light",))
 
 
+async def crosswind(camera: Camera, url: str, folder: Path) -> None:
+    """A first landing in 7 m/s across, rehearsed: docs/how-to/rehearse-a-mission.md."""
+    field = GeoPoint(40.3332, -3.7978)
+    landing = design_landing(field, course_deg=270.0, wind=Wind(180.0, 7.0))
+    away = [MissionItem.waypoint(40.3402, lon_deg, alt_rel_home_m=80.0) for lon_deg in (-3.7908, -3.7778)]
+    takeoff = MissionItem.takeoff(field.lat_deg, field.lon_deg, alt_rel_home_m=50.0)
+    plan = Plan(home=Home(field.lat_deg, field.lon_deg, alt_amsl_m=690.0), items=(takeoff, *away, *landing.items))
+    plan.save(folder / "crosswind.plan")
+    async with camera.station(url) as station:
+        # As if a pilot had set it before.
+        await station.page.evaluate(
+            "() => localStorage.setItem('vencejo.plan-wind', '{\"from_deg\":180,\"speed_m_s\":7}')"
+        )
+        await station.page.reload()
+        await station.see_plane()
+        await open_plan(station, folder / "crosswind.plan")
+        for name in ("fly", "instruments"):
+            await station.close_panel(name)
+        panel = station.panel("plan")
+        await expect(panel.get_by_text(station.text("rehearsal.ending.landed"))).to_be_visible()
+        await station.button("map.showPlan").click()
+        scrubber = station.page.get_by_role("slider", name=station.text("rehearsal.scrub"), exact=True)
+        await scrubber.fill("190")
+        await camera.take(station, "crosswind-flight", ("light",))
+        await panel.get_by_role("button", name=station.text("odds.ask"), exact=True).click()
+        hide = panel.get_by_role("button", name=station.text("odds.hide"), exact=True)
+        await expect(hide).to_be_visible()
+        await hide.scroll_into_view_if_needed()
+        await camera.take(station, "crosswind-odds", ("light",))
+
+
 async def take_all(scenes: list[str], png: Path | None) -> None:
     """Take the pictures of these scenes."""
     with tempfile.TemporaryDirectory() as name:
@@ -266,6 +304,12 @@ async def take_all(scenes: list[str], png: Path | None) -> None:
                     serving("--link", plane.link, data=folder) as served,
                 ):
                     await refused(camera, served.url, folder)
+            if "crosswind" in scenes:
+                with (
+                    plane_in_wind(rtl_autoland=2) as plane,
+                    serving("--link", plane.link, "--rate", "20", data=folder / "crosswind") as served,
+                ):
+                    await crosswind(camera, served.url, folder)
             if "lost" in scenes:
                 with (
                     LossyRelay(seed=7) as relay,
@@ -277,7 +321,7 @@ async def take_all(scenes: list[str], png: Path | None) -> None:
 
 def main() -> int:
     """Take the pictures and see that they are not too large together."""
-    every = ("flight", "phone", "tutorial", "refused", "lost")
+    every = ("flight", "phone", "tutorial", "crosswind", "refused", "lost")
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scenes", nargs="*", metavar="SCENE", help=f"{', '.join(every)}; default all")
     parser.add_argument("--png", type=Path, help="a folder for the same pictures as PNG")

@@ -222,7 +222,7 @@ app() {
 
 native() { # release | as-tested
     local want how=(--release)
-    [ "$1" = release ] || how=(--profile dev --features as-tested)
+    [ "$1" = release ] || how=(--profile dev --features as-tested,fleet)
     want=$({ git ls-files -co --exclude-standard -- crates Cargo.toml Cargo.lock pyproject.toml; echo .cache/app; } \
         | while read -r path; do if [ -f "$path" ]; then echo "$path"; fi; done | fingerprint)-$(rustc --version | sha256sum | cut -c1-12)-$1
     if [ "$(cat "$STAMPS/native" 2>/dev/null)" = "$want" ] && [ -x "$VENV/bin/vencejo" ] \
