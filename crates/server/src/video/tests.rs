@@ -86,10 +86,10 @@ async fn the_first_picture_is_for_who_comes_next_too() {
         assert_eq!(waiting(&early), [1], "{codec:?} to who was there already");
         let other = if codec == Codec::H264 { Codec::Jpeg } else { Codec::H264 };
         feed.set_status(live(other));
-        assert_eq!(waiting(&camera.watch(SHOWS_H264)), [], "{codec:?} is of another stream");
+        assert!(waiting(&camera.watch(SHOWS_H264)).is_empty(), "{codec:?} is of another stream");
         feed.publish(&picture(other, true, &[2])).expect("published");
         feed.set_status(CameraStatus { state: CameraState::Dead, ..CameraStatus::default() });
-        assert_eq!(waiting(&camera.watch(SHOWS_H264)), [], "nothing of a camera that is gone");
+        assert!(waiting(&camera.watch(SHOWS_H264)).is_empty(), "nothing of a camera that is gone");
     }
 }
 
