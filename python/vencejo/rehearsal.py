@@ -136,12 +136,15 @@ class Battery:
         What it holds at the start, % of its capacity, 0 to 100; full where nobody says another.
     reserve_pct : float, optional
         What should be left at the landing, likewise; the higher of ``BATT_LOW_MAH`` and ``BATT_CRT_MAH``, else 20.
+    power_cruise_w : float, optional
+        Power that is drawn from it in level flight at cruise, 0.1 to 1,000,000; that of the airframe where nobody says another.
     """
 
     capacity_mah: float | None = None
     voltage_v: float | None = None
     charge_pct: float | None = None
     reserve_pct: float | None = None
+    power_cruise_w: float | None = None
 
 
 @dataclass(frozen=True)

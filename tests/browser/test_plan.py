@@ -231,6 +231,16 @@ async def follow_the_rehearsal(station: StationPage) -> None:
     await expect(answer).to_be_empty()
 
     await expect(panel.get_by_text(station.text("battery.unknown.power"))).to_be_visible()
+    await panel.get_by_text(station.text("battery.said"), exact=True).click()
+    for key, value in (("power_cruise_w", "100"), ("capacity_mah", "10"), ("voltage_v", "11.1")):
+        field = panel.get_by_label(re.compile(f"^{re.escape(station.text(f'battery.said.{key}'))}"))
+        await field.first.fill(value)
+        await field.first.press("Enter")
+    await expect(panel.get_by_text(station.like("battery.none")).first).to_be_visible()
+    told = station.text("battery.said.capacity_mah")
+    back = station.text("survey.back", what=told, auto=station.text("battery.said.unknown"))
+    await panel.get_by_role("button", name=back, exact=True).click()
+    await expect(panel.get_by_text(station.text("battery.unknown.capacity"))).to_be_visible()
     await panel.get_by_role("button", name=station.text("odds.ask"), exact=True).click()
     hide = panel.get_by_role("button", name=station.text("odds.hide"), exact=True)
     await expect(panel.get_by_text(station.text("odds.returned", part="100 %"))).to_be_visible()

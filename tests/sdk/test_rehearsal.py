@@ -132,6 +132,8 @@ def test_what_is_left_of_the_battery_is_told_where_it_is_known(tmp_path: Path) -
     assert flown.battery.capacity_wh == pytest.approx(5.0 * learned.voltage_v)  # type: ignore[operator]
     assert flown.battery.left_wh == pytest.approx(flown.battery.capacity_wh - flown.energy_wh)
     assert 0.2 < flown.battery.left < 1.0
+    thirsty = rehearse(plan, battery=Battery(capacity_mah=5_000.0, voltage_v=11.1, power_cruise_w=120.0))
+    assert thirsty.energy_wh == pytest.approx(2.0 * thirsty.duration_s / 60.0, rel=0.5), "120 W, more or less"
     small = rehearse(plan, airframe=learned, battery=Battery(capacity_mah=400.0, reserve_pct=30.0))
     assert [finding.code for finding in small.findings if finding.code.startswith("battery")] == ["battery-empty"]
     assert small.battery is not None
@@ -151,6 +153,7 @@ def test_what_is_left_of_the_battery_is_told_where_it_is_known(tmp_path: Path) -
     plan.save(tmp_path / "out.plan")
     recording = str(CAPTURES / "arduplane-wind-flight.tlog")
     said = ["plan", "rehearse", str(tmp_path / "out.plan"), "--capacity", "5000", "--learn", recording]
+    assert "give --power" in CliRunner().invoke(app, said[:5]).output
     run = CliRunner().invoke(app, said)
     assert "% are left" in run.output, run.output
 

@@ -77,6 +77,7 @@ pub struct GivenBattery {
     voltage_v: Option<f64>,
     charge_pct: Option<f64>,
     reserve_pct: Option<f64>,
+    power_cruise_w: Option<f64>,
 }
 
 /// The airframe and the battery that somebody chose.
@@ -115,6 +116,7 @@ impl Profile {
             voltage_v: given.voltage_v,
             charge_pct: given.charge_pct,
             reserve_pct: given.reserve_pct,
+            power_cruise_w: given.power_cruise_w,
         });
         let faults = [
             ("airframe", airframe.and_then(|airframe| airframe.fault())),

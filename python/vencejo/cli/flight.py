@@ -32,6 +32,10 @@ CapacityOption = Annotated[
 VoltageOption = Annotated[
     float | None, typer.Option("--voltage", metavar="V", min=1.0, help="Of the battery; else that of --learn.")
 ]
+PowerOption = Annotated[
+    float | None,
+    typer.Option("--power", metavar="W", min=0.1, help="Drawn in level flight at cruise; else that of --learn."),
+]
 ReserveOption = Annotated[
     float | None,
     typer.Option(
@@ -62,19 +66,21 @@ class Flight:
         wind_from_deg: float,
         ground: Path | None,
         clearance_m: float,
-        battery: tuple[float | None, float | None, float | None],
+        battery: tuple[float | None, float | None, float | None, float | None],
     ) -> None:
         from vencejo.landing import Wind
         from vencejo.rehearsal import Battery, learn
 
         parameters = parameters_of(params)
-        capacity_mah, voltage_v, reserve_pct = battery
+        capacity_mah, voltage_v, power_w, reserve_pct = battery
         self.clearance_m = clearance_m
         #: By the names of `vencejo.rehearsal.rehearse` and its like.
         self.given: dict[str, Any] = {
             "parameters": parameters,
             "airframe": None if learned_from is None else learn(learned_from, parameters=parameters).airframe,
-            "battery": Battery(capacity_mah=capacity_mah, voltage_v=voltage_v, reserve_pct=reserve_pct),
+            "battery": Battery(
+                capacity_mah=capacity_mah, voltage_v=voltage_v, power_cruise_w=power_w, reserve_pct=reserve_pct
+            ),
             "wind": Wind(wind_from_deg, wind_m_s),
             "ground": ground_of(ground),
         }

@@ -32,6 +32,7 @@ from vencejo.cli.flight import (
     GroundOption,
     LearnOption,
     ParamsOption,
+    PowerOption,
     ReserveOption,
     VoltageOption,
     WindFromOption,
@@ -63,6 +64,7 @@ def check(
     learned_from: LearnOption = None,
     capacity: CapacityOption = None,
     voltage: VoltageOption = None,
+    power: PowerOption = None,
     reserve: ReserveOption = None,
     ground: GroundOption = None,
     clearance: ClearanceOption = 30.0,
@@ -82,7 +84,8 @@ def check(
     flown, why = None, None
     try:
         if plan.items:
-            flight = Flight(params, learned_from, wind, wind_from, ground, clearance, (capacity, voltage, reserve))
+            battery = (capacity, voltage, power, reserve)
+            flight = Flight(params, learned_from, wind, wind_from, ground, clearance, battery)
             flown = flight.fly(plan)
             findings += flown.findings
     except InvalidRequest as error:
@@ -122,6 +125,7 @@ def rehearse(
     learned_from: LearnOption = None,
     capacity: CapacityOption = None,
     voltage: VoltageOption = None,
+    power: PowerOption = None,
     reserve: ReserveOption = None,
     runs: Annotated[
         int,
@@ -141,7 +145,8 @@ def rehearse(
     from vencejo.rehearsal import rehearse_many
 
     plan = Plan.load(file)
-    flight = Flight(params, learned_from, wind, wind_from, ground, clearance, (capacity, voltage, reserve))
+    battery = (capacity, voltage, power, reserve)
+    flight = Flight(params, learned_from, wind, wind_from, ground, clearance, battery)
     flown = flight.fly(plan, gust_m_s=gust, seed=seed)
     odds = None
     if runs:
@@ -232,6 +237,7 @@ def report(
     learned_from: LearnOption = None,
     capacity: CapacityOption = None,
     voltage: VoltageOption = None,
+    power: PowerOption = None,
     reserve: ReserveOption = None,
     ground: GroundOption = None,
     clearance: ClearanceOption = 30.0,
@@ -247,7 +253,8 @@ def report(
     from vencejo.what_if import what_if
 
     plan = Plan.load(file)
-    flight = Flight(params, learned_from, wind, wind_from, ground, clearance, (capacity, voltage, reserve))
+    battery = (capacity, voltage, power, reserve)
+    flight = Flight(params, learned_from, wind, wind_from, ground, clearance, battery)
     flown = flight.fly(plan)
     fifths = [flown.duration_s * part / 5.0 for part in (1, 2, 3, 4)]
     page = plan_report(
@@ -333,7 +340,7 @@ _ENDINGS: Final[Mapping[str, str]] = {
     "too-long": "Still flies",
 }
 _BATTERY_UNKNOWN: Final[Mapping[str, str]] = {
-    "power": "the plane's power is not known; --learn it from a recorded flight",
+    "power": "the plane's power is not known; give --power, or --learn it from a recorded flight",
     "capacity": "its capacity is not known; give --capacity, or BATT_CAPACITY in --params",
     "voltage": "its voltage is not known; give --voltage",
 }

@@ -300,11 +300,10 @@ impl Aircraft {
     /// With the airframe and the battery that somebody chose, where he did.
     #[must_use]
     pub fn with(self, airframe: Option<Airframe>, battery: Option<&BatterySettings>) -> Self {
-        Self {
-            airframe: airframe.unwrap_or(self.airframe),
-            battery: battery.map_or(self.battery, |said| self.battery.with(said)),
-            ..self
-        }
+        let said = battery.copied().unwrap_or_default();
+        let airframe = airframe.unwrap_or(self.airframe);
+        let power_cruise_w = said.power_cruise_w.or(airframe.power_cruise_w);
+        Self { airframe: Airframe { power_cruise_w, ..airframe }, battery: self.battery.with(&said), ..self }
     }
 
     /// Airspeed of an approach without headwind, m/s EAS.

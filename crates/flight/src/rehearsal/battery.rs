@@ -40,6 +40,8 @@ pub struct BatterySettings {
     pub charge_pct: Option<f64>,
     /// What should be left at the landing, % of its capacity, 0 to 100.
     pub reserve_pct: Option<f64>,
+    /// Power that is drawn from it in level flight at cruise, W, 0.1 to 1,000,000 ([`Airframe::power_cruise_w`]).
+    pub power_cruise_w: Option<f64>,
 }
 
 impl BatterySettings {
@@ -51,6 +53,7 @@ impl BatterySettings {
             ("voltage_v", self.voltage_v, (1.0, 1_000.0)),
             ("charge_pct", self.charge_pct, (0.0, 100.0)),
             ("reserve_pct", self.reserve_pct, (0.0, 100.0)),
+            ("power_cruise_w", self.power_cruise_w, (0.1, 1e6)),
         ];
         // NaN is in no range.
         let outside = |(name, value, range): (&'static str, Option<f64>, (f64, f64))| {

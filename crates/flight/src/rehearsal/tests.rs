@@ -747,6 +747,9 @@ fn a_battery_is_what_its_parameters_and_its_monitor_say() {
     let said = BatterySettings { capacity_mah: Some(2_200.0), reserve_pct: Some(40.0), ..BatterySettings::default() };
     assert_eq!((battery.with(&said).capacity_mah, battery.with(&said).reserve), (Some(2_200.0), 0.4));
     assert_eq!(said.fault(), None);
+    let drawn = Aircraft::default().with(None, Some(&BatterySettings { power_cruise_w: Some(120.0), ..said }));
+    assert_eq!(drawn.airframe.power_cruise_w, Some(120.0));
+    assert_eq!(drawn.with(None, Some(&said)).airframe.power_cruise_w, Some(120.0), "what nobody says stays");
     let none = BatterySettings { reserve_pct: Some(f64::NAN), ..said };
     assert_eq!(none.fault().unwrap().0, "reserve_pct");
     assert_eq!(Airframe { pitot: f64::NAN, ..Aircraft::default().airframe }.fault().unwrap().0, "pitot");

@@ -26,6 +26,7 @@ export type BatteryLeft = Schemas['BatteryLeft'];
 export type RehearsedFlight = Schemas['RehearsedFlight'];
 export type Airframe = Schemas['Airframe'];
 export type PlaneProfile = Schemas['PlaneProfile'];
+export type BatterySettings = Schemas['BatterySettings'];
 export type VehicleProfile = Schemas['VehicleProfile'];
 export type LearnedPlane = Schemas['LearnedPlane'];
 export type SpreadRequest = Schemas['SpreadRequest'];

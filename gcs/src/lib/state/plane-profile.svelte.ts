@@ -1,5 +1,6 @@
-// The airframe that plans are rehearsed with: as the vehicle's parameters tell it, or learned from a flight.
-import type { Airframe, PlaneProfile, Problem } from '$lib/api/types';
+// The plane that plans are rehearsed with: its airframe as the vehicle's parameters tell it, or learned from a flight, and what is
+// said of its battery.
+import type { Airframe, BatterySettings, PlaneProfile, Problem } from '$lib/api/types';
 import { load, save } from './stored';
 import { api, problemFrom } from './station.svelte';
 import { vehicles } from './vehicles.svelte';
@@ -13,6 +14,12 @@ interface Learned {
   readonly systemId: number | null;
   readonly moments: number;
 }
+
+/** What somebody says of a battery; what is `null` or absent is as the plane says. What it holds at the start is not said, but measured. */
+export type SaidOfBattery = Omit<BatterySettings, 'charge_pct'>;
+const SAID = ['capacity_mah', 'voltage_v', 'power_cruise_w', 'reserve_pct'] as const;
+/** Whose battery it is where no vehicle is selected. */
+const NO_VEHICLE = 'none';
 
 class PlaneProfiles {
   #learned = $state.raw<Learned | null>(load('plane-profile', null, readLearned));
@@ -28,8 +35,38 @@ class PlaneProfiles {
   choice = $derived<ProfileChoice>(
     this.learned === null ? 'parameters' : this.learned.systemId === null ? 'recording' : 'flight',
   );
+  #batteries = $state.raw<Readonly<Record<string, SaidOfBattery>>>(load('batteries', {}, readBatteries));
+  #own = $state.raw<{ systemId: number; battery: SaidOfBattery } | null>(null);
+  #whose = $derived(String(vehicles.selected?.systemId ?? NO_VEHICLE));
+  /** What is said of the battery of the vehicle that is looked at. */
+  battery = $derived<SaidOfBattery>(this.#batteries[this.#whose] ?? {});
+  /** What that vehicle says itself, when it was last asked. */
+  ownBattery = $derived<SaidOfBattery>(
+    this.#own?.systemId === vehicles.selected?.systemId ? (this.#own?.battery ?? {}) : {},
+  );
   /** As a rehearsal takes it. */
-  asked = $derived<PlaneProfile>(this.learned === null ? {} : { airframe: this.learned.airframe });
+  asked = $derived<PlaneProfile>({
+    ...(this.learned === null ? {} : { airframe: this.learned.airframe }),
+    ...(SAID.some((key) => this.battery[key] != null) ? { battery: this.battery } : {}),
+  });
+
+  sayOfBattery(battery: SaidOfBattery): void {
+    this.#batteries = { ...this.#batteries, [this.#whose]: battery };
+    save('batteries', this.#batteries);
+  }
+
+  /** Asks what the vehicle says of its battery; where it cannot be told, nothing is. */
+  async readOwnBattery(): Promise<void> {
+    const systemId = vehicles.selected?.systemId;
+    if (systemId === undefined) return;
+    try {
+      const { capacity_mah, voltage_v, reserve_pct, airframe } = await api.vehicleProfile(systemId);
+      const { power_cruise_w } = airframe;
+      this.#own = { systemId, battery: { capacity_mah, voltage_v, reserve_pct, power_cruise_w } };
+    } catch {
+      this.#own = null;
+    }
+  }
 
   useParameters(): void {
     this.problem = null;
@@ -84,6 +121,19 @@ function readLearned(stored: unknown): Learned | null {
   const isSystem = systemId === null || typeof systemId === 'number';
   if (typeof airframe !== 'object' || airframe === null || !isSystem || typeof moments !== 'number') return null;
   return { airframe: airframe as Airframe, systemId, moments };
+}
+
+/** As they were stored, without what is no number; the server refuses numbers that are none of a battery. */
+function readBatteries(stored: unknown): Record<string, SaidOfBattery> | null {
+  if (typeof stored !== 'object' || stored === null) return null;
+  const read = Object.entries(stored).map(([whose, battery]) => {
+    const said = (typeof battery === 'object' && battery !== null ? battery : {}) as Record<string, unknown>;
+    return [
+      whose,
+      Object.fromEntries(SAID.flatMap((key) => (typeof said[key] === 'number' ? [[key, said[key]]] : []))),
+    ];
+  });
+  return Object.fromEntries(read) as Record<string, SaidOfBattery>;
 }
 
 export const planeProfile = new PlaneProfiles();
