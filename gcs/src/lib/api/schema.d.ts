@@ -2183,6 +2183,12 @@ export interface components {
             charge_pct: number | null;
             /**
              * Format: double
+             * @description Power that is drawn from it in level flight at cruise, W, 0.1 to 1,000,000 ([`Airframe::power_cruise_w`]).
+             * @default null
+             */
+            power_cruise_w: number | null;
+            /**
+             * Format: double
              * @description What should be left at the landing, % of its capacity, 0 to 100.
              * @default null
              */

@@ -16,7 +16,14 @@ interface Learned {
 }
 
 /** What somebody says of a battery; what is `null` or absent is as the plane says. What it holds at the start is not said, but measured. */
-export type SaidOfBattery = Omit<BatterySettings, 'charge_pct'>;
+export type SaidOfBattery = Partial<Omit<BatterySettings, 'charge_pct'>>;
+const NOTHING_SAID: BatterySettings = {
+  capacity_mah: null,
+  voltage_v: null,
+  charge_pct: null,
+  reserve_pct: null,
+  power_cruise_w: null,
+};
 const SAID = ['capacity_mah', 'voltage_v', 'power_cruise_w', 'reserve_pct'] as const;
 /** Whose battery it is where no vehicle is selected. */
 const NO_VEHICLE = 'none';
@@ -47,7 +54,7 @@ class PlaneProfiles {
   /** As a rehearsal takes it. */
   asked = $derived<PlaneProfile>({
     ...(this.learned === null ? {} : { airframe: this.learned.airframe }),
-    ...(SAID.some((key) => this.battery[key] != null) ? { battery: this.battery } : {}),
+    ...(SAID.some((key) => this.battery[key] != null) ? { battery: { ...NOTHING_SAID, ...this.battery } } : {}),
   });
 
   sayOfBattery(battery: SaidOfBattery): void {
