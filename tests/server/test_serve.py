@@ -131,6 +131,10 @@ def test_a_mission_is_sent_flown_and_followed(flyer: Client) -> None:
         circles = pilot.done("POST", "plan/what-if", {"vehicle": 1, "triggers": ["return-asked", "radio-lost"]})
         assert circles["ahead"]["ending"] == "unlimited", "what it does now, without its mission"
         assert [one["reaction"] for one in circles["what_ifs"]] == ["returns", "returns"]
+        pilot.done("POST", "vehicles/1/mode", {"mode": "TAKEOFF"})
+        climbed = pilot.done("POST", "plan/what-if", {"vehicle": 1, "triggers": ["radio-lost"]})
+        assert climbed["ahead"]["ending"] == "unlimited", "above TKOFF_ALT it circles"
+        assert [one["reaction"] for one in climbed["what_ifs"]] == ["returns"]
         profile = pilot.done("GET", "vehicles/1/profile")
         assert (profile["capacity_mah"], profile["airframe"]["origin"]) == (None, "parameters"), "none were read"
         assert 0.0 < profile["charge_pct"] <= 100.0
@@ -138,8 +142,8 @@ def test_a_mission_is_sent_flown_and_followed(flyer: Client) -> None:
             "plan": plan,
             "vehicle": 1,
             "profile": {
-                "airframe": {**profile["airframe"], "power_cruise_w": 150.0, "voltage_v": 14.8},
-                "battery": {"capacity_mah": 3300.0, "charge_pct": 100.0, "voltage_v": 15.0},
+                "airframe": profile["airframe"],
+                "battery": {"capacity_mah": 3300.0, "charge_pct": 100.0, "voltage_v": 15.0, "power_cruise_w": 150.0},
             },
         }
         left = pilot.done("POST", "plan/rehearse", with_battery)
@@ -156,7 +160,7 @@ def test_a_mission_is_sent_flown_and_followed(flyer: Client) -> None:
         with WebSocket(pilot) as events:
             events.until("hello")
             pilot.done("POST", "vehicles/1/return-to-launch")
-            events.until("event", vehicle=1, kind="mode", detail={"from": "LOITER", "mode": "RTL"})
+            events.until("event", vehicle=1, kind="mode", detail={"from": "TAKEOFF", "mode": "RTL"})
         asked = pilot.ask("POST", "vehicles/1/reboot")
         assert (asked.status, asked.json["cause"]["act"]) == (428, "reboot")
         given = {"Vencejo-Confirmation": asked.json["cause"]["confirmation"]}

@@ -6,7 +6,7 @@ use vencejo_flight::landing::Wind;
 use vencejo_flight::plan;
 use vencejo_flight::progress::{ProgressOptions, trip};
 use vencejo_flight::rehearsal::{
-    self, Air, Aircraft, Conditions, Doing, Learned, Range, Sample, Start, Trigger, glide_range, what_ifs,
+    self, Air, Aircraft, Conditions, Learned, Range, Sample, Start, Trigger, glide_range, what_ifs,
 };
 use vencejo_station::{Runs, VehicleHandle, rehearse_many};
 
@@ -234,7 +234,7 @@ fn what_if_over_known(app: &App, asked: &WhatIfRequest) -> Result<WhatIfs, Probl
         at: at.map(|at| place(at.point)),
         height_m: at.map_or(0.0, |at| rounded(at.height_m, 1)),
         ahead: match asked.at_s {
-            None if matches!(conditions.start, Start::Air { doing: Doing::Piloted, .. }) => None,
+            None if matches!(conditions.start, Start::Air { doing, .. } if doing.is_open()) => None,
             None => rehearsal::rehearse(&plan, &conditions).as_ref().map(part),
             Some(_) => None,
         },

@@ -28,6 +28,9 @@ use crate::queue::DropOldest;
 use crate::station::{RequestResult, Shared, Station, VehicleHandle};
 use crate::subscriptions::{Observed, Received};
 
+/// So far below its height a take-off is done, m (`ArduPlane/mode_takeoff.cpp`).
+const TAKEN_OFF_M: f64 = 2.0;
+
 impl VehicleHandle {
     /// Its system id.
     pub fn system(&self) -> SystemId {
@@ -153,6 +156,12 @@ impl VehicleHandle {
         (plane, Air::of(wind, get))
     }
 
+    /// A parameter, as far as it was read.
+    fn parameter(&self, name: &str) -> Option<f64> {
+        let name = ParamName::new(name).ok()?;
+        self.station.shared.with_vehicle(self.system, |vehicle| vehicle.parameters().get(&name).copied()).flatten()
+    }
+
     /// What its flight teaches of it, as far as it was followed, and no longer than the last ten minutes in the air; `None` where that is
     /// too little.
     pub fn learned(&self) -> Option<Learned> {
@@ -190,10 +199,15 @@ impl VehicleHandle {
             match mode.custom_mode {
                 1 => Doing::Circling,
                 11 => Doing::Returning,
+                // TAKEOFF while it climbs steers by its course, and its failsafes wait until it is done.
+                13 if height_m >= self.parameter("TKOFF_ALT").unwrap_or(50.0) - TAKEN_OFF_M => {
+                    target().map(|(around, height_m)| Doing::TookOff { around, height_m })?
+                }
                 12 => target().map(|(around, height_m)| Doing::Loitering { around, height_m })?,
                 15 => target().map(|(to, height_m)| Doing::Guided { to, height_m })?,
                 // MANUAL, STABILIZE, TRAINING, ACRO, FBWA, FBWB, CRUISE and AUTOTUNE.
                 0 | 2..=8 => Doing::Piloted,
+                24 => Doing::Soaring,
                 _ => return None,
             }
         } else {

@@ -98,8 +98,8 @@ enum Mode {
     Return { has_climbed: bool, looked_for_landing: bool },
     /// Flying to a place that is no mission's, and circling there (GUIDED, LOITER).
     Holding(Duty),
-    /// Straight on at this height, for want of the pilot's wishes.
-    Piloted,
+    /// Straight on at this height, for want of the pilot's wishes, or the air's.
+    Piloted(Duty),
     /// Circling where the failsafe found it, at a third of its bank limit; ends after a turn.
     Circling { turned_rad: f64, course_rad: f64 },
     /// Gliding straight ahead with the nose level.
@@ -233,7 +233,9 @@ impl<'a> Autopilot<'a> {
             Doing::Guided { to, height_m } => autopilot.hold_at(Duty::Guided, to, height_m, body),
             Doing::Loitering { around, height_m } => autopilot.hold_at(Duty::Loiter, around, height_m, body),
             Doing::Circling => autopilot.react(Reaction::Circles, body, 0.0),
-            Doing::Piloted => autopilot.leave_mission(Mode::Piloted, body),
+            Doing::TookOff { around, height_m } => autopilot.hold_at(Duty::Circling, around, height_m, body),
+            Doing::Piloted => autopilot.leave_mission(Mode::Piloted(Duty::Piloted), body),
+            Doing::Soaring => autopilot.leave_mission(Mode::Piloted(Duty::Loiter), body),
         }
         autopilot
     }
@@ -246,7 +248,7 @@ impl<'a> Autopilot<'a> {
 
     /// Nobody steers a plane without an engine here: it glides straight ahead.
     pub fn loses_engine(&mut self, body: &Body) {
-        if self.mode == Mode::Piloted {
+        if matches!(self.mode, Mode::Piloted(_)) {
             self.leave_mission(Mode::Gliding, body);
         }
     }
@@ -257,7 +259,7 @@ impl<'a> Autopilot<'a> {
             Mode::Auto(index) => Some(index),
             Mode::Return { .. }
             | Mode::Holding(_)
-            | Mode::Piloted
+            | Mode::Piloted(_)
             | Mode::Circling { .. }
             | Mode::Gliding
             | Mode::Landed => None,
@@ -314,7 +316,7 @@ impl<'a> Autopilot<'a> {
                 self.end_after_laps(Ending::Unlimited);
                 track
             }
-            Mode::Piloted => {
+            Mode::Piloted(_) => {
                 let failsafes = &self.plane.failsafes;
                 if time_s > failsafes.short_s + failsafes.long_s + PILOTED_S {
                     self.ending = Some(Ending::NotRehearsed);
@@ -357,9 +359,9 @@ impl<'a> Autopilot<'a> {
         let duty = match self.mode {
             Mode::Auto(_) | Mode::Landed => Duty::Mission,
             Mode::Return { .. } => Duty::Return,
-            Mode::Holding(duty) => duty,
+            Mode::Holding(duty) | Mode::Piloted(duty) => duty,
             Mode::Circling { .. } => Duty::Circling,
-            Mode::Piloted | Mode::Gliding => Duty::Piloted,
+            Mode::Gliding => Duty::Piloted,
         };
         Situation {
             duty,
@@ -371,7 +373,7 @@ impl<'a> Autopilot<'a> {
     }
 
     fn has_left_mission(&self) -> bool {
-        matches!(self.mode, Mode::Circling { .. } | Mode::Gliding | Mode::Piloted)
+        matches!(self.mode, Mode::Circling { .. } | Mode::Gliding | Mode::Piloted(_))
     }
 
     /// Does something else than the mission; whatever is being landed or circled is left.

@@ -25,6 +25,23 @@ pub enum Doing {
     },
     /// It circles where it is, as high as it is (CIRCLE).
     Circling,
+    /// It has climbed and circles as in LOITER, but a short failsafe leaves it alone (TAKEOFF).
+    TookOff {
+        /// Around which place.
+        around: GeoPoint,
+        /// Height above home, m.
+        height_m: f64,
+    },
     /// A pilot steers it: what he will do nobody knows, so only what follows a trigger can be rehearsed.
     Piloted,
+    /// It looks for lift (THERMAL): likewise, but its failsafes are those of LOITER.
+    Soaring,
+}
+
+impl Doing {
+    /// Whether nobody knows what it will do of itself.
+    #[must_use]
+    pub fn is_open(self) -> bool {
+        matches!(self, Self::Piloted | Self::Soaring)
+    }
 }

@@ -120,11 +120,11 @@ pub(super) enum Duty {
     Mission,
     /// GUIDED.
     Guided,
-    /// LOITER.
+    /// LOITER and THERMAL.
     Loiter,
     /// RTL.
     Return,
-    /// CIRCLE.
+    /// CIRCLE, and TAKEOFF after its climb.
     Circling,
     /// A mode that a pilot steers in, FBWA among them.
     Piloted,

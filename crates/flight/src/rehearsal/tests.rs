@@ -669,6 +669,8 @@ fn a_plane_that_flies_no_mission_goes_on_as_its_mode_does() {
     assert!(returned.ending == Ending::Returned && end(&returned).1 < 90.0);
     let (circles, _) = from_now(Doing::Circling, &[], &[]);
     assert_eq!(circles.ending, Ending::Unlimited);
+    let (climbed, _) = from_now(Doing::TookOff { around: there, height_m: 70.0 }, &[], &[]);
+    assert_eq!((climbed.ending, end(&climbed)), (Ending::Unlimited, end(&guided)));
     let (piloted, asked) = from_now(Doing::Piloted, &[], Trigger::ALL);
     assert_eq!(piloted.ending, Ending::NotRehearsed, "nobody knows what a pilot will do");
     let stopped = asked.last().unwrap().flown.as_ref().unwrap();
@@ -685,7 +687,9 @@ fn failsafes_tell_the_modes_apart() {
         (Doing::Guided { to: hold, height_m: 70.0 }, [Reaction::GoesOn, Reaction::GoesOn], Reaction::GoesOn),
         (Doing::Loitering { around: hold, height_m: 70.0 }, [Reaction::GoesOn, Reaction::Returns], Reaction::Returns),
         (Doing::Circling, [Reaction::GoesOn, Reaction::Returns], Reaction::Returns),
+        (Doing::TookOff { around: hold, height_m: 70.0 }, [Reaction::GoesOn, Reaction::Returns], Reaction::Returns),
         (Doing::Piloted, [Reaction::Circles, Reaction::Returns], Reaction::Returns),
+        (Doing::Soaring, [Reaction::GoesOn, Reaction::Returns], Reaction::Returns),
         (Doing::Returning, [Reaction::GoesOn, Reaction::GoesOn], Reaction::GoesOn),
     ] {
         let (_, asked) = from_now(doing, &set, &[Trigger::RadioLost, Trigger::LinkLost]);

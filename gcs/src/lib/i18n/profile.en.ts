@@ -20,7 +20,7 @@ export const profileEn = {
   'battery.said.voltage_v': 'Voltage in flight, V',
   'battery.said.power_cruise_w': 'Power at cruise, W',
   'battery.said.reserve_pct': 'Left at the landing',
-  'battery.said.own': 'as the plane says',
+  'battery.said.own': 'automatic',
   'battery.said.unknown': 'not known',
   'odds.ask': 'Fly it 200 times',
   'odds.asking': 'Flying it 200 times in other winds…',

@@ -22,7 +22,7 @@ export const profileEs: Record<keyof typeof profileEn, string> = {
   'battery.said.voltage_v': 'Tensión en vuelo, V',
   'battery.said.power_cruise_w': 'Potencia en crucero, W',
   'battery.said.reserve_pct': 'Al aterrizar quedan',
-  'battery.said.own': 'según el avión',
+  'battery.said.own': 'automático',
   'battery.said.unknown': 'no se sabe',
   'odds.ask': 'Volarlo 200 veces',
   'odds.asking': 'Volándolo 200 veces con otros vientos…',
