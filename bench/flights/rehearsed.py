@@ -13,7 +13,13 @@ def rehearsal_of(flight: Flight) -> Track:
     """The track of a flight's plan, rehearsed with what the flight was told."""
     # Which way the runway lies stands in no plan.
     heading_deg = flight.track.takeoff_course_deg
-    found = rehearse(flight.plan, parameters=flight.parameters, wind=flight.wind, heading_deg=heading_deg)
+    found = rehearse(
+        flight.plan,
+        parameters=flight.parameters,
+        wind=flight.wind,
+        heading_deg=heading_deg,
+        airframe=flight.airframe,
+    )
     home = flight.plan.home
     assert home is not None, "a flight's plan has a home"
     # As MISSION_CURRENT has it: an item is current until the next one is, in a return and on the ground too.

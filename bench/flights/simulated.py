@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import math
 import random
-from dataclasses import dataclass
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import BinaryIO
 
 from vencejo import GeoPoint, Home, MissionItem, Plan
 from vencejo.geodesy import bearing_deg, destination, distance_m
 from vencejo.landing import Wind, design_landing
+from vencejo.rehearsal import Airframe, learn
 from vencejo.sim.autopilot import Autopilot, SimConfig
 from vencejo.sim.autopilot.interface import DT_S, MavResult, Mode, StoredItem
 from vencejo.sim.autopilot.testing import FixedPlan, home_item
+from vencejo.sim.fence import FenceStatus
+from vencejo.sim.mavlink.codec import dialect
+from vencejo.sim.mavlink.telemetry import BUILDERS, TelemetryContext
 from vencejo.sim.params import ParamStore
 
 from bench.flights.track import Flight, Sample, Track
@@ -27,6 +34,19 @@ FARTHEST_M = 1500.0
 LOWEST_M, HIGHEST_M = 60.0, 160.0
 #: A plane whose return finds the landing of its mission; without it DO_LAND_START is not armed.
 SETTINGS = {"RTL_AUTOLAND": 2.0}
+#: HEARTBEAT, ATTITUDE, GLOBAL_POSITION_INT and VFR_HUD: what a plane is learned from.
+LESSON = (0, 30, 33, 74)
+TELEMETRY = TelemetryContext(
+    unix_us_at_boot=0,
+    stick_mixing=False,
+    rc_rssi=0,
+    fence_enabled=False,
+    fence_present=False,
+    fence=FenceStatus(breached=False, count=0, kind=0, time_s=0.0),
+    prearm_ok=True,
+    home_set=True,
+)
+START_UNIX_US = 1_790_000_000_000_000
 
 
 def random_mission(seed: int) -> tuple[Plan, Wind, float]:
@@ -79,10 +99,32 @@ def _place(source: random.Random, at: GeoPoint, alt_m: float) -> MissionItem:
     return MissionItem.waypoint(*where, alt_rel_home_m=alt_m)
 
 
-def fly(seed: int) -> Flight:
+def fly(seed: int, airframe: Airframe | None = None) -> Flight:
     """The random mission of a seed, from standing still to standing still; the same seed gives the same flight."""
     plan, wind, heading_deg = random_mission(seed)
-    return flight_of(f"simulated {seed}", plan, wind, heading_deg=heading_deg, seed=seed).flight
+    flown = flight_of(f"simulated {seed}", plan, wind, heading_deg=heading_deg, seed=seed)
+    return replace(flown.flight, airframe=airframe)
+
+
+def learned() -> Airframe:
+    """The simulated plane as a recorded flight of its own teaches it: a square at three speeds, with climbs and descents."""
+    home = GeoPoint(HOME.lat_deg, HOME.lon_deg)
+    places = [destination(home, bearing_deg=bearing, distance_m=700.0) for bearing in (0.0, 90.0, 180.0, 270.0)]
+    items = [MissionItem.takeoff(HOME.lat_deg, HOME.lon_deg, alt_rel_home_m=60.0)]
+    for speed_m_s, alt_m in ((22.0, 150.0), (17.0, 60.0), (26.0, 160.0), (22.0, 70.0)):
+        items.append(MissionItem.change_airspeed(speed_m_s))
+        items += [
+            MissionItem.waypoint(place.lat_deg, place.lon_deg, alt_rel_home_m=alt_m if place in places[:2] else 110.0)
+            for place in places
+        ]
+    wind = Wind(300.0, 4.0)
+    landing = design_landing(home, course_deg=wind.from_deg, wind=wind, ground_rel_home_m=0.0)
+    plan = Plan(items=(*items, *landing.items), home=HOME)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "flight.tlog")
+        with file.open("wb") as tlog:
+            flown = flight_of("the lesson", plan, wind, heading_deg=wind.from_deg, seed=0, tlog=tlog)
+        return learn(file, parameters=flown.flight.parameters).airframe
 
 
 @dataclass(frozen=True)
@@ -93,8 +135,10 @@ class Flown:
     rest: GeoPoint
 
 
-def flight_of(name: str, plan: Plan, wind: Wind, *, heading_deg: float, seed: int) -> Flown:
-    """The flight of a plan that begins and ends on the ground."""
+def flight_of(
+    name: str, plan: Plan, wind: Wind, *, heading_deg: float, seed: int, tlog: BinaryIO | None = None
+) -> Flown:
+    """The flight of a plan that begins and ends on the ground, recorded where there is a file for it."""
     store = ParamStore.arduplane(SETTINGS)
     stored = [
         home_item(HOME.lat_deg, HOME.lon_deg, HOME.alt_amsl_m),
@@ -125,6 +169,8 @@ def flight_of(name: str, plan: Plan, wind: Wind, *, heading_deg: float, seed: in
         for _ in range(STEPS_A_SAMPLE):
             plane.step()
         plane.events()
+        if tlog is not None:
+            _record(plane, tlog)
         body = plane.body
         samples.append(
             Sample(
@@ -141,6 +187,15 @@ def flight_of(name: str, plan: Plan, wind: Wind, *, heading_deg: float, seed: in
     track = Track.of(samples, home=HOME, name=name)
     rest = GeoPoint(plane.body.lat_deg, plane.body.lon_deg)
     return Flown(Flight(name, plan, parameters(store), wind, track), rest)
+
+
+def _record(plane: Autopilot, tlog: BinaryIO) -> None:
+    """What a plane is learned from, as a .tlog has it: the time of day in microseconds, and a frame."""
+    snapshot, sender = plane.snapshot(), dialect.MAVLink(None, srcSystem=1, srcComponent=1)
+    for message_id in LESSON:
+        message = BUILDERS[message_id](snapshot, TELEMETRY)
+        if message is not None:
+            tlog.write((START_UNIX_US + round(plane.time_s * 1e6)).to_bytes(8, "big") + message.pack(sender))
 
 
 def parameters(store: ParamStore) -> dict[str, float]:

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from vencejo import Home, Plan
 from vencejo.landing import Wind
+from vencejo.rehearsal import Airframe
 from vencejo.sim.autopilot.geo import LocalFrame
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -128,3 +129,5 @@ class Flight:
     parameters: dict[str, float]
     wind: Wind
     track: Track
+    airframe: Airframe | None = None
+    """What is known of the plane beside its parameters."""

@@ -105,6 +105,8 @@ class Airframe:
         Of the power over the throttle.
     voltage_v : float or None
         Of the battery in flight.
+    thrust_static_m_s2 : float or None
+        At full throttle standing still; ``None``: not known, and taken to be ``thrust_full_m_s2``.
     """
 
     cruise_m_s: float
@@ -120,6 +122,7 @@ class Airframe:
     is_simulated: bool = False
     power_exponent: float = 2.5
     voltage_v: float | None = None
+    thrust_static_m_s2: float | None = None
 
 
 @dataclass(frozen=True)

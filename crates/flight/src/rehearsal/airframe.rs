@@ -45,9 +45,12 @@ words! {
 
 /// Lift, drag and thrust per mass, at indicated airspeeds.
 ///
-/// The drag polar is parabolic, D = a V² + b n² V⁻² (J. D. Anderson, *Aircraft Performance and Design*, eq. 5.9). Thrust is taken as
-/// independent of speed, which lies between a jet's and a propeller's of constant power, and as linear in throttle on both sides of
-/// cruise.
+/// The drag polar is parabolic, D = a V² + b n² V⁻² (J. D. Anderson, *Aircraft Performance and Design*, eq. 5.9).
+///
+/// Where it is known how much a propeller pulls standing still, thrust is T = Ts θ² − (Ts − Tf) θ V / Vc of throttle θ and airspeed V, and
+/// nothing at least: ρ n² D⁴ C_T with revolutions n as the throttle and C_T linear in the advance ratio V / (n D), as small propellers have
+/// it (J. B. Brandt, M. S. Selig, *Propeller Performance Data at Low Reynolds Numbers*, AIAA 2011-1255). Elsewhere it is taken as
+/// independent of speed, which lies between a jet's and a propeller's of constant power, and as linear in throttle on both sides of cruise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     feature = "describe",
@@ -65,6 +68,9 @@ pub struct Airframe {
     pub induced: f64,
     /// Thrust at full throttle, m/s².
     pub thrust_full_m_s2: f64,
+    /// The same standing still; `None`: not known, or no propeller's.
+    #[cfg_attr(feature = "describe", serde(default), schema(required = true))]
+    pub thrust_static_m_s2: Option<f64>,
     /// Throttle of level flight at it, 0 to 1.
     pub throttle_cruise: f64,
     /// Angle of attack above that of no lift in level flight at it, rad.
@@ -117,6 +123,7 @@ impl Airframe {
             drag_m_s2: drag,
             induced: DRAG_INDUCED / (DRAG_0 + DRAG_INDUCED),
             thrust_full_m_s2: thrust.max(1.1 * drag),
+            thrust_static_m_s2: None,
             throttle_cruise: bound(tecs.throttle_trim, 0.05, 0.95),
             attack_rad: CRUISE_LIFT / LIFT_PER_RAD,
             level_pitch_rad: pitch_trim_deg.to_radians(),
@@ -151,6 +158,7 @@ impl Airframe {
             drag_m_s2: drag,
             induced: induced / (drag_0 + induced),
             thrust_full_m_s2: thrust_full,
+            thrust_static_m_s2: None,
             throttle_cruise: throttle,
             attack_rad: lift / lift_per_rad,
             level_pitch_rad: (lift - lift_0) / lift_per_rad,
@@ -171,6 +179,7 @@ impl Airframe {
             ("drag_m_s2", self.drag_m_s2, (0.05, 20.0)),
             ("induced", self.induced, (0.0, 1.0)),
             ("thrust_full_m_s2", self.thrust_full_m_s2, (0.05, 60.0)),
+            ("thrust_static_m_s2", self.thrust_static_m_s2.unwrap_or(1.0), (0.05, 60.0)),
             ("throttle_cruise", self.throttle_cruise, (0.01, 0.99)),
             ("attack_rad", self.attack_rad, (0.005, 0.5)),
             ("level_pitch_rad", self.level_pitch_rad, (-0.5, 0.5)),
@@ -242,9 +251,12 @@ impl Airframe {
         self.cruise_m_s * (induced / (1.0 - induced)).powf(0.25)
     }
 
-    /// Thrust at a throttle, m/s².
-    pub(super) fn thrust(&self, throttle: f64) -> f64 {
-        if throttle < self.throttle_cruise {
+    /// Thrust at a throttle and an airspeed (m/s), m/s².
+    pub(super) fn thrust(&self, throttle: f64, airspeed_m_s: f64) -> f64 {
+        if let Some(still) = self.thrust_static_m_s2 {
+            let advance = throttle * airspeed_m_s / self.cruise_m_s;
+            (still * throttle * throttle - (still - self.thrust_full_m_s2) * advance).max(0.0)
+        } else if throttle < self.throttle_cruise {
             self.drag_m_s2 * throttle / self.throttle_cruise
         } else {
             let above = (throttle - self.throttle_cruise) / (1.0 - self.throttle_cruise);

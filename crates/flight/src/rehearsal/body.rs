@@ -163,7 +163,7 @@ impl Body {
             let (vertical, load) = lift(self, airspeed, path, plane);
             let (sin_path, cos_path) = path.sin_cos();
             let turn = vertical * self.bank_rad.tan() / (speed * cos_path.max(0.2) * (1.0 + skid));
-            let accel = plane.airframe.thrust(controls.throttle)
+            let accel = plane.airframe.thrust(controls.throttle, airspeed)
                 - plane.airframe.drag(airspeed, load)
                 - GRAVITY_M_S2 * sin_path;
             speed = (speed + accel * dt).max(1.0);
@@ -255,7 +255,8 @@ impl Body {
             let rises_rad = if speed > 5.0 { accel / SIMULATOR_HZ * dt } else { -self.pitch_rad };
             self.pitch_rad = (self.pitch_rad + rises_rad).max(0.0);
             self.climb_m_s = (self.climb_m_s + (vertical - GRAVITY_M_S2) * dt).max(0.0);
-            let accel = plane.airframe.thrust(controls.throttle) - plane.airframe.drag(airspeed, load) - 0.3 * speed;
+            let accel =
+                plane.airframe.thrust(controls.throttle, airspeed) - plane.airframe.drag(airspeed, load) - 0.3 * speed;
             speed = (speed + accel * dt).max(0.0);
             moved_m += speed * dt;
         }
@@ -289,7 +290,7 @@ impl Body {
             (false, true) => SLIDING * GRAVITY_M_S2,
             (false, false) => ROLLING * weight,
         };
-        let thrust = if self.has_flown { 0.0 } else { plane.airframe.thrust(controls.throttle) };
+        let thrust = if self.has_flown { 0.0 } else { plane.airframe.thrust(controls.throttle, airspeed) };
         let accel = thrust - plane.airframe.drag(airspeed, 0.0) - friction;
         let next = (speed + accel * dt_s).max(0.0);
         self.position = self.position + along * (0.5 * (speed + next) * dt_s);

@@ -9,6 +9,7 @@
 //! | pitch, attack | pitch − path angle = level pitch + attack · (load · (cruise / airspeed)² − 1), wings level |
 //! | cruise throttle | its median in steady level flight at cruise |
 //! | thrust, drag | V̇ + g ḣ / V = thrust − drag, both as [`Airframe`] has them, wings level and throttle held |
+//! | static thrust | the same of a propeller, whose thrust falls with airspeed, wherever it pulls |
 //! | power, voltage | their medians in level flight at cruise, and how power grows with throttle away from it |
 //!
 //! What a flight does not show keeps its value from before.
@@ -86,6 +87,9 @@ const HIGH_PART: f64 = 0.15;
 /// Thrust less drag of a plane that climbs or gains speed, and drag less thrust of one that sinks or loses it, m/s².
 const CLIMBS_M_S2: f64 = 0.5;
 const SINKS_M_S2: f64 = 0.5;
+/// Throttle over that of cruise above which a propeller pulls, and the most that one pulls, over the plane's weight.
+const PULLS: f64 = 0.6;
+const MOST_STATIC: f64 = 4.0;
 /// Logarithm of the throttle over that of cruise from which it is another, and a throttle that is idle: there the avionics count.
 const AWAY: f64 = 0.15;
 const IDLE: f64 = 0.1;
@@ -209,6 +213,9 @@ pub fn learn<'a>(flight: impl IntoIterator<Item = &'a Recorded>, plane: &Aircraf
     if let Some(throttle) = median(&mut throttles).filter(|_| throttles.len() >= FEWEST) {
         airframe.throttle_cruise = throttle.clamp(0.02, 0.98);
         (airframe.drag_m_s2, airframe.thrust_full_m_s2) = drag_and_thrust(&pulls, &airframe);
+        if let Some((full, still)) = propeller(&pulls, &airframe) {
+            (airframe.thrust_full_m_s2, airframe.thrust_static_m_s2) = (full, Some(still));
+        }
     }
     airframe.power_cruise_w = median(&mut powers).or(airframe.power_cruise_w);
     airframe.voltage_v = median(&mut volts).or(airframe.voltage_v);
@@ -335,6 +342,29 @@ fn drag_and_thrust(pulls: &[Pull], airframe: &Airframe) -> (f64, f64) {
     }
     let above = if count >= A_FEW { xy / xx } else { airframe.thrust_full_m_s2 - airframe.drag_m_s2 };
     (drag, drag + above.clamp(0.1 * drag, 30.0))
+}
+
+/// Thrust at full throttle at cruise and standing still, m/s², by least squares on the propeller's law of [`Airframe::thrust`]; `None` where the
+/// flight shows too little of it, or no propeller.
+///
+/// In level flight at cruise thrust is drag, so that with the drag known one number is free: the law's T = Ts θ² − (Ts θc − D / θc) θ V / Vc.
+fn propeller(pulls: &[Pull], airframe: &Airframe) -> Option<(f64, f64)> {
+    if airframe.is_simulated {
+        return None; // its thrust is another law's
+    }
+    let (cruise, drag) = (airframe.throttle_cruise, airframe.drag_m_s2);
+    let (mut xx, mut xy, mut count) = (0.0, 0.0, 0);
+    for pull in pulls.iter().filter(|pull| pull.throttle > PULLS * cruise) {
+        let (throttle, fast) = (pull.throttle, pull.airspeed_m_s / airframe.cruise_m_s);
+        let x = throttle * (throttle - cruise * fast);
+        let pulled = pull.excess_m_s2 + airframe.drag(pull.airspeed_m_s, 1.0) - drag * fast * throttle / cruise;
+        (xx, xy) = (xx + x * x, xy + x * pulled);
+        count += usize::from(throttle > cruise + HELD);
+    }
+    let still = xy / xx;
+    let full = still - (still * cruise - drag / cruise);
+    let is_propeller = count >= A_FEW && full > 1.1 * drag && still > full && still < MOST_STATIC * GRAVITY_M_S2;
+    is_propeller.then_some((full, still))
 }
 
 /// Exponent of the power over the throttle, by least squares of the logarithms away from cruise; `None` where the flight shows nothing else.

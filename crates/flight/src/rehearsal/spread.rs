@@ -170,7 +170,9 @@ fn doubtful(conditions: &Conditions<'_>, doubts: &Doubts, seed: u64) -> (Aircraf
     let Conditions { plane, air, .. } = *conditions;
     let [speed, direction, thrust, drag, power] = normals(seed);
     let mut airframe = plane.airframe;
-    airframe.thrust_full_m_s2 *= (1.0 + doubts.thrust * thrust).clamp(0.5, 1.5);
+    let pulls = (1.0 + doubts.thrust * thrust).clamp(0.5, 1.5);
+    airframe.thrust_full_m_s2 *= pulls;
+    airframe.thrust_static_m_s2 = airframe.thrust_static_m_s2.map(|still| still * pulls);
     airframe.drag_m_s2 *= (1.0 + doubts.drag * drag).clamp(0.5, 1.5);
     let costs = (1.0 + doubts.power * power).clamp(0.5, 1.5);
     airframe.power_cruise_w = airframe.power_cruise_w.map(|power_w| power_w * costs);

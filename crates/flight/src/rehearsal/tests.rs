@@ -344,18 +344,8 @@ fn many_flights_give_a_corridor_and_the_odds() {
     assert_eq!(doubtful, spread(&Doubts::default(), 0..40), "the same seeds, the same flights");
 }
 
-#[test]
-fn a_plane_is_learned_from_its_flight() {
-    let truth = Airframe {
-        skid: 0.2,
-        level_pitch_rad: 0.05,
-        drag_m_s2: 1.8,
-        thrust_full_m_s2: 6.0,
-        throttle_cruise: 0.3,
-        pitot: 1.04,
-        power_cruise_w: Some(180.0),
-        ..Aircraft::default().airframe
-    };
+/// A flight with climbs, turns and other speeds in a wind of 6 m/s from 240°.
+fn recorded_with(truth: Airframe) -> Vec<Recorded> {
     let plane = Aircraft { airframe: truth, ..Aircraft::default() };
     let items = vec![
         takeoff(50.0),
@@ -369,23 +359,35 @@ fn a_plane_is_learned_from_its_flight() {
     ];
     let air = wind(240.0, 6.0);
     let flown = rehearse(&plan(items), &Conditions::new(&plane, air)).unwrap();
-    let recorded: Vec<Recorded> = flown
-        .track
-        .iter()
-        .map(|sample| Recorded {
-            time_s: sample.time_s,
-            velocity: NorthEast::from_bearing(sample.course_deg.to_radians()) * sample.groundspeed_m_s,
-            climb_m_s: sample.climb_m_s,
-            height_amsl_m: HOME.alt_amsl_m + sample.height_m,
-            height_m: sample.height_m,
-            airspeed_m_s: sample.airspeed_m_s,
-            bank_rad: sample.bank_deg.to_radians(),
-            pitch_rad: sample.pitch_deg.to_radians(),
-            throttle: sample.throttle,
-            power_w: Some(180.0 * truth.power(sample.throttle)),
-            voltage_v: Some(11.4),
-        })
-        .collect();
+    let recorded = flown.track.iter().map(|sample| Recorded {
+        time_s: sample.time_s,
+        velocity: NorthEast::from_bearing(sample.course_deg.to_radians()) * sample.groundspeed_m_s,
+        climb_m_s: sample.climb_m_s,
+        height_amsl_m: HOME.alt_amsl_m + sample.height_m,
+        height_m: sample.height_m,
+        airspeed_m_s: sample.airspeed_m_s,
+        bank_rad: sample.bank_deg.to_radians(),
+        pitch_rad: sample.pitch_deg.to_radians(),
+        throttle: sample.throttle,
+        power_w: Some(180.0 * truth.power(sample.throttle)),
+        voltage_v: Some(11.4),
+    });
+    recorded.collect()
+}
+
+#[test]
+fn a_plane_is_learned_from_its_flight() {
+    let truth = Airframe {
+        skid: 0.2,
+        level_pitch_rad: 0.05,
+        drag_m_s2: 1.8,
+        thrust_full_m_s2: 6.0,
+        throttle_cruise: 0.3,
+        pitot: 1.04,
+        power_cruise_w: Some(180.0),
+        ..Aircraft::default().airframe
+    };
+    let recorded = recorded_with(truth);
     let learned = learn(&recorded, &Aircraft::default()).unwrap();
     let close = |a: f64, b: f64, within: f64| assert!((a - b).abs() <= within, "{a} for {b}: {learned:?}");
     close(learned.wind.speed_m_s, 6.0, 0.1);
@@ -404,6 +406,25 @@ fn a_plane_is_learned_from_its_flight() {
     let one_way: Vec<Recorded> = recorded.iter().filter(straight).copied().collect();
     assert_eq!(learn(&one_way, &Aircraft::default()), None, "one direction does not tell wind from pitot");
     assert_eq!(learn(&[], &Aircraft::default()), None);
+}
+
+#[test]
+fn how_thrust_falls_with_airspeed_is_learned() {
+    let truth = Airframe {
+        drag_m_s2: 1.5,
+        thrust_full_m_s2: 8.0,
+        thrust_static_m_s2: Some(13.75),
+        throttle_cruise: 0.6,
+        ..Aircraft::default().airframe
+    };
+    assert!((truth.thrust(0.6, truth.cruise_m_s) - 1.5).abs() < 1e-9, "level flight at cruise");
+    assert!((truth.thrust(1.0, 0.0) - 13.75).abs() < 1e-9);
+    assert_eq!(truth.thrust(0.1, truth.cruise_m_s).to_bits(), 0.0_f64.to_bits(), "a windmill is no brake");
+    let learned = learn(&recorded_with(truth), &Aircraft::default()).unwrap().airframe;
+    let close = |a: f64, b: f64, within: f64| assert!((a - b).abs() <= within, "{a} for {b}: {learned:?}");
+    close(learned.drag_m_s2, 1.5, 0.3);
+    close(learned.thrust_full_m_s2, 8.0, 0.8);
+    close(learned.thrust_static_m_s2.unwrap(), 13.75, 2.0);
 }
 
 /// A propeller that gives less the faster the plane is, and more than twice as much at full throttle as at half, mostly in level flight at three

@@ -1856,9 +1856,12 @@ export interface components {
         /**
          * @description Lift, drag and thrust per mass, at indicated airspeeds.
          *
-         *     The drag polar is parabolic, D = a V² + b n² V⁻² (J. D. Anderson, *Aircraft Performance and Design*, eq. 5.9). Thrust is taken as
-         *     independent of speed, which lies between a jet's and a propeller's of constant power, and as linear in throttle on both sides of
-         *     cruise.
+         *     The drag polar is parabolic, D = a V² + b n² V⁻² (J. D. Anderson, *Aircraft Performance and Design*, eq. 5.9).
+         *
+         *     Where it is known how much a propeller pulls standing still, thrust is T = Ts θ² − (Ts − Tf) θ V / Vc of throttle θ and airspeed V, and
+         *     nothing at least: ρ n² D⁴ C_T with revolutions n as the throttle and C_T linear in the advance ratio V / (n D), as small propellers have
+         *     it (J. B. Brandt, M. S. Selig, *Propeller Performance Data at Low Reynolds Numbers*, AIAA 2011-1255). Elsewhere it is taken as
+         *     independent of speed, which lies between a jet's and a propeller's of constant power, and as linear in throttle on both sides of cruise.
          */
         Airframe: {
             /**
@@ -1926,6 +1929,11 @@ export interface components {
              * @description Thrust at full throttle, m/s².
              */
             thrust_full_m_s2: number;
+            /**
+             * Format: double
+             * @description The same standing still; `None`: not known, or no propeller's.
+             */
+            thrust_static_m_s2: number | null;
             /**
              * Format: double
              * @description Voltage of the battery in flight, V; `None`: not known.
