@@ -195,10 +195,13 @@ async def moves(station: StationPage, page: Page) -> None:
 
     await station.eventually(has_moved, "a window that is elsewhere and taller")
     await station.button("camera.swap").click()
-    boxes = [await window(station, "tail").bounding_box(), await station.map.bounding_box()]
-    assert boxes[0] is not None
-    assert boxes[1] is not None
-    assert boxes[0]["width"] > 1400 > 400 > boxes[1]["width"]
+
+    async def has_swapped() -> bool:
+        boxes = [await window(station, "tail").bounding_box(), await station.map.bounding_box()]
+        widths = [box["width"] for box in boxes if box is not None]
+        return len(widths) == 2 and widths[0] > 1400 > 400 > widths[1]
+
+    await station.eventually(has_swapped, "the picture where the map was")
     await station.button("camera.swapBack").click()
     await page.keyboard.press("c")
     await expect(window(station, "tail")).to_have_count(0)
