@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -37,3 +37,11 @@ class Finding:
 
     def __str__(self) -> str:
         return f"{self.message}: {self.remedy}" if self.remedy else self.message
+
+
+def with_flown(drawn: Iterable[Finding], flown: Iterable[Finding]) -> tuple[Finding, ...]:
+    """What is wrong or doubtful in a plan that was rehearsed.
+
+    That is what its lines show, but for the legs that look short, for the flight shows whether they are; and what the flight shows.
+    """
+    return (*(finding for finding in drawn if finding.code != "short-leg"), *flown)

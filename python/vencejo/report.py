@@ -25,7 +25,7 @@ from importlib.resources import files
 from vencejo import __version__
 from vencejo._report_drawings import Words, map_drawing, profile_drawing
 from vencejo._report_texts import Language, Texts
-from vencejo.findings import Finding
+from vencejo.findings import Finding, with_flown
 from vencejo.geodesy import distance_m
 from vencejo.landing import Wind
 from vencejo.plan import GeoPoint, MissionItem, Plan
@@ -219,7 +219,7 @@ def _key(subject: _Subject, shown: Iterable[str]) -> str:
 
 
 def _all_findings(subject: _Subject) -> tuple[Finding, ...]:
-    return (*subject.plan.check(), *subject.flown.findings)
+    return with_flown(subject.plan.check(), subject.flown.findings)
 
 
 def _findings(subject: _Subject) -> str:

@@ -10,7 +10,7 @@ mod surveyed;
 
 pub use finding::{Datum, FenceFault, Finding, FindingCode, FindingKind, Missing, RallyFault, Severity};
 pub use fix::{Fix, FixKind, Inspection, fixes};
-pub use rehearsed::{CLEARANCE_M, rehearse_and_check};
+pub use rehearsed::{CLEARANCE_M, rehearse_and_check, with_flown};
 pub use surveyed::check_survey;
 
 pub use crate::words::Figure;

@@ -1,6 +1,8 @@
 //! What the core says of a plan that somebody edits or is about to send.
 
-use vencejo_flight::checks::{CLEARANCE_M, CheckContext, Finding, Inspection, check_plan, fixes, rehearse_and_check};
+use vencejo_flight::checks::{
+    CLEARANCE_M, CheckContext, Finding, Inspection, check_plan, fixes, rehearse_and_check, with_flown,
+};
 use vencejo_flight::geodesy::{GeoPoint, direct};
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan;
@@ -52,8 +54,10 @@ pub(crate) fn assess(
         Some(wind) => rehearsed(app, vehicle.as_ref(), &plan, wind, clearance_m, profile)?,
         None => None,
     };
-    let shown = rehearsal.as_ref().map_or(&[][..], |rehearsal| &rehearsal.findings);
-    let findings = findings.into_iter().chain(shown.iter().cloned()).collect();
+    let findings = match &rehearsal {
+        Some(rehearsal) => with_flown(findings, rehearsal.findings.iter().cloned()),
+        None => findings,
+    };
     Ok(Assessment { findings, trip, rehearsal })
 }
 

@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, PoisonError, Weak};
 use std::time::Duration;
 
-use vencejo_flight::checks::{CLEARANCE_M, CheckContext, Finding, Severity, check_plan, rehearse_and_check};
+use vencejo_flight::checks::{
+    CLEARANCE_M, CheckContext, Finding, Severity, check_plan, rehearse_and_check, with_flown,
+};
 use vencejo_flight::geodesy::{GeoPoint, direct};
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{Home, Mission, Plan, PlanKind};
@@ -94,8 +96,9 @@ impl VehicleHandle {
             let told = self.telemetry().0.wind.map(|wind| wind.value);
             let wind = told.and_then(|wind| Some(Wind { from_deg: wind.from_deg?, speed_m_s: wind.speed_m_s? }));
             let wind = wind.unwrap_or_default();
-            let flown = self.rehearse(plan, &self.flies_in(wind), None, CLEARANCE_M);
-            found.extend(flown.into_iter().flat_map(|(_, shown)| shown));
+            if let Some((_, flown)) = self.rehearse(plan, &self.flies_in(wind), None, CLEARANCE_M) {
+                found = with_flown(found, flown);
+            }
         }
         found
     }

@@ -78,16 +78,17 @@ def check(
     """
     from vencejo import Plan
     from vencejo.errors import InvalidRequest
+    from vencejo.findings import with_flown
 
     plan = Plan.load(file)
-    findings = list(plan.check())
+    findings = plan.check()
     flown, why = None, None
     try:
         if plan.items:
             battery = (capacity, voltage, power, reserve)
             flight = Flight(params, learned_from, wind, wind_from, ground, clearance, battery)
             flown = flight.fly(plan)
-            findings += flown.findings
+            findings = with_flown(findings, flown.findings)
     except InvalidRequest as error:
         why = str(error)
     if json:

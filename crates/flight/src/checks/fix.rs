@@ -4,7 +4,7 @@
 //! not told.
 
 use super::finding::{Finding, FindingCode, FindingKind, Severity};
-use super::{CheckContext, check_plan, rehearse_and_check};
+use super::{CheckContext, check_plan, rehearse_and_check, with_flown};
 use crate::approaches::{Site, landing_alternatives, options_of};
 use crate::geodesy::{GeoPoint, direct, inverse};
 use crate::landing::LandingOptions;
@@ -157,8 +157,11 @@ impl Inspection<'_> {
     #[must_use]
     pub fn findings(&self, plan: &Plan) -> Vec<Finding> {
         let shown = |conditions: &Conditions<'_>| rehearse_and_check(plan, conditions, self.clearance_m);
-        let flown = self.conditions.as_ref().and_then(shown);
-        check_plan(plan, &self.context).into_iter().chain(flown.into_iter().flat_map(|(_, found)| found)).collect()
+        let drawn = check_plan(plan, &self.context);
+        match self.conditions.as_ref().and_then(shown) {
+            Some((_, flown)) => with_flown(drawn, flown),
+            None => drawn,
+        }
     }
 }
 

@@ -59,6 +59,15 @@ pub fn rehearse_and_check(
     Some((flown, found.findings))
 }
 
+/// What is wrong or doubtful in a plan that was rehearsed: what its lines show but for the legs that look short, for the flight shows whether
+/// they are, and what the flight shows.
+#[must_use]
+pub fn with_flown(mut drawn: Vec<Finding>, flown: impl IntoIterator<Item = Finding>) -> Vec<Finding> {
+    drawn.retain(|finding| finding.code() != FindingCode::ShortLeg);
+    drawn.extend(flown);
+    drawn
+}
+
 /// What was found so far.
 struct Found<'a> {
     plan: &'a Plan,
@@ -272,6 +281,7 @@ fn beyond_m(point: GeoPoint, place: GeoPoint, course_deg: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::checks::{CheckContext, check_plan};
     use crate::geodesy::direct;
     use crate::landing::{LandingOptions, design_landing};
     use crate::plan::{Fence, FenceShape, FenceZone, Home, Mission};
@@ -313,6 +323,15 @@ mod tests {
         let narrow = vec![waypoint(0.0, 1_000.0, 60.0), waypoint(3.4, 1_000.0, 60.0), waypoint(3.4, 900.0, 60.0)];
         let codes = found(narrow, Fence::default(), Wind { from_deg: 270.0, speed_m_s: 9.0 });
         assert!(codes.contains(&(FindingCode::WaypointMissed, Some(4))), "{codes:?}");
+        // Straight on they are nothing to turn in.
+        let straight = vec![waypoint(0.0, 1_000.0, 60.0), waypoint(0.0, 1_040.0, 60.0), waypoint(0.0, 1_500.0, 60.0)];
+        let items =
+            std::iter::once(MissionItem::takeoff(HOME.lat_deg, HOME.lon_deg, 50.0, 12.0)).chain(straight.clone());
+        let mission = Mission { home: Some(HOME), items: items.collect() };
+        let short = |found: &[Finding]| found.iter().any(|finding| finding.code() == FindingCode::ShortLeg);
+        let drawn = check_plan(&Plan::from_mission(mission), &CheckContext::default());
+        assert!(short(&drawn) && found(straight, Fence::default(), calm).is_empty());
+        assert!(!short(&with_flown(drawn, [])));
         let center = HOME.point().unwrap();
         let zone = FenceZone { inclusion: true, shape: FenceShape::Circle { center, radius_m: 1_030.0 } };
         let fence = Fence { zones: vec![zone], return_point: None };
