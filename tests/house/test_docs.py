@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.browser.texts import catalogues
 from tests.house.support import ROOT, table_rows, tracked
 
 DOCUMENTS = [path for path in tracked("*.md") if "fixtures" not in path.parts]
@@ -72,6 +73,17 @@ def test_decisions_are_numbered_and_listed() -> None:
         for part in ("## Context", "## Decision", "## Consequences"):
             assert part in text, f"{path.name}: no {part!r}"
         assert f"({path.name})" in index, f"{path.name} is not in docs/adr/README.md"
+
+
+def test_the_words_of_the_glossary_are_those_of_the_page() -> None:
+    page = (ROOT / "docs/glossary.md").read_text(encoding="utf-8")
+    rows = table_rows(page, first_header="English")
+    assert len(rows) > 30
+    for column, language in ((0, "en"), (1, "es")):
+        texts = " ".join(catalogues()[language].values()).lower()  # type: ignore[index]
+        words = [word for row in rows for word in row[column].split(", ")]
+        assert words == list(dict.fromkeys(words)), "one word for one thing"
+        assert [word for word in words if not re.search(rf"\b{re.escape(word.lower())}", texts)] == []
 
 
 def test_make_targets_in_the_documents_exist() -> None:

@@ -111,7 +111,7 @@ export const paramsEs: Readonly<Record<string, string>> = {
   Repeats: 'Repeticiones',
   'Kind of speed': 'Qué velocidad',
   Speed: 'Velocidad',
-  Throttle: 'Acelerador',
+  Throttle: 'Gas',
   'Use current position': 'Usar la posición actual',
   Relay: 'Relé',
   State: 'Estado',

@@ -308,7 +308,7 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'param.exit': 'Salir hacia el siguiente desde',
   'param.speedType': 'Qué velocidad',
   'param.speed': 'Velocidad',
-  'param.throttle': 'Acelerador (−1: sin cambio)',
+  'param.throttle': 'Gas (−1: sin cambio)',
   'param.item': 'Al punto',
   'param.repeats': 'Repeticiones (−1: siempre)',
 };
