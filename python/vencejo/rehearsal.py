@@ -106,7 +106,7 @@ class Airframe:
     voltage_v : float or None
         Of the battery in flight.
     thrust_static_m_s2 : float or None
-        At full throttle standing still; ``None``: not known, and taken to be ``thrust_full_m_s2``.
+        At full throttle standing still, no less than ``thrust_full_m_s2``; ``None``: not known, or no propeller's.
     """
 
     cruise_m_s: float

@@ -68,7 +68,7 @@ pub struct Airframe {
     pub induced: f64,
     /// Thrust at full throttle, m/s².
     pub thrust_full_m_s2: f64,
-    /// The same standing still; `None`: not known, or no propeller's.
+    /// The same standing still, no less; `None`: not known, or no propeller's.
     #[cfg_attr(feature = "describe", serde(default), schema(required = true))]
     pub thrust_static_m_s2: Option<f64>,
     /// Throttle of level flight at it, 0 to 1.
@@ -179,7 +179,12 @@ impl Airframe {
             ("drag_m_s2", self.drag_m_s2, (0.05, 20.0)),
             ("induced", self.induced, (0.0, 1.0)),
             ("thrust_full_m_s2", self.thrust_full_m_s2, (0.05, 60.0)),
-            ("thrust_static_m_s2", self.thrust_static_m_s2.unwrap_or(1.0), (0.05, 60.0)),
+            // More where it is faster would be no propeller, and no end to its speed.
+            (
+                "thrust_static_m_s2",
+                self.thrust_static_m_s2.unwrap_or(self.thrust_full_m_s2),
+                (self.thrust_full_m_s2, 60.0),
+            ),
             ("throttle_cruise", self.throttle_cruise, (0.01, 0.99)),
             ("attack_rad", self.attack_rad, (0.005, 0.5)),
             ("level_pitch_rad", self.level_pitch_rad, (-0.5, 0.5)),

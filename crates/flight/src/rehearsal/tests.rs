@@ -779,6 +779,8 @@ fn a_battery_is_what_its_parameters_and_its_monitor_say() {
     assert_eq!(none.fault().unwrap().0, "reserve_pct");
     assert_eq!(Airframe { pitot: f64::NAN, ..Aircraft::default().airframe }.fault().unwrap().0, "pitot");
     assert_eq!(Aircraft::default().airframe.fault(), None);
+    let less = Airframe { thrust_static_m_s2: Some(2.0), thrust_full_m_s2: 3.0, ..Aircraft::default().airframe };
+    assert_eq!(less.fault(), Some(("thrust_static_m_s2", 2.0, (3.0, 60.0))));
 }
 
 #[test]

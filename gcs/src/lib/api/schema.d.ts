@@ -1931,7 +1931,7 @@ export interface components {
             thrust_full_m_s2: number;
             /**
              * Format: double
-             * @description The same standing still; `None`: not known, or no propeller's.
+             * @description The same standing still, no less; `None`: not known, or no propeller's.
              */
             thrust_static_m_s2: number | null;
             /**
