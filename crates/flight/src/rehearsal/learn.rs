@@ -8,7 +8,7 @@
 //! | skid | turn rate of the air velocity over that of a coordinated turn at the same bank |
 //! | pitch, attack | pitch − path angle = level pitch + attack · (load · (cruise / airspeed)² − 1), wings level |
 //! | cruise throttle | its median in steady level flight at cruise |
-//! | thrust, drag | V̇ + g ḣ / V = thrust − drag, both as [`Airframe`] has them, wings level and throttle held |
+//! | thrust, drag | V̇ + g ḣ / V = thrust − drag, both as [`Airframe`] has them, wings level and throttle held; down to the ground, for few planes climb at full throttle or glide elsewhere |
 //! | static thrust | the same of a propeller, whose thrust falls with airspeed, wherever it pulls |
 //! | power, voltage | their medians in level flight at cruise, and how power grows with throttle away from it |
 //!
@@ -64,6 +64,8 @@ pub struct Learned {
 
 /// Height above home from which the plane is taken to fly free of the ground and of its wind, m.
 const FREE_M: f64 = 20.0;
+/// Climb or sink, m/s, that below that height tells a plane in the air from one on the ground.
+const IN_AIR_M_S: f64 = 0.3;
 /// Fewest moments that anything is learned from.
 const FEWEST: usize = 100;
 /// Bank that is wings level, rad, and banks that a turn is looked at in.
@@ -122,7 +124,7 @@ impl Learner {
     /// Keeps a moment in the air that is late enough after the last one. A clock that goes back begins anew, unless a link only brought
     /// messages out of order.
     pub fn note(&mut self, moment: Recorded) {
-        if !moment.is_free() {
+        if !moment.is_free() && !moment.is_in_air() {
             return;
         }
         match self.moments.back() {
@@ -149,13 +151,19 @@ impl Recorded {
     fn is_free(&self) -> bool {
         self.height_m > FREE_M
     }
+
+    /// Whether it takes off or lands and is off the ground.
+    fn is_in_air(&self) -> bool {
+        self.climb_m_s.abs() > IN_AIR_M_S
+    }
 }
 
 /// Learns a plane from a flight; `None` where it was too short or flew in one direction only.
 #[must_use]
 pub fn learn<'a>(flight: impl IntoIterator<Item = &'a Recorded>, plane: &Aircraft) -> Option<Learned> {
-    let flies = |moment: &&Recorded| moment.is_free() && moment.airspeed_m_s > 0.6 * plane.tecs.airspeed_min_m_s;
-    let flown: Vec<Recorded> = flight.into_iter().filter(flies).copied().collect();
+    let flies = |moment: &&Recorded| moment.airspeed_m_s > 0.6 * plane.tecs.airspeed_min_m_s;
+    let (flown, low): (Vec<Recorded>, Vec<Recorded>) =
+        flight.into_iter().filter(flies).copied().partition(Recorded::is_free);
     if flown.len() < FEWEST {
         return None;
     }
@@ -166,6 +174,9 @@ pub fn learn<'a>(flight: impl IntoIterator<Item = &'a Recorded>, plane: &Aircraf
         Airframe { origin: Origin::Flight, pitot, cruise_m_s: plane.airspeed_cruise_m_s, ..plane.airframe };
     let cruise = airframe.cruise_m_s;
     let speed = |moment: &Recorded| moment.airspeed_m_s * factor(moment) * pitot;
+
+    let is_level = |moment: &Recorded| moment.bank_rad.abs() <= LEVEL_RAD;
+    let is_held = |before: &Recorded, after: &Recorded| (after.throttle - before.throttle).abs() < HELD;
 
     let mut turns = Vec::new();
     let mut lifts = Lines::default();
@@ -179,27 +190,28 @@ pub fn learn<'a>(flight: impl IntoIterator<Item = &'a Recorded>, plane: &Aircraf
             let turned = wrap_pi(air(after).bearing_rad() - air(before).bearing_rad());
             turns.push(turned / dt * speed(now) / (GRAVITY_M_S2 * now.bank_rad.tan()));
         }
-        if now.bank_rad.abs() > LEVEL_RAD {
+        if !is_level(now) {
             continue;
         }
         let path = (now.climb_m_s / speed(now)).clamp(-0.9, 0.9).asin();
         let ratio = cruise / now.airspeed_m_s;
         lifts.add(path.cos() * ratio * ratio - 1.0, now.pitch_rad - path);
         let accel = (speed(after) - speed(before)) / dt;
-        let throttle = [before, now, after].iter().map(|moment| moment.throttle).sum::<f64>() / 3.0;
-        if (after.throttle - before.throttle).abs() < HELD {
-            pulls.push(Pull {
-                throttle,
-                airspeed_m_s: now.airspeed_m_s,
-                excess_m_s2: accel + GRAVITY_M_S2 * path.sin(),
-                power_w: now.power_w,
-            });
+        if is_held(before, after) {
+            pulls.push(Pull::of(before, now, after, accel + GRAVITY_M_S2 * path.sin()));
         }
         if now.climb_m_s.abs() < LEVEL_M_S && (ratio - 1.0).abs() < NEAR_CRUISE && accel.abs() < STEADY_M_S2 {
-            throttles.push(throttle);
+            throttles.push(mean_throttle(before, now, after));
             powers.extend(now.power_w.filter(|power| *power > 0.0));
             volts.extend(now.voltage_v.filter(|voltage| *voltage > 0.0));
         }
+    }
+    let low: Vec<Recorded> = low.into_iter().filter(Recorded::is_in_air).collect();
+    for (before, now, after) in around(&low).filter(|(before, now, after)| is_level(now) && is_held(before, after)) {
+        // By the ground: the wind there grows with height, which is no change of the plane's own speed.
+        let along = (now.velocity - wind).unit_or(NorthEast::default());
+        let accel = (after.velocity - before.velocity).dot(along) / (after.time_s - before.time_s);
+        pulls.push(Pull::of(before, now, after, accel + GRAVITY_M_S2 * now.climb_m_s / speed(now)));
     }
     if let Some(turn) = median(&mut turns).filter(|_| turns.len() >= FEWEST) {
         let thin = airframe.skids_less(eas_to_tas(flown[flown.len() / 2].height_amsl_m));
@@ -305,6 +317,21 @@ struct Pull {
     /// Thrust less drag.
     excess_m_s2: f64,
     power_w: Option<f64>,
+}
+
+impl Pull {
+    fn of(before: &Recorded, now: &Recorded, after: &Recorded, excess_m_s2: f64) -> Self {
+        Self {
+            throttle: mean_throttle(before, now, after),
+            airspeed_m_s: now.airspeed_m_s,
+            excess_m_s2,
+            power_w: now.power_w,
+        }
+    }
+}
+
+fn mean_throttle(before: &Recorded, now: &Recorded, after: &Recorded) -> f64 {
+    (before.throttle + now.throttle + after.throttle) / 3.0
 }
 
 /// Drag in level flight at cruise and thrust at full throttle, m/s², as [`Airframe::thrust`] and [`Airframe::drag`] have them between

@@ -427,6 +427,50 @@ fn how_thrust_falls_with_airspeed_is_learned() {
     close(learned.thrust_static_m_s2.unwrap(), 13.75, 2.0);
 }
 
+/// A flight that is level all the way, but for its landing: there it comes down without thrust, in a wind that ceases, and brakes on its wheels.
+#[test]
+fn drag_is_learned_down_to_the_ground_and_not_on_it() {
+    let truth = Airframe { drag_m_s2: 3.5, ..Aircraft::default().airframe };
+    let wind = NorthEast::new(-6.0, 0.0);
+    let moment = |time_s: f64, bearing: f64, airspeed_m_s: f64, height_m: f64, climb_m_s: f64| {
+        let here = wind * (height_m / 20.0).clamp(0.0, 1.0);
+        Recorded {
+            time_s,
+            velocity: NorthEast::from_bearing(bearing) * airspeed_m_s + here,
+            climb_m_s,
+            height_amsl_m: 0.0,
+            height_m,
+            airspeed_m_s,
+            bank_rad: 0.0,
+            pitch_rad: climb_m_s / airspeed_m_s,
+            throttle: if height_m < 20.0 { 0.0 } else { 0.6 },
+            power_w: None,
+            voltage_v: None,
+        }
+    };
+    let level =
+        (0..1_500).map(|step| 0.2 * f64::from(step)).map(|time_s| moment(time_s, 0.02 * time_s, 22.0, 100.0, 0.0));
+    let mut flight: Vec<Recorded> = level.collect();
+    // Northward, into the wind, at 5 moments a second. That the wind ceases costs airspeed and no speed over the ground.
+    let (mut speed, mut height_m, sink_m_s) = (18.0, 8.0, 1.2);
+    for step in 0..60 {
+        let is_down = height_m <= 0.0;
+        let airspeed_m_s = (speed + wind.north * (1.0 - (height_m / 20.0_f64).clamp(0.0, 1.0))).max(0.0);
+        flight.push(moment(
+            300.0 + 0.2 * f64::from(step),
+            0.0,
+            airspeed_m_s,
+            height_m,
+            if is_down { 0.0 } else { -sink_m_s },
+        ));
+        let accel = if is_down { -4.0 } else { 9.806_65 * sink_m_s / airspeed_m_s - truth.drag(airspeed_m_s, 1.0) };
+        speed += 0.2 * accel;
+        height_m = (height_m - 0.2 * sink_m_s).max(0.0);
+    }
+    let learned = learn(&flight, &Aircraft::default()).unwrap().airframe;
+    assert!((learned.drag_m_s2 / 3.5 - 1.0).abs() < 0.05, "{learned:?}");
+}
+
 /// A propeller that gives less the faster the plane is, and more than twice as much at full throttle as at half, mostly in level flight at three
 /// speeds with a throttle that is never still.
 #[test]
