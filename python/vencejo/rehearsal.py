@@ -107,6 +107,8 @@ class Airframe:
         Of the battery in flight.
     thrust_static_m_s2 : float or None
         At full throttle standing still, no less than ``thrust_full_m_s2``; ``None``: not known, or no propeller's.
+    ground_drag_m_s2 : float or None
+        What holds it back on the ground after a landing beside its drag: its wheels, brakes, or belly; ``None``: not known, and it slides.
     """
 
     cruise_m_s: float
@@ -123,6 +125,7 @@ class Airframe:
     power_exponent: float = 2.5
     voltage_v: float | None = None
     thrust_static_m_s2: float | None = None
+    ground_drag_m_s2: float | None = None
 
 
 @dataclass(frozen=True)

@@ -69,6 +69,7 @@ pub struct GivenAirframe {
     power_exponent: f64,
     voltage_v: Option<f64>,
     thrust_static_m_s2: Option<f64>,
+    ground_drag_m_s2: Option<f64>,
 }
 
 /// What is said of a battery as `vencejo.rehearsal.Battery` has it.
@@ -103,6 +104,7 @@ impl Profile {
             induced: given.induced,
             thrust_full_m_s2: given.thrust_full_m_s2,
             thrust_static_m_s2: given.thrust_static_m_s2,
+            ground_drag_m_s2: given.ground_drag_m_s2,
             throttle_cruise: given.throttle_cruise,
             attack_rad: given.attack_rad,
             level_pitch_rad: given.level_pitch_rad,
@@ -361,6 +363,7 @@ pub fn learned_tuple<'py>(py: Python<'py>, learned: &Learned) -> PyResult<Learne
     fields.set_item("power_cruise_w", frame.power_cruise_w)?;
     fields.set_item("voltage_v", frame.voltage_v)?;
     fields.set_item("thrust_static_m_s2", frame.thrust_static_m_s2)?;
+    fields.set_item("ground_drag_m_s2", frame.ground_drag_m_s2)?;
     fields.set_item("is_simulated", frame.is_simulated)?;
     Ok((fields, (learned.wind.from_deg, learned.wind.speed_m_s), learned.moments, learned.airspeed_error_m_s))
 }

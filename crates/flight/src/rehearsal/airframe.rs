@@ -71,6 +71,9 @@ pub struct Airframe {
     /// The same standing still, no less; `None`: not known, or no propeller's.
     #[cfg_attr(feature = "describe", serde(default), schema(required = true))]
     pub thrust_static_m_s2: Option<f64>,
+    /// What holds it back on the ground after a landing beside its drag, m/s²: its wheels, brakes, or belly; `None`: not known, and it slides.
+    #[cfg_attr(feature = "describe", serde(default), schema(required = true))]
+    pub ground_drag_m_s2: Option<f64>,
     /// Throttle of level flight at it, 0 to 1.
     pub throttle_cruise: f64,
     /// Angle of attack above that of no lift in level flight at it, rad.
@@ -124,6 +127,7 @@ impl Airframe {
             induced: DRAG_INDUCED / (DRAG_0 + DRAG_INDUCED),
             thrust_full_m_s2: thrust.max(1.1 * drag),
             thrust_static_m_s2: None,
+            ground_drag_m_s2: None,
             throttle_cruise: bound(tecs.throttle_trim, 0.05, 0.95),
             attack_rad: CRUISE_LIFT / LIFT_PER_RAD,
             level_pitch_rad: pitch_trim_deg.to_radians(),
@@ -159,6 +163,7 @@ impl Airframe {
             induced: induced / (drag_0 + induced),
             thrust_full_m_s2: thrust_full,
             thrust_static_m_s2: None,
+            ground_drag_m_s2: None,
             throttle_cruise: throttle,
             attack_rad: lift / lift_per_rad,
             level_pitch_rad: (lift - lift_0) / lift_per_rad,
@@ -185,6 +190,7 @@ impl Airframe {
                 self.thrust_static_m_s2.unwrap_or(self.thrust_full_m_s2),
                 (self.thrust_full_m_s2, 60.0),
             ),
+            ("ground_drag_m_s2", self.ground_drag_m_s2.unwrap_or(1.0), (0.05, 20.0)),
             ("throttle_cruise", self.throttle_cruise, (0.01, 0.99)),
             ("attack_rad", self.attack_rad, (0.005, 0.5)),
             ("level_pitch_rad", self.level_pitch_rad, (-0.5, 0.5)),

@@ -287,7 +287,7 @@ impl Body {
         let friction = match (plane.airframe.is_simulated, self.has_flown) {
             // The simulator's ground holds back by 0.3 of the speed (SIM_Plane.cpp).
             (true, _) => 0.3 * speed,
-            (false, true) => SLIDING * GRAVITY_M_S2,
+            (false, true) => plane.airframe.ground_drag_m_s2.unwrap_or(SLIDING * GRAVITY_M_S2),
             (false, false) => ROLLING * weight,
         };
         let thrust = if self.has_flown { 0.0 } else { plane.airframe.thrust(controls.throttle, airspeed) };

@@ -10,6 +10,7 @@
 //! | cruise throttle | its median in steady level flight at cruise |
 //! | thrust, drag | V̇ + g ḣ / V = thrust − drag, both as [`Airframe`] has them, wings level and throttle held; down to the ground, for few planes climb at full throttle or glide elsewhere |
 //! | static thrust | the same of a propeller, whose thrust falls with airspeed, wherever it pulls |
+//! | drag on the ground | how fast it slows down between its touch-down and its rest, less its drag |
 //! | power, voltage | their medians in level flight at cruise, and how power grows with throttle away from it |
 //!
 //! What a flight does not show keeps its value from before.
@@ -66,6 +67,9 @@ pub struct Learned {
 const FREE_M: f64 = 20.0;
 /// Climb or sink, m/s, that below that height tells a plane in the air from one on the ground.
 const IN_AIR_M_S: f64 = 0.3;
+/// Speed over the ground, m/s, above which a plane that landed rolls or slides, and the longest that it does, s.
+const ROLLS_M_S: f64 = 3.0;
+const ROLL_OUT_S: f64 = 20.0;
 /// Fewest moments that anything is learned from.
 const FEWEST: usize = 100;
 /// Bank that is wings level, rad, and banks that a turn is looked at in.
@@ -124,7 +128,7 @@ impl Learner {
     /// Keeps a moment in the air that is late enough after the last one. A clock that goes back begins anew, unless a link only brought
     /// messages out of order.
     pub fn note(&mut self, moment: Recorded) {
-        if !moment.is_free() && !moment.is_in_air() {
+        if !moment.is_free() && !moment.is_in_air() && !moment.may_roll_out() {
             return;
         }
         match self.moments.back() {
@@ -156,14 +160,31 @@ impl Recorded {
     fn is_in_air(&self) -> bool {
         self.climb_m_s.abs() > IN_AIR_M_S
     }
+
+    /// Whether it moves on the ground without thrust.
+    fn may_roll_out(&self) -> bool {
+        !self.is_in_air() && self.throttle < IDLE && self.velocity.length() > ROLLS_M_S
+    }
 }
 
 /// Learns a plane from a flight; `None` where it was too short or flew in one direction only.
 #[must_use]
 pub fn learn<'a>(flight: impl IntoIterator<Item = &'a Recorded>, plane: &Aircraft) -> Option<Learned> {
-    let flies = |moment: &&Recorded| moment.airspeed_m_s > 0.6 * plane.tecs.airspeed_min_m_s;
-    let (flown, low): (Vec<Recorded>, Vec<Recorded>) =
-        flight.into_iter().filter(flies).copied().partition(Recorded::is_free);
+    let flies = |moment: &Recorded| moment.airspeed_m_s > 0.6 * plane.tecs.airspeed_min_m_s;
+    let (mut flown, mut low, mut rolled) = (Vec::new(), Vec::<Recorded>::new(), Vec::<Recorded>::new());
+    for moment in flight {
+        let came_down = low.last().is_some_and(|last| last.climb_m_s < 0.0 && moment.time_s < last.time_s + ROLL_OUT_S);
+        match *moment {
+            free if free.is_free() && flies(&free) => flown.push(free),
+            near if !near.is_free() && near.is_in_air() && flies(&near) => {
+                // It floated, or bounced.
+                while rolled.pop_if(|down| near.time_s < down.time_s + ROLL_OUT_S).is_some() {}
+                low.push(near);
+            }
+            down if !down.is_free() && down.may_roll_out() && came_down => rolled.push(down),
+            _ => {}
+        }
+    }
     if flown.len() < FEWEST {
         return None;
     }
@@ -206,7 +227,6 @@ pub fn learn<'a>(flight: impl IntoIterator<Item = &'a Recorded>, plane: &Aircraf
             volts.extend(now.voltage_v.filter(|voltage| *voltage > 0.0));
         }
     }
-    let low: Vec<Recorded> = low.into_iter().filter(Recorded::is_in_air).collect();
     for (before, now, after) in around(&low).filter(|(before, now, after)| is_level(now) && is_held(before, after)) {
         // By the ground: the wind there grows with height, which is no change of the plane's own speed.
         let along = (now.velocity - wind).unit_or(NorthEast::default());
@@ -229,6 +249,7 @@ pub fn learn<'a>(flight: impl IntoIterator<Item = &'a Recorded>, plane: &Aircraf
             (airframe.thrust_full_m_s2, airframe.thrust_static_m_s2) = (full, Some(still));
         }
     }
+    airframe.ground_drag_m_s2 = ground_drag(&rolled, &airframe).or(airframe.ground_drag_m_s2);
     airframe.power_cruise_w = median(&mut powers).or(airframe.power_cruise_w);
     airframe.voltage_v = median(&mut volts).or(airframe.voltage_v);
     airframe.power_exponent = power_exponent(&pulls, &airframe).unwrap_or(airframe.power_exponent);
@@ -392,6 +413,18 @@ fn propeller(pulls: &[Pull], airframe: &Airframe) -> Option<(f64, f64)> {
     let full = still - (still * cruise - drag / cruise);
     let is_propeller = count >= A_FEW && full > 1.1 * drag && still > full && still < MOST_STATIC * GRAVITY_M_S2;
     is_propeller.then_some((full, still))
+}
+
+/// What holds a plane back on the ground beside its drag, m/s², its mean over the way; `None` where the flight shows too little of it.
+fn ground_drag(rolled: &[Recorded], airframe: &Airframe) -> Option<f64> {
+    let (mut way, mut work, mut count) = (0.0, 0.0, 0);
+    for (before, now, after) in around(rolled) {
+        let speed = |moment: &Recorded| moment.velocity.length();
+        let slows = (speed(before) - speed(after)) / (after.time_s - before.time_s);
+        let held_m_s2 = slows - airframe.drag(now.airspeed_m_s, 0.0);
+        (way, work, count) = (way + speed(now), work + speed(now) * held_m_s2, count + 1);
+    }
+    (count >= A_FEW / 2).then(|| (work / way).clamp(0.05, 20.0))
 }
 
 /// Exponent of the power over the throttle, by least squares of the logarithms away from cruise; `None` where the flight shows nothing else.

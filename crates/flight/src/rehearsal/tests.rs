@@ -463,12 +463,17 @@ fn drag_is_learned_down_to_the_ground_and_not_on_it() {
             height_m,
             if is_down { 0.0 } else { -sink_m_s },
         ));
-        let accel = if is_down { -4.0 } else { 9.806_65 * sink_m_s / airspeed_m_s - truth.drag(airspeed_m_s, 1.0) };
+        let accel = if is_down {
+            -1.5 - truth.drag(airspeed_m_s, 0.0)
+        } else {
+            9.806_65 * sink_m_s / airspeed_m_s - truth.drag(airspeed_m_s, 1.0)
+        };
         speed += 0.2 * accel;
         height_m = (height_m - 0.2 * sink_m_s).max(0.0);
     }
     let learned = learn(&flight, &Aircraft::default()).unwrap().airframe;
     assert!((learned.drag_m_s2 / 3.5 - 1.0).abs() < 0.05, "{learned:?}");
+    assert!((learned.ground_drag_m_s2.unwrap() - 1.5).abs() < 0.15, "{learned:?}");
 }
 
 /// A propeller that gives less the faster the plane is, and more than twice as much at full throttle as at half, mostly in level flight at three

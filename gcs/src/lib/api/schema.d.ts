@@ -1881,6 +1881,11 @@ export interface components {
             drag_m_s2: number;
             /**
              * Format: double
+             * @description What holds it back on the ground after a landing beside its drag, m/s²: its wheels, brakes, or belly; `None`: not known, and it slides.
+             */
+            ground_drag_m_s2: number | null;
+            /**
+             * Format: double
              * @description Part of that drag which lift induces, 0 to 1.
              */
             induced: number;
