@@ -324,6 +324,8 @@ class VehicleState:
         Nothing is asked of the vehicle: the station reads by itself what it does not know (see `plan_state`). `download`
         reads it now.
         """
+        from vencejo.plan import Plan
+
         found = self._native.plan_on_board(kind)
         return None if found is None else Plan._from_native(found)
 

@@ -65,7 +65,10 @@ def test_a_mission_is_uploaded_verified_read_and_cleared(plane: vencejo.Vehicle)
     assert progress
     assert progress == sorted(progress)
     assert progress[-1][0] <= progress[-1][1]
+    known = plane.plan_on_board()
+    assert known is not None
     read = plane.download()
+    assert known.items == read.items
     assert [item.name for item in read] == [item.name for item in MISSION]
     assert read.items[2].params[2] == -70.0
     assert read.home is not None
