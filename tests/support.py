@@ -13,11 +13,25 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
 
+import pytest
+
 ROOT = Path(__file__).resolve().parent.parent
 FIXTURES = ROOT / "tests" / "fixtures"
 CAPTURES = FIXTURES / "captures"
 HOME = (40.3332, -3.7978, 600.0)
 """Home of the recordings and of the simulated plane: degrees, degrees, metres above sea level."""
+
+
+def uncaught(monkeypatch: pytest.MonkeyPatch) -> list[threading.ExceptHookArgs]:
+    """What the interpreter's own hook is told of exceptions that end up in a thread; it takes nothing but what is made for it."""
+    told: list[threading.ExceptHookArgs] = []
+
+    def hook(args: threading.ExceptHookArgs) -> None:
+        threading.__excepthook__(args)
+        told.append(args)
+
+    monkeypatch.setattr(threading, "excepthook", hook)
+    return told
 
 
 class Metronome:

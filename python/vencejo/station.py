@@ -274,7 +274,7 @@ class Station(Closing):
             Close it, or use it in a ``with`` statement, to end the calls; closing the station ends them too.
         """
         subscription = self._native.subscribe_messages(None if names is None else list(names), capacity)
-        _call_back(subscription, callback, callback)
+        _call_back(subscription, callback)
         return subscription
 
     def _vehicle(self, native: _native.Vehicle) -> Vehicle:

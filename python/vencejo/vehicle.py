@@ -12,7 +12,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType, SimpleNamespace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 from vencejo import _native
@@ -224,22 +224,15 @@ def _event(kind: str, time_s: float, detail: dict[str, Any]) -> Event:
     return Event(kind, time_s, MappingProxyType(detail))
 
 
-def _call_back(subscription: _native.Subscription, call: Callable[[Any], None], callback: object) -> None:
+def _call_back(subscription: _native.Subscription, call: Callable[[Any], None]) -> None:
     """Call a function with each entry until the subscription ends, in a thread that the program's end does not wait for."""
 
     def run() -> None:
         while (item := subscription.next()) is not None:
             try:
                 call(item)
-            except Exception as error:  # noqa: BLE001 - as any callback's: told, and on to the next
-                unraisable = SimpleNamespace(
-                    exc_type=type(error),
-                    exc_value=error,
-                    exc_traceback=error.__traceback__,
-                    err_msg="Exception ignored in the callback of a subscription",
-                    object=callback,
-                )
-                sys.unraisablehook(cast("sys.UnraisableHookArgs", unraisable))
+            except Exception:  # noqa: BLE001 - as any callback's: told, and on to the next
+                threading.excepthook(threading.ExceptHookArgs((*sys.exc_info(), threading.current_thread())))
             del item
 
     threading.Thread(target=run, name="vencejo-callback", daemon=True).start()
@@ -410,13 +403,13 @@ class VehicleState:
             Close it, or use it in a ``with`` statement, to end the calls; closing the station ends them too.
         """
         subscription = self._native.subscribe_messages(None if names is None else list(names), capacity)
-        _call_back(subscription, callback, callback)
+        _call_back(subscription, callback)
         return subscription
 
     def on_event(self, callback: Callable[[Event], None], *, capacity: int = 1024) -> _native.Subscription:
         """Call a function for each event of this vehicle, in one thread of its own."""
         subscription = self._native.subscribe_events(capacity)
-        _call_back(subscription, lambda item: callback(_event(*item)), callback)
+        _call_back(subscription, lambda item: callback(_event(*item)))
         return subscription
 
     def send_message(

@@ -10,7 +10,7 @@ import pytest
 import vencejo
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from tests.support import wait_for
+from tests.support import uncaught, wait_for
 
 LIMIT_S = 120
 
@@ -73,8 +73,7 @@ def test_every_message_of_every_vehicle_in_order(station: vencejo.Station, fleet
 def test_a_slow_callback_loses_the_oldest_and_an_error_nothing(
     station: vencejo.Station, fleet: Fleet, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told: list[object] = []
-    monkeypatch.setattr("sys.unraisablehook", told.append)
+    told = uncaught(monkeypatch)
     heard: list[int] = []
     called, go = threading.Event(), threading.Event()
 
