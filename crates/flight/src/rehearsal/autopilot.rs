@@ -227,6 +227,10 @@ impl<'a> Autopilot<'a> {
             camera: Vec::new(),
             ending: None,
         };
+        // A plane in the air took off as its mission says.
+        let flown = &course.items[..index.min(course.items.len())];
+        autopilot.took_off =
+            flown.iter().rfind(|item| item.command == Command::NAV_TAKEOFF).map(|item| course.take_off(item, body));
         match doing {
             Doing::Mission => autopilot.start_from(index, 0.0, body),
             Doing::Returning => autopilot.return_home(body, 0.0),

@@ -169,6 +169,12 @@ impl<'a> Course<'a> {
         Spot { height_m: self.resolved_m(spot), follows_ground: false, ..spot }
     }
 
+    /// Height above home, m, and least pitch, rad, of a take-off.
+    pub fn take_off(&self, item: &MissionItem, body: &Body) -> (f64, f64) {
+        let pitch_deg = item.param(1).filter(|pitch_deg| *pitch_deg > 0.0).unwrap_or(4.0);
+        (self.spot(item, body).height_m, pitch_deg.to_radians())
+    }
+
     /// Where the item after a waypoint lies, as the turn to it is planned; `None` where none is.
     ///
     /// An item without a place counts as latitude and longitude 0.

@@ -712,6 +712,22 @@ fn a_landing_is_broken_off_with_wings_level_up_to_its_whole_height() {
     }
 }
 
+/// The height that a landing is broken off to is that of the take-off, where the landing has none: of a plane in the air that of its mission.
+#[test]
+fn a_landing_is_broken_off_to_the_height_of_the_mission_s_take_off() {
+    let plan = plan(with_landing());
+    let plane = Aircraft::default();
+    let index = plan.mission.items.iter().position(|item| item.command == Command::NAV_LAND).unwrap();
+    let (point, doing) = (at(0.0, 500.0), Doing::Mission);
+    let start = Start::Air { point, height_m: 25.0, heading_deg: 180.0, airspeed_m_s: 16.0, index, doing };
+    let conditions = Conditions { start, ..Conditions::new(&plane, wind(0.0, 0.0)) };
+    let asked = what_ifs(&plan, &conditions, &[Trigger::GoAround], &[0.0]).unwrap();
+    let flown = asked[0].flown.as_ref().unwrap();
+    let take_off_m = plan.mission.items[0].alt_m().unwrap();
+    let turned = flown.track.iter().find(|sample| sample.bank_deg.abs() > 5.0).unwrap();
+    assert!(turned.height_m > take_off_m, "{} of {take_off_m}", turned.height_m);
+}
+
 fn from_now(doing: Doing, settings: &[(&str, f64)], triggers: &[Trigger]) -> (Rehearsal, Vec<WhatIf>) {
     let plane =
         Aircraft::from_ardupilot(|name| settings.iter().find(|(known, _)| *known == name).map(|(_, value)| *value));

@@ -101,10 +101,8 @@ impl<'a> Autopilot<'a> {
         self.mode = Mode::Auto(index);
         match item.command {
             Command::NAV_TAKEOFF => {
-                let height_m = self.course.spot(item, body).height_m;
-                let pitch = item.param(1).unwrap_or(0.0);
+                let (height_m, pitch_rad) = self.course.take_off(item, body);
                 self.set_next(Spot { height_m, ..Spot::of(body) }, index, body);
-                let pitch_rad = if pitch > 0.0 { pitch } else { 4.0_f64 }.to_radians();
                 self.took_off = Some((height_m, pitch_rad));
                 self.takes_off = Some(TakeOff {
                     height_m,
