@@ -398,7 +398,7 @@ class AsyncVehicle(VehicleState):
         return cast("MavlinkMessage", await _finished(self._native.request_message(name)))
 
     async def set_message_rate(self, name: str, rate_hz: float | None) -> None:
-        """Set how often the vehicle sends a message, up to 50 a second; ``None`` stops it."""
+        """Set how often the vehicle sends a message, from one in 2,000 s to 50 a second; ``None`` stops it."""
         await _finished(self._native.set_message_rate(name, rate_hz))
 
 

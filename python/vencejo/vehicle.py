@@ -1068,7 +1068,7 @@ class Vehicle(Closing, VehicleState):
         return cast("MavlinkMessage", self._wait(self._native.request_message(name)))
 
     def set_message_rate(self, name: str, rate_hz: float | None) -> None:
-        """Set how often the vehicle sends a message, up to 50 a second; ``None`` stops it."""
+        """Set how often the vehicle sends a message, from one in 2,000 s to 50 a second; ``None`` stops it."""
         self._wait(self._native.set_message_rate(name, rate_hz))
 
 

@@ -16,6 +16,8 @@ use crate::error::VehicleError;
 
 /// Slowest default rate, Hz.
 pub const MIN_RATE_HZ: f64 = 4.0;
+/// Slowest rate of any message, Hz: its interval fits a whole number of 32 bits of microseconds, as which ArduPilot takes it.
+pub const SLOWEST_HZ: f64 = 0.0005;
 /// Fastest rate of any message, Hz.
 pub const MAX_RATE_HZ: f64 = 50.0;
 
@@ -104,15 +106,15 @@ impl StreamConfig {
     /// A rate of its own for one message; `None` stops it.
     ///
     /// # Errors
-    /// [`VehicleError::InvalidValue`] for a rate that is not above 0 and at most [`MAX_RATE_HZ`].
+    /// [`VehicleError::InvalidValue`] for a rate that is not from [`SLOWEST_HZ`] to [`MAX_RATE_HZ`].
     pub fn set_rate(&mut self, message_id: u32, rate_hz: Option<f64>) -> Result<(), VehicleError> {
         if let Some(rate_hz) = rate_hz
-            && !(rate_hz > 0.0 && rate_hz <= MAX_RATE_HZ)
+            && !(SLOWEST_HZ..=MAX_RATE_HZ).contains(&rate_hz)
         {
             return Err(VehicleError::InvalidValue {
                 field: "rate_hz",
                 value: rate_hz.to_string(),
-                expected: "above 0, at most 50 messages per second",
+                expected: "0.0005 (one in 2,000 s) to 50 messages per second",
             });
         }
         self.overrides.insert(message_id, rate_hz);

@@ -151,6 +151,19 @@ pub enum Storage {
 }
 
 impl Storage {
+    /// Whether a vehicle can make of a value what it keeps: a whole number of at most 32 bits, on the way at least, where it is no float.
+    ///
+    /// What cannot be converted is undefined there (ISO C++, 7.10): ArduPilot's simulator ends, a board keeps anything.
+    #[must_use]
+    pub fn converts(self, sent: f32) -> bool {
+        let factor = match self {
+            Self::Dropped | Self::Float | Self::Half => return true,
+            Self::CentiU16 | Self::Centimetres => 100.0,
+            _ => 1.0,
+        };
+        (sent * factor).abs() < 2_147_483_648.0
+    }
+
     /// What a value that is sent (as the 32-bit float of the wire) reads back as.
     ///
     /// Values beyond the range of the storage saturate here; what a vehicle makes of them is not
@@ -257,6 +270,17 @@ pub struct ParamInfo {
 }
 
 impl ParamInfo {
+    /// Whether a vehicle can make whole numbers of 32 bits of a value where it does: of what it keeps ([`Storage::converts`]), and of times,
+    /// lengths, speeds and angles in thousandths, as which ArduPilot counts some of them once the command is done.
+    #[must_use]
+    pub fn takes(&self, value: f64) -> bool {
+        let is_measure = !matches!(
+            self.unit,
+            Unit::None | Unit::Count | Unit::Number | Unit::Item | Unit::Flag | Unit::Choice | Unit::Microseconds
+        );
+        self.storage.converts(value as f32) && (!is_measure || (value * 1e3).abs() < 2_147_483_648.0)
+    }
+
     /// `true` when the command gives this parameter a meaning.
     #[must_use]
     pub const fn is_used(&self) -> bool {

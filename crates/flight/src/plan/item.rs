@@ -129,7 +129,7 @@ words! {
         Longitude = "longitude",
         /// Within 83,000 m.
         Height = "height",
-        /// A whole number of 32 bits.
+        /// What fits a whole number of 32 bits, as which it is sent or kept.
         WholeNumber = "whole-number",
         /// A frame that has a meaning for a place.
         Frame = "frame",
@@ -145,7 +145,7 @@ impl Wanted {
             Self::Latitude => "but a latitude goes from -90 to 90 degrees",
             Self::Longitude => "but a longitude goes from -180 to 180 degrees",
             Self::Height => "but a height stays within 83,000 m",
-            Self::WholeNumber => "but it is sent as a 32-bit whole number",
+            Self::WholeNumber => "but it is sent, or kept by the vehicle, as a 32-bit whole number",
             Self::Frame => "but a position needs frame 0 (sea level), 3 (home) or 10 (terrain)",
         }
     }
@@ -309,7 +309,8 @@ impl MissionItem {
         self.params.get(number.checked_sub(1)?).copied().flatten()
     }
 
-    /// The first value that may not be sent: not finite, or a position off the Earth or in a frame that is not known.
+    /// The first value that may not be sent: not finite, more than the vehicle can make a whole number of where it keeps one, or a position off the
+    /// Earth or in a frame that is not known.
     /// `None` when all may.
     #[must_use]
     pub fn unsendable(&self) -> Option<Unsendable> {
@@ -318,6 +319,14 @@ impl MissionItem {
             let Some(value) = value else { continue };
             if !value.is_finite() || value.abs() > f64::from(f32::MAX) {
                 return bad(field, value, Wanted::Finite);
+            }
+        }
+        let infos = self.command.info().map(|info| info.params);
+        for (index, info) in infos.iter().flatten().enumerate() {
+            // x and y are whole numbers on the wire; a place has rules of its own.
+            let is_other = matches!(index, 4 | 5) || (index == 6 && self.has_position());
+            if let Some(value) = self.params[index].filter(|value| !is_other && !info.takes(*value)) {
+                return bad(PARAM_NAMES[index], value, Wanted::WholeNumber);
             }
         }
         if self.has_position() {
@@ -486,6 +495,25 @@ mod tests {
         assert_eq!(MissionItem::from_wire(&sent).unwrap().params[3], None);
     }
 
+    /// ArduPilot's simulator ends at the first three of these; a board keeps anything.
+    // fault 30: items with numbers that a vehicle cannot make whole ones of where it keeps such are refused, whatever is checked
+    #[test]
+    fn what_no_whole_number_of_32_bits_can_be_made_of_is_not_sent_where_one_is_kept() {
+        let action = |command: Command, index: usize, value: f64| {
+            let mut item = MissionItem::action(command, [0.0; 4]);
+            item.params[index] = Some(value);
+            item.unsendable().map(|fault| (fault.field, fault.wanted))
+        };
+        let refused = |field| Some((field, Wanted::WholeNumber));
+        assert_eq!(action(Command::NAV_ALTITUDE_WAIT, 2, 1.2e11), refused("param3"));
+        assert_eq!(action(Command::DO_SET_HOME, 0, -1e30), refused("param1"));
+        assert_eq!(action(Command::DO_ENGINE_CONTROL, 2, 3e7), refused("param3"), "kept in hundredths");
+        assert_eq!(action(Command::DO_ENGINE_CONTROL, 2, 600.0), None);
+        // The nearest 32-bit float is one more.
+        assert_eq!(action(Command::DO_SET_HOME, 0, 2_147_483_647.0), refused("param1"));
+        assert_eq!(action(Command::DO_REPEAT_SERVO, 3, 2.2e6), refused("param4"), "a time, counted in milliseconds");
+    }
+
     #[test]
     fn raw_values_are_not_scaled() {
         let mut item = MissionItem::action(Command::DO_DIGICAM_CONTROL, [0.0; 4]);
@@ -551,7 +579,8 @@ mod tests {
         ) {
             let scale = if command.has_position() == Some(true) { 1e7 } else { 1.0 };
             let [p1, p2, p3, p4] = params.map(|v| Some(f64_from_f32(v)));
-            let z = if scale == 1.0 { f64_from_f32(z_cm as f32) } else { f64::from(z_cm) / 100.0 };
+            // A measure beyond 2,147,483 is not sent.
+            let z = if scale == 1.0 { f64_from_f32((z_cm / 2) as f32) } else { f64::from(z_cm) / 100.0 };
             let params = [p1, p2, p3, p4, Some(f64::from(x) / scale), Some(f64::from(y) / scale), Some(z)];
             let item = MissionItem { command, frame, params, autocontinue };
             prop_assert_eq!(item.check_sendable(MissionSeq(7)), Ok(()));

@@ -118,7 +118,7 @@ pub struct NewMessage {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MessageRate {
-    /// Messages per second, above 0 to 50; null stops it.
+    /// Messages per second, 0.0005 to 50; null stops it.
     #[schema(required = true)]
     pub rate_hz: Option<f64>,
 }

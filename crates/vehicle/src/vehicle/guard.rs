@@ -134,7 +134,7 @@ impl Vehicle {
         if !message.target().includes(self.address) {
             return Ok(());
         }
-        raw::check_message(message)?;
+        raw::check_message(message, self.is_ardupilot())?;
         self.guard(self.act_of(message), despite_mixed_plan, now)?;
         self.on_written(self.our, message, now);
         Ok(())

@@ -32,10 +32,10 @@ pub(super) fn invalid(field: &'static str, value: impl ToString, expected: &'sta
 
 /// Checks the numbers of a message. Parameters and debug values are excepted: any number may be one, and some are no numbers but
 /// whole numbers in the bytes of one.
-pub(super) fn check_message(message: &Message) -> Result<(), VehicleError> {
+pub(super) fn check_message(message: &Message, is_ardupilot: bool) -> Result<(), VehicleError> {
     let alt_m = match message {
-        Message::CommandLong(long) => return check_command(&CommandMessage::Long(*long)),
-        Message::CommandInt(int) => return check_command(&CommandMessage::Int(*int)),
+        Message::CommandLong(long) => return check_command(&CommandMessage::Long(*long), is_ardupilot),
+        Message::CommandInt(int) => return check_command(&CommandMessage::Int(*int), is_ardupilot),
         Message::Dialect(
             MavMessage::PARAM_SET(_)
             | MavMessage::NAMED_VALUE_FLOAT(_)
@@ -72,12 +72,12 @@ fn float(field: &'static str, value: &FieldValue) -> Result<(), VehicleError> {
 }
 
 /// A command as it was given, its numbers checked.
-pub(super) fn checked(command: CommandMessage) -> Result<CommandMessage, VehicleError> {
-    check_command(&command).map(|()| command)
+pub(super) fn checked(command: CommandMessage, is_ardupilot: bool) -> Result<CommandMessage, VehicleError> {
+    check_command(&command, is_ardupilot).map(|()| command)
 }
 
 /// Checks the numbers of a command.
-pub(super) fn check_command(command: &CommandMessage) -> Result<(), VehicleError> {
+pub(super) fn check_command(command: &CommandMessage, is_ardupilot: bool) -> Result<(), VehicleError> {
     let (code, params, place_deg, alt_m) = match command {
         CommandMessage::Long(long) => {
             let [.., lat, lon, alt] = long.params;
@@ -88,8 +88,18 @@ pub(super) fn check_command(command: &CommandMessage) -> Result<(), VehicleError
             (int.command, &int.params[..], place_deg, int.z)
         }
     };
-    PARAMS.iter().zip(params).try_for_each(|(field, param)| number(field, (*param).into()))?;
-    number("z", alt_m.into())?;
+    let infos = Command(code).info().map(|info| &info.params);
+    let numbers = params.iter().enumerate().chain(matches!(command, CommandMessage::Int(_)).then_some((6, &alt_m)));
+    for (index, param) in numbers {
+        let field = if params.len() == 4 && index == 6 { "z" } else { PARAMS[index] };
+        if param.is_nan() && is_ardupilot && !may_be_none(code, index) {
+            return Err(invalid(field, param, "a number, for ArduPilot makes a whole one of it"));
+        }
+        number(field, (*param).into())?;
+        if infos.is_some_and(|infos| !infos[index].takes((*param).into())) {
+            return Err(invalid(field, param, "one that fits 32 bits, in thousandths where it is a measure"));
+        }
+    }
     match code {
         cmd::DO_CHANGE_ALTITUDE => new_height(params[0].into()).map(drop),
         cmd::GUIDED_CHANGE_ALTITUDE => new_height(alt_m.into()).map(drop),
@@ -101,6 +111,12 @@ pub(super) fn check_command(command: &CommandMessage) -> Result<(), VehicleError
         }
         _ => Ok(()),
     }
+}
+
+/// Whether ArduPilot asks if a parameter is a number before it takes it for one (`handle_command_int_do_reposition`,
+/// `handle_command_do_gimbal_manager_pitchyaw`).
+fn may_be_none(code: u16, index: usize) -> bool {
+    matches!((code, index), (cmd::DO_REPOSITION, 3) | (1000, 0..4)) || Command(code).param_may_be_unset(index)
 }
 
 /// Names of a command's parameters.

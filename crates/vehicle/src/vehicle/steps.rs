@@ -553,11 +553,11 @@ impl Context<'_> {
             }),
             Request::RawCommandLong(mut long) => {
                 long.target = self.or_vehicle(long.target);
-                Step::command(raw::checked(CommandMessage::Long(long))?)
+                Step::command(raw::checked(CommandMessage::Long(long), self.is_ardupilot())?)
             }
             Request::RawCommandInt(mut int) => {
                 int.target = self.or_vehicle(int.target);
-                Step::command(raw::checked(CommandMessage::Int(int))?)
+                Step::command(raw::checked(CommandMessage::Int(int), self.is_ardupilot())?)
             }
             Request::RequestMessage { message_id } => {
                 let command =

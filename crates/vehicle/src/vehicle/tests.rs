@@ -1100,8 +1100,20 @@ fn nothing_arms_or_starts_as_a_side_effect() {
 #[test]
 fn what_is_sent_is_finite_and_in_range() {
     let mut rng = SmallRng::seed_from_u64(5);
-    let wild =
-        [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, -1e300, 0.0, -0.0, 91.0, -181.0, 1e7, 2_147_483_648.0];
+    let wild = [
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::MAX,
+        -1e300,
+        1e-30,
+        0.0,
+        -0.0,
+        91.0,
+        -181.0,
+        1e7,
+        2_147_483_648.0,
+    ];
     let (mut refused, mut accepted) = (0, 0);
     let rounds: usize = std::env::var("VENCEJO_TEST_CALLS").ok().and_then(|text| text.parse().ok()).unwrap_or(400);
     for round in 0..rounds {
@@ -1219,6 +1231,13 @@ fn a_raw_message_with_a_number_that_an_autopilot_does_not_survive_is_refused() {
         assert!(goes(command, &[change, ("param1", 80.0)]), "{command}");
         assert!(!goes(command, &[("command", f64::from(cmd::DO_SET_MODE)), ("param3", 1e12)]), "{command}");
     }
+    // ArduPlane 4.7 in its simulator ended at these: no number, and a time that is counted in milliseconds.
+    for (command, field, number) in [(212.0, "param1", f64::NAN), (224.0, "param2", f64::NAN), (184.0, "param4", 2.2e6)]
+    {
+        assert!(!goes("COMMAND_LONG", &[("command", command), (field, number)]), "{command} {field}");
+    }
+    let reposition = [("command", f64::from(cmd::DO_REPOSITION)), ("z", 80.0), ("param4", f64::NAN)];
+    assert!(goes("COMMAND_INT", &reposition), "which way to circle is asked for");
     // Any number may be a parameter's: with PX4 the bytes of a whole one.
     assert!(
         goes("PARAM_SET", &[("param_type", 9.0), ("param_value", 1e30)])

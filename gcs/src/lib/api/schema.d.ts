@@ -5661,7 +5661,7 @@ export interface components {
         MessageRate: {
             /**
              * Format: double
-             * @description Messages per second, above 0 to 50; null stops it.
+             * @description Messages per second, 0.0005 to 50; null stops it.
              */
             rate_hz: number | null;
         };

@@ -18,7 +18,7 @@ export const findingsEn = {
   'finding.bad-value.latitude.remedy': 'A latitude goes from −90° to 90°.',
   'finding.bad-value.longitude.remedy': 'A longitude goes from −180° to 180°.',
   'finding.bad-value.height.remedy': 'A height stays within 83 km.',
-  'finding.bad-value.whole-number.remedy': 'It is sent as a whole number of 32 bits.',
+  'finding.bad-value.whole-number.remedy': 'It is sent, or kept by the vehicle, as a whole number of 32 bits.',
   'finding.bad-value.frame.remedy': 'Count its height from home, sea level or the ground.',
   'finding.unsupported-command': '{item}: ArduPlane does not know this command and refuses the whole mission.',
   'finding.unsupported-command.remedy': 'Delete it or choose another command.',

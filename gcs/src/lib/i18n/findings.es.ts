@@ -19,7 +19,7 @@ export const findingsEs: Record<keyof typeof findingsEn, string> = {
   'finding.bad-value.latitude.remedy': 'Una latitud va de −90° a 90°.',
   'finding.bad-value.longitude.remedy': 'Una longitud va de −180° a 180°.',
   'finding.bad-value.height.remedy': 'Una altura no pasa de 83 km.',
-  'finding.bad-value.whole-number.remedy': 'Se envía como número entero de 32 bits.',
+  'finding.bad-value.whole-number.remedy': 'Se envía, o el vehículo lo guarda, como número entero de 32 bits.',
   'finding.bad-value.frame.remedy': 'Cuenta su altura desde casa, el nivel del mar o el terreno.',
   'finding.unsupported-command': '{item}: ArduPlane no conoce esta orden y rechaza toda la misión.',
   'finding.unsupported-command.remedy': 'Elimínalo o elige otra orden.',
