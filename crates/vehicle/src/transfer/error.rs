@@ -242,7 +242,10 @@ impl MissionResult {
             1 => ("MAV_MISSION_ERROR", "not accepting plans now"),
             2 => ("MAV_MISSION_UNSUPPORTED_FRAME", "an item's frame is not supported"),
             3 => ("MAV_MISSION_UNSUPPORTED", "an item's command is not supported"),
-            4 => ("MAV_MISSION_NO_SPACE", "more items than it can store"),
+            4 => (
+                "MAV_MISSION_NO_SPACE",
+                "more items than it can store; in the first seconds after its start that is none",
+            ),
             5 => ("MAV_MISSION_INVALID", "an item has an invalid value"),
             6 => ("MAV_MISSION_INVALID_PARAM1", "param1 is invalid"),
             7 => ("MAV_MISSION_INVALID_PARAM2", "param2 is invalid"),

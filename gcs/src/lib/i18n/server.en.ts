@@ -196,7 +196,7 @@ export const serverEn = {
   'mavResult.COMMAND_UNSUPPORTED_MAV_FRAME': 'it does not know what the height counts from',
   'mavResult.ERROR': 'it gives no reason',
   'mavResult.UNSUPPORTED_FRAME': 'it does not know what a height counts from',
-  'mavResult.NO_SPACE': 'it has no room for so many items',
+  'mavResult.NO_SPACE': 'it has no room for so many items; in the first seconds after its start it has none',
   'mavResult.INVALID': 'a value cannot be used',
   'mavResult.INVALID_PARAM1': 'value 1 cannot be used',
   'mavResult.INVALID_PARAM2': 'value 2 cannot be used',

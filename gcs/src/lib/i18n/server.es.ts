@@ -199,7 +199,7 @@ export const serverEs: Record<keyof typeof serverEn, string> = {
   'mavResult.COMMAND_UNSUPPORTED_MAV_FRAME': 'no sabe desde dónde se cuenta la altura',
   'mavResult.ERROR': 'no da ningún motivo',
   'mavResult.UNSUPPORTED_FRAME': 'no sabe desde dónde se cuenta una altura',
-  'mavResult.NO_SPACE': 'no tiene sitio para tantos puntos',
+  'mavResult.NO_SPACE': 'no tiene sitio para tantos puntos; en los primeros segundos tras arrancar no tiene ninguno',
   'mavResult.INVALID': 'un valor no se puede usar',
   'mavResult.INVALID_PARAM1': 'el valor 1 no se puede usar',
   'mavResult.INVALID_PARAM2': 'el valor 2 no se puede usar',
