@@ -100,6 +100,10 @@ class Plane:
         """The mode that it flies in."""
         return self._call(lambda world: world.planes[0].snapshot().mode.name)
 
+    def has_heard_a_station(self) -> bool:
+        """Whether a ground station's heartbeat was heard, without which no failsafe waits for the next."""
+        return self._call(lambda world: world.planes[0].gcs_seen_s is not None)
+
     def fly(self, seconds: float) -> None:
         """Simulated time jumps ahead, for those who want to look so often, however long each look takes them."""
         self._call(lambda world: world.advance(seconds))

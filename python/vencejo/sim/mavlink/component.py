@@ -120,7 +120,8 @@ class PlaneComponent:
         self._tell_current: Peer | None = None
         self._held_texts: list[tuple[Severity, str]] | None = None
         self._text_id = 0
-        self._gcs_seen_s: float | None = None
+        self.gcs_seen_s: float | None = None
+        """When the heartbeat of a ground station was heard last; before the first no failsafe waits for it."""
         self._gcs_lost = False
         self._overrides: dict[int, float] = {}
         self._announced: dict[str, float] = {}
@@ -391,10 +392,10 @@ class PlaneComponent:
 
     def _check_gcs(self, now: Snapshot) -> None:
         """FS_GCS_ENABL: 1 and 2 always, 3 in AUTO; counts the heartbeats of MAV_GCS_SYSID, once one was seen."""
-        if self._gcs_seen_s is None:
+        if self.gcs_seen_s is None:
             return
         enabled = self.params.integer("FS_GCS_ENABL")
-        silent_s = now.time_s - self._gcs_seen_s
+        silent_s = now.time_s - self.gcs_seen_s
         if not self._gcs_lost:
             applies = enabled in (1, 2) or (enabled == 3 and now.mode is Mode.AUTO)
             if applies and now.landed_state is not LandedState.LANDING:
@@ -494,7 +495,7 @@ class PlaneComponent:
             plan.reset()
         self._later.clear()
         self._overrides.clear()
-        self._gcs_seen_s = None
+        self.gcs_seen_s = None
         self._gcs_lost = False
         self._start_clocks()
         self.signing.restart()
@@ -621,7 +622,7 @@ class PlaneComponent:
 
     def _on_heartbeat(self, peer: Peer, _message: MavMessage) -> None:
         if peer.system == self.params.integer("MAV_GCS_SYSID"):
-            self._gcs_seen_s = self.autopilot.time_s
+            self.gcs_seen_s = self.autopilot.time_s
 
     def _on_set_mode(self, _peer: Peer, message: MavMessage) -> None:
         if message.base_mode & 1:  # MAV_MODE_FLAG_CUSTOM_MODE_ENABLED; ArduPlane does not acknowledge this message
@@ -682,7 +683,7 @@ class PlaneComponent:
         self._override(channels)
 
     def _override(self, channels: dict[int, int | None]) -> None:
-        self._gcs_seen_s = self.autopilot.time_s
+        self.gcs_seen_s = self.autopilot.time_s
         for number, value in channels.items():
             if value is None:
                 self._overrides.pop(number, None)
