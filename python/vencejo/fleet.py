@@ -4,20 +4,22 @@ On the ground, `Fleet` makes every aircraft of an organisation a vehicle of a st
 speaks for the plane that the station hears. It alone decides who may act: one ground station at a time has control, orders are
 signed, done at most once, and mean nothing once somebody else has control. Whoever acts on board comes before all of them.
 
-Nothing is encrypted yet, so addresses are of this machine alone; another machine is reached through a tunnel.
+Over TLS or QUIC both ends show certificates of the fleet's own authority (`vencejo.enrolment`); in the clear, addresses are of this
+machine alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from datetime import datetime, timezone
 from pathlib import Path
-from typing import Any
 
 from vencejo import _native
 from vencejo._closing import Closing
-from vencejo.errors import VencejoError
-from vencejo.station import Station, default_record_dir
+from vencejo.enrolment import Organisation, fleet_folder, native
+from vencejo.enrolment import member_file as default_member_file
+from vencejo.station import Station
 
 __all__ = ["Aircraft", "AircraftStatus", "FarAircraft", "Fleet", "default_key_file", "has_fleet"]
 
@@ -29,13 +31,7 @@ def has_fleet() -> bool:
 
 def default_key_file(org: str) -> Path:
     """Where a ground station's own key is: ``fleet/ORG.key`` in the data folder, readable by its owner alone."""
-    return default_record_dir().parent / "fleet" / f"{org}.key"
-
-
-def _class(name: str) -> Any:
-    if not has_fleet():
-        raise VencejoError("this build of Vencejo has no fleets: build it with the feature `fleet`, or install a wheel")
-    return getattr(_native, name)
+    return fleet_folder() / f"{org}.key"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,17 +43,20 @@ class AircraftStatus:
     is_connected : bool
         Whether a router is reached.
     problem : str or None
-        What the network said when it was not.
+        What the network said when it was not, or why it may hear nothing.
     holder : str or None
         Who has control of the plane, near or far.
     rate_hz : float
         How often the plane's state is told.
+    certificate_ends : datetime or None
+        When its certificate ends (UTC); it is renewed 30 days before. ``None`` in the clear.
     """
 
     is_connected: bool
     problem: str | None
     holder: str | None
     rate_hz: float
+    certificate_ends: datetime | None
 
 
 class Aircraft(Closing):
@@ -70,44 +69,63 @@ class Aircraft(Closing):
     ----------
     station : Station
         A station on board: MAVLink component 191 of the vehicle's system id.
-    org, name : str
-        The organisation, and the plane's name there: 1 to 32 of ``a-z``, ``0-9`` and ``-``.
-    dial : str
-        Where the fleet's router is, such as ``"tcp/127.0.0.1:7447"``. It is dialled for ever.
+    org, name : str, optional
+        The organisation, and the plane's name there: 1 to 32 of ``a-z``, ``0-9`` and ``-``. By default those of the fleet that this
+        computer has joined (`vencejo.enrolment.join`).
+    dial : str, optional
+        Where the fleet's router is, such as ``"tls/ground.local:7447"``. It is dialled for ever. By default those that it was told of
+        when it joined, one after the other; else ``"tcp/127.0.0.1:7447"``.
     trust, chiefs : iterable of str, optional
-        Public keys of the ground stations whose orders it takes; those of ``chiefs`` may take control from the others at once.
-        Without any, it only tells where it is.
+        Public keys of the ground stations whose orders it takes, beside the one where it joined; those of ``chiefs`` may take control
+        from the others at once. Without any, it only tells where it is.
     uplink_kbit_s : float, optional
         What the uplink carries, where that is known: states fill 60 % of it at most.
+    member_file : path, optional
+        Where this computer's place in a fleet is kept, with its certificate; by default in the data folder.
 
     Raises
     ------
     InvalidRequest
-        For a name, a key or an address that cannot be.
+        For a name, a key or an address that cannot be; for an encrypted address without a certificate.
+    VencejoError
+        When the file is damaged.
     """
 
     def __init__(
         self,
         station: Station,
         *,
-        org: str,
-        name: str,
-        dial: str = "tcp/127.0.0.1:7447",
+        org: str | None = None,
+        name: str | None = None,
+        dial: str | None = None,
         trust: Iterable[str] = (),
         chiefs: Iterable[str] = (),
         uplink_kbit_s: float | None = None,
+        member_file: str | Path | None = None,
     ) -> None:
         keys = [*((key, False) for key in trust), *((key, True) for key in chiefs)]
         uplink_bit_s = None if uplink_kbit_s is None else uplink_kbit_s * 1000
-        self._native = _class("FleetAircraft")(
-            station._native, org=org, name=name, dial=dial, trust=keys, uplink_bit_s=uplink_bit_s
+        self._native = native("FleetAircraft")(
+            station._native,
+            org=org,
+            name=name,
+            dial=dial,
+            trust=keys,
+            uplink_bit_s=uplink_bit_s,
+            member_file=default_member_file() if member_file is None else Path(member_file),
         )
 
     @property
     def status(self) -> AircraftStatus:
         """How it goes."""
-        is_connected, problem, holder, rate_hz = self._native.status()
-        return AircraftStatus(is_connected=is_connected, problem=problem, holder=holder, rate_hz=rate_hz)
+        is_connected, problem, holder, rate_hz, ends = self._native.status()
+        return AircraftStatus(
+            is_connected=is_connected,
+            problem=problem,
+            holder=holder,
+            rate_hz=rate_hz,
+            certificate_ends=None if ends is None else datetime.fromtimestamp(ends, timezone.utc),
+        )
 
     def close(self) -> None:
         """Leave the fleet."""
@@ -152,16 +170,22 @@ class Fleet(Closing):
     org : str
         The organisation.
     listen : str, optional
-        Where it is the fleet's router; with port 0 a free one is taken (`endpoint`).
+        Where it is the fleet's router; with port 0 a free one is taken (`endpoint`). By default ``"tls/0.0.0.0:7447"`` where the fleet's
+        authority is on this machine, else ``"tcp/127.0.0.1:7447"``.
     router : str, optional
         Another router that it uses, in place of being one.
+    door : str, optional
+        Where aircraft join with a token and get their next certificate, such as ``"0.0.0.0:7448"``; nowhere by default, nor in the
+        clear.
     key_file : path, optional
         Its own key; made where there is none.
+    folder : path, optional
+        Where fleets' authorities are; by default in the data folder.
 
     Raises
     ------
     InvalidRequest
-        For a name or an address that cannot be.
+        For a name or an address that cannot be; for an encrypted address without certificates.
     LinkError
         When the address is taken, or the router is not reached.
     """
@@ -171,22 +195,35 @@ class Fleet(Closing):
         station: Station,
         *,
         org: str,
-        listen: str = "tcp/127.0.0.1:7447",
+        listen: str | None = None,
         router: str | None = None,
+        door: str | None = None,
         key_file: str | Path | None = None,
+        folder: str | Path | None = None,
     ) -> None:
-        self._native = _class("FleetGround")(
+        organisation = Organisation(org, folder=folder)
+        if listen is None:
+            listen = "tls/0.0.0.0:7447" if organisation.exists else "tcp/127.0.0.1:7447"
+        self._native = native("FleetGround")(
             station._native,
             org=org,
             listen=None if router else listen,
             dial=router,
+            door=door,
             key_file=default_key_file(org) if key_file is None else Path(key_file),
+            folder=organisation.folder.parent,
         )
 
     @property
     def endpoint(self) -> str:
         """Where the network is joined: where aircraft dial, when this is the router."""
         return str(self._native.endpoint)
+
+    @property
+    def door(self) -> str | None:
+        """Where aircraft join and get their next certificate, ``HOST:PORT`` here; ``None`` where that is closed."""
+        door: str | None = self._native.door
+        return door
 
     @property
     def key(self) -> str:

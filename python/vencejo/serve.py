@@ -34,6 +34,7 @@ __all__ = [
     "default_maps_folder",
     "default_token_file",
     "has_app",
+    "own_addresses",
     "renew_tokens",
 ]
 
@@ -204,7 +205,7 @@ class Server(Closing):
         host = self._native.address()[0]
         if not ipaddress.ip_address(host).is_unspecified:
             return [self._url(host)]
-        return [self._url(address) for address in (*_own_addresses(), host)]
+        return [self._url(address) for address in (*own_addresses(), host)]
 
     @property
     def tokens(self) -> Tokens | None:
@@ -292,7 +293,7 @@ def _address(host: str) -> str:
     return str(min(found, key=lambda entry: entry[0] != socket.AF_INET)[4][0])
 
 
-def _own_addresses() -> list[str]:
+def own_addresses() -> list[str]:
     """Addresses of this machine in its networks, the one of the default route first. Nothing is sent."""
     addresses = []
     try:

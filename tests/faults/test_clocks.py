@@ -22,10 +22,10 @@ from typing import Any
 
 import pytest
 
+from tests.clock import Clock
 from tests.server.client import Client, WebSocket, serving
 from tests.support import Metronome, simulated_plane, wait_for
 
-LIBRARIES = ("/usr/lib/*/faketime/libfaketime.so.1", "/usr/lib*/faketime/libfaketime.so.1")
 HOUR_S = 3600
 JUMPS: dict[str, Callable[[int], int]] = {
     "an hour ahead": lambda now_s: HOUR_S,
@@ -39,37 +39,6 @@ JUMPS: dict[str, Callable[[int], int]] = {
 """By how many seconds the clock is wrong from now on, in whole seconds of 1970."""
 VALID_S = 15.0
 """How long a confirmation is good for."""
-
-
-def library() -> Path:
-    """Libfaketime (Debian's package of this name)."""
-    for pattern in LIBRARIES:
-        for path in sorted(Path("/").glob(pattern[1:])):
-            return path
-    pytest.fail("no libfaketime: sudo apt-get install -y libfaketime")
-
-
-class Clock:
-    """The wall clock of the processes that are started with `env`."""
-
-    def __init__(self, folder: Path) -> None:
-        self._file = folder / "faketime"
-        self.set(0)
-        self.env = {
-            "LD_PRELOAD": str(library()),
-            "FAKETIME_TIMESTAMP_FILE": str(self._file),
-            "FAKETIME_NO_CACHE": "1",
-            "DONT_FAKE_MONOTONIC": "1",
-            # The kernel's own times of files do not jump with a process's clock.
-            "NO_FAKE_STAT": "1",
-            "TZ": "Europe/Madrid",
-        }
-
-    def set(self, offset_s: int) -> None:
-        """Put it so many seconds ahead, at once."""
-        beside = self._file.with_suffix(".new")
-        beside.write_text(f"{offset_s:+d}\n", encoding="ascii")
-        beside.replace(self._file)
 
 
 class Tap(threading.Thread):

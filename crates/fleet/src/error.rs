@@ -16,13 +16,28 @@ pub enum FleetError {
     #[error(transparent)]
     Key(#[from] BadKey),
     /// An address that cannot be read.
-    #[error("'{0}' is no address here: one is like tcp/127.0.0.1:7447")]
+    #[error("'{0}' is no address here: one is like tls/ground.local:7447, quic/192.168.1.2:7447 or tcp/127.0.0.1:7447")]
     Address(String),
-    /// An address that others could reach: what goes over it is not encrypted.
-    #[error(
-        "{0} is not of this machine, and nothing here is encrypted yet: use tcp/127.0.0.1:PORT, through a tunnel (SSH, WireGuard) to another machine"
-    )]
+    /// An address that others could reach: what goes over TCP alone is not encrypted.
+    #[error("{0} is not of this machine, and nothing is encrypted there: use tls/ or quic/ in place of tcp/")]
     NotLoopback(String),
+    /// TLS and QUIC are for who has certificates.
+    #[error("{0} needs certificates, and there are none here: {1}")]
+    NoCertificates(String, String),
+    /// A certificate, a key or a request for one.
+    #[error("{what}: {problem}")]
+    Certificate {
+        /// Which.
+        what: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A text that is no token.
+    #[error("this is no token of `vencejo fleet enrol`: {0}; copy it again as a whole")]
+    Token(String),
+    /// The ground station does not give a certificate.
+    #[error("the ground station says: {0}")]
+    Refused(String),
     /// The network could not be opened.
     #[error("{address} cannot be used: {problem}")]
     Network {

@@ -15,9 +15,10 @@
 //! | [`budget`] | how often an aircraft speaks |
 //! | [`act`] | requests as orders, results as answers |
 //! | [`operator`] | a ground station's own key |
+//! | `papers` | certificates, tokens, who is enrolled and what each may do (feature `carrier`) |
 //! | `carrier` | the network: Eclipse Zenoh, named nowhere else (feature `carrier`) |
 //!
-//! All but the last two are without I/O: time comes in.
+//! All but `operator` and `carrier` are without I/O: time comes in.
 
 pub mod act;
 pub mod authority;
@@ -28,6 +29,8 @@ pub mod errand;
 mod error;
 pub mod key;
 pub mod operator;
+#[cfg(feature = "carrier")]
+pub mod papers;
 pub mod payload;
 pub mod signature;
 pub mod speech;

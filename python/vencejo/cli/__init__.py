@@ -14,6 +14,7 @@ import typer
 from vencejo.cli.camera import camera
 from vencejo.cli.common import RootGroup, end_by_signal
 from vencejo.cli.demo import demo
+from vencejo.cli.fleet import fleet_app
 from vencejo.cli.fly import fly
 from vencejo.cli.links import links
 from vencejo.cli.maps import maps_app
@@ -81,6 +82,7 @@ app.add_typer(mission_app, name="mission")
 app.add_typer(plan_app, name="plan")
 app.add_typer(params_app, name="params")
 app.command()(links)
+app.add_typer(fleet_app, name="fleet")
 app.add_typer(signing_app, name="signing")
 app.add_typer(maps_app, name="maps")
 app.command()(record)

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from typing import TYPE_CHECKING, Annotated
+from datetime import datetime, timezone
+from typing import TYPE_CHECKING, Annotated, Final, TypeAlias
 
 import typer
 
-from vencejo.cli.common import ForwardOption, JsonOption, RecordOption, put_json, say
+from vencejo.cli.common import Exit, Failed, ForwardOption, JsonOption, RecordOption, put_json, say
+from vencejo.cli.fleet import joined
 from vencejo.cli.serve import ON_BOARD_COMPONENT
 
 if TYPE_CHECKING:
     from vencejo.fleet import AircraftStatus
 
+WARN_DAYS: Final = 20
+"""A certificate that has less left is told of: it is renewed 30 days before its end where that can be."""
+
 
 def onboard(
-    fleet: Annotated[str, typer.Option("--fleet", metavar="ORG", help="The organisation whose fleet it is in.")],
-    name: Annotated[
-        str, typer.Option("--name", metavar="NAME", help="The plane's name there: 1 to 32 of a-z, 0-9 and '-'.")
-    ],
     link: Annotated[
         list[str],
         typer.Option(
@@ -30,9 +31,33 @@ def onboard(
             help="Where the autopilot is, such as /dev/serial0,921600.",
         ),
     ],
+    join: Annotated[
+        str | None,
+        typer.Option(
+            "--join",
+            metavar="TOKEN",
+            help="Join the fleet with a token of `vencejo fleet enrol`; once joined it is not needed any more.",
+        ),
+    ] = None,
+    fleet: Annotated[
+        str | None,
+        typer.Option(
+            "--fleet",
+            metavar="ORG",
+            help="The organisation whose fleet it is in; the one that was joined when not given.",
+        ),
+    ] = None,
+    name: Annotated[
+        str | None, typer.Option("--name", metavar="NAME", help="The plane's name there: 1 to 32 of a-z, 0-9 and '-'.")
+    ] = None,
     dial: Annotated[
-        str, typer.Option("--dial", metavar="ADDRESS", help="Where the fleet's router is; it is dialled for ever.")
-    ] = "tcp/127.0.0.1:7447",
+        str | None,
+        typer.Option(
+            "--dial",
+            metavar="ADDRESS",
+            help="Where the fleet's router is, dialled for ever; by default what was told when it was joined, else tcp/127.0.0.1:7447.",
+        ),
+    ] = None,
     trust: Annotated[
         list[str] | None,
         typer.Option(
@@ -76,14 +101,34 @@ def onboard(
     It dials out and listens nowhere. What it tells is where the plane is; what it takes are signed orders of the ground stations
     that it trusts, one of which at a time has control. The autopilot hears of a ground station only while one has.
 
-    Nothing is encrypted yet, so the router's address is of this machine: bring it here with a tunnel, such as
-    ssh -L 7447:127.0.0.1:7447 ground.
+    The way is encrypted, and both ends show certificates of the fleet's own authority. With --fleet, --name, --dial and --trust it goes
+    without, to a router of this machine alone: bring that here with a tunnel, such as ssh -L 7447:127.0.0.1:7447 ground.
+
+    Example: vencejo onboard --join vf1.CiBj... --link /dev/serial0,921600
+
+    Example: vencejo onboard --link /dev/serial0,921600
 
     Example: vencejo onboard --fleet acme --name plane7 --link /dev/serial0,921600 --trust 3b6a27bc...
     """
     from vencejo import Station
+    from vencejo.enrolment import member
     from vencejo.fleet import Aircraft
 
+    if (fleet is None) != (name is None):
+        raise Failed(
+            "a plane has a name in a fleet: give --fleet and --name, or neither once it has joined one", Exit.USAGE
+        )
+    if join is not None:
+        if fleet is not None:
+            raise Failed("the token says which fleet and which name: leave out --fleet and --name", Exit.USAGE)
+        joined(join)
+    found = member()
+    is_member = found is not None and fleet in (None, found.org) and name in (None, found.name)
+    if not is_member and fleet is None:
+        raise Failed(
+            "this computer is in no fleet yet: --join TOKEN, which `vencejo fleet enrol NAME` gives on the ground",
+            Exit.USAGE,
+        )
     with (
         Station(
             *link,
@@ -98,9 +143,9 @@ def onboard(
             station, org=fleet, name=name, dial=dial, trust=trust or (), chiefs=chief or (), uplink_kbit_s=uplink
         ) as aircraft,
     ):
-        if not (trust or chief or json):
+        if not (trust or chief or json or is_member):
             say("It takes no orders: no --trust. It only tells where the plane is.")
-        told: tuple[bool, str | None] | None = None
+        told: Told | None = None
         forever = threading.Event()
         with contextlib.suppress(KeyboardInterrupt):
             while True:
@@ -109,15 +154,33 @@ def onboard(
                     return
 
 
-def tell_status(status: AircraftStatus, told: tuple[bool, str | None] | None, *, json: bool) -> tuple[bool, str | None]:
+Told: TypeAlias = tuple[bool, str | None, frozenset[str]]
+"""What was told: whether it is in the fleet, who has control, and what is wrong; while it is not, of each router that was tried."""
+
+
+def tell_status(status: AircraftStatus, told: Told | None, *, json: bool) -> Told:
     """Say what is new; gives what holds now."""
-    now = (status.is_connected, status.holder)
+    problems = frozenset({status.problem} if status.problem else ())
+    if told is not None and not told[0] and not status.is_connected:
+        problems |= told[2]
+    now = (status.is_connected, status.holder, problems)
     if now == told:
         return now
     if json:
         put_json({"is_connected": status.is_connected, "holder": status.holder, "problem": status.problem})
     elif not status.is_connected:
         say(f"Not in the fleet yet: {status.problem or 'no plane is heard'}")
+    elif status.problem is not None:
+        say(f"Warning: {status.problem}")
     else:
         say(f"In the fleet. Control: {status.holder or 'nobody'}")
+        if told is None or not told[0]:
+            warn_of_end(status.certificate_ends)
     return now
+
+
+def warn_of_end(ends: datetime | None) -> None:
+    """Say when the certificate ends soon: it should have been renewed."""
+    left_days = 90 if ends is None else (ends - datetime.now(timezone.utc)).days
+    if left_days < WARN_DAYS:
+        say(f"Warning: its certificate ends in {left_days} days, and was not renewed; see: vencejo fleet doctor")

@@ -131,11 +131,22 @@ def serve(
         ),
     ] = None,
     fleet_listen: Annotated[
-        str,
+        str | None,
         typer.Option(
-            "--fleet-listen", metavar="ADDRESS", help="Where aircraft of the fleet dial; port 0 takes a free one."
+            "--fleet-listen",
+            metavar="ADDRESS",
+            help="Where aircraft of the fleet dial: tls/0.0.0.0:7447 once `vencejo fleet init` made its certificates, also "
+            "quic/…; before, tcp/127.0.0.1:7447. Port 0 takes a free one.",
         ),
-    ] = "tcp/127.0.0.1:7447",
+    ] = None,
+    fleet_door: Annotated[
+        str | None,
+        typer.Option(
+            "--fleet-door",
+            metavar="HOST:PORT",
+            help="Where aircraft join the fleet with a token; by default port 7448 of the address where they dial.",
+        ),
+    ] = None,
     fleet_router: Annotated[
         str | None,
         typer.Option(
@@ -211,7 +222,7 @@ def serve(
             maps_folder=maps,
             floors=floors,
         ) as server,
-        joined_fleet(station, fleet, listen=fleet_listen, router=fleet_router) as joined,
+        joined_fleet(station, fleet, listen=fleet_listen, door=fleet_door, router=fleet_router) as joined,
         served_cameras(server, camera, floors) as cameras,
         ice_server(station, settings, server.tokens, **for_ice(cameras)) as interfaces,
     ):
@@ -222,14 +233,18 @@ def serve(
 
 
 def joined_fleet(
-    station: Station, org: str | None, *, listen: str, router: str | None
+    station: Station, org: str | None, *, listen: str | None, door: str | None, router: str | None
 ) -> contextlib.AbstractContextManager[Fleet | None]:
     """The fleet that is joined; without an organisation none."""
     if org is None:
         return contextlib.nullcontext()
     from vencejo.fleet import Fleet
 
-    return Fleet(station, org=org, listen=listen, router=router)
+    if door is None:
+        # Where it is no router itself, it is reached at all its addresses.
+        host = "0.0.0.0" if listen is None else listen.partition("/")[2].rpartition(":")[0]
+        door = f"{host}:7448"
+    return Fleet(station, org=org, listen=listen, door=door, router=router)
 
 
 def tell(
@@ -249,7 +264,7 @@ def tell(
                 "viewer_url": viewer,
                 "has_app": has_app(),
                 **({"ice": ice} if ice else {}),
-                **({"fleet": {"endpoint": fleet.endpoint, "key": fleet.key}} if fleet else {}),
+                **({"fleet": {"endpoint": fleet.endpoint, "key": fleet.key, "door": fleet.door}} if fleet else {}),
             }
         )
         return
@@ -265,7 +280,13 @@ def tell(
         print(qr_code(operator), end="", flush=True)
     tell_ice(ice)
     if fleet is not None:
-        print(f"Aircraft dial {fleet.endpoint} and trust this station with: --trust {fleet.key}", flush=True)
+        if fleet.door is None:
+            print(f"Aircraft dial {fleet.endpoint} and trust this station with: --trust {fleet.key}", flush=True)
+        else:
+            print(
+                f"The fleet's router is at {fleet.endpoint}; bring an aircraft in with: vencejo fleet enrol NAME",
+                flush=True,
+            )
     say("Ctrl-C ends it.")
 
 

@@ -1,6 +1,7 @@
 //! The station on board: tells where its aircraft is, and does what whoever has control orders.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -15,8 +16,10 @@ use zenoh::Session;
 use zenoh::qos::Priority;
 use zenoh::query::Query;
 
-use super::endpoint::Endpoint;
-use super::network::{self, Heard, Part};
+use super::endpoint::{Endpoint, Way};
+use super::membership::{self, Membership};
+use super::network::{self, Heard};
+use super::unix_now;
 use crate::act;
 use crate::authority::{Authority, Caller, Claim, Role, Verdict, Wish, answer};
 use crate::budget::{Budget, ECHO_INTERVAL, ECHO_LOST};
@@ -33,6 +36,10 @@ const TICK: Duration = Duration::from_millis(50);
 const AGAIN: Duration = Duration::from_secs(1);
 /// Echoes lost in a row after which a session is opened anew: one that looks alive may not be.
 const DEAD_AFTER: u32 = 30;
+/// Echoes lost in a row after which it is told: a router that does not know an aircraft answers nothing.
+const TELL_AFTER: u32 = 3;
+/// How often it is looked whether the certificate is to be renewed.
+const RENEW_EVERY: Duration = Duration::from_secs(3600);
 /// Messages of the autopilot that wait for a tick at most.
 const WAITING: usize = 1024;
 
@@ -43,8 +50,10 @@ pub struct AircraftConfig {
     pub org: Name,
     /// Its name there.
     pub name: Name,
-    /// The router.
-    pub dial: Endpoint,
+    /// The routers, in the order in which they are tried.
+    pub dial: Vec<Endpoint>,
+    /// Its place in the fleet, with its certificate, and the file that has it: for TLS and QUIC.
+    pub member: Option<(Membership, PathBuf)>,
     /// Whose orders it takes.
     pub trust: BTreeMap<PublicKey, Role>,
     /// What the uplink carries, where that is known, bit/s.
@@ -62,6 +71,8 @@ pub struct AircraftStatus {
     pub holder: Option<String>,
     /// States told a second.
     pub rate_hz: f64,
+    /// When its certificate ends, seconds since 1970.
+    pub certificate_ends: Option<u64>,
 }
 
 /// An aircraft of a fleet, seen from on board.
@@ -76,8 +87,15 @@ impl Aircraft {
     /// station's heartbeat goes out only while somebody has control: the autopilot's ground-station failsafe counts it.
     ///
     /// # Errors
-    /// [`FleetError::NoRandom`].
+    /// [`FleetError::Address`] without a router, [`FleetError::NoCertificates`], [`FleetError::NoRandom`].
     pub fn start(station: Station, config: AircraftConfig, runtime: &Handle) -> Result<Self, FleetError> {
+        if config.dial.is_empty() {
+            return Err(FleetError::Address(String::new()));
+        }
+        for router in config.dial.iter().filter(|router| router.way() != Way::Tcp) {
+            let why = "join the fleet first, with --join TOKEN".to_owned();
+            config.member.as_ref().ok_or_else(|| FleetError::NoCertificates(router.to_string(), why))?;
+        }
         let boot = u64::from_be_bytes(random()?);
         let status = Arc::new(Mutex::new(AircraftStatus::default()));
         let (stop, mut stopped) = watch::channel(false);
@@ -119,26 +137,40 @@ async fn live(station: &Station, config: &AircraftConfig, boot: u64, status: &Ar
     let ids: BTreeSet<u32> = NEWEST.iter().chain(&EACH).copied().collect();
     let heard = vehicle.subscribe_messages(Some(ids), WAITING);
     let mut post = Post::new(station, &vehicle, config, status);
-    loop {
-        let failed = match network::open(Part::Client(config.dial)).await {
+    for router in config.dial.iter().cycle() {
+        let identity = post.member.as_ref().map(|(member, _)| member.identity());
+        let end = match network::dial(router, identity.as_ref()).await {
             Ok(session) => {
+                post.router = Some(router);
+                post.certificate_ends = post.member.as_ref().and_then(|(member, _)| Some(member.facts().ok()?.ends));
                 let end = post.serve(&session, &mut speaker, &mut authority, &heard).await;
                 // Its end is the end of what it declared, whatever it says.
                 let _ = session.close().await;
-                match end {
-                    Ok(()) => return,
-                    Err(error) => error,
-                }
+                end
             }
-            Err(error) => error,
+            Err(error) => Err(error),
         };
-        tracing::debug!(error = %failed, "the router is not reached");
+        let problem = match end {
+            Ok(Ended::Closed) => return,
+            Ok(Ended::Renewed) => continue,
+            Err(error) => error.to_string(),
+        };
+        tracing::debug!(problem, "the router is not reached");
         {
             let mut status = status.lock().unwrap_or_else(PoisonError::into_inner);
-            (status.is_connected, status.problem) = (false, Some(failed.to_string()));
+            (status.is_connected, status.problem) = (false, Some(problem));
         }
         tokio::time::sleep(AGAIN).await;
     }
+}
+
+/// Why a session ended where nothing was wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Ended {
+    /// The station was closed.
+    Closed,
+    /// There is a new certificate, which the next one shows.
+    Renewed,
 }
 
 /// An order that is being done.
@@ -154,6 +186,13 @@ struct Post<'a> {
     vehicle: &'a VehicleHandle,
     config: &'a AircraftConfig,
     status: &'a Mutex<AircraftStatus>,
+    member: Option<(Membership, PathBuf)>,
+    /// When its certificate ends.
+    certificate_ends: Option<u64>,
+    /// When it is looked again whether it is to be renewed.
+    renewal_due: MonoTime,
+    /// The router of this session.
+    router: Option<&'a Endpoint>,
     order_key: String,
     under_way: HashMap<u128, UnderWay>,
     ended: mpsc::Sender<(Claim, RequestResult)>,
@@ -171,7 +210,22 @@ impl<'a> Post<'a> {
     ) -> Self {
         let (ended, ends) = mpsc::channel(64);
         let order_key = key_of(&config.org, &config.name, Kind::Order);
-        Self { station, vehicle, config, status, order_key, under_way: HashMap::new(), ended, ends, acting: None }
+        let (member, under_way) = (config.member.clone(), HashMap::new());
+        Self {
+            station,
+            vehicle,
+            config,
+            status,
+            member,
+            certificate_ends: None,
+            renewal_due: MonoTime::ZERO,
+            router: None,
+            order_key,
+            under_way,
+            ended,
+            ends,
+            acting: None,
+        }
     }
 
     /// Until the station is closed, or the session is dead.
@@ -181,7 +235,7 @@ impl<'a> Post<'a> {
         speaker: &mut Speaker,
         authority: &mut Authority,
         heard: &DropOldest<Received>,
-    ) -> Result<(), FleetError> {
+    ) -> Result<Ended, FleetError> {
         let key = |kind| key_of(&self.config.org, &self.config.name, kind);
         let (state_key, event_key) = (key(Kind::State), key(Kind::Event));
         let declared = network::failed;
@@ -192,6 +246,7 @@ impl<'a> Post<'a> {
         let mut budget = Budget::new(self.config.uplink_bit_s, self.station.now());
         let (echoed, mut echoes) = mpsc::channel(4);
         let (mut sample_due, mut echo_due, mut lost) = (MonoTime::ZERO, MonoTime::ZERO, 0);
+        let (renewed, mut renewals) = mpsc::channel(1);
         let mut tick = tokio::time::interval(TICK);
         tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         loop {
@@ -204,7 +259,7 @@ impl<'a> Post<'a> {
                         }
                     }
                     if self.station.is_closed() {
-                        return Ok(());
+                        return Ok(Ended::Closed);
                     }
                     authority.on_time(now);
                     self.keep_order(authority);
@@ -217,10 +272,22 @@ impl<'a> Post<'a> {
                     }
                     if now >= echo_due {
                         echo_due = now + ECHO_INTERVAL;
+                        let is_encrypted = self.router.is_some_and(|router| router.way() != Way::Tcp);
+                        if is_encrypted && !network::is_with_station(session).await {
+                            return Err(self.problem("who answers there now is no router of this fleet"));
+                        }
                         self.ask_echo(session, echoed.clone());
+                        self.renew(&renewed, now);
                     }
-                    self.show(authority, budget.rate_hz(watched));
+                    self.show(authority, budget.rate_hz(watched), lost);
                 }
+                Some(renewed) = renewals.recv() => {
+                    if let Some((member, _)) = self.member.as_mut() {
+                        *member = renewed;
+                    }
+                    return Ok(Ended::Renewed);
+                }
+
                 Ok(query) = orders.recv_async() => self.on_order(query, authority),
                 Ok(query) = states.recv_async() => {
                     let state = speaker.everything(authority.held(), self.station.now());
@@ -239,7 +306,7 @@ impl<'a> Post<'a> {
                         None => budget.on_echo_lost(),
                     }
                     if lost >= DEAD_AFTER {
-                        return Err(FleetError::Network { address: self.config.dial.to_string(), problem: "it answers no more".into() });
+                        return Err(self.problem("it answers no more"));
                     }
                 }
             }
@@ -286,9 +353,35 @@ impl<'a> Post<'a> {
         }
     }
 
-    fn show(&self, authority: &Authority, rate_hz: f64) {
+    fn problem(&self, problem: &str) -> FleetError {
+        let address = self.router.map_or_else(String::new, Endpoint::to_string);
+        FleetError::Network { address, problem: problem.to_owned() }
+    }
+
+    /// Gets the next certificate, where it is time, aside.
+    fn renew(&mut self, renewed: &mpsc::Sender<Membership>, now: MonoTime) {
+        let Some((member, file)) = self.member.as_ref().filter(|_| now >= self.renewal_due).cloned() else { return };
+        // From session to session: where the clock is far ahead, a new certificate is due as well.
+        self.renewal_due = now + RENEW_EVERY;
+        if !member.facts().is_ok_and(|facts| facts.is_due(unix_now())) {
+            return;
+        }
+        let renewed = renewed.clone();
+        tokio::spawn(async move {
+            match membership::renew(&member, &file).await {
+                // Without a reader the session is at its end; the next one begins with what it has, and asks again.
+                Ok(member) => drop(renewed.send(member).await),
+                Err(error) => tracing::warn!(%error, "the certificate was not renewed; it is tried again each hour"),
+            }
+        });
+    }
+
+    fn show(&self, authority: &Authority, rate_hz: f64, lost: u32) {
         let holder = Some(authority.held().holder).filter(|holder| !holder.is_empty());
-        let status = AircraftStatus { is_connected: true, problem: None, holder, rate_hz };
+        let certificate_ends = self.certificate_ends;
+        let silent = "it is reached and answers nothing: has this aircraft been revoked? see: vencejo fleet doctor";
+        let problem = (lost >= TELL_AFTER).then(|| self.problem(silent).to_string());
+        let status = AircraftStatus { is_connected: true, problem, holder, rate_hz, certificate_ends };
         *self.status.lock().unwrap_or_else(PoisonError::into_inner) = status;
     }
 

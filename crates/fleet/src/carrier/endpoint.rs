@@ -1,44 +1,136 @@
-//! Where a network is joined: addresses of this machine only, as long as nothing is encrypted.
+//! Where a network is joined: over TLS or QUIC anywhere, in the clear on this machine only.
 
 use std::fmt;
-use std::net::{SocketAddr, TcpListener};
+use std::net::{IpAddr, SocketAddr, TcpListener, UdpSocket};
 use std::str::FromStr;
 
 use crate::error::FleetError;
 
-/// An address such as `tcp/127.0.0.1:7447`.
+/// What goes over it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Endpoint(SocketAddr);
+pub enum Way {
+    /// In the clear.
+    Tcp,
+    /// TLS 1.3 over TCP.
+    Tls,
+    /// QUIC, over UDP.
+    Quic,
+}
+
+impl Way {
+    /// As it stands in an address.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Tcp => "tcp",
+            Self::Tls => "tls",
+            Self::Quic => "quic",
+        }
+    }
+}
+
+/// An address such as `tls/ground.local:7447`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Endpoint {
+    way: Way,
+    host: String,
+    port: u16,
+}
+
+/// Whether it can be the name of a host: nothing that means something to the network's settings.
+fn is_name(host: &str) -> bool {
+    let is_good = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'.';
+    !host.is_empty() && host.len() <= 253 && host.bytes().all(is_good) && !host.starts_with(['-', '.'])
+}
+
+/// `HOST:PORT`, as the two: a name, an IPv4 address, or an IPv6 address in brackets.
+pub(super) fn split(text: &str) -> Option<(&str, u16)> {
+    let (host, port) = text.rsplit_once(':')?;
+    let is_digits = port.bytes().all(|byte| byte.is_ascii_digit());
+    let is_host = match host.strip_prefix('[').and_then(|host| host.strip_suffix(']')) {
+        Some(v6) => v6.parse::<std::net::Ipv6Addr>().is_ok(),
+        None => is_name(host),
+    };
+    (is_digits && is_host).then_some((host, port.parse().ok()?))
+}
 
 impl FromStr for Endpoint {
     type Err = FleetError;
 
     fn from_str(text: &str) -> Result<Self, FleetError> {
         let bad = || FleetError::Address(text.chars().filter(|c| !c.is_control()).take(80).collect());
-        let address: SocketAddr = text.strip_prefix("tcp/").ok_or_else(bad)?.parse().map_err(|_| bad())?;
-        if !address.ip().is_loopback() {
-            return Err(FleetError::NotLoopback(text.to_owned()));
+        let (way, rest) = text.split_once('/').ok_or_else(bad)?;
+        let way = [Way::Tcp, Way::Tls, Way::Quic].into_iter().find(|known| known.as_str() == way).ok_or_else(bad)?;
+        let (host, port) = split(rest).ok_or_else(bad)?;
+        if way == Way::Tcp {
+            let address: SocketAddr = rest.parse().map_err(|_| bad())?;
+            if !address.ip().is_loopback() {
+                return Err(FleetError::NotLoopback(text.to_owned()));
+            }
         }
-        Ok(Self(address))
+        Ok(Self { way, host: host.to_owned(), port })
     }
 }
 
 impl fmt::Display for Endpoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "tcp/{}", self.0)
+        write!(f, "{}/{}", self.way.as_str(), self.authority())
     }
 }
 
 impl Endpoint {
+    /// What goes over it.
+    #[must_use]
+    pub fn way(&self) -> Way {
+        self.way
+    }
+
+    /// `HOST:PORT`.
+    #[must_use]
+    pub fn authority(&self) -> String {
+        format!("{}:{}", self.host, self.port)
+    }
+
+    /// The host alone, an IPv6 address without brackets.
+    #[must_use]
+    pub fn host(&self) -> &str {
+        self.host.trim_matches(['[', ']'])
+    }
+
+    /// Whether it stands for all addresses of this machine, as only a listener's can.
+    #[must_use]
+    pub fn is_any(&self) -> bool {
+        self.host().parse::<IpAddr>().is_ok_and(|ip| ip.is_unspecified())
+    }
+
+    /// Refuses what only a listener's address can be, or none that Zenoh can dial.
+    pub(super) fn dialled(self) -> Result<Self, FleetError> {
+        // Zenoh takes the brackets for a part of the name that the certificate must show.
+        if self.is_any() || (self.way != Way::Tcp && self.host.starts_with('[')) {
+            return Err(FleetError::Address(format!("{self} (to dial, give a host name or an IPv4 address)")));
+        }
+        Ok(self)
+    }
+
+    /// The same at another host.
+    #[must_use]
+    pub(super) fn at(&self, host: &str) -> Self {
+        Self { host: host.to_owned(), ..self.clone() }
+    }
+
     /// The same with a free port, where its port is 0: the network does not tell which one it took.
     pub(super) fn with_port(self) -> Result<Self, FleetError> {
-        if self.0.port() != 0 {
+        if self.port != 0 {
             return Ok(self);
         }
-        let free = TcpListener::bind(self.0).and_then(|listener| listener.local_addr());
-        let free =
+        let (address, at) = (self.authority(), |address: SocketAddr| address.port());
+        let free = match self.way {
+            Way::Quic => UdpSocket::bind(&address).and_then(|socket| socket.local_addr()).map(at),
+            Way::Tcp | Way::Tls => TcpListener::bind(&address).and_then(|listener| listener.local_addr()).map(at),
+        };
+        let port =
             free.map_err(|error| FleetError::Network { address: self.to_string(), problem: error.to_string() })?;
-        Ok(Self(free))
+        Ok(Self { port, ..self })
     }
 }
 
@@ -48,7 +140,15 @@ mod tests {
 
     #[test]
     fn only_this_machine_is_reached_in_the_clear() {
-        for good in ["tcp/127.0.0.1:7447", "tcp/127.9.9.9:1", "tcp/[::1]:7447"] {
+        for good in [
+            "tcp/127.0.0.1:7447",
+            "tcp/127.9.9.9:1",
+            "tcp/[::1]:7447",
+            "tls/0.0.0.0:7447",
+            "quic/192.168.1.2:7447",
+            "tls/ground.local:7447",
+            "quic/[::]:7447",
+        ] {
             assert_eq!(good.parse::<Endpoint>().map(|endpoint| endpoint.to_string()), Ok(good.to_owned()));
         }
         for open in ["tcp/0.0.0.0:7447", "tcp/192.168.1.2:7447", "tcp/[::]:7447"] {
@@ -61,10 +161,21 @@ mod tests {
             "udp/127.0.0.1:7447",
             "tcp/127.0.0.1",
             "tcp/127.0.0.1:7447#x=y",
+            "tls/ground:7447#enable_mtls=false",
+            "tls/ground;x:7447",
+            "tls/ground:+7447",
+            "tls/[ground]:7447",
+            "tls/:7447",
+            "quic/a:70000",
         ] {
             assert!(matches!(bad.parse::<Endpoint>(), Err(FleetError::Address(_))), "{bad}");
         }
-        let free = "tcp/127.0.0.1:0".parse::<Endpoint>().and_then(Endpoint::with_port);
-        assert!(free.is_ok_and(|endpoint| endpoint.0.port() != 0));
+        for free in ["tcp/127.0.0.1:0", "tls/127.0.0.1:0", "quic/127.0.0.1:0"] {
+            let free = free.parse::<Endpoint>().and_then(Endpoint::with_port);
+            assert!(free.is_ok_and(|endpoint| endpoint.port != 0));
+        }
+        for unreachable in ["tls/0.0.0.0:7447", "quic/[fe80::1]:7447"] {
+            assert!(unreachable.parse::<Endpoint>().and_then(Endpoint::dialled).is_err(), "{unreachable}");
+        }
     }
 }

@@ -5,8 +5,9 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 use std::time::Duration;
 
 use prost::Message;
+use serde_json::Value;
 use tokio::runtime::Handle;
-use tokio::sync::watch;
+use tokio::sync::{Notify, watch};
 use tokio::task::JoinHandle;
 use vencejo_proto::{Address, ComponentId, SystemId};
 use vencejo_station::{Carried, Remote, RequestResult, Station, StationError};
@@ -15,14 +16,18 @@ use vencejo_vehicle::{Danger, Request, VehicleError};
 use zenoh::Session;
 use zenoh::sample::SampleKind;
 
-use super::endpoint::Endpoint;
+use super::door::{self, Door, Leaflet, blocking};
+use super::endpoint::{Endpoint, Way};
 use super::network::{self, Heard, Part};
+use super::organisation::Organisation;
+use super::unix_now;
 use crate::act;
 use crate::authority::{FRESH, RENEW_EVERY};
 use crate::errand::{AGAIN_AFTER, Errand, Outcome, Step};
 use crate::error::FleetError;
 use crate::key::{Kind, Name, aircraft_of, echo_key, key_of, keys_of_all};
 use crate::operator::random;
+use crate::papers::certificate::Identity;
 use crate::payload::{Answer, End, Event, Nothing, Order, Signed, State, VERSION, Want};
 use crate::signature::{PublicKey, Signer};
 use crate::speech::{Listener, News, millis};
@@ -35,6 +40,11 @@ const ACT_PATIENCE: Duration = Duration::from_secs(20);
 const CONTROL_PATIENCE: Duration = Duration::from_secs(5);
 /// How long is waited for what is only read.
 const READ_WITHIN: Duration = Duration::from_secs(5);
+/// How often it is looked whether the roll or a certificate has changed.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+/// How long to wait before a network that was left for such a change is joined again, where that failed: a port of QUIC is not free at
+/// once.
+const AGAIN: Duration = Duration::from_millis(50);
 
 /// How a ground station takes part in a fleet.
 #[derive(Debug)]
@@ -47,6 +57,10 @@ pub struct GroundConfig {
     pub dial: Option<Endpoint>,
     /// Its key: what aircraft trust.
     pub signer: Signer,
+    /// Its certificates and who is enrolled: for TLS and QUIC.
+    pub organisation: Option<Organisation>,
+    /// Where aircraft are enrolled, `HOST:PORT`, while it is there; port 0 takes a free one.
+    pub door: Option<String>,
 }
 
 /// An aircraft far away, as a ground station sees it.
@@ -69,7 +83,8 @@ pub struct Far {
 /// A ground station of a fleet.
 pub struct Ground {
     fleet: Arc<Fleet>,
-    endpoint: Endpoint,
+    door: Mutex<Option<Door>>,
+    door_at: Option<String>,
     stop: watch::Sender<bool>,
     task: Mutex<Option<JoinHandle<()>>>,
 }
@@ -77,10 +92,25 @@ pub struct Ground {
 /// What all aircraft share.
 struct Fleet {
     org: Name,
-    session: Session,
+    network: Network,
+    session: Mutex<Session>,
     signer: Signer,
     station: Station,
     aircraft: Mutex<BTreeMap<Name, Arc<FarAircraft>>>,
+}
+
+/// How the network is joined, each time.
+struct Network {
+    endpoint: Endpoint,
+    is_router: bool,
+    organisation: Option<Organisation>,
+}
+
+/// What others are shown, and what a router lets them do: when it changes, the network is joined anew.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Terms {
+    identity: Option<Identity>,
+    access: Option<Value>,
 }
 
 /// One aircraft.
@@ -111,35 +141,50 @@ impl Ground {
     /// # Errors
     /// [`FleetError`].
     pub async fn start(station: Station, config: GroundConfig, runtime: &Handle) -> Result<Self, FleetError> {
-        let (endpoint, part) = match (config.dial, config.listen) {
-            (Some(dial), _) => (dial, Part::Client(dial)),
-            (None, Some(listen)) => {
-                let listen = listen.with_port()?;
-                (listen, Part::Router(listen))
-            }
+        let (endpoint, is_router) = match (config.dial, config.listen) {
+            (Some(dial), _) => (dial.dialled()?, false),
+            (None, Some(listen)) => (listen.with_port()?, true),
             (None, None) => return Err(FleetError::Address(String::new())),
         };
-        let session = network::open(part).await?;
+        // In the clear, and so on this machine, nobody has a name that rules could be for.
+        let organisation = config.organisation.filter(|_| endpoint.way() != Way::Tcp);
+        let news = Arc::new(Notify::new());
+        let network = Network { endpoint, is_router, organisation };
+        let terms = network.terms().await?;
+        let session = network.open(&terms).await?;
+        let door = match (&network.organisation, config.door) {
+            (Some(organisation), Some(door)) => {
+                Some(network.open_door(organisation, &door, &config.signer, &news).await?)
+            }
+            _ => None,
+        };
         let (org, signer) = (config.org, config.signer);
-        let fleet = Arc::new(Fleet { org, session, signer, station, aircraft: Mutex::default() });
+        let session = Mutex::new(session);
+        let fleet = Arc::new(Fleet { org, network, session, signer, station, aircraft: Mutex::default() });
         let (stop, mut stopped) = watch::channel(false);
         let (ready, is_ready) = tokio::sync::oneshot::channel();
         let follow = fleet.clone();
         let task = runtime.spawn(async move {
             tokio::select! {
-                () = follow.follow(ready) => {}
+                () = follow.live(terms, &news, ready) => {}
                 // An error means that nobody holds the handle any more: the end as well.
                 _ = stopped.wait_for(|stopped| *stopped) => {}
             }
         });
-        let failed = |problem: String| FleetError::Network { address: endpoint.to_string(), problem };
+        let failed = |problem: String| FleetError::Network { address: fleet.network.endpoint.to_string(), problem };
         is_ready.await.map_err(|_| failed("it ended at once".into()))??;
-        Ok(Self { fleet, endpoint, stop, task: Mutex::new(Some(task)) })
+        let (door, door_at) = door.unzip();
+        Ok(Self { fleet, door: Mutex::new(door), door_at, stop, task: Mutex::new(Some(task)) })
     }
 
     /// Where the network is joined: where its aircraft dial, when it is the router.
-    pub fn endpoint(&self) -> Endpoint {
-        self.endpoint
+    pub fn endpoint(&self) -> &Endpoint {
+        &self.fleet.network.endpoint
+    }
+
+    /// Where aircraft are enrolled, `HOST:PORT`.
+    pub fn door(&self) -> Option<&str> {
+        self.door_at.as_deref()
     }
 
     /// Its public key: what aircraft have to trust.
@@ -168,6 +213,7 @@ impl Ground {
     /// Leaves the fleet, with the control that it has of aircraft given up. May be called again.
     pub async fn close(&self) {
         self.stop.send_replace(true);
+        drop(self.door.lock().unwrap_or_else(PoisonError::into_inner).take());
         let task = self.task.lock().unwrap_or_else(PoisonError::into_inner).take();
         if let Some(task) = task {
             // A join error would be its panic, which has been reported already.
@@ -181,20 +227,123 @@ impl Ground {
                 let _ = release.await;
             }
             // What it declared ends with the process at the latest.
-            let _ = self.fleet.session.close().await;
+            let _ = self.fleet.session().close().await;
         }
     }
 }
 
+impl Network {
+    /// What is to hold now.
+    async fn terms(&self) -> Result<Terms, FleetError> {
+        let Some(organisation) = self.organisation.clone() else { return Ok(Terms::default()) };
+        let is_router = self.is_router;
+        blocking(move || {
+            let access = if is_router { Some(organisation.access()?) } else { None };
+            Ok(Terms { identity: Some(organisation.identity(unix_now())?), access })
+        })
+        .await
+    }
+
+    async fn open(&self, terms: &Terms) -> Result<Session, FleetError> {
+        let identity = terms.identity.as_ref();
+        match self.is_router {
+            true => network::open(Part::Router(&self.endpoint, terms.access.as_ref()), identity).await,
+            false => network::dial(&self.endpoint, identity).await,
+        }
+    }
+
+    /// Opens the door, and takes note of where aircraft find it and the router.
+    async fn open_door(
+        &self,
+        organisation: &Organisation,
+        address: &str,
+        signer: &Signer,
+        news: &Arc<Notify>,
+    ) -> Result<(Door, String), FleetError> {
+        let (listener, at) = door::listen(address).await?;
+        let (noted, endpoint, is_router) = (organisation.clone(), self.endpoint.clone(), self.is_router);
+        let trust = vec![signer.public().to_string()];
+        let leaflet = blocking(move || {
+            let routers = noted.routers(&endpoint, !is_router)?;
+            let doors = noted.doors(at)?;
+            noted.change(|roll| {
+                (roll.routers, roll.doors) = (routers.clone(), doors.clone());
+                Ok(())
+            })?;
+            Ok(Leaflet { trust, routers, doors })
+        });
+        Ok((Door::open(listener, organisation.clone(), leaflet.await?, news.clone()), at.to_string()))
+    }
+}
+
 impl Fleet {
+    fn session(&self) -> Session {
+        self.session.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Follows the aircraft, from session to session: Zenoh's access control does not change while one is open.
+    async fn live(
+        self: &Arc<Self>,
+        mut terms: Terms,
+        news: &Notify,
+        ready: tokio::sync::oneshot::Sender<Result<(), FleetError>>,
+    ) {
+        let mut ready = Some(ready);
+        loop {
+            let changed = tokio::select! {
+                failed = self.follow(&mut ready) => match (failed, ready.take()) {
+                    (error, Some(ready)) => return drop(ready.send(Err(error))),
+                    (error, None) => {
+                        tracing::warn!(%error, "the fleet cannot be followed");
+                        tokio::time::sleep(AGAIN).await;
+                        terms.clone()
+                    }
+                },
+                changed = self.changed(&terms, news) => changed,
+            };
+            tracing::info!("who is enrolled, or a certificate, has changed: the network is joined anew");
+            // What it declared ends with it, whatever it says.
+            let _ = self.session().close().await;
+            terms = changed;
+            for aircraft in self.aircraft().values() {
+                aircraft.known().is_present = false;
+            }
+            let session = loop {
+                match self.network.open(&terms).await {
+                    Ok(session) => break session,
+                    Err(error) => tracing::debug!(%error, "the fleet is not there for a moment"),
+                }
+                tokio::time::sleep(AGAIN).await;
+            };
+            *self.session.lock().unwrap_or_else(PoisonError::into_inner) = session;
+        }
+    }
+
+    /// Waits until something else is to hold.
+    async fn changed(&self, terms: &Terms, news: &Notify) -> Terms {
+        loop {
+            // Whoever is told at the door comes at once; what another program wrote is seen soon.
+            let _ = tokio::time::timeout(LOOK_EVERY, news.notified()).await;
+            match self.network.terms().await {
+                Ok(now) if now != *terms => return now,
+                Ok(_) => {}
+                Err(error) => tracing::warn!(%error, "who is enrolled cannot be read; what held before holds on"),
+            }
+        }
+    }
+
     fn aircraft(&self) -> MutexGuard<'_, BTreeMap<Name, Arc<FarAircraft>>> {
         self.aircraft.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    async fn follow(self: &Arc<Self>, ready: tokio::sync::oneshot::Sender<Result<(), FleetError>>) {
+    /// Follows the aircraft in this session, for ever; gives why it cannot.
+    async fn follow(
+        self: &Arc<Self>,
+        ready: &mut Option<tokio::sync::oneshot::Sender<Result<(), FleetError>>>,
+    ) -> FleetError {
+        let session = &self.session();
         let declared = async {
             let failed = network::failed;
-            let session = &self.session;
             let echoes = session.declare_queryable(echo_key(&self.org)).complete(true).await.map_err(failed)?;
             let states = session.declare_subscriber(keys_of_all(&self.org, Kind::State)).await.map_err(failed)?;
             let events = session.declare_subscriber(keys_of_all(&self.org, Kind::Event)).await.map_err(failed)?;
@@ -203,10 +352,11 @@ impl Fleet {
         };
         let (echoes, states, events, tokens) = match declared.await {
             Ok(declared) => declared,
-            Err(error) => return drop(ready.send(Err(error))),
+            Err(error) => return error,
         };
-        if ready.send(Ok(())).is_err() {
-            return;
+        if let Some(ready) = ready.take() {
+            // Whoever waits for it may have gone, which ends this too.
+            let _ = ready.send(Ok(()));
         }
         let mut renew = tokio::time::interval(RENEW_EVERY);
         renew.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
@@ -320,12 +470,14 @@ impl FarAircraft {
         let Some(fleet) = self.fleet.upgrade() else { return };
         if from == 1 {
             let key = key_of(&fleet.org, &self.name, Kind::State);
-            if let Heard::Answers(states) = network::ask(&fleet.session, &key, Vec::new(), READ_WITHIN).await {
+            if let Heard::Answers(states) = network::ask(&fleet.session(), &key, Vec::new(), READ_WITHIN).await {
                 states.iter().for_each(|state| self.on_state(state));
             }
         }
         let key = format!("{}?from={from}", key_of(&fleet.org, &self.name, Kind::Event));
-        let Heard::Answers(events) = network::ask(&fleet.session, &key, Vec::new(), READ_WITHIN).await else { return };
+        let Heard::Answers(events) = network::ask(&fleet.session(), &key, Vec::new(), READ_WITHIN).await else {
+            return;
+        };
         let mut events: Vec<_> = events.iter().filter_map(|bytes| Event::read(bytes).ok()).collect();
         events.sort_by_key(|event| event.number);
         let now = fleet.station.now();
@@ -391,7 +543,7 @@ impl FarAircraft {
             };
             tokio::time::sleep(after).await;
             let was_present = self.known().is_present;
-            let heard = network::ask(&fleet.session, &key, signed.clone(), wait).await;
+            let heard = network::ask(&fleet.session(), &key, signed.clone(), wait).await;
             let now = fleet.station.now();
             let answers = match heard {
                 Heard::Answers(answers) => answers,

@@ -1,10 +1,26 @@
 //! Aircraft and ground stations on Eclipse Zenoh.
 
 mod aircraft;
+mod door;
 mod endpoint;
 mod ground;
+mod membership;
 mod network;
+mod organisation;
+#[cfg(test)]
+mod tests;
+mod tls;
 
 pub use aircraft::{Aircraft, AircraftConfig, AircraftStatus};
-pub use endpoint::Endpoint;
+pub use endpoint::{Endpoint, Way};
 pub use ground::{Far, Ground, GroundConfig};
+pub use membership::{Membership, join, renew, standing};
+pub use network::try_address;
+pub use organisation::{DOOR_PORT, Made, Organisation};
+
+/// Seconds since 1970, as the clock of this machine has it.
+#[must_use]
+pub fn unix_now() -> u64 {
+    let now = std::time::SystemTime::now();
+    now.duration_since(std::time::UNIX_EPOCH).map_or(0, |since| since.as_secs())
+}

@@ -2,14 +2,18 @@
 
 use std::time::Duration;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use prost::Message;
 use zenoh::Session;
 use zenoh::bytes::ZBytes;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{ConsolidationMode, Query, QueryTarget};
 
-use super::endpoint::Endpoint;
+use super::endpoint::{Endpoint, Way};
+use super::membership::try_out;
 use crate::error::FleetError;
+use crate::papers::certificate::{Identity, STATION_PREFIX};
 use crate::payload::MAX_BYTES;
 use crate::speech::MAX_EVENTS;
 
@@ -19,51 +23,127 @@ const LEASE_MS: u64 = 2_000;
 const MAX_SESSIONS: usize = 10_000;
 /// Bytes of a message at most, as it comes out of the pieces that it came in: more than any payload has. Zenoh's own limit is a gigabyte.
 const MAX_MESSAGE: usize = 4 * MAX_BYTES;
-/// How long a router is waited for.
-const CONNECT: Duration = Duration::from_secs(2);
+/// How long after a router has left it is dialled for the first time, ms; then twice as long each time, up to 4 s.
+const REDIAL_MS: u64 = 200;
+/// How long a router on this machine is waited for.
+const CONNECT_HERE: Duration = Duration::from_secs(2);
+/// The same of one far away: TCP, TLS and Zenoh take five round trips, of a second each where the network is bad, and some are lost.
+const CONNECT: Duration = Duration::from_secs(10);
 
 /// How a station takes part.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Part {
-    /// It dials a router.
-    Client(Endpoint),
-    /// It is the router.
-    Router(Endpoint),
+pub(super) enum Part<'a> {
+    /// It dials a router, for so long.
+    Client(&'a Endpoint, Duration),
+    /// It is the router, which lets each say and hear what its access control says.
+    Router(&'a Endpoint, Option<&'a serde_json::Value>),
 }
 
-/// Joins the network.
-pub(super) async fn open(part: Part) -> Result<Session, FleetError> {
+/// Joins the network of a router, which is tried first: that says at once, and in plain words, why it would not be.
+pub(super) async fn dial(router: &Endpoint, identity: Option<&Identity>) -> Result<Session, FleetError> {
+    let Some(identity) = identity.filter(|_| router.way() != Way::Tcp) else {
+        return open(Part::Client(router, CONNECT_HERE), identity).await;
+    };
+    let tried = try_out(router, identity).await;
+    tried.map_err(|problem| FleetError::Network { address: router.to_string(), problem })?;
+    open(Part::Client(router, CONNECT), Some(identity)).await
+}
+
+/// Whether a router, or a door over TLS, lets us in: what is wrong, in plain words.
+///
+/// # Errors
+/// What is wrong.
+pub async fn try_address(address: &Endpoint, identity: &Identity) -> Result<(), String> {
+    try_out(address, identity).await?;
+    if address.way() == Way::Quic {
+        match open(Part::Client(address, CONNECT_HERE), Some(identity)).await {
+            // What it declared ends with it, whatever it says.
+            Ok(session) => drop(session.close().await),
+            Err(FleetError::Network { problem, .. }) if problem.contains("certificate") => return Err(problem),
+            // Zenoh says no more than that.
+            Err(_) => {
+                return Err(
+                    "no router answers there, or it does not take our certificate: is `vencejo serve --fleet` \
+                    running, and does a firewall let UDP through?"
+                        .to_owned(),
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Joins the network; with certificates, where it is encrypted.
+pub(super) async fn open(part: Part<'_>, identity: Option<&Identity>) -> Result<Session, FleetError> {
+    let (Part::Client(address, _) | Part::Router(address, _)) = part;
     let mut settings = vec![
         ("scouting/multicast/enabled", "false".to_owned()),
         ("scouting/gossip/enabled", "false".to_owned()),
+        // A router would sleep so long before it is there, for others that it does not look for.
+        ("scouting/delay", "0".to_owned()),
         ("adminspace/enabled", "false".to_owned()),
+        ("transport/link/protocols", format!("[\"{}\"]", address.way().as_str())),
         ("transport/link/tx/lease", LEASE_MS.to_string()),
         ("transport/link/tx/keep_alive", "4".to_owned()),
         ("transport/link/rx/max_message_size", MAX_MESSAGE.to_string()),
         ("transport/unicast/max_sessions", MAX_SESSIONS.to_string()),
         ("transport/unicast/accept_pending", MAX_SESSIONS.to_string()),
     ];
-    let address = match part {
-        Part::Client(router) => {
+    match part {
+        Part::Client(router, patience) => {
             settings.push(("mode", "\"client\"".to_owned()));
             settings.push(("listen/endpoints", "[]".to_owned()));
             settings.push(("connect/endpoints", format!("[\"{router}\"]")));
-            settings.push(("connect/timeout_ms", CONNECT.as_millis().to_string()));
-            router
+            settings.push(("connect/timeout_ms", patience.as_millis().to_string()));
+            settings.push(("connect/retry", format!("{{period_init_ms: {REDIAL_MS}}}")));
         }
-        Part::Router(listen) => {
+        Part::Router(listen, access) => {
             settings.push(("mode", "\"router\"".to_owned()));
             settings.push(("listen/endpoints", format!("[\"{listen}\"]")));
             settings.push(("listen/exit_on_failure", "true".to_owned()));
-            listen
+            settings.extend(access.map(|access| ("access_control", access.to_string())));
         }
-    };
+    }
+    if address.way() != Way::Tcp {
+        let why = "make or join a fleet with `vencejo fleet`".to_owned();
+        let identity = identity.ok_or_else(|| FleetError::NoCertificates(address.to_string(), why))?;
+        // The files' contents, not their names: in a name a `;` or `#` would be a setting of its own.
+        let text = |pem: &str| format!("\"{}\"", STANDARD.encode(pem));
+        settings.extend([
+            ("transport/link/tls/enable_mtls", "true".to_owned()),
+            ("transport/link/tls/verify_name_on_connect", "true".to_owned()),
+            ("transport/link/tls/close_link_on_expiration", "true".to_owned()),
+            ("transport/link/tls/root_ca_certificate_base64", text(&identity.ca)),
+            ("transport/link/tls/connect_certificate_base64", text(&identity.certificate)),
+            ("transport/link/tls/connect_private_key_base64", text(&identity.key)),
+            ("transport/link/tls/listen_certificate_base64", text(&identity.certificate)),
+            ("transport/link/tls/listen_private_key_base64", text(&identity.key)),
+        ]);
+    }
     let failed = |problem: String| FleetError::Network { address: address.to_string(), problem };
     let mut config = zenoh::Config::default();
     for (key, value) in settings {
-        config.insert_json5(key, &value).map_err(|error| failed(format!("{key}: {error}")))?;
+        // What was to be set is not told: it may be a key.
+        config.insert_json5(key, &value).map_err(|_| failed(format!("{key} cannot be set")))?;
     }
-    zenoh::open(config).await.map_err(|error| failed(error.to_string()))
+    let session = zenoh::open(config).await.map_err(|error| failed(words(&error)))?;
+    if matches!(part, Part::Client(..)) {
+        let known = is_with_station(&session).await;
+        if address.way() != Way::Tcp && !known {
+            // What it declared ends with it, whatever it says.
+            let _ = session.close().await;
+            return Err(failed(
+                "who answers there shows a certificate that is no ground station's or router's of this fleet".into(),
+            ));
+        }
+    }
+    Ok(session)
+}
+
+/// Whether all that a session is connected with showed the certificate of a ground station or router. Zenoh believes the public
+/// authorities too, whatever it is told; none of those signs such a name.
+pub(super) async fn is_with_station(session: &Session) -> bool {
+    session.info().links().await.all(|link| link.auth_identifier().is_some_and(|name| name.starts_with(STATION_PREFIX)))
 }
 
 /// Tells everybody. Nothing waits for a slow network: what does not fit is dropped, and what must not be lost is asked for again.
@@ -129,7 +209,19 @@ pub(super) fn bytes_of(payload: Option<&ZBytes>) -> Vec<u8> {
     payload.map(|payload| payload.to_bytes().into_owned()).unwrap_or_default()
 }
 
+/// What Zenoh says, without where in its source; and nothing where it shows the settings of a link, which have a key.
+fn words(error: &zenoh::Error) -> String {
+    let text = error.to_string();
+    if text.contains("_base64") {
+        return "the certificates cannot be used".to_owned();
+    }
+    match text.find(".rs:").and_then(|source| text[..source].rfind(" at ")) {
+        Some(end) => text[..end].to_owned(),
+        None => text,
+    }
+}
+
 /// An error of the network, where something is declared.
 pub(super) fn failed(error: zenoh::Error) -> FleetError {
-    FleetError::Network { address: "the network".into(), problem: error.to_string() }
+    FleetError::Network { address: "the network".into(), problem: words(&error) }
 }

@@ -1,0 +1,347 @@
+//! What an aircraft keeps of its fleet: one file, for its owner alone; how it gets it, and keeps its certificate new.
+
+use std::io;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use rustls::pki_types::ServerName;
+use serde::{Deserialize, Serialize};
+use tokio::io::AsyncReadExt;
+use tokio::net::TcpStream;
+use tokio_rustls::TlsConnector;
+use tokio_rustls::client::TlsStream;
+use vencejo_store::Access;
+
+use super::door::{blocking, read_message, write_message};
+use super::endpoint::{Endpoint, Way, split};
+use super::tls::{self, Known};
+use super::unix_now;
+use crate::error::FleetError;
+use crate::key::Name;
+use crate::papers::certificate::{Facts, Identity, day, der_of, facts, new_key, public_of, request, sha256};
+use crate::papers::ticket::Ticket;
+use crate::papers::wire::{Asked, BAD_REQUEST, Given};
+use crate::payload::VERSION;
+use crate::signature::PublicKey;
+
+/// The version of the file.
+const FILE_VERSION: u32 = 1;
+/// How long somebody is waited for, each time.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// How long a router is listened to at least for its refusal of our certificate, which comes a round trip after the handshake.
+const REFUSAL: Duration = Duration::from_millis(100);
+
+/// An aircraft's place in a fleet.
+#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Membership {
+    version: u32,
+    org: String,
+    name: String,
+    ca: String,
+    certificate: String,
+    key: String,
+    trust: Vec<String>,
+    routers: Vec<String>,
+    doors: Vec<String>,
+    /// SHA-256 of the secret of the token that brought it in, so that the same command may be run again.
+    token: String,
+}
+
+impl std::fmt::Debug for Membership {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Membership({}/{})", self.org, self.name)
+    }
+}
+
+impl Membership {
+    /// The one of a file; `None` where there is none.
+    ///
+    /// # Errors
+    /// [`FleetError::File`].
+    pub fn read(file: &Path) -> Result<Option<Self>, FleetError> {
+        let bad = |problem: String| FleetError::File { path: file.display().to_string(), problem };
+        let text = match std::fs::read_to_string(file) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(bad(error.to_string())),
+        };
+        // What is in it is not shown: it has a key.
+        let damaged = || bad("it is damaged; join the fleet again with a new token".to_owned());
+        let read: Self = serde_json::from_str(&text).map_err(|_| damaged())?;
+        if read.version != FILE_VERSION {
+            return Err(bad(format!("it is of version {}, this program knows {FILE_VERSION}", read.version)));
+        }
+        Ok(Some(read))
+    }
+
+    fn write(&self, file: &Path) -> Result<(), FleetError> {
+        let bytes = serde_json::to_vec_pretty(self).expect("invariant: texts and numbers are JSON");
+        vencejo_store::write(file, &bytes, Access::Owner)
+            .map_err(|error| FleetError::File { path: file.display().to_string(), problem: error.to_string() })
+    }
+
+    /// The organisation.
+    ///
+    /// # Errors
+    /// [`FleetError::Name`].
+    pub fn org(&self) -> Result<Name, FleetError> {
+        Ok(self.org.parse()?)
+    }
+
+    /// The aircraft's name there.
+    ///
+    /// # Errors
+    /// [`FleetError::Name`].
+    pub fn name(&self) -> Result<Name, FleetError> {
+        Ok(self.name.parse()?)
+    }
+
+    /// The routers, in the order in which they are tried.
+    ///
+    /// # Errors
+    /// [`FleetError::Address`].
+    pub fn routers(&self) -> Result<Vec<Endpoint>, FleetError> {
+        self.routers.iter().map(|router| router.parse::<Endpoint>().and_then(Endpoint::dialled)).collect()
+    }
+
+    /// The ground stations whose orders it takes.
+    ///
+    /// # Errors
+    /// [`FleetError::Key`].
+    pub fn trust(&self) -> Result<Vec<PublicKey>, FleetError> {
+        self.trust.iter().map(|key| Ok(key.parse()?)).collect()
+    }
+
+    /// Where its certificate is renewed.
+    #[must_use]
+    pub fn doors(&self) -> &[String] {
+        &self.doors
+    }
+
+    /// What it shows.
+    #[must_use]
+    pub fn identity(&self) -> Identity {
+        Identity { ca: self.ca.clone(), certificate: self.certificate.clone(), key: self.key.clone() }
+    }
+
+    /// What its certificate says.
+    ///
+    /// # Errors
+    /// [`FleetError::Certificate`].
+    pub fn facts(&self) -> Result<Facts, FleetError> {
+        facts(&self.certificate)
+    }
+
+    /// The answer of a door, looked through.
+    fn of(
+        given: Given,
+        key: String,
+        ca: Option<&str>,
+        fingerprint: Option<&[u8]>,
+        token: String,
+    ) -> Result<Self, FleetError> {
+        let wrong =
+            |why: &str| FleetError::Refused(format!("its answer makes no sense ({why}); update Vencejo on both sides"));
+        let Given { org, name, certificate, ca: theirs, trust, routers, doors, .. } = given;
+        let is_known = ca.is_none_or(|ours| ours == theirs)
+            && fingerprint.is_none_or(|ours| der_of(&theirs).is_ok_and(|der| sha256(&der) == ours));
+        if !is_known {
+            return Err(wrong("another authority"));
+        }
+        let made =
+            Self { version: FILE_VERSION, org, name, ca: theirs, certificate, key, trust, routers, doors, token };
+        let facts = made.facts()?;
+        if facts.common_name != made.name()?.as_str() || facts.key != public_of(&made.key)? {
+            return Err(wrong("the certificate is not for us"));
+        }
+        if made.routers()?.is_empty() || made.routers()?.iter().any(|router| router.way() == Way::Tcp) {
+            return Err(wrong("no router"));
+        }
+        made.org()?;
+        made.trust()?;
+        Ok(made)
+    }
+}
+
+/// Joins a fleet with a token, and keeps what it is given in a file. The same token again finds that it is done; whoever lost the
+/// answer asks again with the same key. Whether it was done now.
+///
+/// # Errors
+/// [`FleetError::Token`], [`FleetError::Refused`], [`FleetError::Network`], [`FleetError::File`].
+pub async fn join(token: &str, file: &Path) -> Result<(Membership, bool), FleetError> {
+    let ticket: Ticket = token.parse()?;
+    let hash = ticket.hash();
+    let path = file.to_owned();
+    // One that is damaged is replaced: that is what a new token is for.
+    let before = blocking(move || Ok(Membership::read(&path).ok().flatten())).await?;
+    if let Some(member) = before.filter(|member| member.token == hash) {
+        return Ok((member, false));
+    }
+    let key_file = file.with_extension("key");
+    let path = key_file.clone();
+    let key = blocking(move || {
+        let bad = |error: io::Error| FleetError::File { path: path.display().to_string(), problem: error.to_string() };
+        // Kept before it is used: an answer that is lost is asked for again by the same key.
+        vencejo_store::create(&path, new_key()?.as_bytes(), Access::Owner).map_err(bad)?;
+        std::fs::read_to_string(&path).map_err(bad)
+    })
+    .await?;
+    let fingerprint: [u8; 32] =
+        ticket.fingerprint.as_slice().try_into().map_err(|_| FleetError::Token("it is of another version".into()))?;
+    let asked = Asked { version: VERSION, secret: ticket.secret.clone(), request: request(&key)? };
+    let given = ask_one_of(&ticket.doors, &Known::Fingerprint(fingerprint), None, &asked).await?;
+    let member = Membership::of(given, key, None, Some(&fingerprint), hash)?;
+    let (kept, path) = (member.clone(), file.to_owned());
+    blocking(move || {
+        kept.write(&path)?;
+        // It is in the file now; left behind, it would serve the next token.
+        let _ = std::fs::remove_file(&key_file);
+        Ok(())
+    })
+    .await?;
+    Ok((member, true))
+}
+
+/// Gets the next certificate, for a new key, by showing the one that it has; the file has both or neither.
+///
+/// # Errors
+/// [`FleetError::Refused`], [`FleetError::Network`], [`FleetError::File`].
+pub async fn renew(member: &Membership, file: &Path) -> Result<Membership, FleetError> {
+    let key = new_key()?;
+    let asked = Asked { version: VERSION, secret: Vec::new(), request: request(&key)? };
+    let identity = member.identity();
+    let given = ask_one_of(&member.doors, &Known::Ca(member.ca.clone()), Some(&identity), &asked).await?;
+    let renewed = Membership::of(given, key, Some(&member.ca), None, member.token.clone())?;
+    if (&renewed.org, &renewed.name) != (&member.org, &member.name) {
+        return Err(FleetError::Refused("it gave the certificate of another aircraft".into()));
+    }
+    let (kept, path) = (renewed.clone(), file.to_owned());
+    blocking(move || {
+        // Whoever joined anew since, in another program, is not put back.
+        match Membership::read(&path)? {
+            Some(now) if now.token == kept.token => kept.write(&path),
+            _ => Err(FleetError::Refused("this computer has joined anew since; start it again".into())),
+        }
+    })
+    .await?;
+    Ok(renewed)
+}
+
+/// Whether an aircraft would get its next certificate: what is wrong, in plain words. It gets none, and nothing changes.
+///
+/// # Errors
+/// What is wrong.
+pub async fn standing(member: &Membership) -> Result<(), String> {
+    let asked = Asked { version: VERSION, secret: Vec::new(), request: Vec::new() };
+    let (known, identity) = (Known::Ca(member.ca.clone()), member.identity());
+    match ask_one_of(&member.doors, &known, Some(&identity), &asked).await {
+        Err(FleetError::Refused(why)) if why == BAD_REQUEST => Ok(()),
+        Err(error) => Err(error.to_string()),
+        Ok(_) => Err("it gave a certificate for nothing".to_owned()),
+    }
+}
+
+/// Asks one door after the other, until one answers. Who is somebody else is told of before one that is not reached.
+async fn ask_one_of(
+    doors: &[String],
+    known: &Known,
+    identity: Option<&Identity>,
+    asked: &Asked,
+) -> Result<Given, FleetError> {
+    let mut worst: Option<(bool, FleetError)> = None;
+    for door in doors {
+        match ask(door, known, identity, asked).await {
+            Ok(given) => return Ok(given),
+            Err((_, error @ FleetError::Refused(_))) => return Err(error),
+            Err((is_there, error)) => {
+                if worst.as_ref().is_none_or(|(was_there, _)| is_there && !was_there) {
+                    worst = Some((is_there, error));
+                }
+            }
+        }
+    }
+    Err(worst.map_or_else(|| FleetError::Token("it names no address".into()), |(_, error)| error))
+}
+
+/// Asks a door. An error comes with whether anybody was there.
+async fn ask(
+    door: &str,
+    known: &Known,
+    identity: Option<&Identity>,
+    asked: &Asked,
+) -> Result<Given, (bool, FleetError)> {
+    let mut stream = connect(door, known, identity)
+        .await
+        .map_err(|(is_there, problem)| (is_there, FleetError::Network { address: door.to_owned(), problem }))?;
+    let talk = async {
+        write_message(&mut stream, asked).await?;
+        read_message::<Given>(&mut stream).await
+    };
+    let host = split(door).map_or(door, |(host, _)| host);
+    let heard = tokio::time::timeout(2 * PATIENCE, talk).await.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
+    let given = heard.map_err(|error| {
+        (true, FleetError::Network { address: door.to_owned(), problem: tls::plain_words(&error, host, unix_now()) })
+    })?;
+    given.checked().map_err(|error| (true, error))
+}
+
+/// A handshake with who is at `HOST:PORT`; where that fails, whether anybody was there, and why in plain words.
+async fn connect(
+    address: &str,
+    known: &Known,
+    identity: Option<&Identity>,
+) -> Result<TlsStream<TcpStream>, (bool, String)> {
+    let host = split(address)
+        .ok_or_else(|| (false, "this is no address: one is HOST:PORT".to_owned()))?
+        .0
+        .trim_matches(['[', ']']);
+    let config = tls::client(known.clone(), identity).map_err(|error| (false, error.to_string()))?;
+    let name = ServerName::try_from(host.to_owned()).map_err(|error| (false, error.to_string()))?;
+    let late = || io::Error::from(io::ErrorKind::TimedOut);
+    let words = |error: &io::Error| tls::plain_words(error, host, unix_now());
+    let addresses =
+        tokio::time::timeout(PATIENCE, tokio::net::lookup_host(address)).await.unwrap_or_else(|_| Err(late()));
+    let addresses: Vec<_> =
+        addresses.map_err(|_| (false, format!("no address is known here for the name {host}")))?.collect();
+    let stream = tokio::time::timeout(PATIENCE, TcpStream::connect(&*addresses)).await.unwrap_or_else(|_| Err(late()));
+    let stream = stream.map_err(|error| (false, words(&error)))?;
+    let handshake = TlsConnector::from(config).connect(name, stream);
+    let handshake = tokio::time::timeout(PATIENCE, handshake).await.unwrap_or_else(|_| Err(late()));
+    handshake.map_err(|error| (true, words(&error)))
+}
+
+/// Whether a router or a door over TLS would take a certificate: what is wrong, in plain words. Over QUIC nothing is tried, only looked
+/// at the certificate.
+pub(super) async fn try_out(router: &Endpoint, identity: &Identity) -> Result<(), String> {
+    if router.way() != Way::Tls {
+        let (now, own) = (unix_now(), facts(&identity.certificate).map_err(|error| error.to_string())?);
+        return match (now < own.begins, now < own.ends) {
+            (true, _) => Err(format!(
+                "our certificate begins on {}, and the clock here says {}: set it (timedatectl)",
+                day(own.begins),
+                day(now)
+            )),
+            (_, false) => {
+                Err(format!("our certificate has ended on {}, and the clock here says {}", day(own.ends), day(now)))
+            }
+            (false, true) => Ok(()),
+        };
+    }
+    refusal(router, Known::Ca(identity.ca.clone()), Some(identity), REFUSAL).await
+}
+
+/// Why whoever is at an address refuses us, which is waited for so long and what the handshake took, or we them.
+pub(super) async fn refusal(
+    router: &Endpoint,
+    known: Known,
+    identity: Option<&Identity>,
+    wait: Duration,
+) -> Result<(), String> {
+    let began = Instant::now();
+    let mut stream = connect(&router.authority(), &known, identity).await.map_err(|(_, problem)| problem)?;
+    // A router says nothing first: what comes is a refusal. To connect took two round trips at least.
+    match tokio::time::timeout(wait + began.elapsed(), stream.read_u8()).await {
+        Ok(Err(error)) => Err(tls::plain_words(&error, router.host(), unix_now())),
+        Ok(Ok(_)) | Err(_) => Ok(()),
+    }
+}

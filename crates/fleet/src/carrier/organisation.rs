@@ -1,0 +1,292 @@
+//! A fleet's folder on the ground: its authority, the ground station's own certificate, and who is enrolled. All for its owner alone.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use vencejo_store::{Access, Lock, lock::PATIENCE};
+
+use super::endpoint::{Endpoint, split};
+use crate::error::FleetError;
+use crate::key::Name;
+use crate::operator::random;
+use crate::papers::certificate::{Ca, Facts, Identity, STATION_PREFIX, der_of, facts, new_key, sha256};
+use crate::papers::roll::Roll;
+use crate::papers::ticket::{MAX_DOORS, SECRET_LEN, Ticket};
+use crate::papers::{access, wire};
+
+/// Where aircraft are enrolled unless said otherwise.
+pub const DOOR_PORT: u16 = 7448;
+/// Names by which this machine alone is reached: certificates have them for the programs here; aircraft are not told of them.
+const HERE: [&str; 2] = ["127.0.0.1", "localhost"];
+
+/// The folder of one organisation.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Organisation {
+    org: Name,
+    folder: PathBuf,
+}
+
+/// What was found or made.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Made {
+    /// Whether the authority was made now.
+    pub authority: bool,
+    /// Host names and addresses that are new in the ground station's certificate.
+    pub hosts: Vec<String>,
+}
+
+impl Organisation {
+    /// The one of this name below a folder, whether or not it is there.
+    #[must_use]
+    pub fn below(folder: &Path, org: Name) -> Self {
+        let folder = folder.join(org.as_str());
+        Self { org, folder }
+    }
+
+    /// Whether it is there.
+    #[must_use]
+    pub fn exists(&self) -> bool {
+        self.path("roll.json").is_file()
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn org(&self) -> &Name {
+        &self.org
+    }
+
+    /// One of its files.
+    pub(super) fn path(&self, file: &str) -> PathBuf {
+        self.folder.join(file)
+    }
+
+    /// The common name of the ground station here.
+    #[must_use]
+    pub fn station() -> String {
+        format!("{STATION_PREFIX}ground")
+    }
+
+    /// Makes the authority where there is none, of a given certificate and key (PEM) or new; and takes note of more hosts. Whoever
+    /// runs it again changes nothing.
+    ///
+    /// # Errors
+    /// [`FleetError::Certificate`] for an authority that cannot be one, [`FleetError::Address`] for a host that cannot,
+    /// [`FleetError::File`].
+    pub fn init(&self, hosts: &[String], given: Option<(String, String)>, now: u64) -> Result<Made, FleetError> {
+        for host in hosts {
+            // Without brackets, as in a certificate.
+            if host.parse::<std::net::Ipv6Addr>().is_err() && split(&format!("{host}:1")).is_none() {
+                return Err(FleetError::Address(host.chars().filter(|c| !c.is_control()).take(80).collect()));
+            }
+        }
+        let _lock = self.lock()?;
+        if self.exists() {
+            let is_other =
+                given.is_some_and(|(certificate, _)| self.read("ca.crt").is_ok_and(|ours| ours != certificate));
+            if is_other {
+                let problem = "another authority (CA) is there already, and aircraft may trust it: remove the folder to begin anew".to_owned();
+                return Err(FleetError::File { path: self.folder.display().to_string(), problem });
+            }
+            let mut roll = self.roll()?;
+            let new: Vec<_> = hosts.iter().filter(|host| !roll.hosts.contains(host)).cloned().collect();
+            if !new.is_empty() {
+                roll.hosts.extend(new.iter().cloned());
+                let ca = self.ca()?;
+                self.certify(&ca, &roll.hosts, &self.read("station.key")?, now)?;
+                self.write("roll.json", &roll.bytes())?;
+            }
+            return Ok(Made { authority: false, hosts: new });
+        }
+        let (certificate, key) = match given {
+            Some(given) => given,
+            None => Ca::make(&self.org, now)?,
+        };
+        let ca = Ca::read(&certificate, &key)?;
+        self.write("ca.key", key.as_bytes())?;
+        self.write("ca.crt", certificate.as_bytes())?;
+        let own = new_key()?;
+        self.write("station.key", own.as_bytes())?;
+        let mut all = hosts.to_vec();
+        all.extend(HERE.iter().map(|here| (*here).to_owned()).filter(|here| !hosts.contains(here)));
+        self.certify(&ca, &all, &own, now)?;
+        // The roll last: with it, all is there.
+        self.write("roll.json", &Roll::new(all.clone()).bytes())?;
+        Ok(Made { authority: true, hosts: all })
+    }
+
+    fn certify(&self, ca: &Ca, hosts: &[String], key: &str, now: u64) -> Result<(), FleetError> {
+        self.write("station.crt", ca.for_station(&Self::station(), hosts, key, now)?.as_bytes())
+    }
+
+    fn lock(&self) -> Result<Lock, FleetError> {
+        let path = self.path("roll.json");
+        Lock::of(&path, PATIENCE)
+            .map_err(|error| FleetError::File { path: path.display().to_string(), problem: error.to_string() })
+    }
+
+    pub(super) fn read(&self, file: &str) -> Result<String, FleetError> {
+        let path = self.path(file);
+        std::fs::read_to_string(&path)
+            .map_err(|error| FleetError::File { path: path.display().to_string(), problem: error.to_string() })
+    }
+
+    fn write(&self, file: &str, bytes: &[u8]) -> Result<(), FleetError> {
+        let path = self.path(file);
+        vencejo_store::write(&path, bytes, Access::Owner)
+            .map_err(|error| FleetError::File { path: path.display().to_string(), problem: error.to_string() })
+    }
+
+    fn ca(&self) -> Result<Ca, FleetError> {
+        Ca::read(&self.read("ca.crt")?, &self.read("ca.key")?)
+    }
+
+    /// What the certificates of the authority and of the ground station say.
+    ///
+    /// # Errors
+    /// [`FleetError::File`], [`FleetError::Certificate`].
+    pub fn facts(&self) -> Result<(Facts, Facts), FleetError> {
+        Ok((facts(&self.read("ca.crt")?)?, facts(&self.read("station.crt")?)?))
+    }
+
+    /// Who is enrolled.
+    ///
+    /// # Errors
+    /// [`FleetError::File`].
+    pub fn roll(&self) -> Result<Roll, FleetError> {
+        let text = self.read("roll.json")?;
+        let path = self.path("roll.json").display().to_string();
+        Roll::read(text.as_bytes()).map_err(|problem| FleetError::File { path, problem })
+    }
+
+    /// Changes who is enrolled; nothing is kept where that fails.
+    ///
+    /// # Errors
+    /// [`FleetError::File`], and what `change` says.
+    pub fn change<T>(&self, change: impl FnOnce(&mut Roll) -> Result<T, FleetError>) -> Result<T, FleetError> {
+        let _lock = self.lock()?;
+        let before = self.roll()?;
+        let mut roll = before.clone();
+        let value = change(&mut roll)?;
+        if roll != before {
+            self.write("roll.json", &roll.bytes())?;
+        }
+        Ok(value)
+    }
+
+    /// What the ground station shows, renewed where it is due.
+    ///
+    /// # Errors
+    /// [`FleetError::File`], [`FleetError::Certificate`].
+    pub fn identity(&self, now: u64) -> Result<Identity, FleetError> {
+        if facts(&self.read("station.crt")?)?.is_due(now) {
+            let _lock = self.lock()?;
+            self.certify(&self.ca()?, &self.roll()?.hosts, &self.read("station.key")?, now)?;
+        }
+        Ok(Identity {
+            ca: self.read("ca.crt")?,
+            certificate: self.read("station.crt")?,
+            key: self.read("station.key")?,
+        })
+    }
+
+    /// The access control of a router, as it is now.
+    ///
+    /// # Errors
+    /// [`FleetError::File`].
+    pub fn access(&self) -> Result<Value, FleetError> {
+        Ok(access::control(&self.org, &[Self::station()], self.roll()?.admitted()))
+    }
+
+    /// What an existing `zenohd` reads beside its own settings: encrypted ways alone, who may do what, nothing found by itself.
+    ///
+    /// # Errors
+    /// [`FleetError::File`].
+    pub fn router_config(&self) -> Result<Value, FleetError> {
+        let path = |file: &str| self.path(file).display().to_string();
+        Ok(serde_json::json!({
+            "mode": "router",
+            "listen": {"endpoints": ["tls/0.0.0.0:7447"]},
+            "scouting": {"multicast": {"enabled": false}, "gossip": {"enabled": false}},
+            "adminspace": {"enabled": false},
+            "transport": {
+                "unicast": {"max_sessions": 10_000, "accept_pending": 10_000},
+                "link": {"protocols": ["tls", "quic"], "tls": {
+                    "enable_mtls": true, "verify_name_on_connect": true, "close_link_on_expiration": true,
+                    "root_ca_certificate": path("ca.crt"),
+                    "listen_certificate": path("station.crt"), "listen_private_key": path("station.key"),
+                    "connect_certificate": path("station.crt"), "connect_private_key": path("station.key"),
+                }},
+            },
+            "access_control": self.access()?,
+        }))
+    }
+
+    /// A token for an aircraft, good for `lasts_s`. The token is in what this gives and nowhere else.
+    ///
+    /// # Errors
+    /// [`FleetError::Refused`], [`FleetError::File`].
+    pub fn enrol(&self, name: &Name, lasts_s: u64, now: u64) -> Result<Ticket, FleetError> {
+        let fingerprint = sha256(&der_of(&self.read("ca.crt")?)?).to_vec();
+        let secret = random::<SECRET_LEN>()?.to_vec();
+        self.change(|roll| {
+            let doors = if roll.doors.is_empty() { reached_at(&roll.hosts, DOOR_PORT) } else { roll.doors.clone() };
+            let ticket = Ticket { fingerprint, secret, doors: doors.into_iter().take(MAX_DOORS).collect() };
+            roll.promise(name, &ticket, lasts_s, now)?;
+            Ok(ticket)
+        })
+    }
+
+    /// A certificate for whoever asks at the door: with a token's secret, or with the certificate that it has (what that says).
+    ///
+    /// # Errors
+    /// [`FleetError::Refused`], [`FleetError::Certificate`], [`FleetError::File`].
+    pub fn judge(&self, asked: &wire::Asked, shown: Option<&Facts>, now: u64) -> Result<(Name, String), FleetError> {
+        let ca = self.ca()?;
+        self.change(|roll| {
+            // Signed for nobody: it tells whether the request is good, and whose key it has.
+            let key = || Ok::<_, FleetError>(facts(&ca.for_aircraft(&self.org, &asked.request, now)?)?.key);
+            let (name, before) = match shown {
+                Some(shown) if asked.secret.is_empty() => {
+                    (roll.renew(&shown.common_name, &shown.key)?, Some(&shown.key))
+                }
+                _ => (roll.redeem(&asked.secret, &key()?, now)?, None),
+            };
+            let key = key()?;
+            let certificate = ca.for_aircraft(&name, &asked.request, now)?;
+            roll.enter(&name, &key, before, facts(&certificate)?.ends, now);
+            Ok((name, certificate))
+        })
+    }
+
+    /// Where those far away reach what is at an address of this machine: one that listens there, or that is dialled here.
+    ///
+    /// # Errors
+    /// [`FleetError::File`].
+    pub(super) fn routers(&self, listen: &Endpoint, is_dialled: bool) -> Result<Vec<String>, FleetError> {
+        let is_here = is_dialled && HERE.contains(&listen.host());
+        if !(listen.is_any() || is_here) {
+            return Ok(vec![listen.to_string()]);
+        }
+        let hosts = abroad(&self.roll()?.hosts);
+        Ok(hosts.iter().take(wire::MAX_LIST).map(|host| listen.at(host).to_string()).collect())
+    }
+
+    /// The same of the door.
+    pub(super) fn doors(&self, listen: std::net::SocketAddr) -> Result<Vec<String>, FleetError> {
+        if !listen.ip().is_unspecified() {
+            return Ok(vec![listen.to_string()]);
+        }
+        Ok(reached_at(&self.roll()?.hosts, listen.port()).into_iter().take(MAX_DOORS).collect())
+    }
+}
+
+/// The hosts by which others reach this machine; where it has no such name, by which itself does. Zenoh dials no IPv6 address.
+fn abroad(hosts: &[String]) -> Vec<String> {
+    let is_v4 = |host: &&String| !host.contains(':');
+    let far: Vec<_> = hosts.iter().filter(is_v4).filter(|host| !HERE.contains(&host.as_str())).cloned().collect();
+    if far.is_empty() { hosts.iter().filter(is_v4).cloned().collect() } else { far }
+}
+
+fn reached_at(hosts: &[String], port: u16) -> Vec<String> {
+    abroad(hosts).iter().map(|host| format!("{host}:{port}")).collect()
+}

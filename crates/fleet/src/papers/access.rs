@@ -1,0 +1,66 @@
+//! What each may say and hear at a router: Zenoh's access control, made from the list of who is enrolled.
+//!
+//! Nothing is allowed but what stands here, and every kind of message has to be named. Who somebody is, is the common name of its
+//! certificate. A router sees its neighbour, not the author: behind another router everything comes from that. So orders are signed,
+//! and this is the second fence.
+
+use serde_json::{Value, json};
+
+use crate::key::{Name, echo_key};
+
+/// The access control of a router: a value of its configuration, as `access_control`.
+#[must_use]
+pub fn control<'a>(org: &Name, stations: &[String], aircraft: impl Iterator<Item = &'a str>) -> Value {
+    let (all, echo) = (format!("vencejo/1/{org}/**"), echo_key(org));
+    let rule = |id: &str, flow: &str, key: &str, messages: &[&str]| json!({"id": id, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": [key]});
+    let tells = ["put", "delete", "reply", "declare_queryable", "liveliness_token"];
+    let asks = ["query", "declare_subscriber", "liveliness_query", "declare_liveliness_subscriber"];
+    // No aircraft's name begins with `_`, so none can be taken for one of these.
+    let mut rules = vec![
+        rule("_stations-ask", "ingress", &all, &asks),
+        rule("_stations-are-told", "egress", &all, &tells),
+        // A station behind a router answers the aircraft's probe of its way.
+        rule("_stations-echo", "ingress", &echo, &["reply", "declare_queryable"]),
+        rule("_stations-are-asked-for-an-echo", "egress", &echo, &["query"]),
+        rule("_aircraft-ask-for-an-echo", "ingress", &echo, &["query"]),
+        rule("_aircraft-get-an-echo", "egress", &echo, &["reply", "declare_queryable"]),
+    ];
+    let mut subjects = vec![json!({"id": "_stations", "cert_common_names": stations})];
+    let of_stations = ["_stations-ask", "_stations-are-told", "_stations-echo", "_stations-are-asked-for-an-echo"];
+    let mut policies = vec![json!({"rules": of_stations, "subjects": ["_stations"]})];
+    for name in aircraft {
+        let (own, tell, hear) =
+            (format!("vencejo/1/{org}/{name}/**"), format!("{name}-tells"), format!("{name}-is-asked"));
+        rules.push(rule(&tell, "ingress", &own, &tells));
+        rules.push(rule(&hear, "egress", &own, &asks));
+        subjects.push(json!({"id": name, "cert_common_names": [name]}));
+        let rules = [tell.as_str(), hear.as_str(), "_aircraft-ask-for-an-echo", "_aircraft-get-an-echo"];
+        policies.push(json!({"rules": rules, "subjects": [name]}));
+    }
+    json!({"enabled": true, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies})
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_aircraft_has_its_own_prefix_and_the_echo_and_nothing_else() {
+        let org = "acme".parse().expect("a name");
+        let made = control(&org, &["_ground".into()], ["plane7", "stations"].into_iter());
+        assert_eq!(made["default_permission"], "deny");
+        let policy = &made["policies"][1];
+        let mut keys = Vec::new();
+        for rule in made["rules"].as_array().expect("rules") {
+            if policy["rules"].as_array().expect("rules").contains(&rule["id"]) {
+                assert_eq!(rule["permission"], "allow");
+                keys.push((rule["flows"][0].as_str(), rule["key_exprs"][0].as_str()));
+            }
+        }
+        let (own, echo) = (Some("vencejo/1/acme/plane7/**"), Some("vencejo/1/acme/_hub/echo"));
+        assert_eq!(
+            keys,
+            [(Some("ingress"), echo), (Some("egress"), echo), (Some("ingress"), own), (Some("egress"), own)]
+        );
+    }
+}

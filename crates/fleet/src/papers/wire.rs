@@ -1,0 +1,111 @@
+//! What is said at the door where aircraft are enrolled and certificates renewed: one question and one answer, in Protocol Buffers,
+//! each with its length before it.
+
+use prost::Message;
+
+use super::ticket::MAX_DOORS;
+use crate::error::FleetError;
+use crate::payload::VERSION;
+
+/// Bytes of either at most.
+pub const MAX_BYTES: usize = 16 * 1024;
+/// Keys and addresses in an answer at most.
+pub const MAX_LIST: usize = 64;
+
+/// Why somebody gets nothing who would get something for a good request: so an aircraft asks, with none, whether it is known still.
+pub const BAD_REQUEST: &str = "the request is not good";
+
+/// An aircraft asks for a certificate.
+#[derive(Clone, PartialEq, Message)]
+pub struct Asked {
+    /// The version of what is said.
+    #[prost(uint32, tag = "1")]
+    pub version: u32,
+    /// The secret of its token; empty where it shows the certificate that it has.
+    #[prost(bytes = "vec", tag = "2")]
+    pub secret: Vec<u8>,
+    /// Its request (PKCS #10).
+    #[prost(bytes = "vec", tag = "3")]
+    pub request: Vec<u8>,
+}
+
+/// What it gets.
+#[derive(Clone, PartialEq, Message)]
+pub struct Given {
+    /// The version of what is said.
+    #[prost(uint32, tag = "1")]
+    pub version: u32,
+    /// Why it gets nothing; empty where it does.
+    #[prost(string, tag = "2")]
+    pub refused: String,
+    /// The organisation.
+    #[prost(string, tag = "3")]
+    pub org: String,
+    /// Its name there.
+    #[prost(string, tag = "4")]
+    pub name: String,
+    /// Its certificate, as PEM.
+    #[prost(string, tag = "5")]
+    pub certificate: String,
+    /// That of the organisation's authority.
+    #[prost(string, tag = "6")]
+    pub ca: String,
+    /// Keys of the ground stations whose orders it is to take.
+    #[prost(string, repeated, tag = "7")]
+    pub trust: Vec<String>,
+    /// Where routers are.
+    #[prost(string, repeated, tag = "8")]
+    pub routers: Vec<String>,
+    /// Where certificates are renewed.
+    #[prost(string, repeated, tag = "9")]
+    pub doors: Vec<String>,
+}
+
+impl Given {
+    /// Nothing, and why.
+    #[must_use]
+    pub fn refused(why: impl Into<String>) -> Self {
+        Self { version: VERSION, refused: why.into(), ..Self::default() }
+    }
+
+    /// What the ground answered, looked through.
+    ///
+    /// # Errors
+    /// [`FleetError::Refused`] with its words; or where it makes no sense.
+    pub fn checked(self) -> Result<Self, FleetError> {
+        if !self.refused.is_empty() {
+            // What is shown of it has an end.
+            return Err(FleetError::Refused(self.refused.chars().filter(|c| !c.is_control()).take(300).collect()));
+        }
+        let is_readable = self.version == VERSION
+            && self.trust.len() <= MAX_LIST
+            && self.routers.len() <= MAX_LIST
+            && self.doors.len() <= MAX_DOORS;
+        if !is_readable {
+            let why = "its answer cannot be read: use the same version of Vencejo on both sides";
+            return Err(FleetError::Refused(why.into()));
+        }
+        Ok(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_answer_has_an_end_and_one_version() {
+        let read = |given: Given| given.checked().map_err(|error| error.to_string());
+        let good = Given { version: VERSION, name: "plane7".into(), ..Given::default() };
+        assert_eq!(read(good.clone()), Ok(good.clone()));
+        let long = read(Given::refused("no\u{7}".repeat(1_000))).expect_err("refused");
+        assert!(long.len() < 400 && !long.contains('\u{7}'), "{long}");
+        for bad in [
+            Given { version: 2, ..good.clone() },
+            Given { routers: vec![String::new(); MAX_LIST + 1], ..good.clone() },
+            Given { doors: vec![String::new(); MAX_DOORS + 1], ..good },
+        ] {
+            assert!(read(bad).is_err_and(|error| error.contains("the same version of Vencejo")));
+        }
+    }
+}

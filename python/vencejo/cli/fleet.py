@@ -1,0 +1,368 @@
+"""The commands `vencejo fleet …`: who belongs to a fleet, and why an aircraft is not there."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from dataclasses import asdict
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vencejo.cli.common import Exit, Failed, JsonOption, YesOption, clean, confirm, put_json, say, status, stdout, table
+
+if TYPE_CHECKING:
+    from vencejo.enrolment import Check, Member, Organisation
+    from vencejo.fleet import FarAircraft
+
+fleet_app = typer.Typer(
+    no_args_is_help=True,
+    help="See and change who belongs to a fleet. Keys are never shown.\n\nExample: vencejo fleet enrol plane7 --fleet acme",
+)
+
+OrgOption = Annotated[
+    str | None,
+    typer.Option(
+        "--fleet", metavar="ORG", help="The fleet; the one whose authority is on this machine when not given."
+    ),
+]
+NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="The aircraft's name: 1 to 32 of a-z, 0-9 and '-'.")]
+
+LOOKS_S = 2.5
+"""How long is waited for aircraft that are there to say something: they do each second, or less often where the uplink is slow."""
+REJOINS_S = 0.2
+"""How long a router may be gone while it takes note of who is enrolled."""
+COMES_S = 0.5
+"""How long is waited for word of who is there: the router knows it."""
+
+
+def _organisation(org: str | None) -> Organisation:
+    """The fleet that is meant.
+
+    Raises
+    ------
+    Failed
+        When that is not clear.
+    """
+    from vencejo.enrolment import Organisation, organisations
+
+    if org is None:
+        found = organisations()
+        if len(found) != 1:
+            there = f"{', '.join(found)} are here" if found else "none is here yet"
+            raise Failed(f"say which fleet: --fleet ORG ({there})", Exit.USAGE)
+        org = found[0]
+    return Organisation(org)
+
+
+def _existing(org: str | None) -> Organisation:
+    """The fleet that is meant, which is there.
+
+    Raises
+    ------
+    Failed
+        When it is not.
+    """
+    organisation = _organisation(org)
+    if not organisation.exists:
+        raise Failed(
+            f"there is no fleet {organisation.org} on this machine; make it with: vencejo fleet init {organisation.org}"
+        )
+    return organisation
+
+
+@fleet_app.command()
+def init(
+    org: Annotated[str, typer.Argument(metavar="ORG", help="The organisation's name: 1 to 32 of a-z, 0-9 and '-'.")],
+    host: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--host",
+            metavar="HOST",
+            help="A name or address by which aircraft reach this machine; repeatable. By default its own name and addresses.",
+        ),
+    ] = None,
+    ca_cert: Annotated[
+        Path | None,
+        typer.Option("--ca-cert", metavar="FILE", help="An authority that you have already: its certificate (PEM)."),
+    ] = None,
+    ca_key: Annotated[Path | None, typer.Option("--ca-key", metavar="FILE", help="Its key (PEM, PKCS #8).")] = None,
+    json: JsonOption = False,
+) -> None:
+    """Make a fleet's own certificate authority, and this ground station's certificate. Again, it changes nothing but --host.
+
+    Example: vencejo fleet init acme
+
+    Example: vencejo fleet init acme --host ground.example.org
+    """
+    from vencejo.enrolment import Organisation
+
+    if (ca_cert is None) != (ca_key is None):
+        raise Failed("an authority has a certificate and a key: give --ca-cert and --ca-key", Exit.USAGE)
+    organisation = Organisation(org)
+    made, new = organisation.init(
+        hosts=host,
+        ca_certificate=None if ca_cert is None else ca_cert.read_text(encoding="ascii", errors="replace"),
+        ca_key=None if ca_key is None else ca_key.read_text(encoding="ascii", errors="replace"),
+    )
+    if json:
+        put_json({"org": org, "made": made, "new_hosts": new, "folder": str(organisation.folder)})
+        return
+    if made:
+        print(
+            f"The fleet {org} is made, in {organisation.folder}: ca.key there is what certificates are made with. Keep a copy safe."
+        )
+    else:
+        print(f"The fleet {org} is there, in {organisation.folder}: {len(organisation.aircraft)} aircraft.")
+    if new:
+        print(f"Aircraft may reach this machine as {', '.join(new)}.")
+    elif not made:
+        print("Nothing was changed.")
+
+
+@fleet_app.command()
+def enrol(
+    name: NameArgument,
+    org: OrgOption = None,
+    minutes: Annotated[
+        int, typer.Option("--minutes", metavar="N", min=1, max=1440, help="How long the token is good, minutes.")
+    ] = 60,
+    json: JsonOption = False,
+) -> None:
+    """Give out a token that brings one aircraft into a fleet, once; the fleet is made where it is not there.
+
+    Example: vencejo fleet enrol plane7 --fleet acme
+    """
+    organisation = _organisation(org)
+    if not organisation.exists:
+        organisation.init()
+        say(f"The fleet {organisation.org} is made, in {organisation.folder}. Keep a copy of ca.key there safe.")
+    token = organisation.enrol(name, lasts_s=minutes * 60)
+    command = f"vencejo onboard --join {token.text} --link /dev/serial0,921600"
+    if json:
+        put_json({"token": token.text, "command": command, "doors": list(token.doors), "ends": token.ends.isoformat()})
+    else:
+        say(
+            f"On board of {name}, within {minutes} minutes; it is shown once (another --link where the autopilot is elsewhere):"
+        )
+        print(command, flush=True)
+    port = token.doors[0].rpartition(":")[2]
+    if all(organisation.problem_at(f"tls/{door}") for door in (f"127.0.0.1:{port}", token.doors[0])):
+        say(f"Nobody answers it yet. Start here: vencejo serve --fleet {organisation.org}")
+
+
+@fleet_app.command("join")
+def join_fleet(
+    token: Annotated[
+        str,
+        typer.Argument(
+            metavar="TOKEN", help="What `vencejo fleet enrol` gave on the ground; '-' reads it from standard input."
+        ),
+    ],
+    json: JsonOption = False,
+) -> None:
+    """Bring this computer on board into a fleet, with a token. The same token again changes nothing.
+
+    Example: vencejo fleet join vf1.CiBj...
+    """
+    found = joined(token)
+    if json:
+        put_json(_shown(found))
+        return
+    print(
+        f"This is {found.name} of the fleet {found.org} now. Start it with: vencejo onboard --link /dev/serial0,921600"
+    )
+
+
+def joined(token: str) -> Member:
+    """Join the fleet of a token; gives this computer's place in it."""
+    from vencejo.enrolment import join, member
+
+    if token == "-":
+        token = sys.stdin.readline(4096).strip()
+    before = None
+    with contextlib.suppress(Exception):  # a damaged one is replaced
+        before = member()
+    found, is_new = join(token)
+    if is_new and before is not None and (before.org, before.name) != (found.org, found.name):
+        say(f"It was {before.name} of {before.org} before.")
+    return found
+
+
+def _shown(found: Member) -> dict[str, Any]:
+    return {
+        **asdict(found),
+        **{key: value.isoformat() for key, value in asdict(found).items() if isinstance(value, datetime)},
+    }
+
+
+@fleet_app.command()
+def acl(org: OrgOption = None) -> None:
+    """Print the settings of an existing zenohd: encrypted ways alone, and who may say and hear what.
+
+    A router of your own takes them with --config, and has to be started again for each new aircraft. The router in
+    `vencejo serve --fleet` needs none of this.
+
+    Example: vencejo fleet acl --fleet acme
+    """
+    put_json(_existing(org).router_config())
+
+
+@fleet_app.command("status")
+def show_status(org: OrgOption = None, json: JsonOption = False) -> None:
+    """Show who is enrolled, when certificates end, who is there and who has control; on board, this aircraft.
+
+    Example: vencejo fleet status
+
+    Example: vencejo fleet status --fleet acme --json
+    """
+    from vencejo.enrolment import member, organisations
+
+    if org is None and not organisations():
+        found = member()
+        if found is None:
+            raise Failed(
+                "this computer is in no fleet: vencejo fleet init ORG on the ground, vencejo fleet join TOKEN on board"
+            )
+        if json:
+            put_json(_shown(found))
+        else:
+            print(
+                f"{found.name} of the fleet {found.org}; certificate until {found.certificate_ends:%Y-%m-%d}; dials {', '.join(found.routers)}"
+            )
+        return
+    organisation = _existing(org)
+    router, far = _look(organisation, quiet=json)
+    now = datetime.now(timezone.utc)
+    rows: list[dict[str, Any]] = []
+    for each in organisation.aircraft:
+        seen = far.get(each.name)
+        is_heard = seen is not None and seen.system_id is not None
+        rows.append(
+            {
+                "name": each.name,
+                "certificate_ends": each.certificate_ends.isoformat(),
+                "certificate_days": int((each.certificate_ends - now).total_seconds() // 86400),
+                "revoked": None if each.revoked is None else each.revoked.isoformat(),
+                "is_present": None if router is None else seen is not None and seen.is_present,
+                "age_s": round(seen.age_s, 1) if seen is not None and is_heard else None,
+                "holder": None if seen is None else seen.holder,
+            }
+        )
+    tokens = {name: ends.isoformat() for name, ends in organisation.tokens.items()}
+    if json:
+        put_json({"org": organisation.org, "router": router, "aircraft": rows, "tokens": tokens})
+        return
+    print(
+        f"Fleet {organisation.org}: "
+        + (f"router at {router}" if router else f"no router; start it: vencejo serve --fleet {organisation.org}")
+    )
+    shown = table("aircraft", "certificate", "there", "heard", "control", right=("heard",))
+    for row in rows:
+        present = "revoked" if row["revoked"] else {None: "–", True: "yes", False: "no"}[row["is_present"]]
+        ends = f"{row['certificate_ends'][:10]}" + (" soon!" if row["certificate_days"] < 20 else "")
+        shown.add_row(
+            row["name"], ends, present, "–" if row["age_s"] is None else f"{row['age_s']} s ago", row["holder"] or "–"
+        )
+    stdout().print(shown)
+    for name, ends in tokens.items():
+        print(f"A token for {name} is out until {ends[:16].replace('T', ' ')} UTC.")
+
+
+def _look(organisation: Organisation, *, quiet: bool) -> tuple[str | None, dict[str, FarAircraft]]:
+    """The router where it is reached, and what aircraft say there."""
+    from vencejo.errors import LinkError
+
+    waiting = contextlib.nullcontext() if quiet else status("Looking who is there")
+    with waiting:
+        # The second time, as a router is gone for a moment while it takes note of somebody new.
+        for _ in range(2):
+            router = organisation.reachable_router()
+            if router is not None:
+                with contextlib.suppress(LinkError):
+                    return router, _seen_at(organisation, router)
+            time.sleep(REJOINS_S if organisation.routers else 0.0)
+    return None, {}
+
+
+def _seen_at(organisation: Organisation, router: str) -> dict[str, FarAircraft]:
+    """What aircraft say at a router, by name."""
+    from vencejo import Station
+    from vencejo.fleet import Fleet
+
+    expected = {each.name for each in organisation.aircraft if each.revoked is None}
+    with (
+        Station(record=False, heartbeat=False) as station,
+        Fleet(station, org=organisation.org, router=router) as fleet,
+    ):
+        began = time.monotonic()
+        while True:
+            far = {each.name: each for each in fleet.aircraft}
+            heard = {name for name, each in far.items() if each.system_id is not None}
+            there = {name for name, each in far.items() if each.is_present}
+            passed_s = time.monotonic() - began
+            if heard >= expected or passed_s >= LOOKS_S or (passed_s >= COMES_S and heard >= there):
+                return far
+            time.sleep(0.05)
+
+
+@fleet_app.command()
+def doctor(org: OrgOption = None, json: JsonOption = False) -> None:
+    """Find what keeps an aircraft out of the list: keys, certificates, clock, addresses, TLS. Says what to do; ends with 1 if anything.
+
+    Example: vencejo fleet doctor
+    """
+    from vencejo.enrolment import Check, check_board, check_ground, member, organisations
+
+    checks: list[Check] = []
+    if org is not None or organisations():
+        organisation = _organisation(org)
+        checks += check_ground(organisation)
+        if organisation.exists and any(each.revoked is None for each in organisation.aircraft):
+            router, far = _look(organisation, quiet=True)
+            for each in organisation.aircraft if router else ():
+                if each.revoked is None and not (each.name in far and far[each.name].is_present):
+                    remedy = (
+                        "is `vencejo onboard` running there? On board: vencejo fleet doctor. Has a router of your own (zenohd) "
+                        "the newest settings? vencejo fleet acl"
+                    )
+                    checks.append(
+                        Check(ok=False, message=f"the router is reached, and {each.name} is not there", remedy=remedy)
+                    )
+    elif (found := member()) is not None:
+        checks += check_board(found)
+    else:
+        raise Failed(
+            "this computer is in no fleet: vencejo fleet init ORG on the ground, vencejo fleet join TOKEN on board"
+        )
+    if json:
+        put_json([asdict(check) for check in checks])
+    else:
+        for check in checks:
+            print(
+                clean(
+                    f"{'ok   ' if check.ok else 'wrong'}  {check.message}"
+                    + (f"\n       → {check.remedy}" if check.remedy else ""),
+                    keep_lines=True,
+                )
+            )
+    if not all(check.ok for check in checks):
+        raise typer.Exit(1)
+
+
+@fleet_app.command()
+def revoke(name: NameArgument, org: OrgOption = None, yes: YesOption = False) -> None:
+    """Put an aircraft out for good. A running `vencejo serve --fleet` shuts it out within seconds.
+
+    Its name is free again when its last certificate has ended.
+
+    Example: vencejo fleet revoke plane7
+    """
+    organisation = _existing(org)
+    if not confirm(f"Put {name} out of the fleet {organisation.org}?", yes=yes):
+        raise Failed("nothing was changed")
+    organisation.revoke(name)
+    print(f"{name} is out. A router of your own (zenohd) has to be given its new settings: vencejo fleet acl")
