@@ -424,7 +424,7 @@ impl<'a> Check<'a> {
             self.error(None, FindingKind::BadFence { fault, zone, corners, radius_m, alt_rel_home_m: None });
         }
         if let Some((_, alt_rel_home_m)) = self.plan.fence.return_point
-            && self.plan.fence.to_items().last().and_then(MissionItem::unsendable).is_some()
+            && self.plan.fence.return_fault().is_some()
         {
             let (fault, alt_rel_home_m) = (FenceFault::ReturnHeight, Some(alt_rel_home_m));
             let found = FindingKind::BadFence { fault, zone: None, corners: None, radius_m: None, alt_rel_home_m };

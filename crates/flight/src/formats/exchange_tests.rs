@@ -429,6 +429,31 @@ fn faults_are_named_with_their_place() {
 }
 
 #[test]
+fn what_no_vehicle_takes_is_refused_where_it_stands() {
+    let feature = |properties: &str| {
+        format!(
+            r#"{{"type":"Feature","geometry":{{"type":"Point","coordinates":[-3.2,40.2]}},"properties":{{{properties}}}}}"#
+        )
+    };
+    let plan = |part: &str| format!(r#"{{"fileType":"Plan","version":1,"mission":{{"version":2,"items":[]}},{part}}}"#);
+    let cases = [
+        ("RALLY 40.2 -3.2 1e78 40 0 4\n".into(), "line 1: has 1e78 as its z"),
+        (feature(r#""vencejo":"rally","alt_m":1e78,"frame":3"#), "plan: has 1e78 as its z"),
+        (feature(r#""vencejo":"rally","alt_m":60,"frame":2"#), "plan: no position has no meaning for a place"),
+        (feature(r#""vencejo":"fence-return","alt_rel_home_m":1e78"#), "plan: has 1e78 as its z"),
+        (
+            plan(r#""rallyPoints":{"points":[[40.2,-3.2,60],[40.2,-3.2,1e78]]}"#),
+            "rallyPoints.points[1]: has 1e78 as its z",
+        ),
+        (plan(r#""geoFence":{"breachReturn":[40.2,-3.2,1e78]}"#), "geoFence.breachReturn: has 1e78 as its z"),
+    ];
+    for (text, expected) in cases {
+        let error = read_plan(text.as_bytes(), None).unwrap_err().to_string();
+        assert!(error.starts_with(expected), "{error}");
+    }
+}
+
+#[test]
 fn zips_do_not_unpack_to_more_than_is_read() {
     let refused = |zip: &[u8]| read_plan(zip, None).unwrap_err().to_string();
     let bomb = kml::kmz_of_kml(&" ".repeat(MAX_FILE_BYTES + 1));

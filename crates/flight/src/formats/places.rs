@@ -4,7 +4,7 @@
 //! a file keeps everything; places are where the geometry is, so that moving a point in a map program moves the item. What others
 //! drew becomes waypoints (lines, else points) and zones of the fence (areas).
 
-use crate::error::{FlightError, Plain, Result};
+use crate::error::{FlightError, Result};
 use crate::formats::notes::{NoteCode, Notes};
 use crate::formats::text::{shown, too_many};
 use crate::geodesy::{GeoPoint, direct};
@@ -198,12 +198,7 @@ impl Feature {
     }
 
     fn sendable(&self, item: MissionItem) -> Result<MissionItem> {
-        match item.unsendable() {
-            None => Ok(item),
-            Some(bad) => {
-                Err(self.bad(format!("has {} as its {}, {}", Plain(bad.value), bad.field, bad.wanted.problem())))
-            }
-        }
+        item.unsendable().map_or(Ok(item), |bad| Err(self.bad(bad)))
     }
 
     fn waypoint(&self, place: Place, notes: &mut Notes) -> Result<MissionItem> {
@@ -239,14 +234,13 @@ pub(super) fn plan_of(features: &[Feature], notes: &mut Notes) -> Result<Plan> {
             }
             Some("rally") => {
                 let frame = MavFrame::from(feature.whole("frame", 255)? as u8);
-                plan.rally.points.push(RallyPoint {
-                    point: feature.point()?,
-                    alt_m: feature.required("alt_m")?,
-                    frame,
-                });
+                let point = RallyPoint { point: feature.point()?, alt_m: feature.required("alt_m")?, frame };
+                point.fault().map_or(Ok(()), |fault| Err(feature.bad(fault)))?;
+                plan.rally.points.push(point);
             }
             Some("fence-return") => {
                 plan.fence.return_point = Some((feature.point()?, feature.required("alt_rel_home_m")?));
+                plan.fence.return_fault().map_or(Ok(()), |fault| Err(feature.bad(fault)))?;
             }
             Some("fence-circle") => {
                 let shape = FenceShape::Circle { center: feature.point()?, radius_m: feature.required("radius_m")? };

@@ -482,10 +482,11 @@ fn read_fence(node: &Node<'_>) -> Result<Fence> {
             add(&circle, inclusion(&circle)?, FenceShape::Circle { center, radius_m }, 1)?;
         }
     }
-    fence.return_point = match node.member("breachReturn")? {
-        None => None,
-        Some(place) => place.coordinate().map(|(point, alt_m)| Some((point, alt_m.unwrap_or(0.0))))?,
-    };
+    if let Some(place) = node.member("breachReturn")? {
+        let (point, alt_m) = place.coordinate()?;
+        fence.return_point = Some((point, alt_m.unwrap_or(0.0)));
+        fence.return_fault().map_or(Ok(()), |fault| Err(place.bad(fault)))?;
+    }
     Ok(fence)
 }
 
@@ -499,7 +500,8 @@ fn read_rally(node: &Node<'_>) -> Result<Rally> {
     let points = list_items
         .map(|place| {
             let (point, alt_m) = place.place()?;
-            Ok(RallyPoint { point, alt_m, frame: MavFrame::GlobalRelativeAlt })
+            let point = RallyPoint { point, alt_m, frame: MavFrame::GlobalRelativeAlt };
+            point.fault().map_or(Ok(point), |fault| Err(place.bad(fault)))
         })
         .collect::<Result<_>>()?;
     Ok(Rally { points })

@@ -128,7 +128,9 @@ pub(super) fn read_rally_points(text: &str) -> Result<Rally> {
             (true, 3) => MavFrame::GlobalTerrainAlt,
             _ => MavFrame::GlobalRelativeAlt,
         };
-        rally.points.push(RallyPoint { point: point(line, lat, lon)?, alt_m: value(alt, "height")?, frame });
+        let point = RallyPoint { point: point(line, lat, lon)?, alt_m: value(alt, "height")?, frame };
+        point.fault().map_or(Ok(()), |fault| Err(bad(line, fault)))?;
+        rally.points.push(point);
         if let Some(problem) = too_many(rally.points.len()) {
             return Err(bad(line, problem));
         }

@@ -5,7 +5,7 @@
 
 use csv::{ReaderBuilder, StringRecord, Writer};
 
-use crate::error::{FlightError, Plain, Result};
+use crate::error::{FlightError, Result};
 use crate::formats::notes::{NoteCode, Notes};
 use crate::formats::text::{number, shown, too_many};
 use crate::formats::waypoints::{List, kind_of};
@@ -269,7 +269,7 @@ impl Row<'_> {
             autocontinue,
         };
         if let Some(bad) = item.unsendable() {
-            return Err(format!("has {} as its {}, {}", Plain(bad.value), bad.field, bad.wanted.problem()));
+            return Err(bad.to_string());
         }
         if item.command.is_destination() || item.command.is_takeoff() {
             notes.add(NoteCode::HeightsMissing, usize::from(alt.is_none()));

@@ -169,12 +169,20 @@ impl Fence {
                 }
             }
         }
-        if let Some((point, alt_rel_home_m)) = self.return_point {
-            let mut item = item(Command::NAV_FENCE_RETURN_POINT, 0.0, point, alt_rel_home_m);
-            item.frame = MavFrame::GlobalRelativeAlt;
-            items.push(item);
-        }
+        items.extend(self.return_item());
         items
+    }
+
+    fn return_item(&self) -> Option<MissionItem> {
+        let (point, alt_rel_home_m) = self.return_point?;
+        let (lat_deg, lon_deg) = (point.lat_deg(), point.lon_deg());
+        Some(MissionItem::at(Command::NAV_FENCE_RETURN_POINT, [0.0; 4], lat_deg, lon_deg, alt_rel_home_m))
+    }
+
+    /// Why no vehicle takes its return point; `None` without one, and for one that is sound.
+    #[must_use]
+    pub fn return_fault(&self) -> Option<String> {
+        Some(self.return_item()?.unsendable()?.to_string())
     }
 
     /// A fence from the items of a fence list.

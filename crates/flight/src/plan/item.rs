@@ -4,7 +4,7 @@ use vencejo_proto::{Address, MissionSeq};
 
 pub(crate) use vencejo_proto::MissionItemInt;
 
-use crate::error::{FlightError, Result};
+use crate::error::{FlightError, Plain, Result};
 use crate::geodesy::GeoPoint;
 use crate::plan::command::Command;
 use crate::words::words;
@@ -160,6 +160,12 @@ pub struct Unsendable {
     pub value: f64,
     /// What it must be.
     pub wanted: Wanted,
+}
+
+impl std::fmt::Display for Unsendable {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "has {} as its {}, {}", Plain(self.value), self.field, self.wanted.problem())
+    }
 }
 
 /// One item of a mission, fence or rally list.

@@ -15,6 +15,26 @@ pub struct RallyPoint {
     pub frame: MavFrame,
 }
 
+impl RallyPoint {
+    /// It as an item of a rally list.
+    fn to_item(self) -> MissionItem {
+        let Self { point, alt_m, frame } = self;
+        let item = MissionItem::at(Command::NAV_RALLY_POINT, [0.0; 4], point.lat_deg(), point.lon_deg(), alt_m);
+        MissionItem { frame, ..item }
+    }
+
+    /// Why no vehicle takes it; `None` for one that is sound.
+    #[must_use]
+    pub fn fault(self) -> Option<String> {
+        frame_fault(self.frame).or_else(|| Some(self.to_item().unsendable()?.to_string()))
+    }
+}
+
+fn frame_fault(frame: MavFrame) -> Option<String> {
+    let is_sound = frame.is_supported() && frame != MavFrame::Mission;
+    (!is_sound).then(|| format!("{frame} has no meaning for a place; use 0 (sea level), 3 (home) or 10 (terrain)"))
+}
+
 /// Rally points of a plan. Empty by default.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Rally {
@@ -26,19 +46,7 @@ impl Rally {
     /// The points as items of a rally list (`MAV_MISSION_TYPE_RALLY`).
     #[must_use]
     pub fn to_items(&self) -> Vec<MissionItem> {
-        self.points
-            .iter()
-            .map(|rally| MissionItem {
-                frame: rally.frame,
-                ..MissionItem::at(
-                    Command::NAV_RALLY_POINT,
-                    [0.0; 4],
-                    rally.point.lat_deg(),
-                    rally.point.lon_deg(),
-                    rally.alt_m,
-                )
-            })
-            .collect()
+        self.points.iter().map(|rally| rally.to_item()).collect()
     }
 
     /// Rally points from the items of a rally list.
@@ -55,12 +63,7 @@ impl Rally {
                 if item.command != Command::NAV_RALLY_POINT {
                     return Err(bad(format!("{} is no rally point; only command 5100 is", item.command)));
                 }
-                if !item.frame.is_supported() || item.frame == MavFrame::Mission {
-                    return Err(bad(format!(
-                        "{} has no meaning for a place; use 0 (sea level), 3 (home) or 10 (terrain)",
-                        item.frame
-                    )));
-                }
+                frame_fault(item.frame).map_or(Ok(()), |fault| Err(bad(fault)))?;
                 let (Some(lat_deg), Some(lon_deg), Some(alt_m)) = (item.lat_deg(), item.lon_deg(), item.alt_m()) else {
                     return Err(bad("lacks latitude, longitude or height; set all three".into()));
                 };
