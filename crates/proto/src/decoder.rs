@@ -4,7 +4,7 @@ use bytes::{Buf, BytesMut};
 
 use crate::checksum::checksum;
 use crate::frame::{CHECKSUM_LEN, Frame, HEADER_LEN_V1, HEADER_LEN_V2, IFLAG_SIGNED, SIGNATURE_LEN, STX_V1, STX_V2};
-use crate::info::info;
+use crate::info::{MessageInfo, info};
 
 /// What a decoder has seen since it was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -31,7 +31,27 @@ pub struct FrameDecoder {
     buffer: BytesMut,
     /// What is in the buffer goes on in the next piece, if at all.
     is_stream: bool,
+    wrong: Wrong,
     stats: DecoderStats,
+}
+
+/// Candidates inside what may be a frame whose checksum was wrong, by their place in the stream. Frames may overlap, and the search
+/// comes by with every piece: without this, short pieces of hostile bytes cost the square of a frame's length each.
+#[derive(Debug, Default)]
+struct Wrong(Vec<u64>);
+
+impl Wrong {
+    /// More than the longest frame has bytes: none is forgotten while it is in the buffer's first frame.
+    const PLACES: usize = 512;
+
+    fn holds(&self, place: u64) -> bool {
+        self.0.get(place as usize % Self::PLACES) == Some(&(place + 1))
+    }
+
+    fn add(&mut self, place: u64) {
+        self.0.resize(Self::PLACES, 0);
+        self.0[place as usize % Self::PLACES] = place + 1;
+    }
 }
 
 /// What stands at the front of the buffer.
@@ -64,7 +84,7 @@ impl FrameDecoder {
     /// Takes in a datagram. As [`Self::push`], but a beginning that was left over is given up when the datagram starts
     /// with a whole frame of its own: frames do not go on in the next datagram, and garbage must not hold one up.
     pub fn push_datagram(&mut self, datagram: &[u8]) {
-        if !self.buffer.is_empty() && matches!(front(datagram, false), Front::Frame { known: true, .. }) {
+        if !self.buffer.is_empty() && begins_with_known(datagram) {
             self.discard(self.buffer.len());
         }
         self.is_stream = false;
@@ -79,7 +99,8 @@ impl FrameDecoder {
             if skip > 0 {
                 self.discard(skip);
             }
-            match front(&self.buffer, self.is_stream) {
+            let place = self.stats.bytes - self.buffer.len() as u64;
+            match front(&self.buffer, self.is_stream, place, &mut self.wrong) {
                 Front::Frame { len, known } => {
                     self.stats.frames += 1;
                     self.stats.unknown_id += u64::from(!known);
@@ -137,45 +158,84 @@ fn candidate(buffer: &[u8]) -> Result<Candidate, Front> {
 }
 
 fn checksum_is_right(buffer: &[u8], candidate: &Candidate, extra_crc: u8) -> bool {
+    #[cfg(test)]
+    tests::CHECKED.set(tests::CHECKED.get() + 1);
     let (checked, rest) = buffer.split_at(candidate.checked_len);
     checksum(&checked[1..], extra_crc) == u16::from_le_bytes([rest[0], rest[1]])
 }
 
-fn front(buffer: &[u8], is_stream: bool) -> Front {
+fn begins_with_known(bytes: &[u8]) -> bool {
+    candidate(bytes).is_ok_and(|candidate| {
+        let is_right = |info: &MessageInfo| checksum_is_right(bytes, &candidate, info.extra_crc);
+        candidate.is_whole(bytes) && info(candidate.id).is_some_and(is_right)
+    })
+}
+
+/// What the buffer begins with, which begins at this place of the stream.
+fn front(buffer: &[u8], is_stream: bool, place: u64, wrong: &mut Wrong) -> Front {
     let candidate = match candidate(buffer) {
         Ok(candidate) if candidate.is_whole(buffer) => candidate,
         Ok(_) => return Front::Incomplete,
         Err(front) => return front,
     };
     match info(candidate.id) {
-        Some(info) if checksum_is_right(buffer, &candidate, info.extra_crc) => {
+        Some(info) if !wrong.holds(place) && checksum_is_right(buffer, &candidate, info.extra_crc) => {
             Front::Frame { len: candidate.len, known: true }
         }
         Some(_) => Front::Garbage { bad_crc: true },
-        None => unknown(buffer, candidate.len, is_stream),
+        None => unknown(buffer, candidate.len, is_stream, place, wrong),
     }
 }
 
 /// Without the definition there is no checksum to tell a frame from noise: it counts as one only when another frame, or
 /// nothing, follows it, and when it does not cover the beginning of a frame that can be checked.
-fn unknown(buffer: &[u8], len: usize, is_stream: bool) -> Front {
+fn unknown(buffer: &[u8], len: usize, is_stream: bool, place: u64, wrong: &mut Wrong) -> Front {
     if !matches!(buffer.get(len), None | Some(&STX_V1 | &STX_V2)) {
         return Front::Garbage { bad_crc: false };
     }
     let mut may_cover = false;
     for at in 1..len {
-        let inner = &buffer[at..];
+        let (inner, place) = (&buffer[at..], place + at as u64);
         match candidate(inner) {
             Ok(candidate) => match info(candidate.id) {
                 Some(_) if !candidate.is_whole(inner) => may_cover = true,
+                Some(_) if wrong.holds(place) => {}
                 Some(info) if checksum_is_right(inner, &candidate, info.extra_crc) => {
                     return Front::Garbage { bad_crc: false };
                 }
-                _ => {}
+                Some(_) => wrong.add(place),
+                None => {}
             },
             Err(Front::Incomplete) => may_cover |= matches!(inner[0], STX_V1 | STX_V2),
             Err(_) => {}
         }
     }
     if may_cover && is_stream { Front::Incomplete } else { Front::Frame { len, known: false } }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    thread_local! {
+        /// Checksums that were calculated.
+        pub(super) static CHECKED: Cell<usize> = const { Cell::new(0) };
+    }
+
+    // fault 53: bytes of which each may begin a frame, one at a time: as many checksums as bytes at most
+    #[test]
+    fn no_candidate_is_checked_twice_however_short_the_pieces_are() {
+        // A frame that nobody knows, again and again, full of beginnings of frames that are known.
+        let mut bytes = [STX_V1; 4096];
+        bytes.iter_mut().skip(5).step_by(262).for_each(|id| *id = 0xff);
+        let (mut decoder, mut found) = (FrameDecoder::new(), 0);
+        for byte in bytes {
+            decoder.push(&[byte]);
+            found += std::iter::from_fn(|| decoder.next_frame()).count();
+        }
+        assert!(found > 10 && CHECKED.get() > bytes.len() / 2, "{found} frames");
+        assert!(CHECKED.get() <= bytes.len(), "{} checksums of {} bytes", CHECKED.get(), bytes.len());
+    }
 }
