@@ -175,7 +175,7 @@ impl GeoTiff {
     /// What is wrong with it, in words, and what helps.
     pub(crate) fn read(name: String, input: OpenInput) -> std::result::Result<Self, String> {
         // Before the crate makes room for what the lists announce.
-        tags::check(&mut *input().map_err(|error| error.to_string())?, MAX_IMAGES)?;
+        tags::check(&mut BufReader::new(input().map_err(|error| error.to_string())?), MAX_IMAGES)?;
         let mut first = decoder(&input, 0)?;
         let crs = crs_of(&mut first)?;
         let (origin, pixel) = transform_of(&mut first)?;
