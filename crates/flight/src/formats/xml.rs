@@ -9,6 +9,8 @@ pub const MAX_BYTES: usize = super::MAX_FILE_BYTES;
 const MAX_DEPTH: usize = 64;
 /// As many as the largest plan has in a `.kml` of ours.
 const MAX_ELEMENTS: usize = 300_000;
+/// Tags, texts, entities and comments: an element has two tags, a text in it and one behind it. A small `.kmz` holds millions.
+const MAX_PARTS: usize = 5 * MAX_ELEMENTS;
 /// Attributes of an element at most, and of a document.
 const MAX_ATTRIBUTES: usize = 2000;
 const MAX_ATTRIBUTES_IN_ALL: usize = 200_000;
@@ -38,8 +40,12 @@ impl Element {
         let text = decode(bytes);
         let mut reader = Reader::from_str(&text);
         let mut open: Vec<Self> = vec![Self::default()];
-        let (mut count, mut attributes) = (0_usize, 0_usize);
+        let (mut count, mut attributes, mut parts) = (0_usize, 0_usize, 0_usize);
         loop {
+            parts += 1;
+            if parts > MAX_PARTS {
+                return Err(format!("the document has more than {MAX_PARTS} tags, texts and entities"));
+            }
             let event = reader.read_event().map_err(|error| format!("no XML: {error}"))?;
             if attributes > MAX_ATTRIBUTES_IN_ALL {
                 return Err(format!("the document has more than {MAX_ATTRIBUTES_IN_ALL} attributes"));
@@ -198,6 +204,8 @@ mod tests {
         assert!(Element::parse(many.as_bytes()).is_ok());
         let wide = format!("<a>{}</a>", format!("<b{}/>", " c=''".repeat(1000)).repeat(201));
         assert!(Element::parse(wide.as_bytes()).unwrap_err().contains("attributes"));
+        let long = format!("<a>{}</a>", "b&amp;".repeat(MAX_PARTS / 2));
+        assert!(Element::parse(long.as_bytes()).unwrap_err().contains("entities"));
         assert!(Element::parse(&vec![b' '; MAX_BYTES + 1]).is_err());
     }
 
