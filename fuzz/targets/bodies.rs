@@ -5,6 +5,9 @@ use libfuzzer_sys::fuzz_target;
 use vencejo_server::dto;
 use vencejo_server::strict::Strict;
 
+mod quick;
+use quick::quick;
+
 macro_rules! read {
     ($data:expr; $($body:ty)*) => {
         $(if serde_json::from_slice::<Strict<$body>>($data).is_ok() {
@@ -13,6 +16,6 @@ macro_rules! read {
     };
 }
 
-fuzz_target!(|data: &[u8]| {
+fuzz_target!(|data: &[u8]| quick(|| {
     read!(data; dto::Plan dto::Goto dto::MissionStart dto::SetMode dto::Takeoff dto::NewSession dto::NewLink dto::ChangeSigning);
-});
+}));

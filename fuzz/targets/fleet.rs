@@ -11,7 +11,10 @@ use vencejo_proto::{Address, MonoTime};
 use vencejo_vehicle::Request;
 use vencejo_vehicle::modes::ModeFamily;
 
-fuzz_target!(|data: &[u8]| {
+mod quick;
+use quick::quick;
+
+fuzz_target!(|data: &[u8]| quick(|| {
     let mut listener = Listener::default();
     let mut authority = Authority::new(1);
     let mut rest = data;
@@ -44,7 +47,7 @@ fuzz_target!(|data: &[u8]| {
         }
         drop((listener.picture(), listener.age(now), authority.held(), authority.take_fenced()));
     }
-});
+}));
 
 fn ordered(authority: &mut Authority, order: &Order, kind: u8, now: MonoTime) {
     let wish = match &order.want {

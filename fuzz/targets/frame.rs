@@ -4,7 +4,10 @@
 use libfuzzer_sys::fuzz_target;
 use vencejo_proto::{Frame, FrameDecoder, Header};
 
-fuzz_target!(|data: &[u8]| {
+mod quick;
+use quick::quick;
+
+fuzz_target!(|data: &[u8]| quick(|| {
     let Some((&piece, bytes)) = data.split_first() else { return };
     let mut decoder = FrameDecoder::new();
     for part in bytes.chunks(usize::from(piece).max(1)) {
@@ -18,7 +21,7 @@ fuzz_target!(|data: &[u8]| {
     while let Some(frame) = datagrams.next_frame() {
         check(&frame);
     }
-});
+}));
 
 fn check(frame: &Frame) {
     let _ = (frame.target(), frame.is_signed(), frame.is_known());

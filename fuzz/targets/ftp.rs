@@ -9,7 +9,10 @@ use vencejo_proto::plan_file::{decode_plan_file, encode_plan_file};
 use vencejo_proto::{Address, MonoTime};
 use vencejo_vehicle::transfer::{FtpGet, Transfer, TransferConfig};
 
-fuzz_target!(|data: &[u8]| {
+mod quick;
+use quick::quick;
+
+fuzz_target!(|data: &[u8]| quick(|| {
     if let Ok((header, items)) = decode_plan_file(data) {
         // Writing numbers the items anew; what they ask for stays.
         let again = encode_plan_file(header.mission_type as u8, &items);
@@ -30,4 +33,4 @@ fuzz_target!(|data: &[u8]| {
         now = now + Duration::from_millis(u64::from(answer[0]));
         get.on_time(now);
     }
-});
+}));

@@ -5,8 +5,11 @@ use libfuzzer_sys::fuzz_target;
 use vencejo_maps::xml::Element;
 use vencejo_maps::{wms, wmts};
 
-fuzz_target!(|data: &[u8]| {
+mod quick;
+use quick::quick;
+
+fuzz_target!(|data: &[u8]| quick(|| {
     let _ = Element::parse(data);
     let _ = wms::read_capabilities(data);
     let _ = wmts::read_capabilities(data);
-});
+}));

@@ -4,7 +4,10 @@
 use libfuzzer_sys::fuzz_target;
 use vencejo_proto::{MavVersion, Message, decode_fields, encode_fields, message_name};
 
-fuzz_target!(|data: &[u8]| {
+mod quick;
+use quick::quick;
+
+fuzz_target!(|data: &[u8]| quick(|| {
     let Some((id, payload)) = data.split_first_chunk::<2>() else { return };
     let payload = &payload[..payload.len().min(255)];
     let id = u32::from(u16::from_le_bytes(*id));
@@ -19,4 +22,4 @@ fuzz_target!(|data: &[u8]| {
     if let Ok(message) = message {
         assert_eq!(message.id(), id);
     }
-});
+}));

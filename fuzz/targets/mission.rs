@@ -9,12 +9,15 @@ use vencejo_flight::plan::{MissionItem, PlanKind};
 use vencejo_proto::{Address, MavVersion, Message, MonoTime};
 use vencejo_vehicle::{Request, VehicleConfig, Vehicles};
 
+mod quick;
+use quick::quick;
+
 /// What a vehicle says of plans, parameters, files and itself.
 const IDS: [u32; 24] =
     [0, 1, 22, 24, 30, 33, 39, 40, 42, 43, 44, 45, 46, 47, 51, 66, 73, 74, 76, 77, 110, 148, 242, 253];
 const OUTPUTS: usize = 4096;
 
-fuzz_target!(|data: &[u8]| {
+fuzz_target!(|data: &[u8]| quick(|| {
     let us = Address::new(255, 190);
     let plane = Address::new(1, 1);
     let mut now = MonoTime::ZERO;
@@ -72,4 +75,4 @@ fuzz_target!(|data: &[u8]| {
         while vehicles.poll_output().is_some() {}
     }
     assert!(vehicles.get(plane.system).is_none_or(|vehicle| vehicle.pending() == 0), "a request never ends");
-});
+}));

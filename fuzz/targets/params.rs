@@ -5,7 +5,10 @@ use libfuzzer_sys::fuzz_target;
 use vencejo_flight::formats::{ParamDialect, read_params, write_params};
 use vencejo_proto::param::{decode_packed_params, encode_packed_params};
 
-fuzz_target!(|data: &[u8]| {
+mod quick;
+use quick::quick;
+
+fuzz_target!(|data: &[u8]| quick(|| {
     if let Ok(params) = decode_packed_params(data) {
         let again = decode_packed_params(&encode_packed_params(&params, 80)).expect("what was written is read");
         assert_eq!(params.len(), again.len());
@@ -14,4 +17,4 @@ fuzz_target!(|data: &[u8]| {
         let again = read_params(write_params(&entries, ParamDialect::QGroundControl).as_bytes());
         assert_eq!(again.expect("what was written is read").len(), entries.len());
     }
-});
+}));

@@ -4,10 +4,13 @@
 use libfuzzer_sys::fuzz_target;
 use vencejo_link::TlogDecoder;
 
+mod quick;
+use quick::quick;
+
 /// Before each frame.
 const STAMP_LEN: usize = 8;
 
-fuzz_target!(|data: &[u8]| {
+fuzz_target!(|data: &[u8]| quick(|| {
     let Some((&piece, bytes)) = data.split_first() else { return };
     let mut decoder = TlogDecoder::new();
     let mut used = 0;
@@ -23,4 +26,4 @@ fuzz_target!(|data: &[u8]| {
     decoder.finish();
     take(&mut decoder);
     assert_eq!(used + decoder.skipped().total(), bytes.len() as u64);
-});
+}));
