@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sqlite3
 import struct
+from contextlib import closing
 from pathlib import Path
 
 FUZZ = Path(__file__).resolve().parent
@@ -113,6 +115,13 @@ def main() -> None:
         b'<Capabilities xmlns:ows="http://www.opengis.net/ows/1.1"><Contents><Layer><ows:Identifier>a</ows:Identifier><TileMatrixSetLink><TileMatrixSet>g</TileMatrixSet></TileMatrixSetLink></Layer></Contents></Capabilities>',
     )
     put("tile_archives", "pmtiles", b"PMTiles\x03" + bytes(119))
+    path = FUZZ / "corpus/tile_archives/mbtiles"
+    path.unlink(missing_ok=True)
+    with closing(sqlite3.connect(path)) as tiles:
+        tiles.executescript(
+            "PRAGMA page_size=512; CREATE TABLE metadata(name,value); CREATE TABLE tiles(zoom_level,tile_column,tile_row,tile_data);"
+            "INSERT INTO metadata VALUES('name','Field'),('bounds','-4,40,-3,41'); INSERT INTO tiles VALUES(0,0,0,X'89504e470d0a1a0a');"
+        )
 
 
 if __name__ == "__main__":

@@ -6,14 +6,17 @@ use vencejo_maps::files::geotiff::GeoTiff;
 use vencejo_maps::sniff::{Picture, check_picture, describe, size_px};
 
 mod on_disk;
+use on_disk::on_disk;
 
-fuzz_target!(|data: &[u8]| {
+mod quick;
+use quick::quick;
+
+fuzz_target!(|data: &[u8]| quick(|| {
     if let Some(kind) = Picture::of(data) {
         let _ = (size_px(kind, data), check_picture(data));
     }
     let _ = describe(data);
-    let file = on_disk::OnDisk::new(data, "tif");
-    let Ok(raster) = GeoTiff::open(file.path()) else { return };
+    let Ok(raster) = GeoTiff::open(&on_disk(data, "tif")) else { return };
     let _ = (raster.has_numbers(), raster.is_heights(), raster.resolution_m());
     if let Some(bounds) = raster.bounds() {
         let _ = raster.height_m(
@@ -21,4 +24,4 @@ fuzz_target!(|data: &[u8]| {
             f64::midpoint(bounds.west_deg, bounds.east_deg),
         );
     }
-});
+}));

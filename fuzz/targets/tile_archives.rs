@@ -8,10 +8,13 @@ use vencejo_maps::files::pmtiles::Pmtiles;
 use vencejo_maps::grid::TileId;
 
 mod on_disk;
+use on_disk::on_disk;
 
-fuzz_target!(|data: &[u8]| {
-    let file = on_disk::OnDisk::new(data, "tiles");
-    let path = file.path();
+mod quick;
+use quick::quick;
+
+fuzz_target!(|data: &[u8]| quick(|| {
+    let path = &on_disk(data, "tiles");
     if data.starts_with(b"SQLite") {
         if let Ok(tiles) = Mbtiles::open(path, 256) {
             look(&tiles);
@@ -19,7 +22,7 @@ fuzz_target!(|data: &[u8]| {
     } else if let Ok(tiles) = Pmtiles::open(path, 256) {
         look(&tiles);
     }
-});
+}));
 
 fn look(tiles: &dyn TileFile) {
     let _ = tiles.about();
