@@ -48,6 +48,7 @@ impl Station {
         if let Some(watchers) = core.watchers.get(&system) {
             watchers.changes.notify();
         }
+        self.shared.greet(&mut core, system);
         self.shared.settle(&mut core, now);
         true
     }
@@ -146,10 +147,16 @@ mod tests {
     #[tokio::test]
     async fn what_is_said_is_seen_and_what_is_asked_is_carried() {
         let (station, far) = (station(), Arc::new(Far::default()));
+        let early = station.wait_vehicle(None);
         let system = station.adopt("plane7", ComponentId(1), far.clone()).expect("there is room");
         let plane = station.vehicle(system).expect("adopted");
         assert_eq!((system, plane.remote_name().as_deref()), (SystemId(254), Some("plane7")));
+        let later = station.wait_vehicle(Some(system));
+        assert!(early.end().is_none() && later.end().is_none(), "its heartbeat is not known yet");
         assert!(station.on_remote(system, &[(heartbeat(5), station.now())]));
+        for waited in [early, later, station.wait_vehicle(None)] {
+            assert!(waited.end().is_some_and(|found| found.is_ok_and(|found| found.system() == system)));
+        }
         assert_eq!(plane.telemetry().0.mode().map(|mode| mode.to_string()), Some("FBWA".into()));
         assert_eq!(plane.request(Request::ReturnToLaunch).wait().await, Some(Ok(Reply::Done)));
 

@@ -376,8 +376,8 @@ impl Station {
     pub fn wait_vehicle(&self, wanted: Option<SystemId>) -> Pending<Result<VehicleHandle, StationError>> {
         let mut core = self.shared.core();
         let found = match wanted {
-            Some(system) => core.vehicles.get(system).map(|_| system),
-            None => core.vehicles.iter().map(|(system, _)| system).next(),
+            Some(system) => core.vehicles.get(system).filter(|vehicle| is_heard(vehicle)).map(|_| system),
+            None => core.vehicles.iter().find(|(_, vehicle)| is_heard(vehicle)).map(|(system, _)| system),
         };
         if let Some(system) = found {
             return Pending::ended(Ok(self.handle(system)));
@@ -734,8 +734,11 @@ impl Shared {
     }
 
     /// A vehicle was heard for the first time.
-    fn greet(self: &Arc<Self>, core: &mut Core, system: SystemId) {
+    pub(crate) fn greet(self: &Arc<Self>, core: &mut Core, system: SystemId) {
         core.watchers.entry(system).or_default();
+        if !core.vehicles.get(system).is_some_and(is_heard) {
+            return;
+        }
         let is_theirs = |waiting: &mut Waiting| waiting.wanted.is_none_or(|wanted| wanted == system);
         for waiting in core.waiting.extract_if(.., is_theirs) {
             let station = Station { shared: self.clone() };
@@ -914,6 +917,11 @@ impl Shared {
             send(MavVersion::V2);
         }
     }
+}
+
+/// Whether its heartbeat was heard: one far away is there by its name before.
+fn is_heard(vehicle: &Vehicle) -> bool {
+    vehicle.telemetry().heartbeat.is_some()
 }
 
 fn origin_of(source: SourceId) -> Origin {
