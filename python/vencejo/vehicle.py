@@ -603,7 +603,7 @@ class VehicleState:
         for place, value in enumerate(params, 1):
             if abs(value) > _F32_MAX:
                 raise InvalidRequest(
-                    f"parameter {place} is {value}: give a number that fits 32 bits; NaN leaves it to the vehicle"
+                    f"parameter {place} is {value}: give a number that fits 32 bits; NaN leaves it to a PX4"
                 )
         return [*map(float, params), *(0.0,) * (7 - len(params))]
 

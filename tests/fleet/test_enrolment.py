@@ -224,7 +224,12 @@ def test_the_command_makes_a_fleet_once_and_prints_the_rules_of_a_router(tmp_pat
     )
     for args, exit_code, says in [
         (("init", "Acme!"), 2, "is no name here"),
-        (("init", "acme", "--host", "a b"), 2, "is no address here"),
+        (("init", "acme", "--host", "a b"), 2, "'a b' is no name or address of a machine"),
+        (
+            ("init", "new", "--ca-cert", __file__, "--ca-key", __file__),
+            2,
+            "the authority (CA): its certificate cannot be read",
+        ),
         (("init", "acme", "--ca-cert", __file__), 2, "--ca-key"),
         (("revoke", "plane9", "--yes"), 1, "no aircraft plane9"),
         (("enrol", "Plane"), 2, "is no name here"),

@@ -18,6 +18,9 @@ pub enum FleetError {
     /// An address that cannot be read.
     #[error("'{0}' is no address here: one is like tls/ground.local:7447, quic/192.168.1.2:7447 or tcp/127.0.0.1:7447")]
     Address(String),
+    /// A name or address of a machine that cannot be read.
+    #[error("'{0}' is no name or address of a machine: one is like ground.example.org or 192.168.1.2")]
+    Host(String),
     /// An address that others could reach: what goes over TCP alone is not encrypted.
     #[error("{0} is not of this machine, and nothing is encrypted there: use tls/ or quic/ in place of tcp/")]
     NotLoopback(String),

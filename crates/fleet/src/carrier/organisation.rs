@@ -70,13 +70,13 @@ impl Organisation {
     /// runs it again changes nothing.
     ///
     /// # Errors
-    /// [`FleetError::Certificate`] for an authority that cannot be one, [`FleetError::Address`] for a host that cannot,
+    /// [`FleetError::Certificate`] for an authority that cannot be one, [`FleetError::Host`] for a host that cannot,
     /// [`FleetError::File`].
     pub fn init(&self, hosts: &[String], given: Option<(String, String)>, now: u64) -> Result<Made, FleetError> {
         for host in hosts {
             // Without brackets, as in a certificate.
             if host.parse::<std::net::Ipv6Addr>().is_err() && split(&format!("{host}:1")).is_none() {
-                return Err(FleetError::Address(host.chars().filter(|c| !c.is_control()).take(80).collect()));
+                return Err(FleetError::Host(host.chars().filter(|c| !c.is_control()).take(80).collect()));
             }
         }
         let _lock = self.lock()?;

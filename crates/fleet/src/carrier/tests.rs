@@ -352,7 +352,7 @@ fn a_second_init_changes_nothing_but_what_it_is_asked_for() {
     other.init(&hosts, Some(given.clone()), unix_now()).expect("made");
     assert_eq!(other.read("ca.crt"), Ok(given.0));
     for bad in ["", "a b", "*", "ground.local:7447", "a;b"] {
-        assert!(matches!(other.init(&[bad.to_owned()], None, unix_now()), Err(FleetError::Address(_))), "{bad}");
+        assert!(matches!(other.init(&[bad.to_owned()], None, unix_now()), Err(FleetError::Host(_))), "{bad}");
     }
     // The ground station's own certificate is renewed when it is due, by the one who has the authority.
     let old = other.identity(unix_now()).expect("read");

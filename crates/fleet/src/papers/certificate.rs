@@ -235,7 +235,8 @@ impl Ca {
     /// [`FleetError::Certificate`].
     pub fn read(certificate: &str, key: &str) -> Result<Self, FleetError> {
         let what = "the authority (CA)";
-        let facts = facts(certificate)?;
+        let facts = facts(certificate)
+            .map_err(|error| wrong(what, format!("its certificate cannot be read ({error}): give it as PEM")))?;
         if !facts.is_ca {
             return Err(wrong(what, "its certificate may not sign others; give the one of an authority"));
         }
