@@ -60,24 +60,29 @@ class Group:
         return "stale" if self.age_s <= LOST_AFTER_S else "lost"
 
 
+_G = TypeVar("_G", bound=Group)
+
+# Written by scripts/telemetry_classes.py: do not edit.
+
+
 @dataclass(frozen=True, kw_only=True)
 class Heartbeat(Group):
-    """HEARTBEAT: who the vehicle is and what it is doing.
+    """HEARTBEAT of the autopilot: what the vehicle is and what it is doing.
 
     Attributes
     ----------
     mode : str
         Flight mode by name, such as ``"AUTO"``; ``"mode 42"`` when the number is not known.
     mode_number : int
-        The mode's number in the autopilot's own counting.
+        The mode's number on the wire, in the autopilot's own counting.
     is_armed : bool
         Whether the motors can run.
     system_status : str
-        What the system is doing, such as ``"standby"`` or ``"active"``.
+        ``MAV_STATE`` in words, such as ``"standby"`` or ``"active"``.
     mav_type : int
-        MAV_TYPE: 1 is a fixed-wing plane.
+        ``MAV_TYPE``: 1 fixed wing, 2 quadrotor, 19 to 25 VTOL.
     autopilot : int
-        MAV_AUTOPILOT: 3 is ArduPilot, 12 is PX4.
+        ``MAV_AUTOPILOT``: 3 ArduPilot, 12 PX4.
     """
 
     mode: str
@@ -118,18 +123,18 @@ class Attitude(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class Position(Group):
-    """GLOBAL_POSITION_INT: where the autopilot believes to be.
+    """GLOBAL_POSITION_INT: where the autopilot believes to be (filtered).
 
     Attributes
     ----------
     lat_deg : float or None
-        WGS-84 latitude.
+        WGS-84 latitude; ``None`` as long as the vehicle has no position.
     lon_deg : float or None
-        WGS-84 longitude.
+        WGS-84 longitude; ``None`` as long as the vehicle has no position.
     alt_amsl_m : float or None
-        Height above mean sea level.
+        Altitude above mean sea level.
     alt_rel_home_m : float or None
-        Height above home.
+        Altitude above home.
     velocity_north_m_s : float or None
         Ground speed northward.
     velocity_east_m_s : float or None
@@ -157,7 +162,7 @@ class Hud(Group):
     Attributes
     ----------
     airspeed_m_s : float or None
-        Speed through the air.
+        Speed through the air (indicated or equivalent, as the autopilot has it).
     groundspeed_m_s : float or None
         Speed over ground.
     heading_deg : float or None
@@ -165,7 +170,7 @@ class Hud(Group):
     throttle_pct : float or None
         Throttle, 0 to 100 %.
     alt_amsl_m : float or None
-        Height above mean sea level.
+        Altitude above mean sea level.
     climb_m_s : float or None
         Climb rate, up positive.
     """
@@ -185,11 +190,11 @@ class Gps(Group):
     Attributes
     ----------
     fix : int
-        GPS_FIX_TYPE: 3 or more is a position in three dimensions.
+        ``GPS_FIX_TYPE``; 3 and more is a position in three dimensions.
     fix_name : str
         The fix in words.
     satellites : int or None
-        Satellites in use.
+        Satellites in view.
     hdop : float or None
         Horizontal dilution of precision.
     vdop : float or None
@@ -199,15 +204,15 @@ class Gps(Group):
     lon_deg : float or None
         WGS-84 longitude.
     alt_amsl_m : float or None
-        Height above mean sea level.
+        Altitude above mean sea level.
     groundspeed_m_s : float or None
         Speed over ground.
     course_deg : float or None
         Course over ground, 0 to 360.
     horizontal_accuracy_m : float or None
-        One sigma, as the receiver estimates it.
+        Horizontal uncertainty, one sigma as the receiver estimates it.
     vertical_accuracy_m : float or None
-        One sigma, as the receiver estimates it.
+        Vertical uncertainty, one sigma as the receiver estimates it.
     """
 
     fix: int
@@ -231,7 +236,7 @@ class SysStatus(Group):
     Attributes
     ----------
     is_ready_to_arm : bool or None
-        Whether the vehicle's pre-arm checks pass.
+        Whether the vehicle's pre-arm checks pass; ``None`` when it does not say.
     unhealthy_sensors : tuple[str, ...]
         Sensors that are in use and do not work.
     load_pct : float or None
@@ -264,7 +269,7 @@ class Battery(Group):
     id : int
         Battery id, from 0.
     voltage_v : float or None
-        Voltage of the pack.
+        Voltage of the pack: the sum of what is reported.
     current_a : float or None
         Current, discharge positive.
     consumed_mah : float or None
@@ -291,16 +296,16 @@ class Battery(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class Imu(Group):
-    """RAW_IMU or SCALED_IMU of one inertial sensor; body axes forward, right, down.
+    """SCALED_IMU to SCALED_IMU3, or an ArduPilot's RAW_IMU: one inertial sensor, body forward, right, down.
 
     Attributes
     ----------
     acc_g : tuple[float, float, float] or None
-        Specific force in g (9.80665 m/s^2).
+        Specific force in g (9.80665 m/s²).
     gyro_rad_s : tuple[float, float, float] or None
         Angular rate.
     mag_gauss : tuple[float, float, float] or None
-        Magnetic field.
+        Magnetic field; ``None`` when all three are 0, which no place on Earth has.
     temperature_c : float or None
         Temperature of the sensor.
     """
@@ -332,7 +337,7 @@ class Pressure(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class Wind(Group):
-    """WIND: the autopilot's estimate.
+    """WIND (ArduPilot) or WIND_COV: the autopilot's estimate.
 
     Attributes
     ----------
@@ -351,7 +356,7 @@ class Wind(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class HomePosition(Group):
-    """HOME_POSITION: where heights above home are counted from.
+    """Where heights relative to home are counted from.
 
     Attributes
     ----------
@@ -360,7 +365,7 @@ class HomePosition(Group):
     lon_deg : float
         WGS-84 longitude.
     alt_amsl_m : float
-        Height above mean sea level.
+        Height above mean sea level, metres.
     """
 
     lat_deg: float
@@ -370,16 +375,17 @@ class HomePosition(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class MissionCurrent(Group):
-    """MISSION_CURRENT: the item in execution as the vehicle counts it.
+    """MISSION_CURRENT, with the numbers of the wire: on ArduPilot item 0 is home.
 
     Attributes
     ----------
     seq : int
-        Item in execution; on ArduPilot 0 is home.
+        Number of the item in execution on the wire.
     total : int or None
-        Items on board, home not counted.
+        Items on board, home not counted; ``None`` when the vehicle does not say.
     state : str or None
-        ``"no mission"``, ``"not started"``, ``"active"``, ``"paused"`` or ``"complete"``.
+        ``"no mission"``, ``"not started"``, ``"active"``, ``"paused"`` or ``"complete"``; ``None`` when the vehicle
+        does not say.
     """
 
     seq: int
@@ -404,9 +410,9 @@ class NavController(Group):
     wp_distance_m : float or None
         Distance to the target.
     alt_error_m : float or None
-        Height error, target above positive.
+        Altitude error, target above positive.
     airspeed_error_m_s : float or None
-        Airspeed error.
+        Airspeed error, target faster positive.
     cross_track_error_m : float or None
         Distance off the track, right of it positive.
     """
@@ -423,14 +429,14 @@ class NavController(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class ExtendedState(Group):
-    """EXTENDED_SYS_STATE.
+    """EXTENDED_SYS_STATE: on the ground or in the air.
 
     Attributes
     ----------
     landed : str
-        ``"on ground"``, ``"in air"``, ``"taking off"``, ``"landing"`` or ``"undefined"``.
+        ``"undefined"``, ``"on ground"``, ``"in air"``, ``"taking off"`` or ``"landing"``.
     vtol : int or None
-        MAV_VTOL_STATE; ``None`` for a plane without VTOL.
+        ``MAV_VTOL_STATE`` (3 multicopter, 4 fixed wing, 1 and 2 transitions); ``None`` for a plane without VTOL.
     """
 
     landed: str
@@ -439,22 +445,22 @@ class ExtendedState(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class Ekf(Group):
-    """EKF_STATUS_REPORT: how well the estimator agrees with its sensors; a ratio of 1 is the limit.
+    """EKF_STATUS_REPORT: how well the estimator agrees with its sensors; a test ratio of 1 is the limit.
 
     Attributes
     ----------
     flags : int
-        EKF_STATUS_FLAGS bits.
+        ``EKF_STATUS_FLAGS`` bits.
     velocity_variance : float or None
         Test ratio of velocity.
     pos_horiz_variance : float or None
         Test ratio of horizontal position.
     pos_vert_variance : float or None
-        Test ratio of height.
+        Test ratio of altitude.
     compass_variance : float or None
         Test ratio of the compass.
     terrain_alt_variance : float or None
-        Test ratio of terrain height.
+        Test ratio of terrain altitude.
     """
 
     flags: int
@@ -467,7 +473,7 @@ class Ekf(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class Vibration(Group):
-    """VIBRATION.
+    """VIBRATION of the airframe as the accelerometers feel it.
 
     Attributes
     ----------
@@ -490,11 +496,11 @@ class AutopilotVersion(Group):
     flight_sw : str
         Version of the flight software, such as ``"4.6.3"``.
     git_hash : str
-        Beginning of the git hash of the flight software.
+        First eight characters of the git hash of the flight software.
     capabilities : int
-        MAV_PROTOCOL_CAPABILITY bits.
+        ``MAV_PROTOCOL_CAPABILITY`` bits.
     uid : int or None
-        Unique id of the hardware.
+        Unique id of the hardware, 64 bits; in JSON its decimal digits, more than a number keeps there.
     """
 
     flight_sw: str
@@ -505,7 +511,7 @@ class AutopilotVersion(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class Radio(Group):
-    """RADIO_STATUS of the telemetry radio.
+    """RADIO_STATUS or RADIO of the telemetry radio.
 
     Attributes
     ----------
@@ -564,12 +570,12 @@ class AirspeedSensor(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class ServoOutputs(Group):
-    """SERVO_OUTPUT_RAW.
+    """SERVO_OUTPUT_RAW: what the actuators get.
 
     Attributes
     ----------
     pulse_us : tuple[int or None, ...]
-        Pulse lengths of 16 outputs; ``None`` for one that is off.
+        Pulse lengths of outputs 1 to 16; ``None`` for one that is off.
     """
 
     pulse_us: tuple[int | None, ...]
@@ -584,7 +590,7 @@ class RcChannels(Group):
     count : int
         Channels that exist.
     pulse_us : tuple[int or None, ...]
-        Pulse lengths of 18 channels; ``None`` for one that is not there.
+        Pulse lengths of channels 1 to 18; ``None`` for one that is not there.
     rssi : int or None
         Received signal, raw 0 to 254.
     """
@@ -596,12 +602,12 @@ class RcChannels(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class SystemTime(Group):
-    """SYSTEM_TIME.
+    """SYSTEM_TIME: the vehicle's clocks.
 
     Attributes
     ----------
     utc_us : int or None
-        UTC of the vehicle, microseconds since 1970; ``None`` before it knows the date.
+        UTC of the vehicle when the message was sent, microseconds since 1970; ``None`` before it knows the date.
     boot_ms : int
         Time since the vehicle booted.
     """
@@ -621,7 +627,7 @@ class FenceStatus(Group):
     breach_count : int
         Breaches so far.
     breach_type : int
-        FENCE_BREACH: 1 too low, 2 too high, 3 over the boundary.
+        Kind of the last one (``FENCE_BREACH``: 1 too low, 2 too high, 3 over the boundary).
     """
 
     is_breached: bool
@@ -636,7 +642,8 @@ class TerrainReport(Group):
     Attributes
     ----------
     ground_amsl_m : float or None
-        Ground above mean sea level under the vehicle; ``None`` as long as it does not know it.
+        Ground above mean sea level under the vehicle (or where TERRAIN_CHECK asked); ``None`` as long as it does not
+        know it.
     alt_terrain_m : float or None
         Altitude of the vehicle above that ground.
     pending : int
@@ -650,8 +657,6 @@ class TerrainReport(Group):
     pending: int
     loaded: int
 
-
-_G = TypeVar("_G", bound=Group)
 
 GROUPS: Final[dict[str, type[Group]]] = {
     "heartbeat": Heartbeat,
@@ -680,6 +685,7 @@ GROUPS: Final[dict[str, type[Group]]] = {
     "battery": Battery,
 }
 """The class of each group by its name in a snapshot."""
+# (end of what is written by a script)
 
 
 class Telemetry:
@@ -714,6 +720,8 @@ class Telemetry:
     def invalid_values(self) -> int:
         """Values so far that could not be and were not used."""
         return self._native.invalid_values
+
+    # Written by scripts/telemetry_classes.py: do not edit.
 
     @cached_property
     def heartbeat(self) -> Heartbeat | None:
@@ -830,15 +838,18 @@ class Telemetry:
         """See `TerrainReport`."""
         return self._group("terrain", TerrainReport)
 
+    # (end of what is written by a script)
+
     @cached_property
     def batteries(self) -> tuple[Battery, ...]:
         """The batteries heard so far, by id."""
-        return tuple(Battery(**values) for values in self._native.batteries())
+        return tuple(Battery(**values) for values in self._native.group("batteries"))
 
     @cached_property
     def imus(self) -> tuple[Imu | None, Imu | None, Imu | None]:
         """Inertial sensors 1 to 3; `imu` is the first."""
-        first, second, third = (None if values is None else Imu(**values) for values in self._native.imus())
+        imus = self._native.group("imus")
+        first, second, third = (None if values is None else Imu(**values) for values in imus)
         return (first, second, third)
 
     def groups(self) -> Iterator[tuple[str, Group]]:
@@ -856,7 +867,12 @@ class Telemetry:
 
     def _group(self, name: str, kind: type[_G]) -> _G | None:
         values = self._native.group(name)
-        return None if values is None else kind(**values)
+        if values is None:
+            return None
+        # All fields at once: a frozen class's own constructor sets one after another.
+        group = object.__new__(kind)
+        object.__setattr__(group, "__dict__", values)
+        return group
 
     def __repr__(self) -> str:
         heard = ", ".join(name for name, _ in self.groups())

@@ -21,20 +21,18 @@ class Snapshot:
         self.time_s = time_s
         self._groups = groups
 
-    def group(self, name: str) -> dict[str, Any] | None:
+    def group(self, name: str) -> Any:
+        if name == "batteries":
+            battery = self.group("battery")
+            return () if battery is None else (battery,)
+        if name == "imus":
+            return (self.group("imu"), None, None)
         if name not in self._groups:
             return None
         names = [field.name for field in dataclasses.fields(GROUPS[name])]
         values: dict[str, Any] = {**dict.fromkeys(names), "age_s": 0.1, "has_invalid": False, **self._groups[name]}
         assert sorted(values) == sorted(names), f"{name}: {sorted(set(values) ^ set(names))}"
         return values
-
-    def batteries(self) -> list[dict[str, Any]]:
-        battery = self.group("battery")
-        return [] if battery is None else [battery]
-
-    def imus(self) -> list[dict[str, Any] | None]:
-        return [self.group("imu"), None, None]
 
 
 def telemetry(time_s: float = 100.0, **groups: Mapping[str, Any]) -> Telemetry:

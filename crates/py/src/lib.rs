@@ -20,6 +20,7 @@ mod plan;
 mod recording;
 mod rehearsal;
 mod runtime;
+mod serial;
 mod server;
 mod station;
 mod storage;

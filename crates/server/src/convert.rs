@@ -11,6 +11,7 @@ use vencejo_link::{self as link, LinkStats};
 use vencejo_proto::{Frame, MonoTime, decode_fields, message_name};
 use vencejo_station::{Station, VehicleHandle};
 use vencejo_vehicle::modes::ModeFamily;
+use vencejo_vehicle::telemetry::TelemetryGroups;
 use vencejo_vehicle::{self as vehicle, Reply};
 
 use crate::dto;
@@ -241,7 +242,7 @@ pub(crate) fn vehicle_state(vehicle: &VehicleHandle) -> dto::VehicleState {
     dto::VehicleState {
         system_id: vehicle.system().0,
         time_s: seconds(now),
-        telemetry: dto::TelemetryGroups::all(&telemetry, now),
+        telemetry: TelemetryGroups::all(&telemetry, now),
         progress: progress(vehicle),
         plan_states: dto::PlanStates {
             mission: state_of(core::PlanKind::Mission),

@@ -17,7 +17,6 @@ pub mod signing;
 pub mod socket;
 pub mod storage;
 pub mod survey;
-pub mod telemetry;
 pub mod vehicle;
 
 use std::borrow::Cow;
@@ -47,7 +46,6 @@ pub use plan::{
 pub use session::{NewSession, Role, SessionInfo};
 pub use signing::{ChangeSigning, SigningAct, SigningInfo};
 pub use socket::{ClientMessage, EventDetail, ServerMessage};
-pub use telemetry::TelemetryGroups;
 pub use vehicle::{
     FlightParameters, FlightPreparation, MissionProgress, NewParam, Param, Text, VehicleState, VehicleSummary,
 };

@@ -12,12 +12,12 @@ use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
 use tokio::time::{Instant, Interval, MissedTickBehavior, interval, sleep_until, timeout};
 use vencejo_proto::{SystemId, message_id_of};
 use vencejo_station::{DropOldest, Received, Taken};
+use vencejo_vehicle::telemetry::{Sent, TelemetryGroups};
 
 use crate::assess::assess;
 use crate::convert;
 use crate::dto::cause::{Crowd, Thing};
-use crate::dto::telemetry::Sent;
-use crate::dto::{self, ClientMessage, MissionProgress, ServerMessage, TelemetryGroups};
+use crate::dto::{self, ClientMessage, MissionProgress, ServerMessage};
 use crate::outbox::{Outbox, Outgoing, json};
 use crate::problem::Problem;
 use crate::sessions::SessionId;

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use vencejo_flight::landing::Wind;
+use vencejo_vehicle::telemetry::TelemetryGroups;
 
 use super::storage::StorageProblem;
 use super::{
     Assessment, Cause, LinkInfo, MissionProgress, Operation, Plan, PlanKind, PlanState, PlaneProfile, RawMessage,
-    SessionInfo, TelemetryGroups, VehicleSummary,
+    SessionInfo, VehicleSummary,
 };
 
 /// What a client says on the WebSocket.

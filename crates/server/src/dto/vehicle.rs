@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
+use vencejo_vehicle::telemetry::TelemetryGroups;
 
-use super::{LinkInfo, PlanStates, TelemetryGroups};
+use super::{LinkInfo, PlanStates};
 
 /// A vehicle in the list of vehicles.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]

@@ -10,13 +10,9 @@ use vencejo_proto::dialect::{
 };
 use vencejo_proto::{Heartbeat, Message, MonoTime};
 
+use super::groups::*;
 use super::valid::{Check, HEIGHT_M, PERCENT, SPEED_M_S, TEMPERATURE_C, VELOCITY_M_S};
-use super::{
-    AirspeedSensor, Attitude, AutopilotVersion, Battery, Ekf, ExtendedState, FenceStatus, GitHash, Gps, GpsFix, Group,
-    HeartbeatState, Home, Hud, Imu, LandedState, MAX_BATTERIES, MissionCurrent, MissionState, NavController, Position,
-    Pressure, Radio, RawImu, RcChannels, Sampled, ServoOutputs, SysStatus, SystemTime, Telemetry, Terrain, Vibration,
-    Wind,
-};
+use super::{GitHash, GpsFix, Group, Home, LandedState, MAX_BATTERIES, MissionState, Sampled, Sensors, Telemetry};
 use crate::modes::{FlightMode, ModeFamily};
 
 /// `MAV_AUTOPILOT_ARDUPILOTMEGA`.
@@ -415,6 +411,7 @@ pub(crate) fn heartbeat_state(heartbeat: &Heartbeat) -> HeartbeatState {
     let family = ModeFamily::of(heartbeat.autopilot, heartbeat.mav_type);
     HeartbeatState {
         mode: FlightMode { family, custom_mode: heartbeat.custom_mode },
+        mode_number: heartbeat.custom_mode,
         is_armed: heartbeat.is_armed(),
         system_status: heartbeat.system_status.into(),
         mav_type: heartbeat.mav_type,
@@ -432,6 +429,7 @@ fn gps(m: &GPS_RAW_INT_DATA, check: &mut Check) -> Gps {
     let mut accuracy_m = |raw: u32| check.scaled(raw, 0, 1e3, 0.0..=4_000_000.0).filter(|_| raw != u32::MAX);
     Gps {
         fix,
+        fix_name: fix.name(),
         satellites: known_u8(m.satellites_visible),
         horizontal_accuracy_m: accuracy_m(m.h_acc),
         vertical_accuracy_m: accuracy_m(m.v_acc),
@@ -446,13 +444,14 @@ fn gps(m: &GPS_RAW_INT_DATA, check: &mut Check) -> Gps {
 }
 
 fn sys_status(m: &SYS_STATUS_DATA, check: &mut Check) -> SysStatus {
-    let sensors_present = m.onboard_control_sensors_present.bits();
+    let present = m.onboard_control_sensors_present.bits();
+    let used = present & m.onboard_control_sensors_enabled.bits();
+    let healthy = m.onboard_control_sensors_health.bits();
     // A vehicle without a battery monitor sends 0 V.
-    let is_measured = m.voltage_battery != 0 || sensors_present & SysStatus::BATTERY != 0;
+    let is_measured = m.voltage_battery != 0 || present & Sensors::BATTERY != 0;
     SysStatus {
-        sensors_present,
-        sensors_enabled: m.onboard_control_sensors_enabled.bits(),
-        sensors_health: m.onboard_control_sensors_health.bits(),
+        is_ready_to_arm: (used & Sensors::PREARM_CHECK != 0).then_some(healthy & Sensors::PREARM_CHECK != 0),
+        unhealthy_sensors: Sensors(used & !healthy),
         load_pct: check.scaled(m.load, u16::MAX, 10.0, PERCENT),
         voltage_v: check.scaled(m.voltage_battery, u16::MAX, 1e3, 0.0..=65.5).filter(|_| is_measured),
         current_a: check.scaled(m.current_battery, -1, 1e2, VELOCITY_M_S),

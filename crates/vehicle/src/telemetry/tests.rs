@@ -83,7 +83,8 @@ fn values_are_those_that_an_independent_reader_finds() {
     near(status.voltage_v, 12.6);
     near(status.current_a, 0.0);
     near(status.battery_remaining_pct, 75.0);
-    assert_eq!(status.is_ready_to_arm(), Some(false), "{:x}", status.sensors_health);
+    assert_eq!(status.is_ready_to_arm, Some(false));
+    assert_eq!(status.unhealthy_sensors.names().collect::<Vec<_>>(), ["terrain", "pre-arm check"]);
     let battery = telemetry.batteries[0].expect("battery").value;
     near(battery.voltage_v, 12.6);
     near(battery.consumed_mah, 796.0);
@@ -129,7 +130,7 @@ fn unknown_is_none_and_not_invalid() {
     }));
     let status = t.sys_status.expect("status").value;
     assert_eq!((status.voltage_v, status.current_a, status.battery_remaining_pct), (None, None, None));
-    assert_eq!(status.is_ready_to_arm(), None);
+    assert_eq!(status.is_ready_to_arm, None);
 
     let t = apply(MavMessage::GPS_RAW_INT(GPS_RAW_INT_DATA {
         fix_type: GpsFixType::GPS_FIX_TYPE_NO_FIX,

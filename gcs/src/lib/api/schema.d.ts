@@ -1945,7 +1945,7 @@ export interface components {
              */
             voltage_v: number | null;
         };
-        /** @description AIRSPEED of one sensor. */
+        /** @description AIRSPEED of the sensor heard last. */
         AirspeedSensor: {
             /**
              * Format: double
@@ -2041,7 +2041,7 @@ export interface components {
             /** @description Its mission as it is flown. */
             trip: components["schemas"]["Trip"];
         };
-        /** @description ATTITUDE: body (forward, right, down) in the local north, east, down frame. */
+        /** @description ATTITUDE: body (forward, right, down) in the local frame (north, east, down), Tait-Bryan ZYX. */
         Attitude: {
             /**
              * Format: double
@@ -2052,7 +2052,7 @@ export interface components {
             has_invalid: boolean;
             /**
              * Format: double
-             * @description Nose up positive.
+             * @description Nose up positive, -pi/2 to pi/2.
              */
             pitch_rad: number | null;
             /**
@@ -2062,7 +2062,7 @@ export interface components {
             pitch_rate_rad_s: number | null;
             /**
              * Format: double
-             * @description Right wing down positive.
+             * @description Right wing down positive, -pi to pi.
              */
             roll_rad: number | null;
             /**
@@ -2072,7 +2072,7 @@ export interface components {
             roll_rate_rad_s: number | null;
             /**
              * Format: double
-             * @description Clockwise from true north.
+             * @description Clockwise from true north, -pi to pi.
              */
             yaw_rad: number | null;
             /**
@@ -2093,13 +2093,13 @@ export interface components {
              * @description `MAV_PROTOCOL_CAPABILITY` bits.
              */
             capabilities: number;
-            /** @description Version of the flight software. */
+            /** @description Version of the flight software, such as `"4.6.3"`. */
             flight_sw: string;
-            /** @description First characters of its git hash. */
+            /** @description First eight characters of the git hash of the flight software. */
             git_hash: string;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description Unique id of the hardware, in decimal: it has more digits than a JSON number keeps. */
+            /** @description Unique id of the hardware, 64 bits; in JSON its decimal digits, more than a number keeps there. */
             uid: string | null;
         };
         /** @description BATTERY_STATUS of one battery. */
@@ -2133,7 +2133,7 @@ export interface components {
             id: number;
             /**
              * Format: double
-             * @description Charge left.
+             * @description Charge left, 0 to 100 %.
              */
             remaining_pct: number | null;
             /**
@@ -2148,7 +2148,7 @@ export interface components {
             time_remaining_s: number | null;
             /**
              * Format: double
-             * @description Voltage of the pack.
+             * @description Voltage of the pack: the sum of what is reported.
              */
             voltage_v: number | null;
         };
@@ -3268,7 +3268,7 @@ export interface components {
              */
             wind_speed_m_s: number;
         };
-        /** @description EKF_STATUS_REPORT; a variance of 1 is the limit. */
+        /** @description EKF_STATUS_REPORT: how well the estimator agrees with its sensors; a test ratio of 1 is the limit. */
         Ekf: {
             /**
              * Format: double
@@ -3277,7 +3277,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Of the compass.
+             * @description Test ratio of the compass.
              */
             compass_variance: number | null;
             /**
@@ -3289,22 +3289,22 @@ export interface components {
             has_invalid: boolean;
             /**
              * Format: double
-             * @description Of horizontal position.
+             * @description Test ratio of horizontal position.
              */
             pos_horiz_variance: number | null;
             /**
              * Format: double
-             * @description Of height.
+             * @description Test ratio of altitude.
              */
             pos_vert_variance: number | null;
             /**
              * Format: double
-             * @description Of terrain height.
+             * @description Test ratio of terrain altitude.
              */
             terrain_alt_variance: number | null;
             /**
              * Format: double
-             * @description Of velocity.
+             * @description Test ratio of velocity.
              */
             velocity_variance: number | null;
         };
@@ -3400,7 +3400,7 @@ export interface components {
         };
         /** @description A detail of an event. */
         EventDetail: string | number;
-        /** @description EXTENDED_SYS_STATE. */
+        /** @description EXTENDED_SYS_STATE: on the ground or in the air. */
         ExtendedState: {
             /**
              * Format: double
@@ -3409,11 +3409,11 @@ export interface components {
             age_s: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description `undefined`, `on ground`, `in air`, `taking off` or `landing`. */
+            /** @description `"undefined"`, `"on ground"`, `"in air"`, `"taking off"` or `"landing"`. */
             landed: string;
             /**
              * Format: int32
-             * @description `MAV_VTOL_STATE`; null for a plane without VTOL.
+             * @description `MAV_VTOL_STATE` (3 multicopter, 4 fixed wing, 1 and 2 transitions); null for a plane without VTOL.
              */
             vtol: number | null;
         };
@@ -3442,7 +3442,7 @@ export interface components {
             breach_count: number;
             /**
              * Format: int32
-             * @description Kind of the last one (`FENCE_BREACH`).
+             * @description Kind of the last one (`FENCE_BREACH`: 1 too low, 2 too high, 3 over the boundary).
              */
             breach_type: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -4343,7 +4343,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Height above mean sea level.
+             * @description Altitude above mean sea level.
              */
             alt_amsl_m: number | null;
             /**
@@ -4372,7 +4372,7 @@ export interface components {
             hdop: number | null;
             /**
              * Format: double
-             * @description Horizontal uncertainty.
+             * @description Horizontal uncertainty, one sigma as the receiver estimates it.
              */
             horizontal_accuracy_m: number | null;
             /**
@@ -4397,11 +4397,11 @@ export interface components {
             vdop: number | null;
             /**
              * Format: double
-             * @description Vertical uncertainty.
+             * @description Vertical uncertainty, one sigma as the receiver estimates it.
              */
             vertical_accuracy_m: number | null;
         };
-        /** @description HEARTBEAT of the autopilot. */
+        /** @description HEARTBEAT of the autopilot: what the vehicle is and what it is doing. */
         Heartbeat: {
             /**
              * Format: double
@@ -4410,7 +4410,7 @@ export interface components {
             age_s: number;
             /**
              * Format: int32
-             * @description `MAV_AUTOPILOT`: 3 ArduPilot.
+             * @description `MAV_AUTOPILOT`: 3 ArduPilot, 12 PX4.
              */
             autopilot: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -4419,17 +4419,17 @@ export interface components {
             is_armed: boolean;
             /**
              * Format: int32
-             * @description `MAV_TYPE`: 1 fixed wing.
+             * @description `MAV_TYPE`: 1 fixed wing, 2 quadrotor, 19 to 25 VTOL.
              */
             mav_type: number;
-            /** @description The flight mode by name. */
+            /** @description Flight mode by name, such as `"AUTO"`; `"mode 42"` when the number is not known. */
             mode: string;
             /**
              * Format: int32
-             * @description Its number on the wire.
+             * @description The mode's number on the wire, in the autopilot's own counting.
              */
             mode_number: number;
-            /** @description `MAV_STATE` in words. */
+            /** @description `MAV_STATE` in words, such as `"standby"` or `"active"`. */
             system_status: string;
         };
         /**
@@ -4455,7 +4455,7 @@ export interface components {
              */
             lon_deg: number;
         };
-        /** @description HOME_POSITION. */
+        /** @description Where heights relative to home are counted from. */
         HomePosition: {
             /**
              * Format: double
@@ -4464,7 +4464,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Height above mean sea level.
+             * @description Height above mean sea level, metres.
              */
             alt_amsl_m: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -4489,17 +4489,17 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Speed through the air.
+             * @description Speed through the air (indicated or equivalent, as the autopilot has it).
              */
             airspeed_m_s: number | null;
             /**
              * Format: double
-             * @description Height above mean sea level.
+             * @description Altitude above mean sea level.
              */
             alt_amsl_m: number | null;
             /**
              * Format: double
-             * @description Up positive.
+             * @description Climb rate, up positive.
              */
             climb_m_s: number | null;
             /**
@@ -4516,13 +4516,13 @@ export interface components {
             heading_deg: number | null;
             /**
              * Format: double
-             * @description 0 to 100.
+             * @description Throttle, 0 to 100 %.
              */
             throttle_pct: number | null;
         };
-        /** @description SCALED_IMU: one inertial sensor, body forward, right, down. */
+        /** @description SCALED_IMU to SCALED_IMU3, or an ArduPilot's RAW_IMU: one inertial sensor, body forward, right, down. */
         Imu: {
-            /** @description Specific force, in g. */
+            /** @description Specific force in g (9.80665 m/s²). */
             acc_g: number[] | null;
             /**
              * Format: double
@@ -4533,7 +4533,7 @@ export interface components {
             gyro_rad_s: number[] | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description Magnetic field. */
+            /** @description Magnetic field; null when all three are 0, which no place on Earth has. */
             mag_gauss: number[] | null;
             /**
              * Format: double
@@ -5670,7 +5670,7 @@ export interface components {
          * @enum {string}
          */
         MissingPart: "place" | "height";
-        /** @description MISSION_CURRENT, with the numbers of the wire; `progress` counts items from 1. */
+        /** @description MISSION_CURRENT, with the numbers of the wire: on ArduPilot item 0 is home. */
         MissionCurrent: {
             /**
              * Format: double
@@ -5684,11 +5684,11 @@ export interface components {
              * @description Number of the item in execution on the wire.
              */
             seq: number;
-            /** @description What the mission does. */
+            /** @description `"no mission"`, `"not started"`, `"active"`, `"paused"` or `"complete"`; null when the vehicle does not say. */
             state: string | null;
             /**
              * Format: int32
-             * @description Items on board.
+             * @description Items on board, home not counted; null when the vehicle does not say.
              */
             total: number | null;
         };
@@ -5747,7 +5747,7 @@ export interface components {
             /** @description The name that QGroundControl has for it, where it has one. */
             name: string;
         };
-        /** @description NAV_CONTROLLER_OUTPUT. */
+        /** @description NAV_CONTROLLER_OUTPUT: what guidance wants. */
         NavController: {
             /**
              * Format: double
@@ -5756,12 +5756,12 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Airspeed error.
+             * @description Airspeed error, target faster positive.
              */
             airspeed_error_m_s: number | null;
             /**
              * Format: double
-             * @description Height error, target above positive.
+             * @description Altitude error, target above positive.
              */
             alt_error_m: number | null;
             /**
@@ -5773,7 +5773,7 @@ export interface components {
             has_invalid: boolean;
             /**
              * Format: double
-             * @description Bearing that is steered.
+             * @description Bearing that is steered, -180 to 180.
              */
             nav_bearing_deg: number | null;
             /**
@@ -5788,7 +5788,7 @@ export interface components {
             nav_roll_deg: number | null;
             /**
              * Format: double
-             * @description Bearing to the target.
+             * @description Bearing to the target, -180 to 180.
              */
             target_bearing_deg: number | null;
             /**
@@ -6080,7 +6080,7 @@ export interface components {
             airframe?: components["schemas"]["Airframe"] | null;
             battery?: components["schemas"]["BatterySettings"] | null;
         };
-        /** @description GLOBAL_POSITION_INT: where the autopilot believes to be. */
+        /** @description GLOBAL_POSITION_INT: where the autopilot believes to be (filtered). */
         Position: {
             /**
              * Format: double
@@ -6089,29 +6089,29 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Height above mean sea level.
+             * @description Altitude above mean sea level.
              */
             alt_amsl_m: number | null;
             /**
              * Format: double
-             * @description Height above home.
+             * @description Altitude above home.
              */
             alt_rel_home_m: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
             /**
              * Format: double
-             * @description Where the nose points, 0 to 360.
+             * @description Where the nose points, 0 to 360 from true north.
              */
             heading_deg: number | null;
             /**
              * Format: double
-             * @description WGS-84 latitude.
+             * @description WGS-84 latitude; null as long as the vehicle has no position.
              */
             lat_deg: number | null;
             /**
              * Format: double
-             * @description WGS-84 longitude.
+             * @description WGS-84 longitude; null as long as the vehicle has no position.
              */
             lon_deg: number | null;
             /**
@@ -6130,7 +6130,7 @@ export interface components {
              */
             velocity_north_m_s: number | null;
         };
-        /** @description SCALED_PRESSURE. */
+        /** @description SCALED_PRESSURE: barometer and airspeed sensor. */
         Pressure: {
             /**
              * Format: double
@@ -6191,7 +6191,7 @@ export interface components {
              */
             spacing_m?: number | null;
         };
-        /** @description RADIO_STATUS of the telemetry radio. */
+        /** @description RADIO_STATUS or RADIO of the telemetry radio. */
         Radio: {
             /**
              * Format: double
@@ -6217,12 +6217,12 @@ export interface components {
             remote_noise: number | null;
             /**
              * Format: int32
-             * @description Received signal on the vehicle's side, raw.
+             * @description Received signal on the vehicle's side, raw 0 to 254.
              */
             remote_rssi: number | null;
             /**
              * Format: int32
-             * @description Received signal on our side, raw.
+             * @description Received signal on our side, raw 0 to 254.
              */
             rssi: number | null;
             /**
@@ -6232,7 +6232,7 @@ export interface components {
             rx_errors: number;
             /**
              * Format: int32
-             * @description Free transmit buffer.
+             * @description Free transmit buffer, 0 to 100 %.
              */
             tx_buffer_pct: number | null;
         };
@@ -6378,7 +6378,7 @@ export interface components {
              */
             time_s: number;
         };
-        /** @description RC_CHANNELS. */
+        /** @description RC_CHANNELS: the pilot's radio. */
         RcChannels: {
             /**
              * Format: double
@@ -6396,7 +6396,7 @@ export interface components {
             pulse_us: (number | null)[];
             /**
              * Format: int32
-             * @description Received signal, raw.
+             * @description Received signal, raw 0 to 254.
              */
             rssi: number | null;
         };
@@ -6850,7 +6850,7 @@ export interface components {
             /** @enum {string} */
             type: "error";
         };
-        /** @description SERVO_OUTPUT_RAW. */
+        /** @description SERVO_OUTPUT_RAW: what the actuators get. */
         ServoOutputs: {
             /**
              * Format: double
@@ -7352,7 +7352,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Charge left.
+             * @description Charge left, 0 to 100 %.
              */
             battery_remaining_pct: number | null;
             /**
@@ -7362,16 +7362,16 @@ export interface components {
             current_a: number | null;
             /**
              * Format: double
-             * @description Messages lost on their way to the vehicle.
+             * @description Messages lost on their way to the vehicle, 0 to 100 %.
              */
             drop_rate_pct: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description Whether the pre-arm checks pass. */
+            /** @description Whether the vehicle's pre-arm checks pass; null when it does not say. */
             is_ready_to_arm: boolean | null;
             /**
              * Format: double
-             * @description Processor load.
+             * @description Processor load, 0 to 100 %.
              */
             load_pct: number | null;
             /** @description Sensors that are in use and do not work. */
@@ -7382,7 +7382,7 @@ export interface components {
              */
             voltage_v: number | null;
         };
-        /** @description SYSTEM_TIME. */
+        /** @description SYSTEM_TIME: the vehicle's clocks. */
         SystemTime: {
             /**
              * Format: double
@@ -7398,7 +7398,7 @@ export interface components {
             has_invalid: boolean;
             /**
              * Format: int64
-             * @description UTC of the vehicle, microseconds since 1970.
+             * @description UTC of the vehicle when the message was sent, microseconds since 1970; null before it knows the date.
              */
             utc_us: number | null;
         };
@@ -7457,7 +7457,7 @@ export interface components {
             alt_terrain_m: number | null;
             /**
              * Format: double
-             * @description Ground above mean sea level under the vehicle; null as long as it does not know it.
+             * @description Ground above mean sea level under the vehicle (or where TERRAIN_CHECK asked); null as long as it does not know it.
              */
             ground_amsl_m: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -7633,7 +7633,7 @@ export interface components {
          * @enum {string}
          */
         Verdict: "good" | "doubtful" | "bad";
-        /** @description VIBRATION. */
+        /** @description VIBRATION of the airframe as the accelerometers feel it. */
         Vibration: {
             /**
              * Format: double
@@ -7705,7 +7705,7 @@ export interface components {
             /** @description One for each that was asked for. */
             what_ifs: components["schemas"]["WhatIf"][];
         };
-        /** @description WIND. */
+        /** @description WIND (ArduPilot) or WIND_COV: the autopilot's estimate. */
         Wind: {
             /**
              * Format: double
@@ -7714,7 +7714,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Where the wind comes from.
+             * @description Where the wind comes from, 0 to 360.
              */
             from_deg: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
