@@ -183,27 +183,55 @@ class AsyncVehicle(VehicleState):
             await asyncio.sleep(_POLL_S)
         return telemetry
 
+    async def _wait(self, pending: _native.Pending, progress: ProgressCallback | None = None) -> Any:
+        return await _finished(pending, progress)
+
     def _changed(self, seen: int | None) -> int | None:
         """Look whether something new has arrived, without waiting."""
         return self._native.wait_change(seen, 0.0)
 
+    # Written by scripts/aio_methods.py: do not edit.
+
     async def arm(
         self, *, force: bool = False, confirm: Danger | None = None, despite_mixed_plan: bool = False
     ) -> None:
-        """Arm; see `vencejo.Vehicle.arm`."""
-        await _finished(self._native.arm(force, confirm, despite_mixed_plan))
+        """Arm; returns when the vehicle shows it. `force` skips its own checks (``confirm="force-arm"``).
+
+        Raises
+        ------
+        CommandRefused
+            With the vehicle's pre-arm reasons.
+        NotPossibleNow
+            While the mission on board may be a mixture (`PlanState.may_be_mixed`), unless it is `despite_mixed_plan`, which
+            is written among the vehicle's texts.
+        ControlHeld
+            When somebody else holds control; so does every act.
+        ConfirmationNeeded
+            When `force` is not confirmed.
+        """
+        await self._wait(self._native.arm(force, confirm, despite_mixed_plan))
 
     async def disarm(self, *, force: bool = False, confirm: Danger | None = None) -> None:
-        """Disarm; see `vencejo.Vehicle.disarm`."""
-        await _finished(self._native.disarm(force, confirm))
+        """Disarm; returns when the vehicle shows it.
+
+        `force` stops the motor even in the air (``confirm="force-disarm"``). Without it a vehicle that flies, or does not say
+        that it stands, is asked only with ``confirm="disarm-in-flight"``.
+        """
+        await self._wait(self._native.disarm(force, confirm))
 
     async def set_mode(self, mode: str | int, *, despite_mixed_plan: bool = False) -> None:
-        """Change the flight mode; see `vencejo.Vehicle.set_mode`."""
-        await _finished(self._native.set_mode(mode, despite_mixed_plan))
+        """Change the flight mode by name (``"AUTO"``, ``"fbwa"``…) or number; returns when the vehicle shows it.
+
+        A mode that follows the mission is refused while that may be mixed, see `arm`.
+        """
+        await self._wait(self._native.set_mode(mode, despite_mixed_plan))
 
     async def takeoff(self, *, alt_rel_home_m: float) -> None:
-        """Take off; see `vencejo.Vehicle.takeoff`."""
-        await _finished(self._native.takeoff(alt_rel_home_m))
+        """Take off and climb to a height above home. Does not arm.
+
+        An ArduPlane gets its take-off height and mode TAKEOFF: it begins to roll when it is armed.
+        """
+        await self._wait(self._native.takeoff(alt_rel_home_m))
 
     async def goto(
         self,
@@ -218,8 +246,11 @@ class AsyncVehicle(VehicleState):
         speed_m_s: float | None = None,
         change_mode: bool = True,
     ) -> None:
-        """Fly to a position and circle there; see `vencejo.Vehicle.goto`."""
-        await _finished(
+        """Fly to a position and circle there (mode GUIDED, entered unless `change_mode` is false).
+
+        Give the height once, by what it is counted from.
+        """
+        await self._wait(
             self._goto(
                 lat_deg,
                 lon_deg,
@@ -235,25 +266,33 @@ class AsyncVehicle(VehicleState):
 
     async def set_airspeed(self, airspeed_m_s: float) -> None:
         """Change the airspeed target."""
-        await _finished(self._native.change_speed("airspeed", airspeed_m_s))
+        await self._wait(self._native.change_speed("airspeed", airspeed_m_s))
 
     async def set_groundspeed(self, groundspeed_m_s: float) -> None:
         """Change the least ground speed."""
-        await _finished(self._native.change_speed("groundspeed", groundspeed_m_s))
+        await self._wait(self._native.change_speed("groundspeed", groundspeed_m_s))
 
     async def set_altitude(self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None) -> None:
-        """Change the height of the present target."""
-        await _finished(self._native.change_altitude(*_frame_of(alt_rel_home_m, alt_amsl_m, None)))
+        """Change the height of the present target. Not to 0, which ArduPlane takes for none."""
+        await self._wait(self._native.change_altitude(*_frame_of(alt_rel_home_m, alt_amsl_m, None)))
 
     async def fly_course(self, course_deg: float, *, accel_m_s2: float = 5.0) -> None:
-        """Turn to a course over ground; see `vencejo.Vehicle.fly_course`."""
-        await _finished(self._native.guided_course(course_deg, accel_m_s2))
+        """Turn to a course over ground and stay on it. Only for an ArduPlane that is in GUIDED.
+
+        Parameters
+        ----------
+        course_deg : float
+            Degrees from true north, 0 to below 360.
+        accel_m_s2 : float, optional
+            Centripetal acceleration of the turn at most, 0.05 to 20; 5 is a bank of 27 degrees.
+        """
+        await self._wait(self._native.guided_course(course_deg, accel_m_s2))
 
     async def climb_to(
         self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None, rate_m_s: float
     ) -> None:
-        """Climb or sink to a height at a rate; see `vencejo.Vehicle.climb_to`."""
-        await _finished(self._native.guided_climb(*_frame_of(alt_rel_home_m, alt_amsl_m, None), rate_m_s))
+        """Climb or sink to a height at a rate (above 0 to 50 m/s). Only for an ArduPlane that is in GUIDED."""
+        await self._wait(self._native.guided_climb(*_frame_of(alt_rel_home_m, alt_amsl_m, None), rate_m_s))
 
     async def set_velocity(
         self,
@@ -263,47 +302,90 @@ class AsyncVehicle(VehicleState):
         down_m_s: float = 0.0,
         yaw_rate_rad_s: float = 0.0,
     ) -> None:
-        """Fly at a velocity relative to the heading; see `vencejo.Vehicle.set_velocity`."""
-        await _finished(self._native.velocity(forward_m_s, right_m_s, down_m_s, yaw_rate_rad_s))
+        """Fly at a velocity relative to the heading. Only for an ArduCopter in GUIDED or a PX4 in OFFBOARD.
+
+        It has no answer: it returns when it is sent. Repeat it; the vehicle stops by itself when it hears no more of it,
+        ArduCopter after 3 s (GUID_TIMEOUT), PX4 after 0.5 s.
+
+        Parameters
+        ----------
+        forward_m_s, right_m_s, down_m_s : float, optional
+            From -50 to 50.
+        yaw_rate_rad_s : float, optional
+            Clockwise seen from above, from -10 to 10.
+
+        Raises
+        ------
+        InvalidRequest
+            For a vehicle that does not hover, or is in another mode.
+        """
+        await self._wait(self._native.velocity(forward_m_s, right_m_s, down_m_s, yaw_rate_rad_s))
 
     async def loiter(self) -> None:
         """Circle here (mode LOITER)."""
-        await _finished(self._native.loiter())
+        await self._wait(self._native.loiter())
 
     async def return_to_launch(self) -> None:
         """Return home or to a rally point (mode RTL)."""
-        await _finished(self._native.return_to_launch())
+        await self._wait(self._native.return_to_launch())
 
     async def land(self, *, despite_mixed_plan: bool = False) -> None:
-        """Land; see `vencejo.Vehicle.land`."""
-        await _finished(self._native.land(despite_mixed_plan))
+        """Land: an ArduPlane goes to the landing sequence of its mission, others to mode LAND.
+
+        The former is refused while the mission may be mixed, see `arm`.
+        """
+        await self._wait(self._native.land(despite_mixed_plan))
 
     async def abort_landing(self, *, alt_rel_home_m: float | None = None) -> None:
         """Abort a landing and climb."""
-        await _finished(self._native.abort_landing(alt_rel_home_m))
+        await self._wait(self._native.abort_landing(alt_rel_home_m))
 
     async def set_home(self, home: Home | None = None) -> None:
         """Move home to a position, or to where the vehicle is."""
-        await _finished(self._set_home(home))
+        await self._wait(self._set_home(home))
 
     async def set_up_signing(self, *, key: str | None = None, any_link: bool = False) -> SigningInfo:
-        """See `Vehicle.set_up_signing`."""
-        await _finished(self._native.change_signing("set_up", key=key, any_link=any_link))
+        """Give a vehicle that does not sign a key, and wait until it signs with it, at most 5 s.
+
+        The vehicle must be disarmed. From then on only what it signs is believed, except over USB and on this machine. Until it
+        shows the key, nothing changes.
+
+        Parameters
+        ----------
+        key : str, optional
+            Name of a key of this machine (`Station.signing_keys`); a new one by default.
+        any_link : bool, optional
+            Allow the key, which goes over the link as it is, on one that others can listen to.
+
+        Raises
+        ------
+        NotPossibleNow
+            When it is armed or not heard, signs already, others can listen to the link, or it refuses.
+        CommandTimeout
+            When it did not show the key. It is talked to as before; if it shows it later, that is followed.
+        """
+        await self._wait(self._native.change_signing("set_up", key=key, any_link=any_link))
         return self.signing
 
     async def rotate_signing(self, *, key: str | None = None, any_link: bool = False) -> SigningInfo:
-        """See `Vehicle.rotate_signing`."""
-        await _finished(self._native.change_signing("rotate", key=key, any_link=any_link))
+        """Give a vehicle that signs another key; both are believed until it shows the new one.
+
+        Parameters and exceptions are those of `set_up_signing`.
+        """
+        await self._wait(self._native.change_signing("rotate", key=key, any_link=any_link))
         return self.signing
 
     async def remove_signing(self, *, any_link: bool = False) -> SigningInfo:
-        """See `Vehicle.remove_signing`."""
-        await _finished(self._native.change_signing("remove", key=None, any_link=any_link))
+        """Take a vehicle's key away, and wait until it signs no more. The key stays on this machine.
+
+        Parameters and exceptions are those of `set_up_signing`.
+        """
+        await self._wait(self._native.change_signing("remove", key=None, any_link=any_link))
         return self.signing
 
     async def reboot(self, *, confirm: Danger | None = None) -> None:
-        """Restart the autopilot; see `vencejo.Vehicle.reboot`."""
-        await _finished(self._native.reboot(confirm))
+        """Restart the autopilot; only when it is disarmed, and with ``confirm="reboot"``."""
+        await self._wait(self._native.reboot(confirm))
 
     async def upload(
         self,
@@ -314,46 +396,94 @@ class AsyncVehicle(VehicleState):
         while_heard: bool = False,
         progress: ProgressCallback | None = None,
     ) -> PlanState:
-        """Replace a plan on board and verify it; see `vencejo.Vehicle.upload`."""
+        """Replace the mission (or fence, or rally points) on board; returns when it has been read back and compared.
+
+        Nothing is armed or started.
+
+        Parameters
+        ----------
+        plan : Plan
+        kind : {"mission", "fence", "rally"}, optional
+            Which part of the plan.
+        check : bool, optional
+            Refuse a mission with errors before anything is sent.
+        while_heard : bool, optional
+            Give up when the vehicle is lost meanwhile, rather than wait for it as long as a transfer does.
+        progress : function of (done, total), optional
+            Called while it runs.
+
+        Raises
+        ------
+        PlanRefused
+            When the checks find an error.
+        TransferError
+            When it fails; what the vehicle holds is then unknown.
+        Cancelled
+            When it was given up.
+        """
         pending = self._upload(plan, kind, check, while_heard)
-        await _finished(pending, progress)
+        await self._wait(pending, progress)
         return self._uploaded(kind, pending)
 
     async def download(
         self, *, kinds: Sequence[PlanKind] = ("mission",), progress: ProgressCallback | None = None
     ) -> Plan:
-        """Read plans from the vehicle; see `vencejo.Vehicle.download`."""
-        parts = {}
-        for kind in kinds:
-            parts[kind] = Plan._from_native(await _finished(self._native.download(kind), progress))
+        """Read the mission (and fence, and rally points when asked) from the vehicle."""
+        from vencejo.plan import Plan
+
+        parts = {kind: Plan._from_native(await self._wait(self._native.download(kind), progress)) for kind in kinds}
         return _joined(parts)
 
     async def clear(self, *, kind: PlanKind = "mission", confirm: Danger | None = None) -> None:
-        """Remove a plan; see `vencejo.Vehicle.clear`."""
-        await _finished(self._native.clear(kind, confirm))
+        """Remove the mission (or fence, or rally points); returns when the vehicle says that it is gone.
+
+        Confirmed by ``confirm="clear-mission"``, ``"clear-fence"`` or ``"clear-rally"``.
+        """
+        await self._wait(self._native.clear(kind, confirm))
 
     async def prepare_flight(self, *, despite_mixed_plan: bool = False) -> None:
-        """Prepare a flight, on the ground and disarmed; see `vencejo.Vehicle.prepare_flight`."""
-        await _finished(self._native.prepare_flight(despite_mixed_plan))
+        """Prepare a flight, on the ground and disarmed: a mode that arms, and the mission back at its beginning.
+
+        After a landing an ArduPlane stands in AUTO at the landing of its mission, or in RTL when that was replaced; in
+        neither it arms. `flight_preparation` tells what is changed, and a text of ours (`note`) says it before it is done.
+        Nothing is armed or started.
+
+        Raises
+        ------
+        NotPossibleNow
+            When it is armed, or in the air; and while the mission may be mixed, see `arm`.
+        """
+        await self._wait(self._native.prepare_flight(despite_mixed_plan))
 
     async def start_mission(self, *, from_item: int | None = None, despite_mixed_plan: bool = False) -> None:
-        """Begin the mission; see `vencejo.Vehicle.start_mission`."""
-        await _finished(self._native.mission_start(_item_number(from_item), despite_mixed_plan))
+        """Begin the mission (mode AUTO), at an item counted from 1 when given. Does not arm.
+
+        Item 1 is the mission's beginning: jumps that were flown count anew. Refused while the mission may be mixed, see `arm`.
+        """
+        await self._wait(self._native.mission_start(_item_number(from_item), despite_mixed_plan))
 
     async def pause_mission(self) -> None:
         """Interrupt the mission (mode LOITER)."""
-        await _finished(self._native.mission_pause())
+        await self._wait(self._native.mission_pause())
 
     async def resume_mission(self, *, despite_mixed_plan: bool = False) -> None:
-        """Go on with the mission where it stands (mode AUTO)."""
-        await _finished(self._native.mission_resume(despite_mixed_plan))
+        """Go on with the mission where it stands (mode AUTO); refused while it may be mixed, see `arm`."""
+        await self._wait(self._native.mission_resume(despite_mixed_plan))
 
     async def set_current_item(self, item: int, *, despite_mixed_plan: bool = False) -> None:
-        """Make an item, counted from 1, the one in execution."""
-        await _finished(self._set_current_item(item, despite_mixed_plan))
+        """Make an item, counted from 1, the one in execution; refused while the mission may be mixed, see `arm`."""
+        await self._wait(self._set_current_item(item, despite_mixed_plan))
 
     async def send_and_fly(self, plan: Plan, *, progress: ProgressCallback | None = None) -> None:
-        """Upload, verify, prepare, arm and start; see `vencejo.Vehicle.send_and_fly`."""
+        """Upload a mission, verify it, prepare the flight, arm and start it at its first item: the one operation that does all.
+
+        A vehicle that is armed already is neither prepared nor armed.
+
+        Raises
+        ------
+        VencejoError
+            Whatever step fails; later steps are then not taken.
+        """
         await self.upload(plan, progress=progress)
         if not self.telemetry.is_armed:
             await self.prepare_flight()
@@ -361,10 +491,18 @@ class AsyncVehicle(VehicleState):
         await self.start_mission(from_item=1)
 
     async def note(self, text: str, *, severity: int = 6) -> None:
-        """Put a text of ours beside the vehicle's own; see `vencejo.Vehicle.note`."""
+        """Put a text of ours beside the vehicle's own, for whoever watches it through this station. Nothing is sent.
+
+        Parameters
+        ----------
+        text : str
+            Cut to 500 characters.
+        severity : int, optional
+            MAV_SEVERITY: 3 error, 4 warning, 5 notice, 6 info (default).
+        """
         if not 0 <= severity <= 7:
             raise InvalidRequest(f"severity is {severity}: it goes from 0, an emergency, to 7, debug")
-        await _finished(self._native.note(severity, text))
+        await self._wait(self._native.note(severity, text))
 
     @property
     def params(self) -> AsyncParameters:
@@ -374,9 +512,18 @@ class AsyncVehicle(VehicleState):
     async def command(
         self, command: int | str, *params: float, confirm: Danger | None = None, despite_mixed_plan: bool = False
     ) -> int:
-        """Send any command by COMMAND_LONG; see `vencejo.Vehicle.command`."""
+        """Send any command by COMMAND_LONG and give back its ``result_param2``. Missing parameters are 0.
+
+        A dangerous one is confirmed by its name, as the method for the same act would be.
+
+        Raises
+        ------
+        CommandRefused, CommandTimeout
+        NotPossibleNow
+            For one that arms, follows the mission or jumps in it, while that may be mixed; see `arm`.
+        """
         number, seven = _command_number(command), self._seven(params)
-        return int(await _finished(self._native.command_long(number, seven, confirm, despite_mixed_plan)) or 0)
+        return int(await self._wait(self._native.command_long(number, seven, confirm, despite_mixed_plan)) or 0)
 
     async def command_int(
         self,
@@ -389,34 +536,52 @@ class AsyncVehicle(VehicleState):
         confirm: Danger | None = None,
         despite_mixed_plan: bool = False,
     ) -> int:
-        """Send any command by COMMAND_INT; see `vencejo.Vehicle.command_int`."""
+        """Send any command by COMMAND_INT, its position as scaled integers of the frame (degE7 in a global one)."""
         asked = self._command_int(command, params, frame, x, y, z, confirm, despite_mixed_plan)
-        return int(await _finished(asked) or 0)
+        return int(await self._wait(asked) or 0)
 
     async def request_message(self, name: str) -> MavlinkMessage:
         """Ask for one message once, and give it back."""
-        return cast("MavlinkMessage", await _finished(self._native.request_message(name)))
+        return cast("MavlinkMessage", await self._wait(self._native.request_message(name)))
 
     async def set_message_rate(self, name: str, rate_hz: float | None) -> None:
         """Set how often the vehicle sends a message, from one in 2,000 s to 50 a second; ``None`` stops it."""
-        await _finished(self._native.set_message_rate(name, rate_hz))
+        await self._wait(self._native.set_message_rate(name, rate_hz))
+
+    # (end of what is written by a script)
 
 
 class AsyncParameters:
     """The parameters of a vehicle, for asyncio; see `vencejo.Parameters`."""
 
+    # Written by scripts/aio_methods.py: do not edit.
+
     def __init__(self, vehicle: AsyncVehicle) -> None:
         self._vehicle = vehicle
 
     async def get(self, name: str) -> Parameter:
-        """Read one."""
-        return Parameter(*await _finished(self._vehicle._native.param_read(name)))
+        """Read one.
+
+        Raises
+        ------
+        ParameterError
+            When the vehicle does not have it.
+        """
+        return Parameter(*await self._vehicle._wait(self._vehicle._native.param_read(name)))
 
     async def set(self, name: str, value: float, *, confirm: Danger | None = None) -> Parameter:
-        """Write one; see `vencejo.vehicle.Parameters.set`."""
-        return Parameter(*await _finished(self._vehicle._native.param_set(name, float(value), confirm)))
+        """Write one; returns what the vehicle has then. Switching the fence off needs ``confirm="fence-off"``.
+
+        Raises
+        ------
+        ParameterError
+            When the vehicle does not have it, or keeps another value.
+        """
+        return Parameter(*await self._vehicle._wait(self._vehicle._native.param_set(name, float(value), confirm)))
 
     async def all(self, *, progress: ProgressCallback | None = None) -> dict[str, Parameter]:
         """Read all, by name."""
-        found = await _finished(self._vehicle._native.param_list(), progress)
+        found = await self._vehicle._wait(self._vehicle._native.param_list(), progress)
         return {name: Parameter(name, value, kind) for name, value, kind in found}
+
+    # (end of what is written by a script)

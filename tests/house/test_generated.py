@@ -15,6 +15,7 @@ from tests.house.support import ROOT
     [
         ("message_layouts.py", "MAVLink's definitions"),
         ("telemetry_classes.py", "schemas/openapi.json"),
+        ("aio_methods.py", "python/vencejo/vehicle.py"),
     ],
 )
 def test_what_a_script_writes_is_up_to_date(script: str, source: str) -> None:
