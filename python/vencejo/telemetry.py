@@ -658,6 +658,73 @@ class TerrainReport(Group):
     loaded: int
 
 
+@dataclass(frozen=True, kw_only=True)
+class Engine(Group):
+    """EFI_STATUS: an engine with fuel injection. What is not measured may be reported as 0.
+
+    Attributes
+    ----------
+    health : int
+        Health as sent: 1 healthy and 0 not on ArduPilot; 0 stopped, 1 starting, 2 running and 3 at fault on PX4.
+    ecu_index : float or None
+        Number of the engine control unit.
+    rpm : float or None
+        Revolutions per minute.
+    fuel_consumed_cm3 : float or None
+        Fuel used.
+    fuel_flow_cm3_min : float or None
+        Fuel that flows, cubic centimetres per minute.
+    load_pct : float or None
+        Load, 0 to 200 %.
+    throttle_position_pct : float or None
+        Where the throttle stands, 0 to 100 %.
+    throttle_output_pct : float or None
+        Where the throttle was sent, 0 to 100 %.
+    spark_dwell_ms : float or None
+        How long the ignition coil is charged for a spark.
+    ignition_timing_deg : float or None
+        When it sparks, crank angle.
+    injection_ms : float or None
+        How long fuel is injected.
+    barometric_pa : float or None
+        Pressure of the air around.
+    intake_manifold_pa : float or None
+        Pressure in the intake manifold.
+    intake_manifold_temperature_c : float or None
+        Temperature in the intake manifold.
+    cylinder_head_temperature_c : float or None
+        Temperature of the cylinder head.
+    exhaust_gas_temperature_c : float or None
+        Temperature of the exhaust gas.
+    pressure_temperature_compensation : float or None
+        Factor by which the fuel is corrected for pressure and temperature.
+    ignition_v : float or None
+        Voltage of the ignition.
+    fuel_pressure_pa : float or None
+        Pressure of the fuel.
+    """
+
+    health: int
+    ecu_index: float | None
+    rpm: float | None
+    fuel_consumed_cm3: float | None
+    fuel_flow_cm3_min: float | None
+    load_pct: float | None
+    throttle_position_pct: float | None
+    throttle_output_pct: float | None
+    spark_dwell_ms: float | None
+    ignition_timing_deg: float | None
+    injection_ms: float | None
+    barometric_pa: float | None
+    intake_manifold_pa: float | None
+    intake_manifold_temperature_c: float | None
+    cylinder_head_temperature_c: float | None
+    exhaust_gas_temperature_c: float | None
+    pressure_temperature_compensation: float | None
+    ignition_v: float | None
+    fuel_pressure_pa: float | None
+
+
 GROUPS: Final[dict[str, type[Group]]] = {
     "heartbeat": Heartbeat,
     "attitude": Attitude,
@@ -683,6 +750,7 @@ GROUPS: Final[dict[str, type[Group]]] = {
     "fence": FenceStatus,
     "terrain": TerrainReport,
     "battery": Battery,
+    "engine": Engine,
 }
 """The class of each group by its name in a snapshot."""
 # (end of what is written by a script)
@@ -837,6 +905,11 @@ class Telemetry:
     def terrain(self) -> TerrainReport | None:
         """See `TerrainReport`."""
         return self._group("terrain", TerrainReport)
+
+    @cached_property
+    def engine(self) -> Engine | None:
+        """See `Engine`."""
+        return self._group("engine", Engine)
 
     # (end of what is written by a script)
 

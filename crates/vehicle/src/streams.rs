@@ -35,7 +35,7 @@ const FAST: [u32; 9] = [
 ];
 
 /// Messages that change slowly, with their rates in Hz.
-const SLOW: [(u32, f64); 13] = [
+const SLOW: [(u32, f64); 14] = [
     (1, 2.0),   // SYS_STATUS
     (42, 2.0),  // MISSION_CURRENT
     (87, 2.0),  // POSITION_TARGET_GLOBAL_INT
@@ -48,6 +48,7 @@ const SLOW: [(u32, f64); 13] = [
     (2, 1.0),   // SYSTEM_TIME
     (162, 1.0), // FENCE_STATUS
     (136, 1.0), // TERRAIN_REPORT
+    (225, 2.0), // EFI_STATUS, of an engine with fuel injection
     (133, 1.0), // TERRAIN_REQUEST, of which ArduPilot sends one in 2 s, and none when it lacks nothing
 ];
 

@@ -5,8 +5,8 @@
 use std::f64::consts::{PI, TAU};
 
 use vencejo_proto::dialect::{
-    BATTERY_STATUS_DATA, GPS_RAW_INT_DATA, MISSION_CURRENT_DATA, MavLandedState, MavMessage, MavVtolState,
-    MissionState as WireMissionState, SYS_STATUS_DATA,
+    BATTERY_STATUS_DATA, EFI_STATUS_DATA, GPS_RAW_INT_DATA, MISSION_CURRENT_DATA, MavLandedState, MavMessage,
+    MavVtolState, MissionState as WireMissionState, SYS_STATUS_DATA,
 };
 use vencejo_proto::{Heartbeat, Message, MonoTime};
 
@@ -352,6 +352,10 @@ impl Telemetry {
                 self.terrain = Some(sampled(value, now, check));
                 Group::Terrain
             }
+            MavMessage::EFI_STATUS(m) => {
+                self.engine = Some(sampled(engine(m, check), now, check));
+                Group::Engine
+            }
             MavMessage::FENCE_STATUS(m) => {
                 let value = FenceStatus {
                     is_breached: m.breach_status != 0,
@@ -488,6 +492,42 @@ fn battery(m: &BATTERY_STATUS_DATA, check: &mut Check) -> Battery {
         remaining_pct: check.scaled(m.battery_remaining, -1, 1.0, PERCENT),
         temperature_c: check.scaled(m.temperature, i16::MAX, 1e2, TEMPERATURE_C),
         time_remaining_s: check.scaled(m.time_remaining, 0, 1.0, 0.0..=1e7),
+    }
+}
+
+/// Pressures are sent in kPa.
+fn engine(m: &EFI_STATUS_DATA, check: &mut Check) -> Engine {
+    // NaN is how a PX4 says that it does not measure something.
+    let mut value = |raw: f32, range| if raw.is_nan() { None } else { check.float(raw, range) };
+    let mut pressure_pa = |raw: f32| value(raw, 0.0..=100_000.0).map(|kpa| kpa * 1e3);
+    let (barometric_pa, intake_manifold_pa) =
+        (pressure_pa(m.barometric_pressure), pressure_pa(m.intake_manifold_pressure));
+    // Extension fields: 0 is not known, and 0.0001 stands for 0.
+    let fuel_pressure_pa = pressure_pa(m.fuel_pressure).filter(|pa| *pa != 0.0);
+    let ignition_v = value(m.ignition_voltage, 0.0..=100_000.0).filter(|v| *v != 0.0);
+    let or_zero = |value: f64, least: f64| if value < least { 0.0 } else { value };
+    // A sensor that an ArduPilot does not have is at 0 K (AP_EFI::send_mavlink_status).
+    let mut temperature_c = |raw: f32| if raw < -273.0 { None } else { value(raw, -100.0..=2_000.0) };
+    Engine {
+        health: m.health,
+        intake_manifold_temperature_c: temperature_c(m.intake_manifold_temperature),
+        cylinder_head_temperature_c: temperature_c(m.cylinder_head_temperature),
+        exhaust_gas_temperature_c: temperature_c(m.exhaust_gas_temperature),
+        ecu_index: value(m.ecu_index, 0.0..=255.0),
+        rpm: value(m.rpm, 0.0..=200_000.0),
+        fuel_consumed_cm3: value(m.fuel_consumed, 0.0..=1e9),
+        fuel_flow_cm3_min: value(m.fuel_flow, 0.0..=1e6),
+        load_pct: value(m.engine_load, 0.0..=200.0),
+        throttle_position_pct: value(m.throttle_position, PERCENT),
+        throttle_output_pct: value(m.throttle_out, PERCENT),
+        spark_dwell_ms: value(m.spark_dwell_time, 0.0..=1e4),
+        ignition_timing_deg: value(m.ignition_timing, -360.0..=360.0),
+        injection_ms: value(m.injection_time, 0.0..=1e4),
+        pressure_temperature_compensation: value(m.pt_compensation, 0.0..=100.0),
+        barometric_pa,
+        intake_manifold_pa,
+        ignition_v: ignition_v.map(|v| or_zero(v, 0.001)),
+        fuel_pressure_pa: fuel_pressure_pa.map(|pa| or_zero(pa, 1.0)),
     }
 }
 

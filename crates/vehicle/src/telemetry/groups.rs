@@ -380,6 +380,49 @@ groups! {
         pub rssi: Option<u8>,
     }
 
+    /// EFI_STATUS: an engine with fuel injection. What is not measured may be reported as 0.
+    #[derive(Default)]
+    pub struct Engine {
+        /// Health as sent: 1 healthy and 0 not on ArduPilot; 0 stopped, 1 starting, 2 running and 3 at fault on PX4.
+        pub health: u8,
+        /// Number of the engine control unit.
+        pub ecu_index: Option<f64>,
+        /// Revolutions per minute.
+        pub rpm: Option<f64>,
+        /// Fuel used.
+        pub fuel_consumed_cm3: Option<f64>,
+        /// Fuel that flows, cubic centimetres per minute.
+        pub fuel_flow_cm3_min: Option<f64>,
+        /// Load, 0 to 200 %.
+        pub load_pct: Option<f64>,
+        /// Where the throttle stands, 0 to 100 %.
+        pub throttle_position_pct: Option<f64>,
+        /// Where the throttle was sent, 0 to 100 %.
+        pub throttle_output_pct: Option<f64>,
+        /// How long the ignition coil is charged for a spark.
+        pub spark_dwell_ms: Option<f64>,
+        /// When it sparks, crank angle.
+        pub ignition_timing_deg: Option<f64>,
+        /// How long fuel is injected.
+        pub injection_ms: Option<f64>,
+        /// Pressure of the air around.
+        pub barometric_pa: Option<f64>,
+        /// Pressure in the intake manifold.
+        pub intake_manifold_pa: Option<f64>,
+        /// Temperature in the intake manifold.
+        pub intake_manifold_temperature_c: Option<f64>,
+        /// Temperature of the cylinder head.
+        pub cylinder_head_temperature_c: Option<f64>,
+        /// Temperature of the exhaust gas.
+        pub exhaust_gas_temperature_c: Option<f64>,
+        /// Factor by which the fuel is corrected for pressure and temperature.
+        pub pressure_temperature_compensation: Option<f64>,
+        /// Voltage of the ignition.
+        pub ignition_v: Option<f64>,
+        /// Pressure of the fuel.
+        pub fuel_pressure_pa: Option<f64>,
+    }
+
     /// SYSTEM_TIME: the vehicle's clocks.
     #[derive(Eq)]
     pub struct SystemTime {

@@ -132,6 +132,7 @@ pub enum Group {
     SystemTime,
     Fence,
     Terrain,
+    Engine,
 }
 
 /// The groups by name, what each is read from, and the name of its schema where that is not the type's. Each list of them is made from this.
@@ -183,6 +184,8 @@ macro_rules! for_each_group {
                 fence: FenceStatus,
                 /// TERRAIN_REPORT.
                 terrain: Terrain as "TerrainReport",
+                /// EFI_STATUS.
+                engine: Engine,
             }
             kept {
                 /// RAW_IMU.

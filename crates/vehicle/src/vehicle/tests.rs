@@ -452,7 +452,7 @@ fn a_new_vehicle_is_asked_for_its_streams_and_introduces_itself() {
     assert!(vehicle.telemetry().attitude.is_some() && vehicle.telemetry().home.is_some());
     assert!(vehicle.telemetry().version.expect("version").value.has_ftp());
     assert!(vehicle.round_trip().is_some() && vehicle.is_heard(world.now));
-    assert_eq!(world.plane.streams_asked, 22, "once each");
+    assert_eq!(world.plane.streams_asked, 23, "once each");
     assert!(world.station.events.contains(&VehicleEvent::ArmedChanged { is_armed: false }));
     assert!(!world.station.events.contains(&VehicleEvent::Rebooted));
 }

@@ -3398,6 +3398,111 @@ export interface components {
             /** @description How. */
             ending: components["schemas"]["Ending"];
         };
+        /** @description EFI_STATUS: an engine with fuel injection. What is not measured may be reported as 0. */
+        Engine: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: double
+             * @description Pressure of the air around.
+             */
+            barometric_pa: number | null;
+            /**
+             * Format: double
+             * @description Temperature of the cylinder head.
+             */
+            cylinder_head_temperature_c: number | null;
+            /**
+             * Format: double
+             * @description Number of the engine control unit.
+             */
+            ecu_index: number | null;
+            /**
+             * Format: double
+             * @description Temperature of the exhaust gas.
+             */
+            exhaust_gas_temperature_c: number | null;
+            /**
+             * Format: double
+             * @description Fuel used.
+             */
+            fuel_consumed_cm3: number | null;
+            /**
+             * Format: double
+             * @description Fuel that flows, cubic centimetres per minute.
+             */
+            fuel_flow_cm3_min: number | null;
+            /**
+             * Format: double
+             * @description Pressure of the fuel.
+             */
+            fuel_pressure_pa: number | null;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: int32
+             * @description Health as sent: 1 healthy and 0 not on ArduPilot; 0 stopped, 1 starting, 2 running and 3 at fault on PX4.
+             */
+            health: number;
+            /**
+             * Format: double
+             * @description When it sparks, crank angle.
+             */
+            ignition_timing_deg: number | null;
+            /**
+             * Format: double
+             * @description Voltage of the ignition.
+             */
+            ignition_v: number | null;
+            /**
+             * Format: double
+             * @description How long fuel is injected.
+             */
+            injection_ms: number | null;
+            /**
+             * Format: double
+             * @description Pressure in the intake manifold.
+             */
+            intake_manifold_pa: number | null;
+            /**
+             * Format: double
+             * @description Temperature in the intake manifold.
+             */
+            intake_manifold_temperature_c: number | null;
+            /**
+             * Format: double
+             * @description Load, 0 to 200 %.
+             */
+            load_pct: number | null;
+            /**
+             * Format: double
+             * @description Factor by which the fuel is corrected for pressure and temperature.
+             */
+            pressure_temperature_compensation: number | null;
+            /**
+             * Format: double
+             * @description Revolutions per minute.
+             */
+            rpm: number | null;
+            /**
+             * Format: double
+             * @description How long the ignition coil is charged for a spark.
+             */
+            spark_dwell_ms: number | null;
+            /**
+             * Format: double
+             * @description Where the throttle was sent, 0 to 100 %.
+             */
+            throttle_output_pct: number | null;
+            /**
+             * Format: double
+             * @description Where the throttle stands, 0 to 100 %.
+             */
+            throttle_position_pct: number | null;
+        };
         /** @description A detail of an event. */
         EventDetail: string | number;
         /** @description EXTENDED_SYS_STATE: on the ground or in the air. */
@@ -7420,6 +7525,7 @@ export interface components {
             /** @description The batteries heard so far. */
             batteries?: components["schemas"]["Battery"][];
             ekf?: components["schemas"]["Ekf"] | null;
+            engine?: components["schemas"]["Engine"] | null;
             extended?: components["schemas"]["ExtendedState"] | null;
             fence?: components["schemas"]["FenceStatus"] | null;
             gps?: components["schemas"]["Gps"] | null;
