@@ -31,12 +31,13 @@ FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?=
 SCREENSHOT_ARGS ?=
 
-.PHONY: help demo test lint soak faults fuzz sanitize audit fmt bench truth screenshots docs wheel lock clean demo-env rust-env dev-env app native
+.PHONY: help demo test lint soak faults fuzz sanitize audit fmt bench truth screenshots docs wheel lock clean rust-env dev-env app native
 
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-demo: native ## The ground station with a simulated plane that flies the demo mission; yours after the landing
+demo: ## The ground station with a simulated plane that flies the demo mission; yours after the landing
+	@scripts/setup.sh ready demo
 	@.venv/bin/vencejo demo $(DEMO_ARGS)
 
 test: ## Everything that CI runs: layout, format, lints, types, Rust and Python tests
@@ -102,7 +103,7 @@ fmt: dev-env ## Format Rust and Python
 	.venv/bin/ruff format --quiet .
 
 bench: dev-env native ## Measure, side by side with the peers, into bench/RESULTS.md (about 20 minutes)
-	cargo build --release --locked --quiet -p vencejo-bench-load -p vencejo-link -p vencejo-station --bins --examples
+	cargo build --release --locked -p vencejo-bench-load -p vencejo-link -p vencejo-station --bins --examples
 	$(PY) bench/run.py $(BENCH_ARGS)
 	$(PY) bench/tiles.py
 	$(PY) bench/station/paint.py
@@ -136,8 +137,6 @@ clean: ## Remove everything that was built
 	rm -rf target dist .venv .cache bench/out python/vencejo/_native*.so gcs/dist gcs/node_modules
 	find python scripts tests bench -name __pycache__ -type d -prune -exec rm -rf {} +
 
-demo-env:
-	@scripts/setup.sh demo
 rust-env:
 	@scripts/setup.sh rust
 dev-env:
@@ -146,8 +145,8 @@ dev-env:
 	@scripts/setup.sh ice
 app:
 	@scripts/setup.sh app
-native: demo-env app
-	@scripts/setup.sh native
+native: ## The optimised native module, with fleets, as wheels have it
+	@scripts/setup.sh ready native
 
 # Otherwise one thing after the other, in the order in which a target names what it needs.
 ifdef IS_SIDE_BY_SIDE

@@ -5,9 +5,11 @@
 #   scripts/setup.sh demo     what `vencejo demo` needs, the camera's packages included
 #   scripts/setup.sh dev      that, the tools, the peers that the tests talk to, Chromium, MapServer and libfaketime
 #   scripts/setup.sh docs     what `make docs` builds the site with
-#   scripts/setup.sh app      the web app (gcs/dist), which the native module carries
+#   scripts/setup.sh app      the web app (gcs/dist), which the native module carries; `app-packages` only what it is built with
 #   scripts/setup.sh native   the Rust core as vencejo._native, and the `vencejo` command; `native as-tested` builds it as `make test` does:
-#                             quickly, with assertions, and slower in use
+#                             quickly, with assertions, and slower in use; `native demo` as `make demo` does: quickly, without fleets, and
+#                             reading the web app from gcs/dist; what is there of the other two will do for it
+#   scripts/setup.sh ready    all of that for `make demo` (`ready demo`) or `make native` (`ready native`), side by side, and how far it is
 #   scripts/setup.sh ice      ZeroC Ice and what else the tests of the JdeRobot interfaces need
 #   scripts/setup.sh soak     what `make soak` needs beside that: strace
 #   scripts/setup.sh rust     only check that Rust and a C linker are there
@@ -104,6 +106,16 @@ need_faketime() {
     compgen -G '/usr/lib/*/faketime/libfaketime.so.1' >/dev/null || compgen -G '/usr/lib*/faketime/libfaketime.so.1' >/dev/null || apt libfaketime
 }
 
+# logged NAME PROBLEM COMMAND…: runs a command into .cache/NAME.log, which is printed when it fails, without progress bars.
+logged() {
+    local log=.cache/$1.log problem=$2
+    shift 2
+    mkdir -p .cache
+    "$@" >"$log" 2>&1 && return
+    tr '\r' '\n' <"$log" | grep -avE '^ *(Building|Downloading) \[[=> ]*\]' >&2 || true
+    fail "$problem"
+}
+
 # Hash of the content of the files named on standard input, one a line.
 fingerprint() { tr '\n' '\0' | xargs -0 sha256sum | sha256sum | cut -d' ' -f1; }
 
@@ -123,7 +135,8 @@ python_env() { # demo | dev | docs
     say "installing $lock into $VENV"
     # --no-deps: the lock is complete; what it leaves out, it leaves out on purpose (requirements/overrides.txt).
     # --no-compile: each module is compiled when it is first imported; of most packages a small part ever is.
-    "$VENV/bin/python" -m pip install --quiet --no-compile --require-hashes --no-deps -r "$lock"
+    logged "pip-$1" "$lock could not be installed" \
+        "$VENV/bin/python" -m pip install --no-compile --require-hashes --no-deps --progress-bar off -r "$lock"
     mkdir -p "$STAMPS"
     echo "$want" >"$STAMPS/$1"
 }
@@ -202,9 +215,8 @@ npm_packages() {
     [ "$(cat "$folder/node_modules/.house" 2>/dev/null)" = "$want" ] && return
     need_node
     say "installing $folder/package-lock.json"
-    mkdir -p .cache
-    npm --prefix "$folder" ci --fetch-retries 5 >".cache/npm-${folder//\//-}.log" 2>&1 \
-        || { cat ".cache/npm-${folder//\//-}.log" >&2; fail "$folder/package-lock.json could not be installed"; }
+    logged "npm-${folder//\//-}" "$folder/package-lock.json could not be installed" \
+        npm --prefix "$folder" ci --fetch-retries 5 --loglevel http
     echo "$want" >"$folder/node_modules/.house"
 }
 
@@ -215,26 +227,43 @@ app() {
     [ "$(cat .cache/app 2>/dev/null)" = "$want" ] && [ -f gcs/dist/index.html ] && return
     npm_packages gcs
     say "building the web app"
-    mkdir -p .cache
-    npm --prefix gcs run --silent build >.cache/app.log 2>&1 || { cat .cache/app.log >&2; fail "the web app did not build"; }
+    logged app "the web app did not build" npm --prefix gcs run --silent build
     echo "$want" >.cache/app
 }
 
-native() { # release | as-tested
-    local want how=(--release)
-    [ "$1" = release ] || how=(--profile dev --features as-tested,fleet)
-    want=$({ git ls-files -co --exclude-standard -- crates Cargo.toml Cargo.lock pyproject.toml; echo .cache/app; } \
-        | while read -r path; do if [ -f "$path" ]; then echo "$path"; fi; done | fingerprint)-$(rustc --version | sha256sum | cut -c1-12)-$1
-    if [ "$(cat "$STAMPS/native" 2>/dev/null)" = "$want" ] && [ -x "$VENV/bin/vencejo" ] \
-        && compgen -G 'python/vencejo/_native*.so' >/dev/null; then
-        return
-    fi
-    say "building the native module (the first time takes some minutes)"
-    mkdir -p .cache
-    VIRTUAL_ENV=$PWD/$VENV "$VENV/bin/maturin" develop "${how[@]}" --quiet --locked >.cache/native.log 2>&1 \
-        || { cat .cache/native.log >&2; fail "the native module did not build"; }
+# What goes into the native module, and how it is built.
+native_fingerprint() { # HOW
+    { git ls-files -co --exclude-standard -- crates Cargo.toml Cargo.lock pyproject.toml; echo .cache/app; } \
+        | while read -r path; do if [ -f "$path" ]; then echo "$path"; fi; done | fingerprint | tr '\n' -
+    rustc --version | sha256sum | cut -c1-12 | tr '\n' -
+    echo "$1"
+}
+
+has_native() { # HOW…: it is there, built in one of these ways
+    local have how
+    have=$(cat "$STAMPS/native" 2>/dev/null) || return 1
+    [ -x "$VENV/bin/vencejo" ] && compgen -G 'python/vencejo/_native*.so' >/dev/null || return 1
+    for how in "$@"; do [ "$have" != "$(native_fingerprint "$how")" ] || return 0; done
+    return 1
+}
+
+# It shows how far it is, in a log too: scripts/get_ready.py reads it there.
+export CARGO_TERM_PROGRESS_WHEN=always CARGO_TERM_PROGRESS_WIDTH=100
+
+native() { # release | as-tested | demo
+    local how
+    case $1 in
+        release) how=(--release) ;;
+        as-tested) how=(--profile dev --features as-tested,fleet) ;;
+        # a feature that is on anyhow, in place of those of pyproject.toml
+        demo) how=(--profile demo --features vencejo-server/app) ;;
+        *) fail "native: release, as-tested or demo" ;;
+    esac
+    if [ "$1" = demo ]; then has_native demo release as-tested && return; else has_native "$1" && return; fi
+    say "building the native module (the first time takes minutes)"
+    VIRTUAL_ENV=$PWD/$VENV logged native "the native module did not build" "$VENV/bin/maturin" develop "${how[@]}" --locked
     mkdir -p "$STAMPS"
-    echo "$want" >"$STAMPS/native"
+    native_fingerprint "$1" >"$STAMPS/native"
 }
 
 case "${1:-}" in
@@ -243,8 +272,10 @@ case "${1:-}" in
     docs) python_env docs ;;
     soak) command -v strace >/dev/null || apt strace ;;
     app) app; npm_packages gcs ;;
+    app-packages) need_node; npm_packages gcs ;;
     native) need_rust; native "${2:-release}" ;;
+    ready) need_python; exec "$PYTHON_FOUND" scripts/get_ready.py "${2:-native}" ;;
     ice) ice ;;
     rust) need_rust ;;
-    *) fail "say what: demo, dev, docs, app, native, ice, soak or rust" ;;
+    *) fail "say what: demo, dev, docs, app, app-packages, native, ready, ice, soak or rust" ;;
 esac

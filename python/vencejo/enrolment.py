@@ -54,7 +54,9 @@ def native(name: str) -> Any:
         In such a build.
     """
     if not hasattr(_native, name):
-        raise VencejoError("this build of Vencejo has no fleets: build it with the feature `fleet`, or install a wheel")
+        raise VencejoError(
+            "this build of Vencejo has no fleets: in a checkout run `make native`, elsewhere install a wheel"
+        )
     return getattr(_native, name)
 
 

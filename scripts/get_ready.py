@@ -1,0 +1,260 @@
+"""Runs the steps of scripts/setup.sh that `make demo` or `make native` needs, side by side where they can be, and shows how far each is.
+
+    scripts/get_ready.py demo      the package as `make demo` builds it: quick to compile, without fleets
+    scripts/get_ready.py native    the optimised one
+
+On a terminal one line is kept up to date; elsewhere (a log, TERM=dumb) a plain line comes now and then. A step that has nothing to
+do says nothing. When one fails, the log of what failed is printed and the others are ended. Each step writes a log in .cache, from
+which its progress is read.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import platform
+import queue
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final, TextIO
+
+ROOT: Final = Path(__file__).resolve().parent.parent
+LOOK_S: Final = 0.2
+"""How often the steps are looked at."""
+PLAIN_S: Final = 20.0
+"""How often a log is told how far it is."""
+QUIET_S: Final = 1.0
+"""A step that takes no longer than this had nothing to do."""
+TAIL_BYTES: Final = 4096
+
+Progress = Callable[[str], str]
+"""How far a step is, from what its log holds so far: as in ``143 of 297, mavlink``; empty when that is not known."""
+
+
+def cargo_progress(log: str) -> str:
+    """The newest of cargo's progress bars: units of work, and what it compiles just now."""
+    bars = re.findall(r"(?:Building|Downloading) \[[=> ]*\] (\d+)/(\d+)(?:: ([\w-]+))?", log[-TAIL_BYTES:])
+    if not bars:
+        return "fetching crates" if re.search(r"Downloading|Updating|Locking", log) else ""
+    done, count, crate = bars[-1]
+    return f"{done} of {count}" + (f", {crate.removesuffix('(build)')}" if crate else "")
+
+
+def pip_progress(log: str, lock: Path) -> str:
+    """Packages that pip has fetched, of those in the lock."""
+    if "Installing collected packages" in log:
+        return "installing"
+    count = len(re.findall(r"^[\w.-]+==", lock.read_text(encoding="utf-8"), re.MULTILINE))
+    return _of(len(re.findall(r"^Collecting ", log, re.MULTILINE)), count)
+
+
+def npm_progress(log: str, lock: Path) -> str:
+    """Packages that npm has fetched, of those in the lock that this machine needs."""
+    mine = {
+        "os": sys.platform,
+        "cpu": {"x86_64": "x64", "aarch64": "arm64"}.get(platform.machine(), platform.machine()),
+    }
+    packages = json.loads(lock.read_text(encoding="utf-8"))["packages"]
+    count = sum(
+        bool(name) and all(one in package.get(key, [one]) for key, one in mine.items()) and "musl" not in name
+        for name, package in packages.items()
+    )
+    return _of(len(set(re.findall(r"fetch GET 200 (\S+\.tgz)", log))), count)
+
+
+def _of(done: int, count: int) -> str:
+    return f"{min(done, count)} of {count}" if done else ""
+
+
+@dataclass
+class Step:
+    """One call of setup.sh."""
+
+    title: str
+    words: tuple[str, ...]
+    log: str = ""
+    """The name of its log in .cache."""
+    progress: Progress = lambda _: ""
+    after: tuple[str, ...] = ()
+    """Titles of the steps that must be done before."""
+    process: subprocess.Popen[str] | None = field(default=None, init=False)
+    began_s: float = field(default=0.0, init=False)
+    is_done: bool = field(default=False, init=False)
+    lines: queue.SimpleQueue[str] = field(default_factory=queue.SimpleQueue, init=False)
+
+    def tell(self, display: Display) -> None:
+        """Show what it has printed since the last time."""
+        while not self.lines.empty():
+            display.say(self.lines.get())
+
+    def how_far(self) -> str:
+        """What its log says, when this run wrote it."""
+        path = ROOT / ".cache" / self.log
+        try:
+            # the clock of the file system may be a little behind
+            if not self.log or path.stat().st_mtime < self.began_s - 1.0:
+                return ""
+            return self.progress(path.read_text(encoding="utf-8", errors="replace"))
+        except OSError:
+            return ""
+
+
+def steps_of(wanted: str) -> list[Step]:
+    """What `make demo` or `make native` needs.
+
+    The demo's module reads the page's files from gcs/dist, so the page is built beside it; the other module holds them, and is compiled
+    when they are there.
+    """
+    python = Step(
+        "Python packages", ("demo",), "pip-demo.log", lambda log: pip_progress(log, ROOT / "requirements/demo.lock")
+    )
+    packages = Step(
+        "web packages", ("app-packages",), "npm-gcs.log", lambda log: npm_progress(log, ROOT / "gcs/package-lock.json")
+    )
+    page = Step("web page", ("app",), after=(packages.title,))
+    how, needs = (
+        (("native", "demo"), (python.title,)) if wanted == "demo" else (("native",), (python.title, page.title))
+    )
+    return [Step("Rust core", how, "native.log", cargo_progress, after=needs), python, packages, page]
+
+
+class Display:
+    """The line that is kept up to date, or the plain lines in its place."""
+
+    def __init__(self, to: TextIO, now_s: float) -> None:
+        self._to = to
+        self.is_live = to.isatty() and os.environ.get("TERM", "dumb") != "dumb"
+        self._began_s = self._told_s = now_s
+        self._is_shown = False
+
+    def say(self, line: str) -> None:
+        """Print a line that stays."""
+        self._clear()
+        print(line, file=self._to, flush=True)
+
+    def show(self, steps: Iterable[Step], now_s: float, *, total: int, done: int) -> None:
+        """Show how far the running steps are."""
+        every_s = LOOK_S if self.is_live else PLAIN_S
+        running = [step for step in steps if step.process is not None and not step.is_done]
+        if not running or now_s - self._began_s < QUIET_S or now_s - self._told_s < every_s:
+            return
+        self._told_s = now_s
+        parts = [" ".join(filter(None, (step.title, step.how_far()))) for step in running]
+        line = f"· {clock(now_s - self._began_s)}  step {done + 1} of {total}: " + " | ".join(parts)
+        if not self.is_live:
+            self.say(line)
+            return
+        width = shutil.get_terminal_size().columns - 1
+        self._clear()
+        self._to.write(line if len(line) <= width else line[: width - 1] + "…")
+        self._to.flush()
+        self._is_shown = True
+
+    def _clear(self) -> None:
+        if self._is_shown:
+            self._to.write("\r\x1b[K")
+            self._is_shown = False
+
+    def end(self) -> None:
+        """Leave the terminal as it was."""
+        self._clear()
+        self._to.flush()
+
+
+def clock(seconds: float) -> str:
+    """Minutes and seconds."""
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02}"
+
+
+def run(steps: list[Step], command: list[str], to: TextIO, *, look_s: float = LOOK_S) -> int:
+    """Run all steps, each as soon as those that it needs are done.
+
+    Returns
+    -------
+    int
+        0, or the exit code of the step that failed.
+    """
+    display = Display(to, time.monotonic())
+    began_s = time.monotonic()
+    woken = threading.Event()
+    try:
+        while not all(step.is_done for step in steps):
+            done = {step.title for step in steps if step.is_done}
+            for step in steps:
+                if step.process is None and done.issuperset(step.after):
+                    _start(step, [*command, *step.words], woken)
+            display.show(steps, time.monotonic(), total=len(steps), done=len(done))
+            woken.wait(look_s)
+            woken.clear()
+            for step in steps:
+                step.tell(display)
+                if step.process is None or step.is_done or (code := step.process.poll()) is None:
+                    continue
+                step.is_done = True
+                took_s = time.time() - step.began_s
+                step.tell(display)
+                if code:
+                    display.say(f"· {step.title}: failed after {clock(took_s)}")
+                    return code
+                if took_s > QUIET_S:
+                    display.say(f"· {step.title}: done in {clock(took_s)}")
+        if time.monotonic() - began_s > QUIET_S:
+            display.say(f"· ready after {clock(time.monotonic() - began_s)}")
+        return 0
+    finally:
+        display.end()
+        for step in steps:
+            if step.process is not None and step.process.poll() is None:
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(step.process.pid, signal.SIGTERM)
+                step.process.wait()
+
+
+def _start(step: Step, command: list[str], woken: threading.Event) -> None:
+    step.began_s = time.time()
+    # a group of its own: what a step started ends with it
+    process = subprocess.Popen(
+        command,
+        cwd=ROOT,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+        start_new_session=True,
+    )
+    step.process = process
+
+    def read() -> None:
+        assert process.stdout is not None
+        for line in process.stdout:
+            step.lines.put(line.rstrip("\n"))
+        process.wait()
+        woken.set()
+
+    threading.Thread(target=read, daemon=True).start()
+
+
+def main(words: list[str]) -> int:
+    """Run the program with these arguments."""
+    if words not in (["demo"], ["native"]):
+        print("say what: scripts/get_ready.py demo, or native", file=sys.stderr)
+        return 2
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    try:
+        return run(steps_of(words[0]), ["scripts/setup.sh"], sys.stderr)
+    except KeyboardInterrupt:
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
