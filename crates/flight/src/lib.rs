@@ -9,6 +9,7 @@
 //! | [`formats`] | plan files of ground stations, maps and receivers; parameter files |
 //! | [`checks`] | what is wrong or doubtful in a plan, before it is sent |
 //! | [`progress`] | how far and how long a mission still is |
+//! | [`way`] | the line from place to place and the circles, as a plan is drawn |
 //! | [`geodesy`] | distances, bearings, legs, local frames, polygons on WGS-84 |
 //! | [`crs`] | coordinates of maps: Web Mercator and UTM |
 //! | [`landing`] | the circle down, the final leg and the landing that end a mission |
@@ -71,6 +72,7 @@ pub mod plan;
 pub mod progress;
 pub mod rehearsal;
 pub mod survey;
+pub mod way;
 mod words;
 
 pub use error::{FlightError, LandingProblem, Plain, Result, SurveyProblem};

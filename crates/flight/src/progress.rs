@@ -136,7 +136,7 @@ pub(crate) fn target(item: &MissionItem) -> Option<GeoPoint> {
 }
 
 /// The place of an item that this vehicle flies to.
-fn place(item: &MissionItem, options: &ProgressOptions) -> Option<GeoPoint> {
+pub(crate) fn place(item: &MissionItem, options: &ProgressOptions) -> Option<GeoPoint> {
     if options.flies_arcs && item.command == Command::NAV_ARC_WAYPOINT { item.point() } else { target(item) }
 }
 

@@ -10,6 +10,7 @@ use vencejo_flight::progress::{ProgressOptions, trip};
 use vencejo_flight::rehearsal::{
     self, Air, Aircraft, Conditions, Learned, Range, Sample, Start, Trigger, glide_range, what_ifs,
 };
+use vencejo_flight::way::{Way, way};
 use vencejo_station::{Runs, VehicleHandle, rehearse_many};
 
 use crate::convert;
@@ -59,6 +60,16 @@ pub(crate) fn assess(
         None => findings,
     };
     Ok(Assessment { findings, trip, rehearsal })
+}
+
+/// The way of a plan's mission as it is drawn for a vehicle, an ArduPlane as it comes when there is none.
+///
+/// # Errors
+/// For what is no plan.
+pub(crate) fn laid_out(app: &App, vehicle: Option<u8>, plan: &Plan) -> Result<Way, Problem> {
+    let mission = convert::core_plan(plan)?.mission;
+    let known = app.vehicle(vehicle).and_then(|vehicle| vehicle.way(&mission));
+    Ok(known.unwrap_or_else(|| way(&mission, CheckContext::default().airspeed_m_s, &ProgressOptions::default())))
 }
 
 /// A plan as the plane would fly it, over the ground that the maps know; that is waited for.

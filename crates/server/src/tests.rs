@@ -514,6 +514,11 @@ async fn plans_in_files_and_on_the_wire_are_the_same() {
     assert_eq!(notes(&read)[0], json!({"code": "heights-above-sea-level", "count": count}));
     let checked = server.ask("POST", "/plan/check", None, Some(json!({"plan": plan}))).await.json();
     assert_eq!(checked, json!([]), "the demo mission is a good one");
+    let way = server.ask("POST", "/plan/way", None, Some(json!({"plan": plan}))).await.json();
+    let first = &way["stops"][0];
+    assert_eq!((&first["item"], &first["leg"]["kind"]), (&json!(1), &json!("takeoff")), "{first}");
+    assert_eq!(first["leg"]["from_item"], Value::Null);
+    assert!(way["stops"].as_array().expect("a list").iter().any(|stop| stop["loiter"]["kind"] == "turns"), "{way}");
     let mut bad = plan.clone();
     bad["items"][1]["params"][4] = json!(0.0);
     bad["items"][1]["params"][5] = json!(0.0);

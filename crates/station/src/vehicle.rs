@@ -12,6 +12,7 @@ use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{Home, Mission, Plan, PlanKind};
 use vencejo_flight::progress::Trip;
 use vencejo_flight::rehearsal::{Air, Aircraft, Conditions, Doing, Ground, Learned, Rehearsal, Start};
+use vencejo_flight::way::Way;
 use vencejo_link::{LinkInfo, LinkStats, SendReport, SourceStats};
 use vencejo_proto::param::ParamName;
 use vencejo_proto::{Address, Message, MissionSeq, MonoTime, SystemId};
@@ -106,6 +107,11 @@ impl VehicleHandle {
     /// A mission as this vehicle would fly it, in calm air.
     pub fn trip(&self, mission: &Mission) -> Option<Trip> {
         self.station.shared.with_vehicle(self.system, |vehicle| vehicle.trip(mission))
+    }
+
+    /// The way of a mission as it is drawn for this vehicle.
+    pub fn way(&self, mission: &Mission) -> Option<Way> {
+        self.station.shared.with_vehicle(self.system, |vehicle| vehicle.way(mission))
     }
 
     /// What the checks know of this vehicle.

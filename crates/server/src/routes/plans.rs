@@ -21,6 +21,7 @@ use vencejo_flight::formats::{MAX_FILE_BYTES, Note, PlanSettings, read_plan, wri
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{self as core};
 use vencejo_flight::rehearsal::{Aircraft, Learner};
+use vencejo_flight::way::Way;
 use vencejo_proto::SystemId;
 use vencejo_station::{MAX_FLIGHT_BYTES, Pending, RequestResult, VehicleHandle, recorded_flight};
 use vencejo_vehicle::Request;
@@ -53,6 +54,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(download_rally))
         .routes(routes!(format_plan))
         .routes(routes!(check))
+        .routes(routes!(way))
         .routes(routes!(landing))
         .routes(routes!(alternatives))
         .routes(routes!(moved_landing))
@@ -277,6 +279,13 @@ async fn format_plan(
 async fn check(State(app): State<App>, _: Viewer, Body(asked): Body<PlanCheck>) -> Result<Json<Vec<Finding>>, Problem> {
     let profile = PlaneProfile::default();
     in_turn(move || Ok(Json(assess(&app, asked.vehicle, &asked.plan, None, None, &profile)?.findings))).await
+}
+
+/// The way of a plan's mission as it is drawn: the line from place to place, circles, jumps, lengths and courses. Quick, for a point that is dragged.
+#[utoipa::path(post, path = "/plan/way", tag = "plans", request_body = PlanCheck,
+    responses((status = 200, body = Way), Problem))]
+async fn way(State(app): State<App>, _: Viewer, Body(asked): Body<PlanCheck>) -> Result<Json<Way>, Problem> {
+    in_turn(move || assess::laid_out(&app, asked.vehicle, &asked.plan)).await.map(Json)
 }
 
 /// Designs a landing: the items that end a mission, none of their heights tuned by hand.

@@ -82,6 +82,7 @@ const ROUTES: &[(Needs, &[&str])] = &[
             "POST /plan/rehearse",
             "POST /plan/rehearse/spread",
             "POST /plan/survey",
+            "POST /plan/way",
             "POST /plan/what-if",
         ],
     ),

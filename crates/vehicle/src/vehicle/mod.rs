@@ -43,6 +43,7 @@ use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::plan::{Home, Mission, PlanKind};
 use vencejo_flight::progress::{ProgressOptions, Trip, trip};
 use vencejo_flight::rehearsal::Learner;
+use vencejo_flight::way::{Way, way};
 use vencejo_proto::param::ParamName;
 use vencejo_proto::{Address, MavVersion, MonoTime};
 
@@ -278,6 +279,12 @@ impl Vehicle {
     #[must_use]
     pub fn trip(&self, mission: &Mission) -> Trip {
         trip(mission, Some(self.check_context().airspeed_m_s), &self.progress_options())
+    }
+
+    /// The way of a mission as it is drawn for it.
+    #[must_use]
+    pub fn way(&self, mission: &Mission) -> Way {
+        way(mission, self.check_context().airspeed_m_s, &self.progress_options())
     }
 
     fn progress_options(&self) -> ProgressOptions {

@@ -39,6 +39,7 @@ import type {
   VehicleProfile,
   VehicleState,
   VehicleSummary,
+  Way,
   WhatIfRequest,
   WhatIfs,
 } from './types';
@@ -107,6 +108,9 @@ export class Api extends Http {
   }
   checkPlan = (plan: Plan, vehicle?: number) =>
     this.json<PlanFinding[]>('POST', '/plan/check', vehicle === undefined ? { plan } : { plan, vehicle });
+  /** The way of a plan's mission as it is drawn. */
+  way = (plan: Plan, vehicle?: number) =>
+    this.json<Way>('POST', '/plan/way', vehicle === undefined ? { plan } : { plan, vehicle });
   whatIf = (asked: WhatIfRequest) => this.json<WhatIfs>('POST', '/plan/what-if', asked);
   planFixes = (asked: RehearsalRequest) => this.json<FindingFix[]>('POST', '/plan/fixes', asked);
   /** Many flights of a plan; ending the request ends the flying. */

@@ -947,6 +947,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/plan/way": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** The way of a plan's mission as it is drawn: the line from place to place, circles, jumps, lengths and courses. Quick, for a point that is dragged. */
+        post: operations["way"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/plan/what-if": {
         parameters: {
             query?: never;
@@ -7763,6 +7780,89 @@ export interface components {
          * @enum {string}
          */
         WantedValue: "finite" | "latitude" | "longitude" | "height" | "whole-number" | "frame";
+        /** @description A mission as it is drawn. */
+        Way: {
+            /** @description The jumps between them. */
+            jumps: components["schemas"]["WayJump"][];
+            /** @description The items that the vehicle flies to, in the order of the plan. */
+            stops: components["schemas"]["WayStop"][];
+        };
+        /**
+         * @description Until when the plane circles.
+         * @enum {string}
+         */
+        WayCircling: "turns" | "time" | "height" | "unlimited";
+        /** @description Where a jump leads. */
+        WayJump: {
+            /** @description The jump, counted from 1. */
+            item: number;
+            /** @description The item that it leads to. */
+            to_item: number;
+        };
+        /** @description The line from one place to the next. */
+        WayLeg: {
+            /**
+             * Format: double
+             * @description Course at its beginning from place to place, degrees from true north.
+             */
+            course_deg: number;
+            /** @description The item that it comes from, counted from 1; null for home. */
+            from_item: number | null;
+            /** @description What it is. */
+            kind: components["schemas"]["WayLegKind"];
+            /** @description The line that is flown, degrees: at a circle it begins or ends on it. */
+            lat_deg: number[];
+            /**
+             * Format: double
+             * @description From place to place, metres: of a tangent the straight line, of an arc the arc.
+             */
+            length_m: number;
+            /** @description The same points' longitudes. */
+            lon_deg: number[];
+        };
+        /**
+         * @description What a leg is.
+         * @enum {string}
+         */
+        WayLegKind: "takeoff" | "flown" | "approach" | "return";
+        /** @description The circle at an item. */
+        WayLoiter: {
+            /**
+             * Format: double
+             * @description Of a circle to a height: how much of the change is done when it begins, 0 to 1; 1 for the others.
+             */
+            changed_before: number;
+            /** @description Its sense. */
+            is_clockwise: boolean;
+            /** @description Whether that rests on what the plan does not tell: a speed, a climb, the vehicle's own radius. */
+            is_estimate: boolean;
+            /** @description Whether the plan gives the radius; otherwise it is the vehicle's own. */
+            is_own_radius: boolean;
+            /** @description Until when. */
+            kind: components["schemas"]["WayCircling"];
+            /**
+             * Format: double
+             * @description Way in it, metres; null when it has no end or is not known.
+             */
+            length_m: number | null;
+            /**
+             * Format: double
+             * @description Radius, metres.
+             */
+            radius_m: number;
+            /**
+             * Format: double
+             * @description Time in it, seconds; null likewise.
+             */
+            time_s: number | null;
+        };
+        /** @description An item that the vehicle flies to. */
+        WayStop: {
+            /** @description It, counted from 1. */
+            item: number;
+            leg: components["schemas"]["WayLeg"] | null;
+            loiter: components["schemas"]["WayLoiter"] | null;
+        };
         /** @description What follows from one thing that happens. */
         WhatIf: {
             /** @description What the vehicle decides, in order of time; none where its settings do not act on it. */
@@ -9879,6 +9979,38 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Survey"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    way: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PlanCheck"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Way"];
                 };
             };
             /** @description What was wrong and what to do */

@@ -21,6 +21,7 @@ export type TelemetryGroups = { [Name in GroupName]?: NonNullable<TelemetryChang
 export type MissionProgress = Schemas['MissionProgress'];
 export type Assessment = Schemas['Assessment'];
 export type Trip = Schemas['Trip'];
+export type Way = Schemas['Way'];
 export type Rehearsal = Schemas['Rehearsal'];
 export type BatteryLeft = Schemas['BatteryLeft'];
 export type RehearsedFlight = Schemas['RehearsedFlight'];

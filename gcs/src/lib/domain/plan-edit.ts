@@ -32,7 +32,7 @@ import {
   withParam,
   withPlace,
 } from './plan';
-import { PLANE_ROUTE, routeOf, type RouteOptions } from './route';
+import { PLANE_ROUTE, placesFlown, type RouteOptions } from './way';
 
 export interface DraftItem extends PlanItem {
   /** Tells items apart while they are edited; never leaves the station. */
@@ -260,9 +260,10 @@ function beforeLanding(draft: Draft): Draft {
 
 /** Inserts a waypoint on the leg that ends at item `toIndex`, at the height in the middle of its two ends. */
 export function insertOnLeg(draft: Draft, toIndex: number, at: LonLat, defaults: EditDefaults): Added {
-  const leg = routeOf(draft.items, draft.home, defaults.route).find((one) => one.toIndex === toIndex);
+  const { fliesArcs } = defaults.route ?? PLANE_ROUTE;
+  const from = placesFlown(draft.items, draft.home, fliesArcs).findLast(({ index }) => index < toIndex);
   const after = draft.items[toIndex];
-  const before = leg?.fromIndex == null ? undefined : draft.items[leg.fromIndex];
+  const before = from && draft.items[from.index];
   const [high_m, low_m] = [before && altOf_m(before), after && altOf_m(after)];
   const isSameFrame = before && after && isPlaced(after) && heightFrameOf(before) === heightFrameOf(after);
   const isMiddle = isSameFrame && high_m != null && low_m != null;

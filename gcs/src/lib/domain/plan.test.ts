@@ -4,7 +4,6 @@ import type { LonLat } from './lonlat';
 import {
   altOf_m,
   altRelHome_m,
-  circleOf,
   COMMAND,
   emptyPlan,
   FRAME,
@@ -18,7 +17,6 @@ import {
   withKind,
   withParam,
 } from './plan';
-import { routeOf } from './route';
 import {
   addAt,
   addLanding,
@@ -42,7 +40,7 @@ import {
 } from './plan-edit';
 import { commit, historyOf, redo, seal, undo } from './history';
 import { diffMissions, isSameMission } from './plan-diff';
-import { profileOf, ticks } from './profile';
+import { ticks } from './profile';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
 const DEFAULTS = { alt_m: 80, frame: 'home' } as const;
@@ -75,16 +73,6 @@ describe('items', () => {
     expect(item.params).toHaveLength(7);
     expect(item.frame).toBe(isPlaced(item) ? FRAME.home : FRAME.mission);
     expect(placeOf(item) === null).toBe(!isPlaced(item));
-  });
-
-  it('knows circles: sign, own radius, and that a timed circle has none of its own', () => {
-    const turns = makeItem('loiter_turns', { at: HOME });
-    expect(circleOf(withParam(turns, 2, -75))).toEqual({ radius_m: 75, isClockwise: false, isOwnRadius: true });
-    expect(circleOf(withParam(turns, 2, 0), 90)).toEqual({ radius_m: 90, isClockwise: true, isOwnRadius: false });
-    const timed = makeItem('loiter_time', { at: HOME });
-    expect(circleOf(withParam(timed, 2, -1))).toMatchObject({ isClockwise: false, isOwnRadius: false });
-    expect(circleOf(timed)).toMatchObject({ isClockwise: true });
-    expect(circleOf(makeItem('waypoint', { at: HOME }))).toBeNull();
   });
 
   it('takes 0/0 for no place', () => {
@@ -296,43 +284,9 @@ describe('difference', () => {
 });
 
 describe('route and profile', () => {
-  it('runs from home over everything to the landing', () => {
-    const draft = circuit();
-    const legs = routeOf(draft.items, HOME);
-    expect(legs.map((leg) => leg.kind)).toEqual(['takeoff', 'takeoff', 'flown', 'flown', 'flown', 'approach']);
-    expect(legs[0]?.fromIndex).toBeNull();
-    expect(legs.at(-1)?.toIndex).toBe(5);
-  });
-
-  it('returns home only when home is known', () => {
-    const items = [makeItem('waypoint', { at: at(0, 500) }), makeItem('return_to_launch')];
-    expect(routeOf(items, HOME).map((leg) => leg.kind)).toEqual(['flown', 'return']);
-    expect(routeOf(items, null)).toEqual([]);
-  });
-
   it('does not fly to a take-off or an action', () => {
     expect(isDestination(makeItem('takeoff', { at: HOME }), false)).toBe(false);
     expect(isDestination(makeItem('change_speed'), false)).toBe(false);
-  });
-
-  it('draws heights over the distance flown', () => {
-    // without the circle down, in which it flies too
-    const items = circuit().items.filter((item) => kindOf(item) !== 'loiter_to_height');
-    const profile = profileOf(items, HOME);
-    expect(profile.points).toHaveLength(6);
-    expect(profile.points[0]).toMatchObject({ index: null, distance_m: 0, alt_rel_home_m: 0, isCertain: true });
-    expect(profile.max_m).toBe(80);
-    expect(profile.length_m).toBeCloseTo(
-      routeOf(items, HOME).reduce((sum, leg) => sum + leg.length_m, 0),
-      6,
-    );
-  });
-
-  it('says when a height is a guess', () => {
-    const items = [makeItem('waypoint', { at: at(0, 500), alt_m: 60, frame: 'terrain' })];
-    expect(profileOf(items, HOME).points[1]).toMatchObject({ alt_rel_home_m: 60, isCertain: false });
-    const over = profileOf(items, HOME, undefined, (index) => 15 + index);
-    expect(over.points[1]).toMatchObject({ alt_rel_home_m: 75, isCertain: true });
   });
 
   it('puts round values on axes', () => {

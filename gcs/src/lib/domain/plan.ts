@@ -204,23 +204,6 @@ export function isDestination(item: PlanItem, fliesArcs: boolean): boolean {
   return DESTINATIONS.has(item.command) && (kindOf(item) !== 'other' || placeOf(item) !== null);
 }
 
-/** Radius and sense of the circle that the plane flies around the item. `null` when it flies none. */
-export function circleOf(
-  item: PlanItem,
-  default_radius_m = DEFAULT_LOITER_RADIUS_M,
-): { radius_m: number; isClockwise: boolean; isOwnRadius: boolean } | null {
-  const kind = kindOf(item);
-  let signed_m: number;
-  if (kind === 'loiter_turns' || kind === 'loiter_unlimited') signed_m = item.params[2] ?? 0;
-  else if (kind === 'loiter_to_height') signed_m = item.params[1] ?? 0;
-  // ArduPlane keeps only the sign of a timed circle and flies it with its own radius
-  else if (kind === 'loiter_time') signed_m = (item.params[2] ?? 1) < 0 ? -0 : 0;
-  else return null;
-  const isClockwise = !(signed_m < 0 || Object.is(signed_m, -0));
-  const isOwnRadius = signed_m !== 0;
-  return { radius_m: isOwnRadius ? Math.abs(signed_m) : Math.abs(default_radius_m), isClockwise, isOwnRadius };
-}
-
 export interface NewItem {
   readonly at?: LonLat | null;
   readonly alt_m?: number;

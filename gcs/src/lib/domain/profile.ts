@@ -1,7 +1,7 @@
 /** The height profile of a mission: heights above home over the distance flown, circles included. */
 
 import { altRelHome_m, type Home, heightFrameOf, kindOf, type PlanItem } from './plan';
-import { type Loiter, type RouteOptions, stopsOf } from './route';
+import type { Loiter, Way } from './way';
 
 export interface ProfilePoint {
   /** Index in the items; `null` for home at the beginning. */
@@ -39,13 +39,13 @@ export interface Profile {
 }
 
 /**
- * Heights at the items as they stand in the plan; jumps are not followed. `ground_m` gives the ground's height above home at an item,
- * where it is known.
+ * Heights at the items along their way; jumps are not followed. `ground_m` gives the ground's height above home at an item, where it is
+ * known.
  */
 export function profileOf(
   items: readonly PlanItem[],
   home: Home | null,
-  options?: RouteOptions,
+  way: Way,
   ground_m: (index: number) => number | null = () => null,
 ): Profile {
   const points: ProfilePoint[] = [];
@@ -54,7 +54,7 @@ export function profileOf(
   let isBeyond = false;
   if (home !== null)
     points.push({ index: null, distance_m: 0, alt_rel_home_m: 0, isCertain: true, isItem: false, isBeyond });
-  for (const { index, leg, loiter } of stopsOf(items, home, options)) {
+  for (const { index, leg, loiter } of way.stops) {
     const item = items[index] as PlanItem;
     const before_m = points.at(-1)?.alt_rel_home_m ?? 0;
     total_m += leg?.length_m ?? 0;
@@ -70,7 +70,7 @@ export function profileOf(
       points.push({ ...point, distance_m: total_m, alt_rel_home_m: there_m, isItem: true });
       continue;
     }
-    const arrival_m = before_m + (there_m - before_m) * loiter.changedBefore;
+    const arrival_m = before_m + (there_m - before_m) * loiter.changed_before;
     const isClimb = loiter.kind === 'height';
     points.push({ ...point, distance_m: total_m, alt_rel_home_m: arrival_m, isItem: !isClimb });
     const from_m = total_m;

@@ -2,6 +2,7 @@ import { describe, expect, it } from 'vitest';
 import { destination } from './geo';
 import { makeItem } from './plan';
 import { profileOf } from './profile';
+import { wayOf } from './way';
 import { alongProfile, endsInDanger, firstPassages, momentAt, nearestToGround, type Track } from './rehearsal';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
@@ -68,7 +69,7 @@ describe('a moment of a rehearsal', () => {
 
 describe('a track along the profile', () => {
   const items = [300, 800].map((away_m) => makeItem('waypoint', { at: destination(HOME, 90, away_m), alt_m: 80 }));
-  const profile = profileOf(items, HOME);
+  const profile = profileOf(items, HOME, wayOf(items, HOME, false));
   const passage = (item: number, begins_s: number, reached_s: number | null) => ({
     item,
     begins_s,

@@ -2,9 +2,8 @@
 
 import { bearing_deg, between, destination, distance_m, length_m } from './geo';
 import { type LonLat, wrap360_deg } from './lonlat';
-import { altRelHome_m, type Home, heightFrameOf, type PlanItem } from './plan';
-import { PLANE_ROUTE, type RouteOptions, stopsOf } from './route';
-import { type Circle, circleAt, type ShapedLeg, shapedRoute } from './route-shape';
+import { altRelHome_m, type Home, heightFrameOf, type PlanItem, placeOf } from './plan';
+import type { Loiter, Way } from './way';
 
 /**
  * So much may terrain data be off, metres: SRTM's absolute error stays below 16 m for nine of ten points and is mostly half of that
@@ -46,22 +45,15 @@ export interface Ground {
   readonly unknown: number;
 }
 
-/** Places of the route, circles included, at most `most` and not nearer than 10 m to each other, ends of legs included. */
-export function routePoints(
-  items: readonly PlanItem[],
-  home: Home | null,
-  options: RouteOptions = PLANE_ROUTE,
-  most = 400,
-): RoutePoint[] {
-  const stops = stopsOf(items, home, options);
-  const lines = new Map(shapedRoute(items, home, options).map((leg) => [leg.toIndex, leg]));
+/** Places of the way, circles included, at most `most` and not nearer than 10 m to each other, ends of legs included. */
+export function routePoints(items: readonly PlanItem[], { stops }: Way, most = 400): RoutePoint[] {
   const total_m = stops.reduce((sum, { leg, loiter }) => sum + (leg?.length_m ?? 0) + (loiter?.length_m ?? 0), 0);
   const step_m = Math.max(10, total_m / Math.max(1, most - 2 * stops.length));
   const points: RoutePoint[] = [];
   let begin_m = 0;
   for (const { index: toIndex, leg, loiter } of stops) {
-    const line = lines.get(toIndex)?.line;
-    const changedBefore = loiter?.changedBefore ?? 1;
+    const line = leg?.line;
+    const changedBefore = loiter?.changed_before ?? 1;
     if (leg !== null && line !== undefined) {
       const pieces = Math.max(1, Math.ceil(leg.length_m / step_m));
       const isLow = leg.fromIndex === null || leg.kind === 'approach';
@@ -78,12 +70,12 @@ export function routePoints(
       });
       begin_m += leg.length_m;
     }
-    const circle = loiter === null ? null : circleAt(items[toIndex] as PlanItem, options.loiterRadius_m);
-    if (loiter === null || circle === null) continue;
+    const centre = placeOf(items[toIndex] as PlanItem);
+    if (loiter === null || centre === null) continue;
     // an endless circle has no length in the profile, but ground below it
-    const flown_m = loiter.length_m ?? 2 * Math.PI * circle.radius_m;
+    const flown_m = loiter.length_m ?? 2 * Math.PI * loiter.radius_m;
     const pieces = flown_m > 0 ? Math.max(8, Math.min(200, Math.ceil(flown_m / step_m))) : 0;
-    roundCircle(circle, line?.at(-1) ?? null, flown_m, pieces).forEach((at, index) => {
+    roundCircle(centre, loiter, line?.at(-1) ?? null, flown_m, pieces).forEach((at, index) => {
       const part = (index + 1) / pieces;
       points.push({
         at,
@@ -101,7 +93,8 @@ export function routePoints(
 
 /** `pieces` places, evenly spaced, of a way round a circle that begins at `from`. */
 function roundCircle(
-  { centre, radius_m, isClockwise }: Circle,
+  centre: LonLat,
+  { radius_m, is_clockwise }: Loiter,
   from: LonLat | null,
   flown_m: number,
   pieces: number,
@@ -109,12 +102,12 @@ function roundCircle(
   const begin_deg = from === null ? 0 : bearing_deg(centre, from);
   const turned_deg = ((flown_m / radius_m) * 180) / Math.PI / Math.max(1, pieces);
   return Array.from({ length: pieces }, (_, index) =>
-    destination(centre, wrap360_deg(begin_deg + (isClockwise ? 1 : -1) * turned_deg * (index + 1)), radius_m),
+    destination(centre, wrap360_deg(begin_deg + (is_clockwise ? 1 : -1) * turned_deg * (index + 1)), radius_m),
   );
 }
 
 /** `pieces` + 1 places, evenly spaced, of a line. */
-function alongLine(line: ShapedLeg['line'], pieces: number): LonLat[] {
+function alongLine(line: readonly LonLat[], pieces: number): LonLat[] {
   const whole_m = length_m(line);
   const places: LonLat[] = [];
   let index = 1;

@@ -20,7 +20,7 @@ import type { TileLoader } from '$lib/api/maps-tiles';
 import { type LonLat, wrap180_deg } from '$lib/domain/lonlat';
 import type { Home, PlanItem } from '$lib/domain/plan';
 import { type Moment, placesOf, type Track as RehearsedTrack } from '$lib/domain/rehearsal';
-import type { RouteOptions } from '$lib/domain/route';
+import type { Way } from '$lib/domain/way';
 import { freeCentre, type Insets, widenFactor } from '$lib/domain/sight';
 import { type Box, boxAround, boxCorners } from '$lib/domain/tiling';
 import type { Trail } from '$lib/domain/track';
@@ -223,16 +223,16 @@ export class MapAdapter {
 
   // --- What is shown ------------------------------------------------------------------------------------------------
 
-  setPlan(items: readonly PlanItem[], home: Home | null, options: RouteOptions): void {
+  setPlan(items: readonly PlanItem[], home: Home | null, way: Way): void {
     this.#version += 1;
-    this.#route.route = items.length === 0 ? EMPTY_ROUTE : routeView(items, home, options);
+    this.#route.route = items.length === 0 ? EMPTY_ROUTE : routeView(items, home, way);
     this.#map.render();
   }
 
   /** The route that the vehicle has, where it is another one; `null` when it is not shown. */
-  setVehiclePlan(items: readonly PlanItem[] | null, home: Home | null, options: RouteOptions): void {
+  setVehiclePlan(items: readonly PlanItem[] | null, home: Home | null, way: Way): void {
     this.#version += 1;
-    this.#route.vehicleRoute = items === null ? EMPTY_ROUTE : routeView(items, home, options);
+    this.#route.vehicleRoute = items === null ? EMPTY_ROUTE : routeView(items, home, way);
     this.#map.render();
   }
 

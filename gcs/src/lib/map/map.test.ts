@@ -4,6 +4,7 @@ import { makeItem, withParam } from '$lib/domain/plan';
 import { projection, WORLD_M } from './frame';
 import { RoutePainter } from './route-painter';
 import { routeView, toLine, toXY } from './route-view';
+import { wayOf } from '$lib/domain/way';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
 const SIZE = { width: 800, height: 600 };
@@ -33,7 +34,11 @@ describe('route', () => {
     withParam(makeItem('jump'), 0, 3),
     makeItem('return_to_launch'),
   ];
-  const route = routeView(items, HOME);
+  const circle = { kind: 'turns', radius_m: 80, is_clockwise: false, is_own_radius: true, length_m: 500 } as const;
+  const loiter = { ...circle, time_s: 25, is_estimate: false, changed_before: 1 };
+  const leg = { kind: 'flown', length_m: 900, course_deg: 10, lat_deg: [40.3, 40.4], lon_deg: [-3.8, -3.8] } as const;
+  const told = { stops: [{ item: 3, leg: { ...leg, from_item: 1 }, loiter }], jumps: [{ item: 4, to_item: 3 }] };
+  const route = routeView(items, HOME, wayOf(items, HOME, false, { items, home: HOME, way: told }));
 
   it('numbers items as the vehicle counts, actions included', () => {
     expect(route.items.map((item) => item.number)).toEqual([1, 3]);

@@ -1,5 +1,5 @@
 // The planned route: legs with their directions, numbered items, circles, landing approaches, and what of it is flown.
-import { STEEP_SLOPE } from '$lib/domain/route';
+import { STEEP_SLOPE } from '$lib/domain/way';
 import { type Frame, haloText, type Painter, type Projection, strokeWithEdge, traceLine, type XY } from './frame';
 import { EMPTY_ROUTE, type RouteItem, type RouteLeg, type RouteView } from './route-view';
 
@@ -164,7 +164,7 @@ export class RoutePainter {
     return {
       colour: isCurrent ? theme.ok : isFlown ? theme.muted : leg.kind === 'approach' ? theme.warn : theme.accent,
       width: isCurrent ? 5 : 3,
-      dash: leg.kind === 'takeoff' ? [10, 6] : leg.kind === 'return' ? [3, 6] : [],
+      dash: leg.isGuess ? [2, 6] : leg.kind === 'takeoff' ? [10, 6] : leg.kind === 'return' ? [3, 6] : [],
     };
   }
 

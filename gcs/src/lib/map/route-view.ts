@@ -1,11 +1,10 @@
 // A planned route as it is drawn: the geometry of a plan in map coordinates, made anew only when the plan changes.
 import { fromLonLat } from 'ol/proj';
-import { between, circle } from '$lib/domain/geo';
+import { between, circle, distance_m, length_m } from '$lib/domain/geo';
 import type { LonLat } from '$lib/domain/lonlat';
-import { altRelHome_m, circleOf, type Home, type ItemKind, kindOf, type PlanItem, placeOf } from '$lib/domain/plan';
+import { altRelHome_m, type Home, type ItemKind, kindOf, type PlanItem, placeOf } from '$lib/domain/plan';
 import { MERCATOR_LIMIT_DEG } from '$lib/domain/projection';
-import { approachesOf, jumpTarget, type Leg, PLANE_ROUTE, type RouteOptions } from '$lib/domain/route';
-import { shapedRoute } from '$lib/domain/route-shape';
+import { approachesOf, type Leg, type Way } from '$lib/domain/way';
 import type { XY } from './frame';
 
 export interface RouteItem {
@@ -24,6 +23,8 @@ export interface RouteLeg {
   readonly line: readonly XY[];
   readonly middle: XY;
   readonly middlePlace: LonLat;
+  /** A straight line while the core has not told the way. */
+  readonly isGuess: boolean;
 }
 
 export interface RouteCircle {
@@ -70,13 +71,8 @@ export function toLine(points: readonly LonLat[]): XY[] {
   });
 }
 
-export function routeView(
-  items: readonly PlanItem[],
-  home: Home | null,
-  options: RouteOptions = PLANE_ROUTE,
-): RouteView {
+export function routeView(items: readonly PlanItem[], home: Home | null, way: Way): RouteView {
   const places = items.map(placeOf);
-  const placeBefore = (index: number): LonLat | null => places.slice(0, index).findLast((at) => at !== null) ?? null;
   return {
     items: items.flatMap((item, index) => {
       const place = places[index] ?? null;
@@ -91,32 +87,38 @@ export function routeView(
         },
       ];
     }),
-    legs: shapedRoute(items, home, options).map((leg) => ({
-      kind: leg.kind,
-      toIndex: leg.toIndex,
-      line: toLine(leg.line),
-      middle: toXY(leg.middle),
-      middlePlace: leg.middle,
-    })),
-    circles: items.flatMap((item, index) => {
-      const round = circleOf(item, options.loiterRadius_m);
+    legs: way.stops.flatMap(({ leg }) => {
+      if (leg === null) return [];
+      const middlePlace = middleOf(leg.line);
+      const { kind, toIndex, isGuess } = leg;
+      return [{ kind, toIndex, isGuess, line: toLine(leg.line), middle: toXY(middlePlace), middlePlace }];
+    }),
+    circles: way.stops.flatMap(({ index, loiter }) => {
       const place = places[index] ?? null;
-      if (round === null || place === null) return [];
-      const { isClockwise, isOwnRadius } = round;
-      return [{ number: index + 1, line: toLine(circle(place, round.radius_m)), isClockwise, isOwnRadius }];
+      if (loiter === null || place === null) return [];
+      const { radius_m, is_clockwise: isClockwise, is_own_radius: isOwnRadius } = loiter;
+      return [{ number: index + 1, line: toLine(circle(place, radius_m)), isClockwise, isOwnRadius }];
     }),
-    jumps: items.flatMap((item, index) => {
-      if (kindOf(item) !== 'jump') return [];
-      const target = jumpTarget(items, item);
-      const from = placeBefore(index);
-      const to = target === null ? null : (places.slice(target).find((at) => at !== null) ?? null);
-      return from === null || to === null ? [] : [{ from: toXY(from), to: toXY(to), number: index + 1 }];
+    jumps: way.jumps.flatMap(({ fromIndex, toIndex }) => {
+      const from = places.slice(0, fromIndex).findLast((at) => at !== null);
+      const to = places.slice(toIndex).find((at) => at !== null);
+      return from == null || to == null ? [] : [{ from: toXY(from), to: toXY(to), number: fromIndex + 1 }];
     }),
-    approaches: approachesOf(items, home, options).map((approach) => ({
-      middle: toXY(between(approach.from, approach.to, 0.5)),
-      slope: approach.slope,
-      drop_m: approach.drop_m,
-      length_m: approach.length_m,
+    approaches: approachesOf(items, home, way).map(({ middle, ...approach }) => ({
+      ...approach,
+      middle: toXY(middle),
     })),
   };
+}
+
+/** Halfway along a line. */
+function middleOf(line: readonly LonLat[]): LonLat {
+  let left_m = length_m(line) / 2;
+  for (let index = 1; index < line.length; index += 1) {
+    const [from, to] = [line[index - 1] as LonLat, line[index] as LonLat];
+    const piece_m = distance_m(from, to);
+    if (piece_m >= left_m && piece_m > 0) return between(from, to, left_m / piece_m);
+    left_m -= piece_m;
+  }
+  return line.at(-1) as LonLat;
 }

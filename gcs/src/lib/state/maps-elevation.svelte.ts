@@ -3,8 +3,8 @@ import type { ElevationPoint } from '$lib/api/maps-types';
 import { distance_m } from '$lib/domain/geo';
 import type { LonLat } from '$lib/domain/lonlat';
 import type { Home, PlanItem } from '$lib/domain/plan';
-import { PLANE_ROUTE, type RouteOptions } from '$lib/domain/route';
 import { type Ground, groundOf, routePoints, type RoutePoint } from '$lib/domain/terrain';
+import { NO_WAY, type Way } from '$lib/domain/way';
 import { maps, mapsApi } from './maps.svelte';
 import { load, save } from './stored';
 
@@ -50,11 +50,7 @@ class Elevation {
   #plane: LonLat | null = null;
   #settle: ReturnType<typeof setTimeout> | undefined;
   #heights: { points: readonly RoutePoint[]; heights_m: readonly (number | null)[] } | null = null;
-  #route: { items: readonly PlanItem[]; home: Home | null; options: RouteOptions } = {
-    items: [],
-    home: null,
-    options: PLANE_ROUTE,
-  };
+  #route: { items: readonly PlanItem[]; home: Home | null; way: Way } = { items: [], home: null, way: NO_WAY };
 
   get clearance_m(): number {
     return this.#clearance_m;
@@ -102,8 +98,8 @@ class Elevation {
   }
 
   /** Tells what the plan is; its ground is known a little later. */
-  setPlan(items: readonly PlanItem[], home: Home | null, options: RouteOptions): void {
-    this.#route = { items, home, options };
+  setPlan(items: readonly PlanItem[], home: Home | null, way: Way): void {
+    this.#route = { items, home, way };
     clearTimeout(this.#settle);
     if (!this.isKnowable || home === null || items.length === 0) {
       this.#heights = null;
@@ -147,8 +143,8 @@ class Elevation {
   }
 
   async #askForPlan(): Promise<void> {
-    const { items, home, options } = this.#route;
-    const points = routePoints(items, home, options);
+    const { items, way } = this.#route;
+    const points = routePoints(items, way);
     if (points.length === 0) {
       this.ground = null;
       return;

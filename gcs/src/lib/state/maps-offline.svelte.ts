@@ -4,7 +4,7 @@ import { problemFrom } from '$lib/api/problem';
 import type { Problem } from '$lib/api/types';
 import type { LonLat } from '$lib/domain/lonlat';
 import { placeOf } from '$lib/domain/plan';
-import { routeOf } from '$lib/domain/route';
+import { placesFlown } from '$lib/domain/way';
 import { type Box, boxCorners, boxOf } from '$lib/domain/tiling';
 import { mapsApi } from './maps.svelte';
 import { plan } from './plan.svelte';
@@ -149,12 +149,9 @@ class OfflineAreas {
 /** The places that the plan goes through, in turn; without a plan, home. */
 function planPlaces(): LonLat[] {
   const items = plan.items.length > 0 ? plan.items : (plan.vehiclePlan?.items ?? []);
-  const legs = routeOf(items, plan.home, vehicles.route);
-  const [first] = legs;
-  const places = first === undefined ? [plan.home ?? items.map(placeOf).find((at) => at !== null)] : [first.from];
-  return [...places, ...legs.map((leg) => leg.to)].flatMap((at) =>
-    at == null ? [] : [{ lat_deg: at.lat_deg, lon_deg: at.lon_deg }],
-  );
+  const flown = placesFlown(items, plan.home, vehicles.route.fliesArcs).map(({ at }) => at);
+  const places = [plan.home, ...(flown.length > 0 ? flown : [items.map(placeOf).find((at) => at !== null)])];
+  return places.flatMap((at) => (at == null ? [] : [{ lat_deg: at.lat_deg, lon_deg: at.lon_deg }]));
 }
 
 export const offlineAreas = new OfflineAreas();

@@ -16,7 +16,7 @@ import { freshness, type Freshness } from '$lib/domain/freshness';
 import { deadReckon, followTrack, turnRate_deg_s, type Ghost, type LastKnown } from '$lib/domain/ghost';
 import { lonLat, wrap360_deg } from '$lib/domain/lonlat';
 import type { Track } from '$lib/domain/rehearsal';
-import { PLANE_ROUTE, type RouteOptions } from '$lib/domain/route';
+import { PLANE_ROUTE, type RouteOptions } from '$lib/domain/way';
 import { t } from '$lib/i18n/index.svelte';
 import { clock } from './clock.svelte';
 import { FlightClock, type FlightTime } from './flight-time';

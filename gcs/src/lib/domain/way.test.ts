@@ -1,0 +1,146 @@
+import { describe, expect, it } from 'vitest';
+import { destination, distance_m } from './geo';
+import { makeItem, type PlanItem, withAlt, withParam, withPlace } from './plan';
+import { profileOf } from './profile';
+import { approachesOf, type Loiter, NO_WAY, placesFlown, type ToldWay, type Way, wayOf } from './way';
+
+const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
+const at = (away_m: number, bearing_deg = 0) => destination(HOME, bearing_deg, away_m);
+const waypoint = (away_m: number, alt_m = 80) => makeItem('waypoint', { at: at(away_m), alt_m });
+const keyed = (items: PlanItem[]) => items.map((item, index) => ({ ...item, key: index + 1 }));
+const LOITER: Loiter = {
+  ...{ kind: 'turns', radius_m: 100, is_clockwise: true, is_own_radius: true },
+  ...{ length_m: 200 * Math.PI, time_s: 30, is_estimate: false, changed_before: 1 },
+};
+/** What the core would tell: each leg a line of three points. */
+const told = (items: readonly PlanItem[], loiters: Record<number, Loiter> = {}): ToldWay => ({
+  stops: wayOf(items, HOME, false).stops.map(({ index, leg }) => ({
+    item: index + 1,
+    leg: leg && {
+      from_item: leg.fromIndex === null ? null : leg.fromIndex + 1,
+      kind: leg.kind,
+      length_m: leg.length_m + 1,
+      course_deg: leg.course_deg,
+      lat_deg: [leg.from.lat_deg, 40.5, leg.to.lat_deg],
+      lon_deg: [leg.from.lon_deg, -3.7, leg.to.lon_deg],
+    },
+    loiter: loiters[index] ?? null,
+  })),
+  jumps: [],
+});
+const guesses = (way: Way) => way.stops.map(({ leg }) => leg?.isGuess);
+
+describe('before the core has told', () => {
+  it('joins the places that are flown to by straight lines, marked as such', () => {
+    const items = [
+      makeItem('takeoff', { at: at(300, 270), alt_m: 50 }),
+      makeItem('change_speed'),
+      waypoint(600),
+      waypoint(900),
+      makeItem('land', { at: at(20), alt_m: 0 }),
+      makeItem('return_to_launch'),
+    ];
+    const { stops } = wayOf(items, HOME, false);
+    expect(stops.map(({ index, leg }) => [index, leg?.kind])).toEqual([
+      [0, 'takeoff'],
+      [2, 'takeoff'],
+      [3, 'flown'],
+      [4, 'approach'],
+      [5, 'return'],
+    ]);
+    expect(stops.every(({ leg }) => leg?.isGuess && leg.line.length === 2)).toBe(true);
+    expect(stops[2]?.leg?.length_m).toBeCloseTo(300, 3);
+    expect(wayOf(items.slice(2, 3), null, false).stops).toMatchObject([{ index: 0, leg: null }]);
+    expect(wayOf([], HOME, false)).toEqual(NO_WAY);
+  });
+
+  it('passes over an arc unless the vehicle flies it, and returns only to a home that is known', () => {
+    const items = [waypoint(500), makeItem('arc_waypoint', { at: at(900) }), makeItem('return_to_launch')];
+    expect(placesFlown(items, HOME, false).map(({ index }) => index)).toEqual([0, 2]);
+    expect(placesFlown(items, null, true).map(({ index }) => index)).toEqual([0, 1]);
+  });
+});
+
+describe('what the core told', () => {
+  const items = keyed([
+    waypoint(500),
+    makeItem('loiter_turns', { at: at(1000), alt_m: 80 }),
+    waypoint(1500),
+    waypoint(2000),
+  ]);
+  const answer = { items, home: HOME, way: { ...told(items, { 1: LOITER }), jumps: [{ item: 4, to_item: 2 }] } };
+
+  it('is drawn', () => {
+    const way = wayOf(items, HOME, false, answer);
+    expect(guesses(way)).toEqual([false, false, false, false]);
+    expect(way.stops[0]?.leg?.line).toHaveLength(3);
+    expect(way.stops[1]?.loiter).toBe(LOITER);
+    expect(way.jumps).toEqual([{ fromIndex: 3, toIndex: 1 }]);
+  });
+
+  it('holds for what is still the same while an item is dragged', () => {
+    const dragged = items.map((item, index) => (index === 1 ? { ...withPlace(item, at(1000, 20)), key: 2 } : item));
+    const way = wayOf(dragged, HOME, false, answer);
+    expect(guesses(way)).toEqual([false, true, true, false]);
+    // the circle goes with it
+    expect(way.stops[1]?.loiter).toBe(LOITER);
+    const wider = dragged.map((item, index) => (index === 1 ? { ...withParam(item, 2, 150), key: 2 } : item));
+    expect(wayOf(wider, HOME, false, answer).stops[1]?.loiter).toBeNull();
+  });
+
+  it('holds beside an item that is put in or taken out', () => {
+    const more = [items[0]!, { ...waypoint(700), key: 9 }, ...items.slice(1)];
+    expect(guesses(wayOf(more, HOME, false, answer))).toEqual([false, true, true, false, false]);
+    expect(guesses(wayOf(items.slice(1), HOME, false, answer))).toEqual([true, false, false]);
+    const elsewhere = { ...HOME, lat_deg: 40.4 };
+    expect(guesses(wayOf(items, elsewhere, false, answer))).toEqual([true, false, false, false]);
+  });
+});
+
+describe('the height profile', () => {
+  const circling = (items: PlanItem[], loiters: Record<number, Loiter>) => {
+    const way = wayOf(items, HOME, false, { items, home: HOME, way: told(items, loiters) });
+    return profileOf(items, HOME, way);
+  };
+
+  it('has the distance that is circled, and goes on after it', () => {
+    const profile = circling([makeItem('loiter_turns', { at: at(1000), alt_m: 80 }), waypoint(2000)], { 0: LOITER });
+    expect(profile.length_m).toBeCloseTo(2002 + 200 * Math.PI, 1);
+    expect(profile.loiters).toMatchObject([{ index: 0, kind: 'turns', isUnknown: false }]);
+    expect(profile.points.filter((point) => point.isItem).map((point) => point.index)).toEqual([0, 1]);
+    expect(profile.points.every((point) => !point.isBeyond)).toBe(true);
+    expect(profile.points[0]).toMatchObject({ index: null, distance_m: 0, alt_rel_home_m: 0, isCertain: true });
+  });
+
+  it('puts the height of a climbing circle where it is reached', () => {
+    const items = [waypoint(1000, 100), makeItem('loiter_to_height', { at: at(1100), alt_m: 400 })];
+    const climb: Loiter = { ...LOITER, kind: 'height', changed_before: 0.04 };
+    const points = circling(items, { 1: climb }).points.filter((point) => point.index === 1);
+    expect(points.map((point) => point.isItem)).toEqual([false, true]);
+    expect(points[0]!.alt_rel_home_m).toBeCloseTo(112, 6);
+    expect(points[1]!.alt_rel_home_m).toBe(400);
+  });
+
+  it('tells what is flown from what comes after a circle without end', () => {
+    const items = [makeItem('loiter_unlimited', { at: at(1000), alt_m: 80 }), waypoint(2000)];
+    const profile = circling(items, { 0: { ...LOITER, kind: 'unlimited', length_m: null, time_s: null } });
+    expect(profile.loiters).toMatchObject([{ kind: 'unlimited', isUnknown: false }]);
+    expect(profile.points.map((point) => point.isBeyond)).toEqual([false, false, true]);
+  });
+
+  it('says when a height is a guess', () => {
+    const items = [makeItem('waypoint', { at: at(500), alt_m: 60, frame: 'terrain' })];
+    const way = wayOf(items, HOME, false);
+    expect(profileOf(items, HOME, way).points[1]).toMatchObject({ alt_rel_home_m: 60, isCertain: false });
+    const over = profileOf(items, HOME, way, (index) => 15 + index);
+    expect(over.points[1]).toMatchObject({ alt_rel_home_m: 75, isCertain: true });
+  });
+});
+
+it('tells how steep the way down to a landing is', () => {
+  const items = [waypoint(500, 40), makeItem('land', { at: HOME, alt_m: 0 })];
+  const [approach] = approachesOf(items, HOME, wayOf(items, HOME, false));
+  expect(approach).toMatchObject({ drop_m: 40, slope: expect.closeTo(0.08, 4) });
+  expect(distance_m(approach!.middle, at(250))).toBeLessThan(0.1);
+  expect(approachesOf([withAlt(waypoint(500), 40)], HOME, wayOf([waypoint(500)], HOME, false))).toEqual([]);
+});

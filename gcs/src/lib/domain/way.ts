@@ -1,0 +1,250 @@
+/**
+ * The way of a plan as every view of it shows it: to which items the vehicle flies, by which line, how far, and how it circles there.
+ * The core lays it out (`POST /plan/way`). Until its answer is there, and for as long as there is no station, the places are joined by
+ * straight lines that are marked as such.
+ */
+
+import { bearing_deg, between, distance_m } from './geo';
+import { type LonLat, sameLonLat } from './lonlat';
+import {
+  altRelHome_m,
+  DEFAULT_LOITER_RADIUS_M,
+  type Home,
+  isDestination,
+  kindOf,
+  type PlanItem,
+  placeOf,
+} from './plan';
+
+/** What of the vehicle decides where a plan takes it. */
+export interface RouteOptions {
+  /** Whether it flies the arcs of NAV_ARC_WAYPOINT, as an ArduCopter does; a plane passes straight over such an item. */
+  readonly fliesArcs: boolean;
+  /** Radius of circles that name none, metres (WP_LOITER_RAD). */
+  readonly loiterRadius_m: number;
+  /** Speed until the plan changes it, metres per second (AIRSPEED_CRUISE). */
+  readonly cruise_m_s: number;
+}
+
+/** An ArduPlane as it comes. */
+export const PLANE_ROUTE: RouteOptions = { fliesArcs: false, loiterRadius_m: DEFAULT_LOITER_RADIUS_M, cruise_m_s: 22 };
+
+/** The circling at an item, as the core tells it. */
+export interface Loiter {
+  readonly kind: 'turns' | 'time' | 'height' | 'unlimited';
+  readonly radius_m: number;
+  readonly is_clockwise: boolean;
+  /** False when the vehicle's own radius is taken, which may be another. */
+  readonly is_own_radius: boolean;
+  /** Distance flown in it, metres; `null` when it has no end, or is not known. */
+  readonly length_m: number | null;
+  /** Time in it, seconds; `null` likewise. */
+  readonly time_s: number | null;
+  /** Whether the length depends on what the plan does not tell. */
+  readonly is_estimate: boolean;
+  /** Of a circle to a height: how much of the change is done when the circling begins, 0 to 1; 1 for the others. */
+  readonly changed_before: number;
+}
+
+type LegKind = 'takeoff' | 'flown' | 'approach' | 'return';
+
+/** A way as the core tells it; items count from 1. */
+export interface ToldWay {
+  readonly stops: readonly {
+    readonly item: number;
+    readonly leg: {
+      /** `null` for home. */
+      readonly from_item: number | null;
+      readonly kind: LegKind;
+      readonly length_m: number;
+      readonly course_deg: number;
+      readonly lat_deg: readonly number[];
+      readonly lon_deg: readonly number[];
+    } | null;
+    readonly loiter: Loiter | null;
+  }[];
+  readonly jumps: readonly { readonly item: number; readonly to_item: number }[];
+}
+
+/** A told way, and of which plan. */
+export interface WayAnswer {
+  readonly items: readonly Item[];
+  readonly home: Home | null;
+  readonly way: ToldWay;
+}
+
+/** An item, in a draft with the key that it keeps while it is edited. */
+type Item = PlanItem & { readonly key?: number };
+
+/** One piece of the way, from one place to the next. */
+export interface Leg {
+  readonly from: LonLat;
+  readonly to: LonLat;
+  /** Index in the items of where the leg begins; `null` for home. */
+  readonly fromIndex: number | null;
+  /** Index in the items of where the leg ends. For a return to launch, that item. */
+  readonly toIndex: number;
+  readonly kind: LegKind;
+  readonly length_m: number;
+  readonly course_deg: number;
+  /** At a circle it begins or ends on it. */
+  readonly line: readonly LonLat[];
+  /** A straight line while the core has not told the way. */
+  readonly isGuess: boolean;
+}
+
+/** An item that the vehicle flies to. */
+export interface Stop {
+  readonly index: number;
+  /** The way to it; `null` when it begins there. */
+  readonly leg: Leg | null;
+  readonly loiter: Loiter | null;
+}
+
+export interface Way {
+  readonly stops: readonly Stop[];
+  readonly jumps: readonly { readonly fromIndex: number; readonly toIndex: number }[];
+}
+
+export const NO_WAY: Way = { stops: [], jumps: [] };
+
+/** The places that the items are flown to, in the order of the plan. */
+export function placesFlown(
+  items: readonly PlanItem[],
+  home: LonLat | null,
+  fliesArcs: boolean,
+): { readonly index: number; readonly at: LonLat }[] {
+  return items.flatMap((item, index) => {
+    const kind = kindOf(item);
+    const at =
+      kind === 'return_to_launch' ? home : kind === 'takeoff' || isDestination(item, fliesArcs) ? placeOf(item) : null;
+    return at === null ? [] : [{ index, at }];
+  });
+}
+
+/** The way of these items: what the core told of them, and straight lines where it has told nothing yet. */
+export function wayOf(
+  items: readonly Item[],
+  home: Home | null,
+  fliesArcs: boolean,
+  answer: WayAnswer | null = null,
+): Way {
+  const told = new Told(answer);
+  const stops: Stop[] = [];
+  let from: { readonly index: number | null; readonly at: LonLat } | null = home && { index: null, at: home };
+  for (const { index, at } of placesFlown(items, home, fliesArcs)) {
+    const item = items[index] as Item;
+    const before: PlanItem | null = from?.index == null ? null : (items[from.index] as Item);
+    const leg: Leg | null =
+      from === null || sameLonLat(from.at, at)
+        ? null
+        : (told.leg(item, before, home, { from: from.at, to: at, fromIndex: from.index, toIndex: index }) ??
+          straight(from.at, at, from.index, index, item, before));
+    stops.push({ index, leg, loiter: told.loiter(item) });
+    from = { index, at };
+  }
+  return { stops, jumps: told.jumps(items) };
+}
+
+function straight(
+  from: LonLat,
+  to: LonLat,
+  fromIndex: number | null,
+  toIndex: number,
+  item: PlanItem,
+  before: PlanItem | null,
+): Leg {
+  const isFromTakeoff = before !== null && kindOf(before) === 'takeoff';
+  const kinds: Partial<Record<string, LegKind>> = { return_to_launch: 'return', land: 'approach', takeoff: 'takeoff' };
+  return {
+    ...{ from, to, fromIndex, toIndex, isGuess: true },
+    kind: kinds[kindOf(item)] ?? (isFromTakeoff ? 'takeoff' : 'flown'),
+    length_m: distance_m(from, to),
+    course_deg: bearing_deg(from, to),
+    line: [from, to],
+  };
+}
+
+/** What the core told of a plan, for the items of it that are still the same. */
+class Told {
+  readonly #answer: WayAnswer | null;
+  readonly #byItem = new Map<PlanItem, ToldWay['stops'][number]>();
+  readonly #byKey = new Map<number, { readonly item: Item; readonly loiter: Loiter }>();
+
+  constructor(answer: WayAnswer | null) {
+    this.#answer = answer;
+    for (const stop of answer?.way.stops ?? []) {
+      const item = answer?.items[stop.item - 1];
+      if (item === undefined) continue;
+      this.#byItem.set(item, stop);
+      if (item.key !== undefined && stop.loiter !== null) this.#byKey.set(item.key, { item, loiter: stop.loiter });
+    }
+  }
+
+  /** The leg to an item, when both of its ends are as they were told of. */
+  leg(
+    item: Item,
+    before: PlanItem | null,
+    home: Home | null,
+    ends: Pick<Leg, 'from' | 'to' | 'fromIndex' | 'toIndex'>,
+  ): Leg | null {
+    const leg = this.#byItem.get(item)?.leg;
+    if (leg == null) return null;
+    const source = leg.from_item === null ? null : (this.#answer?.items[leg.from_item - 1] ?? null);
+    const needsHome = before === null || leg.kind === 'return';
+    if (source !== before || (needsHome && !isSameHome(home, this.#answer?.home ?? null))) return null;
+    const { kind, length_m, course_deg, lat_deg, lon_deg } = leg;
+    const line = lat_deg.map((lat, index) => ({ lat_deg: lat, lon_deg: lon_deg[index] ?? 0 }));
+    return { ...ends, kind, length_m, course_deg, line, isGuess: false };
+  }
+
+  /** The circle at an item, also when it is dragged to another place. */
+  loiter(item: Item): Loiter | null {
+    const stop = this.#byItem.get(item);
+    if (stop !== undefined) return stop.loiter;
+    const known = item.key === undefined ? undefined : this.#byKey.get(item.key);
+    const isSame =
+      known?.item.command === item.command && [0, 1, 2, 3].every((at) => known.item.params[at] === item.params[at]);
+    return isSame ? known.loiter : null;
+  }
+
+  jumps(items: readonly Item[]): Way['jumps'] {
+    const { way, items: toldItems } = this.#answer ?? { way: null, items: [] };
+    if (way === null || way.jumps.length === 0) return [];
+    const indexOf = new Map(items.map((item, index): [PlanItem, number] => [item, index]));
+    return way.jumps.flatMap(({ item, to_item }) => {
+      const fromIndex = indexOf.get(toldItems[item - 1] as Item);
+      // a target that is dragged is still the target
+      const toIndex = items[to_item - 1] === undefined ? undefined : to_item - 1;
+      return fromIndex === undefined || toIndex === undefined ? [] : [{ fromIndex, toIndex }];
+    });
+  }
+}
+
+const isSameHome = (a: Home | null, b: Home | null): boolean =>
+  a === b || (a !== null && b !== null && sameLonLat(a, b) && a.alt_amsl_m === b.alt_amsl_m);
+
+/** Last approach of a plan: from the place before the landing to the landing. */
+export interface Approach {
+  readonly middle: LonLat;
+  readonly length_m: number;
+  /** Height lost, metres; `null` when the two heights count from different levels. */
+  readonly drop_m: number | null;
+  /** Height lost per distance; `null` when it is not known. */
+  readonly slope: number | null;
+}
+
+/** Above this the checks call an approach steep. */
+export const STEEP_SLOPE = 0.1;
+
+export function approachesOf(items: readonly PlanItem[], home: Home | null, { stops }: Way): Approach[] {
+  return stops.flatMap(({ leg }) => {
+    if (leg?.kind !== 'approach') return [];
+    const before = leg.fromIndex === null ? null : items[leg.fromIndex];
+    const high_m = before ? altRelHome_m(before, home) : 0;
+    const low_m = altRelHome_m(items[leg.toIndex] as PlanItem, home);
+    const drop_m = high_m === null || low_m === null ? null : high_m - low_m;
+    const slope = drop_m === null || leg.length_m <= 0 ? null : drop_m / leg.length_m;
+    return [{ middle: between(leg.from, leg.to, 0.5), length_m: leg.length_m, drop_m, slope }];
+  });
+}

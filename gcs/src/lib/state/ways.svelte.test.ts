@@ -1,0 +1,51 @@
+import { expect, it, vi } from 'vitest';
+import type { Plan, Way } from '$lib/api/types';
+import { makeItem } from '$lib/domain/plan';
+import { PLANE_ROUTE } from '$lib/domain/way';
+import { api } from './station.svelte';
+import { Asker, type Question } from './ways.svelte';
+
+const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
+const WAY: Way = { stops: [], jumps: [] };
+const question = (count: number): Question => ({
+  items: Array.from({ length: count }, (_, index) => ({ ...makeItem('waypoint', { at: HOME }), key: index + 1 })),
+  ...{ home: HOME, vehicle: 7, route: PLANE_ROUTE },
+});
+
+it('asks one question at a time, and of those that come meanwhile the last', async () => {
+  const asked: { plan: Plan; vehicle?: number; answer: (way: Way) => void; fail: () => void }[] = [];
+  const way = vi
+    .spyOn(api, 'way')
+    .mockImplementation(
+      (plan, vehicle) =>
+        new Promise((answer, fail) => asked.push({ plan, ...(vehicle !== undefined && { vehicle }), answer, fail })),
+    );
+  const asker = new Asker();
+  const [one, two, three] = [question(1), question(2), question(3)];
+  asker.ask(one);
+  asker.ask(one);
+  asker.ask(two);
+  asker.ask(three);
+  expect(asked.map(({ plan, vehicle }) => [plan.items.length, vehicle])).toEqual([[1, 7]]);
+  expect(asked[0]?.plan.items[0]).not.toHaveProperty('key');
+  asked[0]?.answer(WAY);
+  await vi.waitFor(() => expect(asked).toHaveLength(2));
+  expect(asker.answer?.items).toBe(one.items);
+  expect(asked[1]?.plan.items).toHaveLength(3);
+  asked[1]?.answer(WAY);
+  await vi.waitFor(() => expect(asker.answer?.items).toBe(three.items));
+
+  // what failed may be asked again, and no plan needs no answer
+  asker.ask(one);
+  asked[2]?.fail();
+  await vi.waitFor(() => {
+    asker.ask(one);
+    expect(asked).toHaveLength(4);
+  });
+  asker.ask(question(0));
+  expect(asker.answer).toBeNull();
+  asked[3]?.answer(WAY);
+  await Promise.resolve();
+  expect(asker.answer).toBeNull();
+  way.mockRestore();
+});
