@@ -134,7 +134,7 @@ class Display:
         self._to = to
         self.is_live = to.isatty() and os.environ.get("TERM", "dumb") != "dumb"
         self._began_s = self._told_s = now_s
-        self._is_shown = False
+        self._shown = ""
 
     def say(self, line: str) -> None:
         """Print a line that stays."""
@@ -154,15 +154,17 @@ class Display:
             self.say(line)
             return
         width = shutil.get_terminal_size().columns - 1
-        self._clear()
-        self._to.write(line if len(line) <= width else line[: width - 1] + "…")
-        self._to.flush()
-        self._is_shown = True
+        line = line if len(line) <= width else line[: width - 1] + "…"
+        if line != self._shown:
+            self._clear()
+            self._to.write(line)
+            self._to.flush()
+            self._shown = line
 
     def _clear(self) -> None:
-        if self._is_shown:
+        if self._shown:
             self._to.write("\r\x1b[K")
-            self._is_shown = False
+            self._shown = ""
 
     def end(self) -> None:
         """Leave the terminal as it was."""
