@@ -142,6 +142,7 @@ export const mapEn = {
   'rehearsal.reached': '{time}, {distance} off',
   'rehearsal.missed': 'not reached: {distance} off',
   'rehearsal.never': 'not reached',
+  'rehearsal.empty': 'The flight of a plan is rehearsed here.',
   'rehearsal.scrub': 'Moment of the rehearsed flight',
   'rehearsal.time': 'Time',
   'rehearsal.air': 'Air',

@@ -145,6 +145,7 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'rehearsal.reached': '{time}, a {distance}',
   'rehearsal.missed': 'no lo alcanza: a {distance}',
   'rehearsal.never': 'no lo alcanza',
+  'rehearsal.empty': 'Aquí se ensaya el vuelo de un plan.',
   'rehearsal.scrub': 'Momento del vuelo ensayado',
   'rehearsal.time': 'Tiempo',
   'rehearsal.air': 'Aire',

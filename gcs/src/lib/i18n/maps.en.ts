@@ -43,7 +43,7 @@ export const mapsEn = {
   'maps.file': 'All sources stand in {file} on the station, which you can edit by hand.',
   'maps.fileError': 'The file of sources is wrong; the last good one is in use.',
 
-  'maps.failing': '{name} does not come',
+  'maps.failing': '{name} cannot be loaded',
   'maps.failingStale': '{name}: an older copy is shown',
   'maps.whyStale': 'Shown is what was kept.',
   'maps.retry': 'Try again',

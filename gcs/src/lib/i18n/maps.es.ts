@@ -45,7 +45,7 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.file': 'Todas las fuentes están en {file}, en la estación; puedes editarlo a mano.',
   'maps.fileError': 'El fichero de fuentes tiene un fallo; se usa el último correcto.',
 
-  'maps.failing': '{name} no llega',
+  'maps.failing': '{name} no se puede cargar',
   'maps.failingStale': '{name}: se muestra una copia antigua',
   'maps.whyStale': 'Se muestra lo que estaba guardado.',
   'maps.retry': 'Reintentar',

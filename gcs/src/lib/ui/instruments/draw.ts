@@ -20,6 +20,8 @@ export interface Words {
   west: string;
   /** Across the instrument when its values are old. */
   old: string;
+  /** In the horizon's place while no attitude was told. */
+  none: string;
 }
 
 export interface Colours {
@@ -73,7 +75,7 @@ export function drawInstrument(
   const tape_w = Math.min(62, width * 0.2);
   const body_h = height - heading_h;
   if (isOld) context.filter = 'grayscale(1)';
-  drawHorizon(context, width, body_h, picture, colours);
+  drawHorizon(context, width, body_h, picture, words.none, colours);
   drawTape(context, 0, 0, tape_w, body_h, picture?.airspeed ?? null, {
     step: 5,
     perStep: body_h / 6,
@@ -103,6 +105,7 @@ function drawHorizon(
   width: number,
   height: number,
   picture: Picture | null,
+  none: string,
   colours: Colours,
 ): void {
   const cx = width / 2;
@@ -117,6 +120,10 @@ function drawHorizon(
     context.fillStyle = colours.muted;
     context.globalAlpha = 0.25;
     context.fillRect(0, 0, width, height);
+    context.globalAlpha = 1;
+    context.font = `600 13px ${colours.font}`;
+    context.textAlign = 'center';
+    context.fillText(none, cx, cy);
     context.restore();
     return;
   }
