@@ -172,6 +172,11 @@ STATION: dict[str, Figure] = {
         lambda f: (
             f"{f['frames_per_s']:.1f} frames/s, longest frame {f['longest_ms']:.0f} ms, "
             f"{f['rehearsals_per_s']:.1f} rehearsals/s"
+            + (
+                f", {f['ways_per_s']:.1f} answers/s about the lines in {f['way_ms']:.0f} ms each"
+                if "way_ms" in f
+                else ""
+            )
         ),
     ),
     "panning": Figure(

@@ -1,7 +1,8 @@
 """Frames a second of the map while a point of a plan of 100 items is dragged with the rehearsal following, software rendering.
 
 ``python bench/station/dragging.py [--seconds 10]``. Frames as in ``frames.py``. The pointer moves all the time; the rehearsals that come
-meanwhile are counted too, since a page that asks for none would be quick. A plane's telemetry comes at 20 Hz beside it.
+meanwhile are counted too, since a page that asks for none would be quick, and so are the answers about the lines, with how long one took.
+A plane's telemetry comes at 20 Hz beside it.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import argparse
 import itertools
 import math
+import statistics
 import sys
 import tempfile
 import time
@@ -28,6 +30,10 @@ LEG_DEG = (0.0016, 0.004)
 """Between two lines to and fro, and half of their length: degrees of latitude and of longitude."""
 DRAGGED = 50
 RADIUS_PX = 60.0
+WAYS = """() => performance.getEntriesByType('resource')
+    .filter(({ name, startTime }) => name.endsWith('/plan/way') && startTime >= window.benchFrames[0])
+    .map(({ duration }) => duration)"""
+"""How long each answer of the core took about the lines that are drawn, as the page saw it, milliseconds."""
 
 
 def waypoint(index: int) -> tuple[float, float]:
@@ -99,12 +105,15 @@ def measure(seconds: float) -> dict[str, Any]:
             page.mouse.move(x + RADIUS_PX * math.sin(angle), y + RADIUS_PX * (1 - math.cos(angle)))
         page.mouse.up()
         times: list[float] = page.evaluate("window.benchFrames")
+        ways: list[float] = page.evaluate(WAYS)
         followed = len(answers)
     gaps = [later - sooner for sooner, later in itertools.pairwise(times)]
     return {
         "frames_per_s": 1000 * len(gaps) / (times[-1] - times[0]),
         "longest_ms": max(gaps),
         "rehearsals_per_s": followed / seconds,
+        "ways_per_s": len(ways) / seconds,
+        "way_ms": statistics.median(ways),
     }
 
 
