@@ -140,7 +140,7 @@ class FarAircraft:
     ----------
     name : str
     system_id : int or None
-        By which its vehicle is known in this station; ``None`` before it has said anything.
+        By which its vehicle is known in this station, from 256 to 65,535; ``None`` before it has said anything.
     is_present : bool
         Whether the station on board is reachable, as far as the network knows; a cut is known some seconds later.
     age_s : float

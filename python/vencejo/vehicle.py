@@ -269,7 +269,7 @@ class VehicleState:
 
     @property
     def system_id(self) -> int:
-        """The vehicle's MAVLink system id."""
+        """The vehicle's MAVLink system id; of one far away the id from 256 to 65,535 by which this station knows it."""
         return self._native.system_id
 
     @property

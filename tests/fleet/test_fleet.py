@@ -97,6 +97,9 @@ def test_a_station_that_is_not_trusted_sees_and_does_nothing(tmp_path: Path) -> 
     ):
         plane, seen = here.wait_vehicle(), elsewhere.wait_vehicle()
         assert (plane.remote_name, seen.remote_name) == ("plane7", "plane7")
+        # By its name, so the same in each station and each time; none that a vehicle at a link can have.
+        assert plane.system_id == seen.system_id
+        assert 256 <= plane.system_id <= 65_535
         assert board.wait_vehicle().remote_name is None
         with pytest.raises(NotPossibleNow, match=stranger.key):
             seen.set_mode("FBWA")

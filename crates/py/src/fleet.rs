@@ -13,6 +13,7 @@ use vencejo_fleet::key::Name;
 use vencejo_fleet::papers::certificate::{Facts, Identity, WARN_BEFORE_S};
 use vencejo_fleet::signature::PublicKey;
 use vencejo_fleet::{FleetError, operator};
+use vencejo_vehicle::VehicleId;
 
 use crate::station::PyStation;
 use crate::{errors, runtime};
@@ -109,7 +110,7 @@ impl PyAircraft {
 }
 
 /// Name, system id here, whether it is reachable, age of what it said, who has control, who asks for it.
-type Far = (String, Option<u8>, bool, f64, Option<String>, Option<String>);
+type Far = (String, Option<u16>, bool, f64, Option<String>, Option<String>);
 
 /// A ground station of a fleet.
 #[pyclass(frozen, name = "FleetGround", module = "vencejo._native")]
@@ -167,7 +168,7 @@ impl PyGround {
 
     fn aircraft(&self) -> Vec<Far> {
         let far = |far: vencejo_fleet::carrier::Far| {
-            (far.name, far.system.map(|system| system.0), far.is_present, far.age.as_secs_f64(), far.holder, far.asking)
+            (far.name, far.id.map(VehicleId::number), far.is_present, far.age.as_secs_f64(), far.holder, far.asking)
         };
         self.0.aircraft().into_iter().map(far).collect()
     }

@@ -144,7 +144,7 @@ fn reply_to_python<'py>(py: Python<'py>, vehicle: &VehicleHandle, reply: Reply) 
     Ok(match reply {
         Reply::Acknowledged { result_param2 } => result_param2.into_pyobject(py)?.into_any(),
         Reply::Message(message) => {
-            let source = vehicle.address().unwrap_or(Address::new(vehicle.system().0, 1));
+            let source = vehicle.address().unwrap_or(Address::new(0, 1));
             let frame = message.encode(Header { sequence: 0, source, version: MavVersion::V2 });
             Bound::new(py, PyMessage::received(py, &frame, vehicle.station().now()))?.into_any()
         }

@@ -9,6 +9,7 @@ use tokio::sync::watch;
 use vencejo_link::{LinkAddress, LinkId, LinkOptions, RecorderState, RecorderStatus, UnsignedPolicy};
 use vencejo_proto::{Address, SigningKey, SystemId};
 use vencejo_station::{Station, StationConfig};
+use vencejo_vehicle::VehicleId;
 
 use crate::link::{link_dict, signing_dict};
 use crate::messages::{message_id, message_ids};
@@ -169,13 +170,13 @@ impl PyStation {
         Some(PyRecorderChanges { folder, changes })
     }
 
-    fn vehicle_ids(&self) -> Vec<u8> {
-        self.station.vehicles().iter().map(|vehicle| vehicle.system().0).collect()
+    fn vehicle_ids(&self) -> Vec<u16> {
+        self.station.vehicles().iter().map(|vehicle| vehicle.id().number()).collect()
     }
 
     #[pyo3(signature = (system_id))]
-    fn wait_vehicle(&self, system_id: Option<u8>) -> PyPending {
-        PyPending::of_vehicle(self.station.wait_vehicle(system_id.map(SystemId)), PyVehicle::into_python)
+    fn wait_vehicle(&self, system_id: Option<u16>) -> PyPending {
+        PyPending::of_vehicle(self.station.wait_vehicle(system_id.map(VehicleId::new)), PyVehicle::into_python)
     }
 
     #[pyo3(signature = (names, capacity))]

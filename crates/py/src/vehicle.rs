@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{Mission, Plan, PlanKind};
 use vencejo_flight::rehearsal::{Air, Aircraft, Conditions};
-use vencejo_proto::{Address, CommandInt, CommandLong, Message, MissionSeq};
+use vencejo_proto::{Address, CommandInt, CommandLong, Message, MissionSeq, SystemId};
 use vencejo_station::{SigningChange, StationError, VehicleHandle};
 use vencejo_vehicle::modes::{Action, ModeFamily};
 use vencejo_vehicle::signing::SETUP_SIGNING_ID;
@@ -142,8 +142,8 @@ impl PyVehicle {
 #[pymethods]
 impl PyVehicle {
     #[getter]
-    fn system_id(&self) -> u8 {
-        self.vehicle.system().0
+    fn system_id(&self) -> u16 {
+        self.vehicle.id().number()
     }
 
     /// The same vehicle, acted on in the name of another operator.
@@ -263,7 +263,8 @@ impl PyVehicle {
         confirm: Option<&str>,
         despite_mixed_plan: bool,
     ) -> PyResult<()> {
-        let address = self.vehicle.address().unwrap_or(Address::new(self.vehicle.system().0, 1));
+        let system = self.vehicle.system().unwrap_or(SystemId::BROADCAST);
+        let address = self.vehicle.address().unwrap_or(Address { system, ..Address::new(0, 1) });
         let message = Message::from_fields(name, fields_of(name, fields)?, address).map_err(invalid)?;
         if message.id() == SETUP_SIGNING_ID {
             return Err(invalid("SETUP_SIGNING carries a key: use set_up_signing, rotate_signing or remove_signing"));

@@ -39,7 +39,7 @@ const MOST_CLEARANCE_M: f64 = 1_000.0;
 /// For what is no plan, and for a wind that is none.
 pub(crate) fn assess(
     app: &App,
-    vehicle: Option<u8>,
+    vehicle: Option<u16>,
     plan: &Plan,
     rehearse_in: Option<Wind>,
     clearance_m: Option<f64>,

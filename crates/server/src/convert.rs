@@ -104,7 +104,7 @@ pub(crate) fn vehicle_summary(vehicle: &VehicleHandle) -> dto::VehicleSummary {
     let heartbeat = telemetry.heartbeat;
     let link = vehicle_link(vehicle);
     dto::VehicleSummary {
-        system_id: vehicle.system().0,
+        system_id: vehicle.id().number(),
         mav_type: heartbeat.map(|heartbeat| heartbeat.value.mav_type),
         autopilot: heartbeat.map(|heartbeat| heartbeat.value.autopilot),
         mode: heartbeat.map(|heartbeat| heartbeat.value.mode.to_string()),
@@ -240,7 +240,7 @@ pub(crate) fn vehicle_state(vehicle: &VehicleHandle) -> dto::VehicleState {
     let mode_names =
         family.map_or_else(Vec::new, |family| family.modes().iter().map(|(_, name)| (*name).to_owned()).collect());
     dto::VehicleState {
-        system_id: vehicle.system().0,
+        system_id: vehicle.id().number(),
         time_s: seconds(now),
         telemetry: TelemetryGroups::all(&telemetry, now),
         progress: progress(vehicle),

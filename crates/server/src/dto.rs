@@ -12,6 +12,7 @@ pub mod message;
 pub mod operation;
 pub mod plan;
 pub mod recording;
+pub mod roster;
 pub mod session;
 pub mod signing;
 pub mod socket;

@@ -7,9 +7,8 @@ use axum::extract::{FromRequest, FromRequestParts, RawPathParams, Request};
 use axum::http::header;
 use axum::http::request::Parts;
 use serde::de::DeserializeOwned;
-use vencejo_proto::SystemId;
 use vencejo_station::{Held, Operator as Operating, Pending, RequestResult, VehicleHandle};
-use vencejo_vehicle::Request as Act;
+use vencejo_vehicle::{Request as Act, VehicleId};
 
 use crate::dto::Role;
 use crate::dto::cause::Thing;
@@ -137,11 +136,12 @@ impl FromRequestParts<App> for Vehicle {
 
     async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
         let id = path_param(parts, app, "id").await?;
-        let system = id.parse().map(SystemId).map_err(|_| {
-            Problem::not_found(Thing::Vehicle, &id, format!("'{id}' is no system id; they go from 1 to 255"))
+        let id = id.parse().map(VehicleId::new).map_err(|_| {
+            let detail = format!("'{id}' is no vehicle's id; they go from 1 to 255, and from 256 to 65535 far away");
+            Problem::not_found(Thing::Vehicle, &id, detail)
         })?;
-        app.station().vehicle(system).map(Self).ok_or_else(|| {
-            Problem::not_found(Thing::Vehicle, system, format!("no vehicle with system id {system} has been heard"))
+        app.station().vehicle(id).map(Self).ok_or_else(|| {
+            Problem::not_found(Thing::Vehicle, id, format!("no vehicle with id {id} has been heard"))
                 .remedy("GET /api/v1/vehicles lists those that were; check the link")
         })
     }

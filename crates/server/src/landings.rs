@@ -98,7 +98,7 @@ fn site(asked: &LandingRequest) -> Result<Site, Problem> {
 /// What a landing is usually laid out with, and what it is rehearsed with: the vehicle's, else a small plane's.
 fn with_plane<T>(
     app: &App,
-    vehicle: Option<u8>,
+    vehicle: Option<u16>,
     wind: Option<Wind>,
     something: impl FnOnce(LandingOptions, &Conditions<'_>) -> T,
 ) -> T {

@@ -15,6 +15,7 @@
 //! | `operations` | what takes a while |
 //! | `operator` | a session of this very program |
 //! | `ws`, `outbox` | the WebSocket: a task and a bounded box for each client |
+//! | `roster` | the list of many vehicles, as far as it changed for each client |
 //! | `drafts` | the draft of the plan, with revisions, on the disk |
 //! | `storage` | what of the disk does not work |
 //! | `state` | what handlers share, and the task that tells the clients what goes on |
@@ -47,6 +48,7 @@ mod operations;
 mod operator;
 mod outbox;
 mod problem;
+mod roster;
 mod routes;
 mod server;
 mod sessions;

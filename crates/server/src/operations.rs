@@ -45,7 +45,7 @@ impl Operations {
     pub fn add(
         &self,
         by: SessionId,
-        vehicle: u8,
+        vehicle: u16,
         kind: OperationKind,
         pending: Pending<RequestResult>,
     ) -> Option<Operation> {

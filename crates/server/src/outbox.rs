@@ -2,6 +2,7 @@
 //! events all or the connection's end.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use axum::extract::ws::Utf8Bytes;
@@ -9,10 +10,11 @@ use tokio::sync::Notify;
 
 use crate::dto::{PlanKind, ServerMessage};
 
-/// Texts and events that wait for one client at most. One more ends its connection: it reads them again when it is back.
-pub const MAX_EVENTS: usize = 512;
+/// Texts and events that wait for one client at most, some of each of a thousand vehicles. One more ends its connection: it reads
+/// them again when it is back.
+pub const MAX_EVENTS: usize = 4096;
 /// Lists and states that wait for one client at most, likewise.
-pub const MAX_TOPICS: usize = 1024;
+pub const MAX_TOPICS: usize = 8192;
 
 /// Something of which only the newest matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -20,7 +22,7 @@ pub enum Topic {
     /// The list of vehicles.
     Vehicles,
     /// What is known of a plan on board: vehicle and plan.
-    PlanState(u8, u8),
+    PlanState(u16, u8),
     /// An operation by id.
     Operation(u64),
     /// The list of links.
@@ -35,7 +37,7 @@ pub enum Topic {
 
 impl Topic {
     /// The topic of a plan on board.
-    pub fn plan_state(vehicle: u8, kind: PlanKind) -> Self {
+    pub fn plan_state(vehicle: u16, kind: PlanKind) -> Self {
         Self::PlanState(vehicle, kind as u8)
     }
 }
@@ -61,6 +63,8 @@ struct State {
 #[derive(Debug, Default)]
 pub struct Outbox {
     state: Mutex<State>,
+    /// Whether its client looks at the roster in place of the list of vehicles.
+    has_roster: AtomicBool,
     news: Notify,
     overflow: Notify,
 }
@@ -74,6 +78,14 @@ impl Outbox {
         }
         let event = state.events.pop_front();
         event.or_else(|| state.latest.pop_first().map(|(_, message)| message)).map(Outgoing::Message)
+    }
+
+    /// Whether the list of vehicles is told no more: its client looks at the roster.
+    pub fn set_has_roster(&self, has_roster: bool) {
+        self.has_roster.store(has_roster, Ordering::Relaxed);
+        if has_roster {
+            self.lock().latest.remove(&Topic::Vehicles);
+        }
     }
 
     /// Waits until there may be something to take.
@@ -123,6 +135,19 @@ impl Outboxes {
         let outbox = Arc::new(Outbox::default());
         self.lock().push(Arc::downgrade(&outbox));
         outbox
+    }
+
+    /// Whether anybody is told the list of vehicles.
+    pub fn has_listed(&self) -> bool {
+        self.open_boxes().iter().any(|outbox| !outbox.has_roster.load(Ordering::Relaxed))
+    }
+
+    /// Replaces the list of vehicles, for those who are told it.
+    pub fn put_vehicles(&self, message: &ServerMessage) {
+        let text = json(message);
+        for outbox in self.open_boxes().iter().filter(|outbox| !outbox.has_roster.load(Ordering::Relaxed)) {
+            outbox.change(|state| drop(state.latest.insert(Topic::Vehicles, text.clone())));
+        }
     }
 
     /// Replaces what waits of a topic.

@@ -274,7 +274,7 @@ pub fn from_station(error: &StationError) -> Problem {
         StationError::NeedsConfirmation { challenge } => {
             let cause = Cause::NeedsConfirmation {
                 act: challenge.danger.code().to_owned(),
-                vehicle: challenge.vehicle.0,
+                vehicle: challenge.vehicle.number(),
                 confirmation: challenge.id.clone(),
                 valid_s: challenge.valid_for.as_secs_f64(),
             };

@@ -1,6 +1,6 @@
 //! What all handlers share, and the task that tells the clients what goes on.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
@@ -10,9 +10,9 @@ use tokio::task::AbortHandle;
 use tokio::time::{MissedTickBehavior, interval};
 use vencejo_flight::plan::PlanKind;
 use vencejo_maps::Maps;
-use vencejo_proto::{MonoTime, SystemId};
+use vencejo_proto::MonoTime;
 use vencejo_station::{Observed, Pending, RequestResult, Station, VehicleHandle};
-use vencejo_vehicle::VehicleEvent;
+use vencejo_vehicle::{VehicleEvent, VehicleId};
 
 use crate::access::Access;
 use crate::convert;
@@ -23,6 +23,7 @@ use crate::dto::{EventDetail, Operation, OperationKind, ServerMessage};
 use crate::operations::{MAX_RUNNING, Operations};
 use crate::outbox::{Outboxes, Topic};
 use crate::problem::{self, Problem};
+use crate::roster::Roster;
 use crate::sessions::{SessionId, Sessions};
 use crate::squares::Grounds;
 use crate::terrain;
@@ -53,6 +54,7 @@ struct Shared {
     throttle: Throttle,
     operations: Operations,
     outboxes: Outboxes,
+    roster: watch::Sender<Arc<Roster>>,
     video: VideoHub,
     /// Where the recordings of cameras are.
     video_folder: OnceLock<PathBuf>,
@@ -97,6 +99,7 @@ impl App {
             throttle: Throttle::default(),
             operations: Operations::default(),
             outboxes: Outboxes::default(),
+            roster: watch::channel(Arc::default()).0,
             video: VideoHub::default(),
             video_folder: OnceLock::new(),
             maps: OnceLock::new(),
@@ -117,8 +120,8 @@ impl App {
     }
 
     /// The vehicle of a request that may name one; `None` also where it is not heard.
-    pub fn vehicle(&self, id: Option<u8>) -> Option<VehicleHandle> {
-        self.station().vehicle(SystemId(id?))
+    pub fn vehicle(&self, id: Option<u16>) -> Option<VehicleHandle> {
+        self.station().vehicle(VehicleId::new(id?))
     }
 
     /// Who may do what.
@@ -288,7 +291,7 @@ impl App {
     pub fn follow(
         &self,
         by: SessionId,
-        vehicle: u8,
+        vehicle: u16,
         kind: OperationKind,
         pending: Pending<RequestResult>,
     ) -> Result<Operation, Problem> {
@@ -340,7 +343,7 @@ impl App {
     /// Tells the clients what goes on, until the server is closed.
     pub async fn tell(self, _alive: Alive) {
         let mut closing = self.closing();
-        let mut followed: BTreeMap<SystemId, AbortHandle> = BTreeMap::new();
+        let mut followed: BTreeMap<VehicleId, AbortHandle> = BTreeMap::new();
         let mut ticks = interval(TICK);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut count = 0_u32;
@@ -359,8 +362,7 @@ impl App {
             let vehicles = self.shared.station.vehicles();
             let came_or_went = self.follow_vehicles(&vehicles, &mut followed);
             if came_or_went || count.is_multiple_of(TELL_EVERY) {
-                let vehicles = vehicles.iter().map(convert::vehicle_summary).collect();
-                self.shared.outboxes.put_latest(Topic::Vehicles, &ServerMessage::Vehicles { vehicles });
+                self.tell_vehicles(&vehicles, count.is_multiple_of(TELL_EVERY));
             }
             if count.is_multiple_of(TELL_EVERY) {
                 let links = convert::links(&self.shared.station);
@@ -374,6 +376,35 @@ impl App {
         if self.shared.on_board {
             self.shared.station.set_heartbeat(false);
         }
+    }
+
+    /// Tells the vehicles to those who look at their list, and to those who look at the roster.
+    fn tell_vehicles(&self, vehicles: &[VehicleHandle], is_due: bool) {
+        if self.shared.outboxes.has_listed() {
+            let vehicles = vehicles.iter().map(convert::vehicle_summary).collect();
+            self.shared.outboxes.put_vehicles(&ServerMessage::Vehicles { vehicles });
+        }
+        if self.shared.roster.receiver_count() > 0 {
+            let roster = if is_due {
+                Roster::now(self.station())
+            } else {
+                self.shared.roster.borrow().with_newcomers(vehicles, self.now())
+            };
+            self.shared.roster.send_replace(Arc::new(roster));
+        }
+    }
+
+    /// The roster, as it is and as it changes.
+    pub fn roster(&self) -> watch::Receiver<Arc<Roster>> {
+        let mut newest = self.shared.roster.subscribe();
+        let age_s = convert::seconds(self.now()) - newest.borrow().time_s;
+        // Where nobody has looked at it for a while it is made anew, at most once for all who come meanwhile.
+        if age_s > (TICK * TELL_EVERY).as_secs_f64() {
+            self.shared.roster.send_replace(Arc::new(Roster::now(self.station())));
+        } else {
+            newest.mark_changed();
+        }
+        newest
     }
 
     /// Looks at the file of the tokens, and ends the sessions of those that it holds no more, until the server is closed.
@@ -434,11 +465,11 @@ impl App {
     }
 
     /// Listens to new vehicles, and no more to those that are gone; whether there were any.
-    fn follow_vehicles(&self, vehicles: &[VehicleHandle], followed: &mut BTreeMap<SystemId, AbortHandle>) -> bool {
+    fn follow_vehicles(&self, vehicles: &[VehicleHandle], followed: &mut BTreeMap<VehicleId, AbortHandle>) -> bool {
         let before = followed.len();
-        let is_there = |system: &SystemId| vehicles.iter().any(|vehicle| vehicle.system() == *system);
-        followed.retain(|system, task| {
-            let stays = is_there(system) && !task.is_finished();
+        let there: BTreeSet<_> = vehicles.iter().map(VehicleHandle::id).collect();
+        followed.retain(|id, task| {
+            let stays = there.contains(id) && !task.is_finished();
             if !stays {
                 task.abort();
             }
@@ -446,13 +477,13 @@ impl App {
         });
         let mut changed = followed.len() != before;
         for vehicle in vehicles {
-            if followed.contains_key(&vehicle.system()) {
+            if followed.contains_key(&vehicle.id()) {
                 continue;
             }
             changed = true;
             let (queue, asked) = (vehicle.subscribe_events(EVENT_QUEUE), terrain::listen(vehicle));
             let (app, vehicle) = (self.clone(), vehicle.clone());
-            let system = vehicle.system();
+            let id = vehicle.id();
             let task = tokio::spawn(async move {
                 let tell = async {
                     while let Some(observed) = queue.take().await {
@@ -461,13 +492,13 @@ impl App {
                 };
                 tokio::join!(tell, terrain::serve(app.shared.maps.get(), &vehicle, &asked));
             });
-            followed.insert(system, task.abort_handle());
+            followed.insert(id, task.abort_handle());
         }
         changed
     }
 
     fn tell_event(&self, vehicle: &VehicleHandle, observed: &Observed) {
-        let (system, time_s) = (vehicle.system().0, convert::seconds(observed.at));
+        let (system, time_s) = (vehicle.id().number(), convert::seconds(observed.at));
         let outboxes = &self.shared.outboxes;
         let text = |text: String| EventDetail::Text(text);
         let item = |seq| vehicle.item_of_seq(seq).map(|item| ("item", EventDetail::Number(item.into())));
@@ -513,7 +544,7 @@ impl App {
         outboxes.put_event(&ServerMessage::Event { vehicle: system, kind: kind.to_owned(), detail, time_s });
     }
 
-    fn tell_plan_state(&self, vehicle: u8, kind: PlanKind, state: crate::dto::PlanState) {
+    fn tell_plan_state(&self, vehicle: u16, kind: PlanKind, state: crate::dto::PlanState) {
         let kind = convert::plan_kind(kind);
         let message = ServerMessage::PlanState { vehicle, kind, state };
         self.shared.outboxes.put_latest(Topic::plan_state(vehicle, kind), &message);

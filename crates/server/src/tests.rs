@@ -780,6 +780,65 @@ async fn the_websocket_tells_what_a_client_subscribed_to() {
     station.close().await;
 }
 
+/// An aircraft far away that does all that it is asked.
+struct Willing;
+
+impl vencejo_station::Remote for Willing {
+    fn request(
+        self: Arc<Self>,
+        _: vencejo_vehicle::Request,
+        _: Option<vencejo_vehicle::Danger>,
+        _: String,
+    ) -> vencejo_station::Carried {
+        Box::pin(std::future::ready(Ok(vencejo_vehicle::Reply::Done)))
+    }
+
+    fn held(&self) -> vencejo_station::FarHeld {
+        vencejo_station::FarHeld { holder: Some("Luis".into()), is_ours: false }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_roster_is_told_whole_once_and_then_as_it_changes() {
+    let station = station(true);
+    let far = station.adopt("plane7", Address::new(1, 1), Arc::new(Willing)).expect("there is room");
+    let heartbeat = |custom_mode| {
+        let heartbeat = Heartbeat { mav_type: 1, autopilot: 3, custom_mode, ..Heartbeat::default() };
+        [(Message::Heartbeat(heartbeat), station.now())]
+    };
+    station.on_remote(far, &heartbeat(10));
+    let server = serve(&station, ServerConfig::default()).await;
+    let mut socket = connect(&server, &cookie(&server, "ana"), None).await.expect("a WebSocket");
+    let id = far.number();
+    say(&mut socket, json!({"type": "subscribe_roster"})).await;
+    let first = next(&mut socket, "roster").await.expect("the roster");
+    let row = &first["rows"][0];
+    assert_eq!((&row["id"], &row["remote_name"], &row["mode"]), (&json!(id), &json!("plane7"), &json!("AUTO")));
+    assert_eq!((&row["holder"], &row["is_held_here"], &row["lat_deg"]), (&json!("Luis"), &json!(false), &Value::Null));
+    assert_eq!(first["followed"], json!([]));
+    say(&mut socket, json!({"type": "subscribe", "vehicle": id, "rate_hz": 1})).await;
+    station.on_remote(far, &heartbeat(11));
+    let changed = loop {
+        let roster = next(&mut socket, "roster").await.expect("the roster");
+        if roster["rows"][0]["mode"] == "RTL" {
+            break roster;
+        }
+    };
+    assert_eq!(
+        changed["followed"][0]["system_id"], id,
+        "what is followed comes with all that the list of vehicles says"
+    );
+    assert!(changed["rows"][0].get("remote_name").is_none(), "what is as before is not told: {changed}");
+    let done = server.app().station().vehicle(far).expect("adopted").request(vencejo_vehicle::Request::LoiterHere);
+    assert!(done.wait().await.is_some_and(|end| end.is_ok()));
+    // Who looks at the roster is told no list any more, and again as soon as it does not.
+    say(&mut socket, json!({"type": "unsubscribe_roster"})).await;
+    let vehicles = next(&mut socket, "vehicles").await.expect("vehicles");
+    assert_eq!(vehicles["vehicles"][0]["system_id"], id);
+    server.close().await;
+    station.close().await;
+}
+
 // fault 47: 10,240 events: the others hear each, the slow one is let go
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_slow_reader_is_let_go_and_the_others_hear_everything() {

@@ -9,10 +9,12 @@ use std::time::Duration;
 
 use axum::extract::WebSocketUpgrade;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
+use tokio::sync::watch;
 use tokio::time::{Instant, Interval, MissedTickBehavior, interval, sleep_until, timeout};
-use vencejo_proto::{SystemId, message_id_of};
+use vencejo_proto::message_id_of;
 use vencejo_station::{DropOldest, Received, Taken};
 use vencejo_vehicle::telemetry::{Sent, TelemetryGroups};
+use vencejo_vehicle::VehicleId;
 
 use crate::assess::assess;
 use crate::convert;
@@ -20,6 +22,7 @@ use crate::dto::cause::{Crowd, Thing};
 use crate::dto::{self, ClientMessage, MissionProgress, ServerMessage};
 use crate::outbox::{Outbox, Outgoing, json};
 use crate::problem::Problem;
+use crate::roster::{Roster, Told};
 use crate::sessions::SessionId;
 use crate::state::{App, closed};
 use crate::turns::in_turn;
@@ -106,9 +109,9 @@ struct MessageSubscription {
 
 impl MessageSubscription {
     /// Takes what has come: of each message the newest is kept.
-    fn look(&mut self, app: &App, vehicle: u8) {
+    fn look(&mut self, app: &App, vehicle: u16) {
         if self.queue.as_ref().is_none_or(|queue| queue.is_closed()) {
-            let Some(handle) = app.station().vehicle(SystemId(vehicle)) else { return };
+            let Some(handle) = app.station().vehicle(VehicleId::new(vehicle)) else { return };
             self.queue = Some(handle.subscribe_messages(self.ids.clone(), MESSAGE_QUEUE));
         }
         let Some(queue) = &self.queue else { return };
@@ -132,8 +135,10 @@ struct Client {
     app: App,
     session: SessionId,
     outbox: Arc<Outbox>,
-    subscriptions: BTreeMap<u8, Subscription>,
-    messages: BTreeMap<u8, MessageSubscription>,
+    subscriptions: BTreeMap<u16, Subscription>,
+    messages: BTreeMap<u16, MessageSubscription>,
+    /// The roster, and what was told of it.
+    roster: Option<(watch::Receiver<Arc<Roster>>, Told)>,
     unanswered: u32,
     messages_in_interval: u32,
 }
@@ -155,6 +160,7 @@ pub async fn serve(guard: SocketGuard, mut socket: WebSocket) {
         outbox,
         subscriptions: BTreeMap::new(),
         messages: BTreeMap::new(),
+        roster: None,
         unanswered: 0,
         messages_in_interval: 0,
     };
@@ -199,6 +205,7 @@ impl Client {
                 () = closed(&mut closing) => return Ok(End::Closing),
                 () = self.outbox.overflown() => return Ok(End::TooSlow),
                 () = self.outbox.wait() => {}
+                () = changed(self.roster.as_mut()) => self.send_roster(socket).await?,
                 message = socket.recv() => match message {
                     Some(Ok(message)) => self.on_message(socket, message).await?,
                     Some(Err(_)) | None => return Ok(End::Gone),
@@ -300,6 +307,18 @@ impl Client {
                 self.subscriptions.remove(&vehicle);
                 Ok(())
             }
+            Ok(ClientMessage::SubscribeRoster) => {
+                if self.roster.is_none() {
+                    self.outbox.set_has_roster(true);
+                    self.roster = Some((self.app.roster(), Told::default()));
+                }
+                Ok(())
+            }
+            Ok(ClientMessage::UnsubscribeRoster) => {
+                self.outbox.set_has_roster(false);
+                self.roster = None;
+                Ok(())
+            }
             Ok(ClientMessage::SubscribeMessages { vehicle, names, rate_hz }) => {
                 self.subscribe_messages(vehicle, names.as_deref(), rate_hz)
             }
@@ -329,7 +348,7 @@ impl Client {
     }
 
     /// Begins to follow a vehicle, or follows it at another rate.
-    fn subscribe(&mut self, vehicle: u8, rate_hz: f64) -> Result<(), Problem> {
+    fn subscribe(&mut self, vehicle: u16, rate_hz: f64) -> Result<(), Problem> {
         let period = period_of(rate_hz)?;
         let is_new = !self.subscriptions.contains_key(&vehicle);
         if is_new && self.subscriptions.len() >= MAX_SUBSCRIPTIONS {
@@ -348,7 +367,7 @@ impl Client {
     }
 
     /// Begins to follow raw messages of a vehicle, or follows others.
-    fn subscribe_messages(&mut self, vehicle: u8, names: Option<&[String]>, rate_hz: f64) -> Result<(), Problem> {
+    fn subscribe_messages(&mut self, vehicle: u16, names: Option<&[String]>, rate_hz: f64) -> Result<(), Problem> {
         let period = period_of(rate_hz)?;
         if !self.messages.contains_key(&vehicle) && self.messages.len() >= MAX_SUBSCRIPTIONS {
             let detail = format!("the messages of {MAX_SUBSCRIPTIONS} vehicles are followed already");
@@ -368,6 +387,18 @@ impl Client {
             MessageSubscription { ids, period, look: now, due: now, queue: None, newest: BTreeMap::new() };
         self.messages.insert(vehicle, subscription);
         Ok(())
+    }
+
+    /// Sends what changed of the roster.
+    async fn send_roster(&mut self, socket: &mut WebSocket) -> Result<(), End> {
+        let Some((newest, told)) = &mut self.roster else { return Ok(()) };
+        let roster = newest.borrow_and_update().clone();
+        let (rows, gone) = told.changes(&roster);
+        let station = self.app.station();
+        let followed = self.subscriptions.keys().filter_map(|id| station.vehicle(VehicleId::new(*id)));
+        let followed = followed.map(|vehicle| convert::vehicle_summary(&vehicle)).collect();
+        let message = ServerMessage::Roster { time_s: roster.time_s, rows, gone, followed };
+        self.send_after_waiting(socket, vec![json(&message)]).await
     }
 
     /// Takes the raw messages that have come, and sends the newest of those that are due.
@@ -402,7 +433,7 @@ impl Client {
             }
             // In step while that is possible; a client that was too slow for a turn misses it.
             subscription.due = (subscription.due + subscription.period).max(now + subscription.period / 2);
-            let Some(handle) = self.app.station().vehicle(SystemId(*vehicle)) else { continue };
+            let Some(handle) = self.app.station().vehicle(VehicleId::new(*vehicle)) else { continue };
             let (telemetry, taken_at) = handle.telemetry();
             let groups = TelemetryGroups::changes(&telemetry, taken_at, &mut subscription.sent);
             let progress = Some(convert::progress(&handle)).filter(|new| subscription.progress.as_ref() != Some(new));
@@ -425,6 +456,17 @@ fn period_of(rate_hz: f64) -> Result<Duration, Problem> {
         return Ok(Duration::from_secs_f64(rate_hz.recip()));
     }
     Err(Problem::out_of_range("rate_hz", rate_hz, *RATES_HZ.start(), *RATES_HZ.end()))
+}
+
+/// Waits until the roster is another; for ever where none is looked at.
+async fn changed(roster: Option<&mut (watch::Receiver<Arc<Roster>>, Told)>) {
+    if let Some((newest, _)) = roster
+        && newest.changed().await.is_ok()
+    {
+        return;
+    }
+    // An error means that the server is gone, of which others in that loop tell.
+    std::future::pending().await
 }
 
 /// A moment that does not come.

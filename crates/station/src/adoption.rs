@@ -2,53 +2,49 @@
 
 use std::sync::Arc;
 
-use vencejo_proto::{Address, ComponentId, Message, MonoTime, SystemId};
-use vencejo_vehicle::VehicleError;
-use vencejo_vehicle::registry::RegistryEvent;
+use vencejo_proto::{Address, Message, MonoTime};
+use vencejo_vehicle::{VehicleError, VehicleId};
 
 use crate::error::StationError;
 use crate::pending::Pending;
 use crate::remote::{Adopted, Carried, Remote};
-use crate::station::{Core, RequestResult, Shared, Station, VehicleHandle};
+use crate::station::{RequestResult, Shared, Station, VehicleHandle};
 
 impl Station {
-    /// Takes on a vehicle far away, whose autopilot has this component id. It gets the highest system id that no vehicle has here, whatever
-    /// its own is: many have the same, and one at a link shall not lose its own to it.
-    /// `None`: as many vehicles are followed as can be, or the station is closed.
-    pub fn adopt(&self, name: &str, autopilot: ComponentId, remote: Arc<dyn Remote>) -> Option<SystemId> {
+    /// Takes on a vehicle far away, whose autopilot has this address on board. It gets an id from 256 up, by its name
+    /// ([`VehicleId::of_name`]): many have the same system id, and one at a link shall not lose its own to it.
+    /// One that is known by that name keeps its id. `None`: as many vehicles far away are followed as can be, or the station is closed.
+    pub fn adopt(&self, name: &str, autopilot: Address, remote: Arc<dyn Remote>) -> Option<VehicleId> {
         let now = self.now();
         let mut core = self.shared.core();
         if self.is_closed() {
             return None;
         }
-        let ours = self.shared.our_address().system;
-        let is_free = |system: &SystemId| *system != ours && core.vehicles.get(*system).is_none();
-        let system = (1..=254).rev().map(SystemId).find(is_free)?;
-        if !core.vehicles.host(Address { system, component: autopilot }, now) {
-            return None;
+        if let Some((id, adopted)) = core.adopted.iter_mut().find(|(_, adopted)| *adopted.name == *name) {
+            adopted.remote = remote;
+            return Some(*id);
         }
-        let adopted = Adopted { name: name.into(), remote, said_at: MonoTime::ZERO, is_contested: false };
-        core.adopted.insert(system, adopted);
+        let id = core.vehicles.host(autopilot, name, now)?;
+        core.adopted.insert(id, Adopted { name: name.into(), remote, said_at: MonoTime::ZERO });
         self.shared.settle(&mut core, now);
-        Some(system)
+        Some(id)
     }
 
     /// A vehicle far away said these, at these moments. `false`: it is not known any more; adopt it again.
-    pub fn on_remote(&self, system: SystemId, said: &[(Message, MonoTime)]) -> bool {
+    pub fn on_remote(&self, id: VehicleId, said: &[(Message, MonoTime)]) -> bool {
         let now = self.now();
         let mut core = self.shared.core();
-        let Some(adopted) = core.adopted.get_mut(&system) else { return false };
+        let Some(adopted) = core.adopted.get_mut(&id) else { return false };
         // A vehicle's time does not go back, whatever the network does.
         let (began, last) = (adopted.said_at, said.iter().map(|(_, at)| *at).max());
         adopted.said_at = began.max(last.unwrap_or(began));
-        let Some(address) = core.vehicles.get(system).map(vencejo_vehicle::Vehicle::address) else { return false };
         for (message, at) in said {
-            core.vehicles.on_message(address, message, (*at).clamp(began, now.max(began)));
+            core.vehicles.on_hosted(id, message, (*at).clamp(began, now.max(began)));
         }
-        if let Some(watchers) = core.watchers.get(&system) {
+        if let Some(watchers) = core.watchers.get(&id) {
             watchers.changes.notify();
         }
-        self.shared.greet(&mut core, system);
+        self.shared.greet(&mut core, id);
         self.shared.settle(&mut core, now);
         true
     }
@@ -57,14 +53,14 @@ impl Station {
 impl VehicleHandle {
     /// Its name, if it is far away: no link of this station reaches it, another station does, on board.
     pub fn remote_name(&self) -> Option<String> {
-        self.station.shared.core().adopted.get(&self.system).map(|adopted| adopted.name.to_string())
+        self.station.shared.core().adopted.get(&self.id).map(|adopted| adopted.name.to_string())
     }
 }
 
 impl Shared {
     /// What carries requests to a vehicle, if it is far away.
-    pub(crate) fn remote(&self, system: SystemId) -> Option<Arc<dyn Remote>> {
-        self.core().adopted.get(&system).map(|adopted| adopted.remote.clone())
+    pub(crate) fn remote(&self, id: VehicleId) -> Option<Arc<dyn Remote>> {
+        self.core().adopted.get(&id).map(|adopted| adopted.remote.clone())
     }
 
     /// Starts a request to a vehicle far away.
@@ -85,23 +81,6 @@ impl Shared {
         });
         pending
     }
-
-    /// Whether a link brought something of another vehicle that has the system id of one far away: it is not followed.
-    pub(crate) fn is_of_another(&self, core: &mut Core, system: SystemId) -> bool {
-        let Some(adopted) = core.adopted.get_mut(&system) else { return false };
-        if !adopted.is_contested {
-            adopted.is_contested = true;
-            tracing::warn!(vehicle = %system, far = %adopted.name, "a link brings another vehicle with the system id that one far away has here: it is not followed; give it another id");
-        }
-        true
-    }
-
-    /// A vehicle made room for another.
-    pub(crate) fn forget_remote(core: &mut Core, event: RegistryEvent) {
-        if let RegistryEvent::Dropped(address) = event {
-            core.adopted.remove(&address.system);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -110,11 +89,13 @@ mod tests {
 
     use tokio::runtime::Handle;
     use vencejo_link::{LinkId, Origin, PeerId};
-    use vencejo_proto::{Header, Heartbeat, MavVersion};
+    use vencejo_proto::{ComponentId, Header, Heartbeat, MavVersion, SystemId};
     use vencejo_vehicle::{Danger, Reply, Request};
 
     use super::*;
-    use crate::StationConfig;
+    use crate::{FarHeld, StationConfig};
+
+    const OWN: Address = Address::new(1, 1);
 
     /// Carries everything but a landing, for which it waits for ever.
     #[derive(Default)]
@@ -125,6 +106,10 @@ mod tests {
             let is_endless = request == Request::Land;
             self.0.lock().unwrap_or_else(PoisonError::into_inner).push((request, confirmed, operator));
             Box::pin(async move { if is_endless { std::future::pending().await } else { Ok(Reply::Done) } })
+        }
+
+        fn held(&self) -> FarHeld {
+            FarHeld { holder: Some("Ana".into()), is_ours: true }
         }
     }
 
@@ -148,14 +133,17 @@ mod tests {
     async fn what_is_said_is_seen_and_what_is_asked_is_carried() {
         let (station, far) = (station(), Arc::new(Far::default()));
         let early = station.wait_vehicle(None);
-        let system = station.adopt("plane7", ComponentId(1), far.clone()).expect("there is room");
+        let system = station.adopt("plane7", OWN, far.clone()).expect("there is room");
         let plane = station.vehicle(system).expect("adopted");
-        assert_eq!((system, plane.remote_name().as_deref()), (SystemId(254), Some("plane7")));
+        assert_eq!(
+            (system, plane.remote_name().as_deref()),
+            (VehicleId::of_name("plane7").next().expect("one"), Some("plane7"))
+        );
         let later = station.wait_vehicle(Some(system));
         assert!(early.end().is_none() && later.end().is_none(), "its heartbeat is not known yet");
         assert!(station.on_remote(system, &[(heartbeat(5), station.now())]));
         for waited in [early, later, station.wait_vehicle(None)] {
-            assert!(waited.end().is_some_and(|found| found.is_ok_and(|found| found.system() == system)));
+            assert!(waited.end().is_some_and(|found| found.is_ok_and(|found| found.id() == system)));
         }
         assert_eq!(plane.telemetry().0.mode().map(|mode| mode.to_string()), Some("FBWA".into()));
         assert_eq!(plane.request(Request::ReturnToLaunch).wait().await, Some(Ok(Reply::Done)));
@@ -177,26 +165,25 @@ mod tests {
     #[tokio::test]
     async fn a_vehicle_at_a_link_is_never_mixed_with_one_far_away() {
         let station = station();
-        hear(&station, SystemId(254));
+        hear(&station, OWN.system);
         let far = Arc::new(Far::default());
-        let system = station.adopt("plane7", ComponentId(1), far.clone()).expect("there is room");
-        assert_eq!(system, SystemId(253), "the highest that is free");
-        station.on_remote(system, &[(heartbeat(5), station.now())]);
-        hear(&station, SystemId(253));
-        let plane = station.vehicle(system).expect("adopted");
-        assert_eq!(
-            plane.telemetry().0.mode().map(|mode| mode.to_string()),
-            Some("FBWA".into()),
-            "it is not that of the other"
-        );
-        assert!(station.vehicle(SystemId(254)).is_some_and(|near| near.remote_name().is_none()));
+        let id = station.adopt("plane7", OWN, far.clone()).expect("there is room");
+        station.on_remote(id, &[(heartbeat(5), station.now())]);
+        hear(&station, OWN.system);
+        let mode = |handle: VehicleHandle| handle.telemetry().0.mode().map(|mode| mode.to_string());
+        let far = station.vehicle(id).expect("adopted");
+        assert_eq!((far.address(), far.system()), (Some(OWN), None), "its own system id is no name of it here");
+        assert_eq!(mode(far).as_deref(), Some("FBWA"), "it is not that of the other");
+        let near = station.vehicle(OWN.system).expect("heard");
+        assert_eq!((near.remote_name(), mode(near).as_deref()), (None, Some("AUTO")));
+        assert_eq!(station.vehicles().len(), 2);
         station.close().await;
     }
 
     #[tokio::test]
     async fn a_request_that_is_carried_ends_when_it_is_cancelled_or_the_station_closes() {
         let station = station();
-        let system = station.adopt("plane7", ComponentId(1), Arc::new(Far::default())).expect("there is room");
+        let system = station.adopt("plane7", OWN, Arc::new(Far::default())).expect("there is room");
         let plane = station.vehicle(system).expect("adopted");
         let given_up = plane.request(Request::Land);
         given_up.cancel();
@@ -204,6 +191,6 @@ mod tests {
         let closed = plane.request(Request::Land);
         station.close().await;
         assert_eq!(closed.wait().await, Some(Err(StationError::Closed)));
-        assert_eq!(station.adopt("plane8", ComponentId(1), Arc::new(Far::default())), None);
+        assert_eq!(station.adopt("plane8", OWN, Arc::new(Far::default())), None);
     }
 }

@@ -4,8 +4,8 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use vencejo_proto::{MonoTime, SystemId};
-use vencejo_vehicle::Danger;
+use vencejo_proto::MonoTime;
+use vencejo_vehicle::{Danger, VehicleId};
 
 use crate::control::OperatorId;
 
@@ -26,7 +26,7 @@ pub struct Challenge {
     /// What is dangerous about it.
     pub danger: Danger,
     /// To which vehicle.
-    pub vehicle: SystemId,
+    pub vehicle: VehicleId,
     /// How long it is good for.
     pub valid_for: Duration,
 }
@@ -35,7 +35,7 @@ pub struct Challenge {
 struct Issued {
     id: String,
     operator: OperatorId,
-    vehicle: SystemId,
+    vehicle: VehicleId,
     act: String,
     until: MonoTime,
 }
@@ -49,7 +49,7 @@ impl Confirmations {
     pub(crate) fn issue(
         &mut self,
         operator: OperatorId,
-        vehicle: SystemId,
+        vehicle: VehicleId,
         danger: Danger,
         act: String,
         now: MonoTime,
@@ -70,7 +70,14 @@ impl Confirmations {
     }
 
     /// Whether a confirmation is good for an act. It is none any more afterwards, whatever it was good for.
-    pub(crate) fn take(&mut self, id: &str, operator: OperatorId, vehicle: SystemId, act: &str, now: MonoTime) -> bool {
+    pub(crate) fn take(
+        &mut self,
+        id: &str,
+        operator: OperatorId,
+        vehicle: VehicleId,
+        act: &str,
+        now: MonoTime,
+    ) -> bool {
         let Some(place) = self.0.iter().position(|issued| issued.id == id) else { return false };
         self.0.remove(place).is_some_and(|issued| {
             issued.operator == operator && issued.vehicle == vehicle && issued.act == act && now <= issued.until
@@ -83,7 +90,7 @@ mod tests {
     use super::*;
     use crate::control::Control;
 
-    const ONE: SystemId = SystemId(1);
+    const ONE: VehicleId = VehicleId::new(1);
 
     fn at(ms: u64) -> MonoTime {
         MonoTime::from_millis(ms)
@@ -94,10 +101,10 @@ mod tests {
     fn good_once_for_the_same_act_of_the_same_operator_to_the_same_vehicle_in_time() {
         let control = Control::default();
         let (ana, luis) = (control.enlist("Ana", at(0)).id(), control.enlist("Luis", at(0)).id());
-        let cases: [(&str, OperatorId, SystemId, &str, u64, bool); 6] = [
+        let cases: [(&str, OperatorId, VehicleId, &str, u64, bool); 6] = [
             ("the same", ana, ONE, "arm", 15_000, true),
             ("another operator", luis, ONE, "arm", 1, false),
-            ("another vehicle", ana, SystemId(2), "arm", 1, false),
+            ("another vehicle", ana, VehicleId::new(2), "arm", 1, false),
             ("another act", ana, ONE, "disarm", 1, false),
             ("too late", ana, ONE, "arm", 15_001, false),
             ("another id", ana, ONE, "arm", 1, false),

@@ -4,9 +4,8 @@ use std::time::Duration;
 
 use thiserror::Error;
 use vencejo_link::{AddressError, LinkError};
-use vencejo_proto::SystemId;
 use vencejo_vehicle::transfer::TransferError;
-use vencejo_vehicle::{Danger, VehicleError};
+use vencejo_vehicle::{Danger, VehicleError, VehicleId};
 
 use crate::confirm::{Challenge, VALID_FOR};
 
@@ -29,10 +28,10 @@ pub enum StationError {
         reason: String,
     },
     /// No autopilot was heard.
-    #[error("no vehicle{} was heard within {} s on {links}; check the cable or address, the baud rate, and that the autopilot is on", wanted.map_or_else(String::new, |id| format!(" with system id {id}")), waited.as_secs())]
+    #[error("no vehicle{} was heard within {} s on {links}; check the cable or address, the baud rate, and that the autopilot is on", wanted.map_or_else(String::new, |id| format!(" with id {id}")), waited.as_secs())]
     NoVehicle {
         /// The one that was wanted.
-        wanted: Option<SystemId>,
+        wanted: Option<VehicleId>,
         /// For how long.
         waited: Duration,
         /// The links and their states.
@@ -83,13 +82,17 @@ impl StationError {
             Self::Address(AddressError::Empty),
             Self::Link(LinkError::TooManyLinks),
             Self::CannotRecord { reason: "no space left on device".into() },
-            Self::NoVehicle { wanted: Some(SystemId(1)), waited: Duration::from_secs(30), links: "no link".into() },
+            Self::NoVehicle {
+                wanted: Some(VehicleId::new(1)),
+                waited: Duration::from_secs(30),
+                links: "no link".into(),
+            },
             Self::Control { holder: "Ana".into() },
             Self::NeedsConfirmation {
                 challenge: Box::new(Challenge {
                     id: "0123456789abcdef".into(),
                     danger: Danger::Reboot,
-                    vehicle: SystemId(1),
+                    vehicle: VehicleId::new(1),
                     valid_for: VALID_FOR,
                 }),
             },

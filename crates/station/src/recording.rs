@@ -161,8 +161,9 @@ impl RecordingSummary {
 
     fn take_events(&mut self, vehicles: &mut Vehicles, now: MonoTime) {
         while let Some(output) = vehicles.poll_output() {
-            let RegistryOutput::Vehicle(system, Output::Event(event)) = output else { continue };
-            let has_home = vehicles.get(system).is_some_and(|vehicle| vehicle.telemetry().is_ardupilot());
+            let RegistryOutput::Vehicle(id, Output::Event(event)) = output else { continue };
+            let Some(system) = id.system() else { continue };
+            let has_home = vehicles.get(id).is_some_and(|vehicle| vehicle.telemetry().is_ardupilot());
             let Some((kind, text)) = describe(&event, has_home) else { continue };
             if self.events.len() >= MAX_EVENTS {
                 self.events_left_out += 1;

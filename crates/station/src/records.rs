@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use vencejo_proto::SystemId;
 use vencejo_proto::plan_file::{decode_plan_file, encode_plan_file};
 use vencejo_store::Access;
-use vencejo_vehicle::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
+use vencejo_vehicle::{Doubt, PlanRecord, StoredRecord, VehicleId, VehicleKey, Writer};
 
 /// Vehicles that are remembered; of more, the newest.
 const MAX_RECORDS: usize = 256;
@@ -156,7 +156,7 @@ fn write(folder: &Path, stored: &StoredRecord) -> std::io::Result<()> {
 const TRY_AGAIN: Duration = Duration::from_secs(5);
 
 /// The vehicle that a record is of, and the record with its ticket.
-type Key = (SystemId, VehicleKey);
+type Key = (VehicleId, VehicleKey);
 type Ticketed = (u64, StoredRecord);
 /// The newest record of each vehicle: a slow disk has at most one for each to write.
 type Newest = BTreeMap<Key, Ticketed>;
@@ -245,7 +245,7 @@ pub(crate) struct Records {
 impl Records {
     /// Starts the thread that writes into `folder`. It calls `on_kept` with the vehicle and its newest ticket when that is on the
     /// disk, or cannot be.
-    pub(crate) fn start(folder: PathBuf, on_kept: impl Fn(SystemId, u64) + Send + 'static) -> std::io::Result<Self> {
+    pub(crate) fn start(folder: PathBuf, on_kept: impl Fn(VehicleId, u64) + Send + 'static) -> std::io::Result<Self> {
         let desk = Arc::new(Desk::default());
         let (theirs, into) = (desk.clone(), folder.clone());
         let thread = std::thread::Builder::new().name("vencejo records".to_owned()).spawn(move || {
@@ -277,7 +277,7 @@ impl Records {
     }
 
     /// Has a record written soon. Never blocks for the disk.
-    pub(crate) fn keep(&self, system: SystemId, ticket: u64, stored: StoredRecord) {
+    pub(crate) fn keep(&self, system: VehicleId, ticket: u64, stored: StoredRecord) {
         self.desk.lock().records.insert((system, stored.key.clone()), (ticket, stored));
         self.desk.news.notify_one();
     }
@@ -339,15 +339,15 @@ mod tests {
         })
         .expect("a thread");
         for system in [1, 2] {
-            records.keep(SystemId(system), u64::from(system), stored(system));
+            records.keep(SystemId(system).into(), u64::from(system), stored(system));
         }
         let mut told = [kept.recv().expect("kept"), kept.recv().expect("kept")];
         told.sort();
-        assert_eq!(told, [(SystemId(1), 1), (SystemId(2), 2)]);
+        assert_eq!(told, [(VehicleId::new(1), 1), (VehicleId::new(2), 2)]);
         let mut read = read_all(&folder);
         read.sort_by(|one, other| one.key.cmp(&other.key));
         assert_eq!(read, [stored(1), stored(2)]);
-        records.keep(SystemId(1), 3, StoredRecord { record: PlanRecord::default(), ..stored(1) });
+        records.keep(VehicleId::new(1), 3, StoredRecord { record: PlanRecord::default(), ..stored(1) });
         records.close();
         assert_eq!(read_all(&folder), [stored(2)]);
         std::fs::remove_dir_all(&folder).expect("removed");
@@ -360,18 +360,18 @@ mod tests {
         let (sender, kept) = mpsc::channel();
         let on_kept = move |system, ticket| sender.send((system, ticket)).expect("the test listens");
         let records = Records::start(folder.clone(), on_kept).expect("a thread");
-        records.keep(SystemId(1), 1, stored(1));
-        assert_eq!(kept.recv(), Ok((SystemId(1), 1)), "who waits goes on");
+        records.keep(VehicleId::new(1), 1, stored(1));
+        assert_eq!(kept.recv(), Ok((VehicleId::new(1), 1)), "who waits goes on");
         assert!(records.fault().is_some());
         std::fs::remove_file(&folder).expect("removed");
-        records.keep(SystemId(2), 2, stored(2));
-        assert_eq!(kept.recv(), Ok((SystemId(2), 2)));
-        assert_eq!(kept.recv(), Ok((SystemId(1), 1)), "tried again with the first that is written");
+        records.keep(VehicleId::new(2), 2, stored(2));
+        assert_eq!(kept.recv(), Ok((VehicleId::new(2), 2)));
+        assert_eq!(kept.recv(), Ok((VehicleId::new(1), 1)), "tried again with the first that is written");
         assert_eq!(records.fault(), None);
         std::fs::remove_dir_all(&folder).expect("removed");
         std::fs::write(&folder, b"in the way").expect("written");
-        records.keep(SystemId(3), 3, stored(3));
-        assert_eq!(kept.recv(), Ok((SystemId(3), 3)));
+        records.keep(VehicleId::new(3), 3, stored(3));
+        assert_eq!(kept.recv(), Ok((VehicleId::new(3), 3)));
         std::fs::remove_file(&folder).expect("removed");
         records.close();
         assert_eq!(read_all(&folder), [stored(3)], "and a last time at the end");
@@ -410,7 +410,7 @@ mod tests {
         let no_folder = folder.join("system-3.json");
         let records = Records::start(no_folder, move |_, ticket| sender.send(ticket).expect("the test listens"));
         let records = records.expect("a thread");
-        records.keep(SystemId(3), 5, stored(3));
+        records.keep(VehicleId::new(3), 5, stored(3));
         assert_eq!(kept.recv(), Ok(5), "who waits goes on");
         assert!(records.fault().is_some(), "and it is told");
         records.close();

@@ -16,6 +16,18 @@ pub type Carried = Pin<Box<dyn Future<Output = Result<Reply, StationError>> + Se
 pub trait Remote: Send + Sync {
     /// Carries a request there, in the name of `operator`, with the danger that a person has confirmed; ends with what became of it.
     fn request(self: Arc<Self>, request: Request, confirmed: Option<Danger>, operator: String) -> Carried;
+
+    /// Who has control of it, as far as it was told.
+    fn held(&self) -> FarHeld;
+}
+
+/// Who has control of a vehicle far away.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct FarHeld {
+    /// Name of the operator; `None` when nobody has.
+    pub holder: Option<String>,
+    /// Whether that is an operator of this station.
+    pub is_ours: bool,
 }
 
 /// A vehicle far away, as the station has it.
@@ -24,6 +36,4 @@ pub(crate) struct Adopted {
     pub(crate) remote: Arc<dyn Remote>,
     /// The latest moment at which it said something.
     pub(crate) said_at: MonoTime,
-    /// Whether it was told that a link brings another vehicle with its id.
-    pub(crate) is_contested: bool,
 }

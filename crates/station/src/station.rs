@@ -17,12 +17,12 @@ use vencejo_link::{
     Clock, Folder, Hub, LinkAddress, LinkHandle, LinkId, LinkInfo, LinkOptions, LinkState, LinkStats, Origin, PeerId,
     Recorder, RecorderConfig, RecorderStatus, Route, SendReport, SinkScope, SystemClock,
 };
-use vencejo_proto::{Address, Frame, Heartbeat, MavVersion, Message, MonoTime, SystemId};
+use vencejo_proto::{Address, Frame, Heartbeat, MavVersion, Message, MonoTime};
 use vencejo_store::Class;
 use vencejo_vehicle::telemetry::{LOST_AFTER, Telemetry};
 use vencejo_vehicle::{
     Output, RegistryEvent, RegistryOutput, Reply, Request, RequestId, SourceId, Sources, StoredRecord, Taken, Vehicle,
-    VehicleConfig, VehicleError, VehicleEvent, Vehicles,
+    VehicleConfig, VehicleError, VehicleEvent, VehicleId, Vehicles,
 };
 
 use crate::changes::Changes;
@@ -64,7 +64,7 @@ pub struct Station {
 #[derive(Debug, Clone)]
 pub struct VehicleHandle {
     pub(crate) station: Station,
-    pub(crate) system: SystemId,
+    pub(crate) id: VehicleId,
     /// In whose name it acts; the station's own when absent.
     pub(crate) operator: Option<Arc<Operator>>,
 }
@@ -109,12 +109,12 @@ pub(crate) struct Core {
     pub(crate) vehicles: Vehicles,
     /// What is remembered of vehicles from runs before.
     remembered: Vec<StoredRecord>,
-    requests: HashMap<(SystemId, RequestId), Finisher<RequestResult>>,
+    requests: HashMap<(VehicleId, RequestId), Finisher<RequestResult>>,
     waiting: Vec<Waiting>,
     next_waiting: u64,
-    pub(crate) watchers: HashMap<SystemId, Watchers>,
+    pub(crate) watchers: HashMap<VehicleId, Watchers>,
     /// Those that are far away.
-    pub(crate) adopted: HashMap<SystemId, Adopted>,
+    pub(crate) adopted: HashMap<VehicleId, Adopted>,
     /// Of those who watch all vehicles at once.
     subscriptions: Subscriptions,
     /// Another station with our address.
@@ -124,7 +124,7 @@ pub(crate) struct Core {
 /// Somebody who waits for a vehicle.
 struct Waiting {
     key: u64,
-    wanted: Option<SystemId>,
+    wanted: Option<VehicleId>,
     since: MonoTime,
     finisher: Finisher<Result<VehicleHandle, StationError>>,
 }
@@ -358,9 +358,10 @@ impl Station {
         self.shared.core().vehicles.iter().map(|(system, _)| self.handle(system)).collect()
     }
 
-    /// A vehicle by its system id, if it was heard.
-    pub fn vehicle(&self, system: SystemId) -> Option<VehicleHandle> {
-        self.shared.core().vehicles.get(system).is_some().then(|| self.handle(system))
+    /// A vehicle by its id, if it was heard.
+    pub fn vehicle(&self, id: impl Into<VehicleId>) -> Option<VehicleHandle> {
+        let id = id.into();
+        self.shared.core().vehicles.get(id).is_some().then(|| self.handle(id))
     }
 
     /// The messages of all vehicles from now on, also of those that are not heard yet, in the order in which they come: all or some
@@ -373,7 +374,7 @@ impl Station {
 
     /// Waits for a vehicle, the first that is heard when none is named. Cancelling it ends it with
     /// [`StationError::NoVehicle`].
-    pub fn wait_vehicle(&self, wanted: Option<SystemId>) -> Pending<Result<VehicleHandle, StationError>> {
+    pub fn wait_vehicle(&self, wanted: Option<VehicleId>) -> Pending<Result<VehicleHandle, StationError>> {
         let mut core = self.shared.core();
         let found = match wanted {
             Some(system) => core.vehicles.get(system).filter(|vehicle| is_heard(vehicle)).map(|_| system),
@@ -449,8 +450,8 @@ impl Station {
         *self.shared.closing.borrow()
     }
 
-    fn handle(&self, system: SystemId) -> VehicleHandle {
-        VehicleHandle { station: self.clone(), system, operator: None }
+    fn handle(&self, id: VehicleId) -> VehicleHandle {
+        VehicleHandle { station: self.clone(), id, operator: None }
     }
 }
 
@@ -478,7 +479,7 @@ impl Shared {
     }
 
     /// A record is on the disk, or cannot be.
-    fn on_kept(self: &Arc<Self>, system: SystemId, ticket: u64) {
+    fn on_kept(self: &Arc<Self>, system: VehicleId, ticket: u64) {
         let now = self.clock.now();
         let mut core = self.core();
         if let Some(vehicle) = core.vehicles.get_mut(system) {
@@ -569,7 +570,7 @@ impl Shared {
         if version.is_some() {
             core.subscriptions.on_message(link, frame, now);
         }
-        if let Some(watchers) = core.watchers.get_mut(&from.system) {
+        if let Some(watchers) = core.watchers.get_mut(&from.system.into()) {
             watchers.version = version.unwrap_or_default();
             watchers.subscriptions.on_message(link, frame, now);
             watchers.changes.notify();
@@ -586,11 +587,8 @@ impl Shared {
         message: &Message,
         now: MonoTime,
     ) -> bool {
-        if self.is_of_another(core, from.system) {
-            return false;
-        }
         let Some(autopilot) = core.vehicles.get(from.system).map(Vehicle::address) else { return true };
-        let Some(watchers) = core.watchers.get_mut(&from.system) else { return true };
+        let Some(watchers) = core.watchers.get_mut(&from.system.into()) else { return true };
         let id = SourceId { link: origin.link.0, peer: origin.peer.0 };
         if autopilot != from {
             // Cameras and radios have no boot clock to go by; those of a known stranger are not the vehicle's.
@@ -603,7 +601,7 @@ impl Shared {
             self.hub.choose(from, Some(origin));
         }
         if taken != Taken::Yes {
-            self.tell_contest(watchers, from.system, now);
+            self.tell_contest(watchers, from.system.into(), now);
         }
         if taken == Taken::Replaced
             && let Some(vehicle) = core.vehicles.get_mut(from.system)
@@ -614,7 +612,7 @@ impl Shared {
     }
 
     /// Tells when another vehicle begins or ends to use a vehicle's id.
-    fn tell_contest(&self, watchers: &mut Watchers, system: SystemId, now: MonoTime) {
+    fn tell_contest(&self, watchers: &mut Watchers, system: VehicleId, now: MonoTime) {
         let rival = watchers.sources.rival(now);
         if rival.is_some() == watchers.is_contested {
             return;
@@ -644,26 +642,27 @@ impl Shared {
     }
 
     /// Whether a vehicle hears us. Of a recording nobody can say.
-    pub(crate) fn is_reached(&self, system: SystemId) -> Option<bool> {
+    pub(crate) fn is_reached(&self, system: VehicleId) -> Option<bool> {
         let now = self.clock.now();
         let reached = self.core().vehicles.get(system)?.is_reached(now);
         reached.filter(|_| !self.is_replayed(system))
     }
 
     /// Whether a vehicle comes from a recording, which answers nothing.
-    fn is_replayed(&self, system: SystemId) -> bool {
-        self.hub.links_of(system).first().is_some_and(|(link, _)| self.hub.is_replay(*link))
+    fn is_replayed(&self, system: VehicleId) -> bool {
+        let link = system.system().and_then(|system| self.hub.links_of(system).first().copied());
+        link.is_some_and(|(link, _)| self.hub.is_replay(link))
     }
 
     /// Where else a vehicle's id is used, in words.
-    pub(crate) fn rival(&self, system: SystemId) -> Option<String> {
+    pub(crate) fn rival(&self, system: VehicleId) -> Option<String> {
         let now = self.clock.now();
         let rival = self.core().watchers.get(&system).and_then(|watchers| watchers.sources.rival(now))?;
         Some(self.hub.describe(origin_of(rival)))
     }
 
     /// Follows the other vehicle of that id; whether there is one.
-    pub(crate) fn follow_rival(self: &Arc<Self>, system: SystemId) -> bool {
+    pub(crate) fn follow_rival(self: &Arc<Self>, system: VehicleId) -> bool {
         let now = self.clock.now();
         let mut core = self.core();
         let Some(autopilot) = core.vehicles.get(system).map(Vehicle::address) else { return false };
@@ -680,22 +679,24 @@ impl Shared {
     }
 
     fn on_registry_event(self: &Arc<Self>, core: &mut Core, event: RegistryEvent) {
-        Self::forget_remote(core, event);
         match event {
-            RegistryEvent::Appeared(address) => {
-                tracing::info!(vehicle = %address, "a vehicle is heard");
-                self.greet(core, address.system);
-                self.recall(core, address.system);
+            RegistryEvent::Appeared(id, address) => {
+                tracing::info!(vehicle = %id, %address, "a vehicle is heard");
+                self.greet(core, id);
+                if !id.is_far() {
+                    self.recall(core, id);
+                }
             }
-            RegistryEvent::Dropped(address) => {
-                tracing::warn!(vehicle = %address, "a lost vehicle made room for another");
+            RegistryEvent::Dropped(id, address) => {
+                tracing::warn!(vehicle = %id, "a lost vehicle made room for another");
                 // Its queues end with it, and whoever waits for news looks again.
-                self.hub.choose(address, None);
-                if let Some(watchers) = core.watchers.remove(&address.system) {
+                if core.adopted.remove(&id).is_none() {
+                    self.hub.choose(address, None);
+                }
+                if let Some(watchers) = core.watchers.remove(&id) {
                     watchers.changes.notify();
                 }
-                let lost: Vec<_> =
-                    core.requests.keys().filter(|(system, _)| *system == address.system).copied().collect();
+                let lost: Vec<_> = core.requests.keys().filter(|(of, _)| *of == id).copied().collect();
                 for key in lost {
                     if let Some(finisher) = core.requests.remove(&key) {
                         finisher.finish(Err(VehicleError::NotHeard { age: LOST_AFTER }.into()));
@@ -711,7 +712,7 @@ impl Shared {
 
     /// Tells a vehicle that was heard for the first time what is remembered: at once by what was read when the station started,
     /// and by what another program may have written since.
-    fn recall(self: &Arc<Self>, core: &mut Core, system: SystemId) {
+    fn recall(self: &Arc<Self>, core: &mut Core, system: VehicleId) {
         let Some(folder) = self.records().as_ref().map(|records| records.folder().to_owned()) else { return };
         let (remembered, now) = (core.remembered.clone(), self.clock.now());
         if let Some(vehicle) = core.vehicles.get_mut(system) {
@@ -734,7 +735,7 @@ impl Shared {
     }
 
     /// A vehicle was heard for the first time.
-    pub(crate) fn greet(self: &Arc<Self>, core: &mut Core, system: SystemId) {
+    pub(crate) fn greet(self: &Arc<Self>, core: &mut Core, system: VehicleId) {
         core.watchers.entry(system).or_default();
         if !core.vehicles.get(system).is_some_and(is_heard) {
             return;
@@ -814,7 +815,7 @@ impl Shared {
     }
 
     /// Starts a request to a vehicle.
-    pub(crate) fn request(self: &Arc<Self>, system: SystemId, request: Request) -> Pending<RequestResult> {
+    pub(crate) fn request(self: &Arc<Self>, system: VehicleId, request: Request) -> Pending<RequestResult> {
         let now = self.clock.now();
         let mut core = self.core();
         // Under the lock: closing ends what it finds there.
@@ -843,7 +844,7 @@ impl Shared {
     /// Sends any message over a vehicle's link, unless the guard of one to whom it is addressed holds it back.
     pub(crate) fn send(
         self: &Arc<Self>,
-        system: SystemId,
+        system: VehicleId,
         message: &Message,
         despite_mixed_plan: bool,
     ) -> Result<SendReport, StationError> {
@@ -856,19 +857,19 @@ impl Shared {
         Ok(self.hub.send_message(message, self.config.address, version, Route::Target))
     }
 
-    /// Sends a vehicle what it asked for itself, over its link alone.
-    pub(crate) fn answer(&self, system: SystemId, message: &Message) -> SendReport {
-        let version = self.core().watchers.get(&system).map(|watchers| watchers.version).unwrap_or_default();
-        self.hub.send_message(message, self.config.address, version, Route::System(system))
+    /// Sends a vehicle what it asked for itself, over its link alone; `None` for one far away.
+    pub(crate) fn answer(&self, id: VehicleId, message: &Message) -> Option<SendReport> {
+        let version = self.core().watchers.get(&id).map(|watchers| watchers.version).unwrap_or_default();
+        Some(self.hub.send_message(message, self.config.address, version, Route::System(id.system()?)))
     }
 
     /// Looks at a vehicle's state machine; `None` when it is not known (any more).
-    pub(crate) fn with_vehicle<T>(&self, system: SystemId, look: impl FnOnce(&Vehicle) -> T) -> Option<T> {
+    pub(crate) fn with_vehicle<T>(&self, system: VehicleId, look: impl FnOnce(&Vehicle) -> T) -> Option<T> {
         self.core().vehicles.get(system).map(look)
     }
 
     /// A copy of a vehicle's telemetry and the moment that it was taken.
-    pub(crate) fn telemetry(&self, system: SystemId) -> (Telemetry, MonoTime) {
+    pub(crate) fn telemetry(&self, system: VehicleId) -> (Telemetry, MonoTime) {
         let telemetry = self.with_vehicle(system, |vehicle| *vehicle.telemetry()).unwrap_or_default();
         (telemetry, self.clock.now())
     }

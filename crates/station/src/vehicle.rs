@@ -17,10 +17,10 @@ use vencejo_link::{LinkInfo, LinkStats, SendReport, SourceStats};
 use vencejo_proto::param::ParamName;
 use vencejo_proto::{Address, Message, MissionSeq, MonoTime, SystemId};
 use vencejo_vehicle::modes::ModeFamily;
-use vencejo_vehicle::telemetry::{Telemetry, Text};
+use vencejo_vehicle::telemetry::{self, Telemetry, Text};
 use vencejo_vehicle::{
     Danger, FlightParameters, FlightPreparation, MissionProgress, PlanState, Request, TerrainBlock, Vehicle,
-    VehicleEvent,
+    VehicleEvent, VehicleId,
 };
 
 use crate::changes::Changes;
@@ -28,6 +28,7 @@ use crate::control::{Held, Operator};
 use crate::error::StationError;
 use crate::pending::Pending;
 use crate::queue::DropOldest;
+use crate::remote::FarHeld;
 use crate::station::{RequestResult, Shared, Station, VehicleHandle};
 use crate::subscriptions::{Observed, Received};
 
@@ -35,9 +36,14 @@ use crate::subscriptions::{Observed, Received};
 const TAKEN_OFF_M: f64 = 2.0;
 
 impl VehicleHandle {
-    /// Its system id.
-    pub fn system(&self) -> SystemId {
-        self.system
+    /// Its id in this station.
+    pub fn id(&self) -> VehicleId {
+        self.id
+    }
+
+    /// Its MAVLink system id, by which links know it; `None` when it is far away.
+    pub fn system(&self) -> Option<SystemId> {
+        self.id.system()
     }
 
     /// The station that hears it.
@@ -47,30 +53,43 @@ impl VehicleHandle {
 
     /// A copy of everything that it said, and the moment that it was taken.
     pub fn telemetry(&self) -> (Telemetry, MonoTime) {
-        self.station.shared.telemetry(self.system)
+        self.station.shared.telemetry(self.id)
     }
 
     /// The newest texts that it wrote, oldest first.
     pub fn texts(&self) -> Vec<Text> {
         let texts = |vehicle: &Vehicle| vehicle.texts().iter().cloned().collect();
-        self.station.shared.with_vehicle(self.system, texts).unwrap_or_default()
+        self.station.shared.with_vehicle(self.id, texts).unwrap_or_default()
+    }
+
+    /// The newest text of at most this severity that it wrote within a time.
+    pub fn newest_text(&self, severity: telemetry::Severity, within: Duration) -> Option<Text> {
+        let now = self.station.now();
+        let is_wanted = |text: &&Text| text.severity <= severity && now.since(text.at) <= within;
+        let newest = |vehicle: &Vehicle| vehicle.texts().iter().rev().find(is_wanted).cloned();
+        self.station.shared.with_vehicle(self.id, newest).flatten()
+    }
+
+    /// Who has control of it far away; `None` for one at a link.
+    pub fn held_far(&self) -> Option<FarHeld> {
+        self.station.shared.remote(self.id).map(|remote| remote.held())
     }
 
     /// Where it stands in its mission.
     pub fn progress(&self) -> Option<MissionProgress> {
-        self.station.shared.with_vehicle(self.system, |vehicle| vehicle.progress())
+        self.station.shared.with_vehicle(self.id, |vehicle| vehicle.progress())
     }
 
     /// What is known of a plan on board.
     pub fn plan_state(&self, kind: PlanKind) -> Option<PlanState> {
-        self.station.shared.with_vehicle(self.system, |vehicle| vehicle.plan_state(kind))
+        self.station.shared.with_vehicle(self.id, |vehicle| vehicle.plan_state(kind))
     }
 
     /// What is known of a plan on board, and its list where that is known and not empty. Nothing is asked of the vehicle: the
     /// station reads by itself what it does not know.
     pub fn plan_on_board(&self, kind: PlanKind) -> Option<(PlanState, Option<Arc<Mission>>)> {
         let known = |vehicle: &Vehicle| (vehicle.plan_state(kind), vehicle.plan_on_board(kind).cloned());
-        self.station.shared.with_vehicle(self.system, known)
+        self.station.shared.with_vehicle(self.id, known)
     }
 
     /// The mission on board, with the fence and the rally points as far as they are known; `None` while the mission is not.
@@ -106,7 +125,7 @@ impl VehicleHandle {
 
     /// A mission as this vehicle would fly it, in calm air.
     pub fn trip(&self, mission: &Mission) -> Option<Trip> {
-        self.station.shared.with_vehicle(self.system, |vehicle| vehicle.trip(mission))
+        self.station.shared.with_vehicle(self.id, |vehicle| vehicle.trip(mission))
     }
 
     /// The way of a mission as it is drawn for this vehicle.
@@ -116,12 +135,12 @@ impl VehicleHandle {
 
     /// What the checks know of this vehicle.
     pub fn check_context(&self) -> CheckContext {
-        self.station.shared.with_vehicle(self.system, Vehicle::check_context).unwrap_or_default()
+        self.station.shared.with_vehicle(self.id, Vehicle::check_context).unwrap_or_default()
     }
 
     /// What its parameters say of how it flies, as far as they were read.
     pub fn flight_parameters(&self) -> FlightParameters {
-        self.station.shared.with_vehicle(self.system, Vehicle::flight_parameters).unwrap_or_default()
+        self.station.shared.with_vehicle(self.id, Vehicle::flight_parameters).unwrap_or_default()
     }
 
     /// A plan as this plane would fly it as [`Self::flies_in`] tells, from the ground at its home, and what that shows to be wrong or doubtful; `None`
@@ -141,7 +160,7 @@ impl VehicleHandle {
     /// with for the others. Its battery is the one that it tells of; its power, of which no parameter says anything, that of its flight
     /// as far as it was followed.
     pub fn flies_in(&self, wind: Wind) -> (Aircraft, Air) {
-        let known = self.station.shared.with_vehicle(self.system, Vehicle::parameters).unwrap_or_default();
+        let known = self.station.shared.with_vehicle(self.id, Vehicle::parameters).unwrap_or_default();
         let get = |name: &str| ParamName::new(name).ok().and_then(|name| known.get(&name).copied());
         let mut plane = Aircraft::from_ardupilot(get);
         let (telemetry, _) = self.telemetry();
@@ -168,7 +187,7 @@ impl VehicleHandle {
     /// A parameter, as far as it was read.
     fn parameter(&self, name: &str) -> Option<f64> {
         let name = ParamName::new(name).ok()?;
-        self.station.shared.with_vehicle(self.system, |vehicle| vehicle.parameters().get(&name).copied()).flatten()
+        self.station.shared.with_vehicle(self.id, |vehicle| vehicle.parameters().get(&name).copied()).flatten()
     }
 
     /// What its flight teaches of it, as far as it was followed, and no longer than the last ten minutes in the air; `None` where that is
@@ -179,7 +198,7 @@ impl VehicleHandle {
 
     fn learned_of(&self, plane: &Aircraft) -> Option<Learned> {
         // Learning takes milliseconds, in which nobody waits for the vehicle.
-        let learner = self.station.shared.with_vehicle(self.system, |vehicle| vehicle.learner().clone());
+        let learner = self.station.shared.with_vehicle(self.id, |vehicle| vehicle.learner().clone());
         learner?.learned(plane)
     }
 
@@ -248,7 +267,7 @@ impl VehicleHandle {
 
     /// Whether the parameters were read that a rehearsal rests on.
     pub fn knows_how_it_flies(&self) -> bool {
-        let known = self.station.shared.with_vehicle(self.system, Vehicle::parameters).unwrap_or_default();
+        let known = self.station.shared.with_vehicle(self.id, Vehicle::parameters).unwrap_or_default();
         ["NAVL1_PERIOD", "TECS_TIME_CONST"]
             .iter()
             .all(|name| ParamName::new(name).is_ok_and(|name| known.contains_key(&name)))
@@ -256,7 +275,7 @@ impl VehicleHandle {
 
     /// What a flight needs first; see [`Request::PrepareFlight`].
     pub fn flight_preparation(&self) -> Option<FlightPreparation> {
-        self.station.shared.with_vehicle(self.system, |vehicle| vehicle.flight_preparation()).flatten()
+        self.station.shared.with_vehicle(self.id, |vehicle| vehicle.flight_preparation()).flatten()
     }
 
     /// The same vehicle, acted on in the name of this operator.
@@ -284,12 +303,12 @@ impl VehicleHandle {
                 confirmed = Danger::of_request(&request, &telemetry, now);
             }
         }
-        match self.station.shared.remote(self.system) {
+        match self.station.shared.remote(self.id) {
             // A note goes nowhere: it is for those who look at it here.
             Some(remote) if !matches!(request, Request::Note { .. }) => {
                 self.station.shared.carry(remote.request(request, confirmed, self.operator().name()))
             }
-            _ => self.station.shared.request(self.system, request),
+            _ => self.station.shared.request(self.id, request),
         }
     }
 
@@ -335,13 +354,14 @@ impl VehicleHandle {
         despite_mixed_plan: bool,
         confirmation: Option<&str>,
     ) -> Result<SendReport, StationError> {
-        let danger = |telemetry: &Telemetry, now| Danger::of_message(message, self.system, telemetry, now);
-        if let Some(name) = self.remote_name() {
+        let Some(system) = self.system() else {
+            let name = self.remote_name().unwrap_or_default();
             let why = "messages as they are do not go there; use a command of its own".to_owned();
             return Err(StationError::RemoteRefused { name, why });
-        }
+        };
+        let danger = |telemetry: &Telemetry, now| Danger::of_message(message, system, telemetry, now);
         self.admit(danger, || format!("{message:?}"), confirmation)?;
-        self.station.shared.send(self.system, message, despite_mixed_plan)
+        self.station.shared.send(self.id, message, despite_mixed_plan)
     }
 
     /// Answers a block of terrain that the vehicle asked for, with heights above mean sea level in the order of
@@ -350,21 +370,21 @@ impl VehicleHandle {
     pub fn answer_terrain(&self, block: &TerrainBlock, alt_amsl_m: impl IntoIterator<Item = Option<f64>>) -> bool {
         let Some(answer) = block.answer(alt_amsl_m) else { return false };
         let shared = &self.station.shared;
-        if shared.config.request_streams && !shared.answer(self.system, &answer).is_sent() {
-            tracing::debug!(vehicle = %self.system, "terrain was not sent: no link is open to the vehicle; it will ask again");
+        if shared.config.request_streams && shared.answer(self.id, &answer).is_some_and(|sent| !sent.is_sent()) {
+            tracing::debug!(vehicle = %self.id, "terrain was not sent: no link is open to the vehicle; it will ask again");
         }
         true
     }
 
     /// Whether it asks for the ground's altitude at places where no map here knows it.
     pub fn lacks_terrain(&self) -> bool {
-        self.station.shared.core().watchers.get(&self.system).is_some_and(|watchers| watchers.lacks_terrain)
+        self.station.shared.core().watchers.get(&self.id).is_some_and(|watchers| watchers.lacks_terrain)
     }
 
     /// Whether all the terrain is known that it asked for last; those who watch it hear of a change.
     pub fn tell_terrain(&self, is_known: bool) {
         let mut core = self.station.shared.core();
-        let Some(watchers) = core.watchers.get_mut(&self.system) else { return };
+        let Some(watchers) = core.watchers.get_mut(&self.id) else { return };
         if watchers.lacks_terrain != is_known {
             return;
         }
@@ -397,11 +417,11 @@ impl VehicleHandle {
         self.take_control()?;
         let operator = self.operator();
         if let Some(id) = confirmation {
-            let is_good = shared.confirmations().take(id, operator.id(), self.system, &act(), now);
+            let is_good = shared.confirmations().take(id, operator.id(), self.id, &act(), now);
             return if is_good { Ok(()) } else { Err(StationError::BadConfirmation) };
         }
         let Some(danger) = danger(&telemetry, now) else { return Ok(()) };
-        let challenge = shared.confirmations().issue(operator.id(), self.system, danger, act(), now);
+        let challenge = shared.confirmations().issue(operator.id(), self.id, danger, act(), now);
         // Without random numbers there is no confirmation, and nothing dangerous is done.
         let challenge = challenge.ok_or(StationError::BadConfirmation)?;
         Err(StationError::NeedsConfirmation { challenge: Box::new(challenge) })
@@ -410,12 +430,12 @@ impl VehicleHandle {
     /// Whether it hears us. `false`: it is heard, but answers nothing of ours, so the link works in one direction only. `None`: not
     /// known, because it is not heard or was asked nothing, or because it is a recording.
     pub fn is_reached(&self) -> Option<bool> {
-        self.station.shared.is_reached(self.system)
+        self.station.shared.is_reached(self.id)
     }
 
     /// Where another vehicle is heard that uses the same system id, in words. That one is not followed, and nothing is sent to it.
     pub fn rival(&self) -> Option<String> {
-        self.station.shared.rival(self.system)
+        self.station.shared.rival(self.id)
     }
 
     /// Follows and commands that other vehicle from now on, and this one no more; whether there is one.
@@ -424,18 +444,18 @@ impl VehicleHandle {
     /// [`StationError::Control`].
     pub fn follow_rival(&self) -> Result<bool, StationError> {
         self.take_control()?;
-        Ok(self.station.shared.follow_rival(self.system))
+        Ok(self.station.shared.follow_rival(self.id))
     }
 
     /// Its autopilot's address.
     pub fn address(&self) -> Option<Address> {
-        self.station.shared.with_vehicle(self.system, |vehicle| vehicle.address())
+        self.station.shared.with_vehicle(self.id, |vehicle| vehicle.address())
     }
 
     /// Its messages from now on, all or some ids, at most `capacity` waiting.
     pub fn subscribe_messages(&self, ids: Option<BTreeSet<u32>>, capacity: usize) -> Arc<DropOldest<Received>> {
         let core = self.station.shared.core();
-        match core.watchers.get(&self.system) {
+        match core.watchers.get(&self.id) {
             Some(watchers) if !self.station.is_closed() => watchers.subscriptions.subscribe(ids, capacity),
             _ => DropOldest::ended(),
         }
@@ -444,7 +464,7 @@ impl VehicleHandle {
     /// Its events from now on, at most `capacity` waiting.
     pub fn subscribe_events(&self, capacity: usize) -> Arc<DropOldest<Observed>> {
         let core = self.station.shared.core();
-        match core.watchers.get(&self.system) {
+        match core.watchers.get(&self.id) {
             Some(watchers) if !self.station.is_closed() => {
                 let queue = Arc::new(DropOldest::new(capacity));
                 watchers.subscriptions.events.lock().unwrap_or_else(PoisonError::into_inner).push(queue.clone());
@@ -456,19 +476,13 @@ impl VehicleHandle {
 
     /// What tells that something new came from it.
     pub fn changes(&self) -> Arc<Changes> {
-        self.station
-            .shared
-            .core()
-            .watchers
-            .get(&self.system)
-            .map(|watchers| watchers.changes.clone())
-            .unwrap_or_default()
+        self.station.shared.core().watchers.get(&self.id).map(|watchers| watchers.changes.clone()).unwrap_or_default()
     }
 
     /// The link that it is reached over, and what was counted of it there.
     pub fn link(&self) -> Option<(LinkInfo, LinkStats, Option<SourceStats>)> {
         let shared = &self.station.shared;
-        let (id, _) = *shared.hub().links_of(self.system).first()?;
+        let (id, _) = *shared.hub().links_of(self.system()?).first()?;
         let info = shared.hub().links().into_iter().find(|link| link.id == id)?;
         let stats = shared.hub().stats(id).ok()?;
         let address = self.address()?;
@@ -505,11 +519,7 @@ impl VehicleHandle {
 
     /// A handle that does not keep the station alive.
     pub fn downgrade(&self) -> WeakVehicleHandle {
-        WeakVehicleHandle {
-            shared: Arc::downgrade(&self.station.shared),
-            system: self.system,
-            operator: self.operator.clone(),
-        }
+        WeakVehicleHandle { shared: Arc::downgrade(&self.station.shared), id: self.id, operator: self.operator.clone() }
     }
 }
 
@@ -517,7 +527,7 @@ impl VehicleHandle {
 #[derive(Clone)]
 pub struct WeakVehicleHandle {
     shared: Weak<Shared>,
-    system: SystemId,
+    id: VehicleId,
     operator: Option<Arc<Operator>>,
 }
 
@@ -525,6 +535,6 @@ impl WeakVehicleHandle {
     /// The vehicle, unless its station is gone.
     pub fn upgrade(&self) -> Option<VehicleHandle> {
         let station = Station { shared: self.shared.upgrade()? };
-        Some(VehicleHandle { station, system: self.system, operator: self.operator.clone() })
+        Some(VehicleHandle { station, id: self.id, operator: self.operator.clone() })
     }
 }

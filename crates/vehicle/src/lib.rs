@@ -63,7 +63,8 @@
 //! | [`heartbeat`] | our own heartbeat; whose heartbeat makes a vehicle |
 //! | `terrain` | the ground's heights that it asks for |
 //! | [`transfer`] | plans, parameters and files, both ways |
-//! | [`registry`] | the vehicles of a link |
+//! | `id` | which vehicle is meant |
+//! | [`registry`] | the vehicles of a link, and those far away |
 
 #![allow(deprecated, reason = "messages that MAVLink calls deprecated are what older vehicles speak")]
 
@@ -71,6 +72,7 @@ pub mod command;
 mod danger;
 mod error;
 pub mod heartbeat;
+mod id;
 pub mod modes;
 mod plan_record;
 mod plan_state;
@@ -91,6 +93,7 @@ mod vehicle;
 
 pub use danger::Danger;
 pub use error::VehicleError;
+pub use id::VehicleId;
 pub use plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
 pub use plan_state::{PlanState, Unknown};
 pub use preparation::FlightPreparation;

@@ -1,33 +1,41 @@
-//! The vehicles that are heard on a link, and which message belongs to which.
+//! The vehicles that are heard on a link or hosted for another station, and which message belongs to which.
 //!
 //! A vehicle is a system with an autopilot's heartbeat. Ground stations, cameras, radios and noise are none; neither are
 //! we, when our own messages come back.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::ops::RangeInclusive;
 
 use vencejo_proto::dialect::MavMessage;
 use vencejo_proto::{Address, MavVersion, Message, MonoTime, SystemId};
 
 use crate::error::VehicleError;
 use crate::heartbeat::is_autopilot;
+use crate::id::VehicleId;
 use crate::request::Output;
 use crate::streams::StreamConfig;
 use crate::telemetry::Group;
 use crate::vehicle::{Vehicle, VehicleConfig};
 
-/// Vehicles that are followed at once: 64, so that the 50 of one port that the benchmarks fly have room, with a flood of ids
+/// Vehicles at links that are followed at once: 64, so that the 50 of one port that the benchmarks fly have room, with a flood of ids
 /// beside them costing no more memory than that. When there are more, those that are lost make room, longest silent first; a newcomer
 /// for whom there is no room is ignored.
 pub const MAX_VEHICLES: usize = 64;
+/// Vehicles far away that are followed at once. They are known by name to whoever hosts them, so no noise makes one.
+pub const MAX_FAR: usize = 1024;
 
-/// Something about a link's vehicles as a whole.
+/// The ids of vehicles at links, and of those far away.
+const AT_LINKS: RangeInclusive<VehicleId> = VehicleId::new(0)..=VehicleId::new(VehicleId::FIRST_FAR - 1);
+const FAR: RangeInclusive<VehicleId> = VehicleId::new(VehicleId::FIRST_FAR)..=VehicleId::new(u16::MAX);
+
+/// Something about a station's vehicles as a whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RegistryEvent {
     /// A vehicle is heard for the first time.
-    Appeared(Address),
+    Appeared(VehicleId, Address),
     /// A lost vehicle made room for another; its requests were cancelled.
-    Dropped(Address),
+    Dropped(VehicleId, Address),
     /// There is no room for another vehicle. Told once until there is room again.
     Full,
 }
@@ -37,22 +45,22 @@ pub enum RegistryEvent {
 #[allow(clippy::large_enum_variant, reason = "moved once, from the queue to the link")]
 pub enum RegistryOutput {
     /// Of one vehicle.
-    Vehicle(SystemId, Output),
+    Vehicle(VehicleId, Output),
     /// About all.
     Event(RegistryEvent),
 }
 
-/// All vehicles of a link, by system id.
+/// All vehicles of a station, by id.
 #[derive(Debug)]
 pub struct Vehicles {
     our: Address,
     config: VehicleConfig,
-    vehicles: BTreeMap<SystemId, Vehicle>,
+    vehicles: BTreeMap<VehicleId, Vehicle>,
     /// Events, and last words of vehicles that were dropped: a few for each message received; drained after every call.
     outputs: VecDeque<RegistryOutput>,
     /// Vehicles that may want something: those that were reached for since they were last drained. With dozens of vehicles,
     /// asking all of them after each message costs more than all that is done with it.
-    touched: Vec<SystemId>,
+    touched: Vec<VehicleId>,
     /// No later than the earliest deadline of the others.
     rest_until: Option<MonoTime>,
     is_full: bool,
@@ -75,20 +83,21 @@ impl Vehicles {
 
     /// One of them.
     #[must_use]
-    pub fn get(&self, system: SystemId) -> Option<&Vehicle> {
-        self.vehicles.get(&system)
+    pub fn get(&self, id: impl Into<VehicleId>) -> Option<&Vehicle> {
+        self.vehicles.get(&id.into())
     }
 
     /// One of them, to ask something of it.
-    pub fn get_mut(&mut self, system: SystemId) -> Option<&mut Vehicle> {
-        let vehicle = self.vehicles.get_mut(&system)?;
-        touch(&mut self.touched, system);
+    pub fn get_mut(&mut self, id: impl Into<VehicleId>) -> Option<&mut Vehicle> {
+        let id = id.into();
+        let vehicle = self.vehicles.get_mut(&id)?;
+        touch(&mut self.touched, id);
         Some(vehicle)
     }
 
-    /// All of them, by system id.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = (SystemId, &Vehicle)> {
-        self.vehicles.iter().map(|(system, vehicle)| (*system, vehicle))
+    /// All of them, by id.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = (VehicleId, &Vehicle)> {
+        self.vehicles.iter().map(|(id, vehicle)| (*id, vehicle))
     }
 
     /// How many there are.
@@ -104,24 +113,24 @@ impl Vehicles {
     }
 
     /// A message from the link. Returns whose telemetry changed, and which group.
-    pub fn on_message(&mut self, source: Address, message: &Message, now: MonoTime) -> Option<(SystemId, Group)> {
+    pub fn on_message(&mut self, source: Address, message: &Message, now: MonoTime) -> Option<(VehicleId, Group)> {
         if source == self.our || source.system == SystemId::BROADCAST {
             return None;
         }
         if let Message::Heartbeat(heartbeat) = message
-            && !self.vehicles.contains_key(&source.system)
+            && !self.vehicles.contains_key(&source.system.into())
             && is_autopilot(heartbeat)
         {
             self.welcome(source, now);
         }
         if let Some(vehicle) = self.get_mut(source.system) {
             let group = vehicle.on_message(source.component, message, now);
-            return group.map(|group| (source.system, group));
+            return group.map(|group| (source.system.into(), group));
         }
         if let Message::Dialect(MavMessage::RADIO_STATUS(_) | MavMessage::RADIO(_)) = message {
             // A radio speaks for the link, under a system id of its own.
             let mut changed = None;
-            for (system, vehicle) in &mut self.vehicles {
+            for (system, vehicle) in self.vehicles.range_mut(AT_LINKS) {
                 touch(&mut self.touched, *system);
                 changed = vehicle.on_radio(message, now).map(|group| (*system, group)).or(changed);
             }
@@ -146,7 +155,7 @@ impl Vehicles {
         despite_mixed_plan: bool,
         now: MonoTime,
     ) -> Result<(), VehicleError> {
-        self.vehicles.iter_mut().try_for_each(|(system, vehicle)| {
+        self.vehicles.range_mut(AT_LINKS).try_for_each(|(system, vehicle)| {
             touch(&mut self.touched, *system);
             vehicle.on_sending(message, despite_mixed_plan, now)
         })
@@ -163,19 +172,19 @@ impl Vehicles {
     }
 
     fn welcome(&mut self, source: Address, now: MonoTime) {
-        if !self.make_room(now) {
+        if !self.make_room(AT_LINKS, MAX_VEHICLES, now) {
             return;
         }
         let mut config = self.config.clone();
         // Sessions of two vehicles do not share numbers, so that a log tells them apart.
         config.seed = config.seed.wrapping_add(u32::from(source.system.0) * 7);
-        self.insert(source, config, now);
+        self.insert(source.system.into(), source, config, now);
     }
 
-    /// Whether there is room for one more, if need be by dropping one that is lost.
-    fn make_room(&mut self, now: MonoTime) -> bool {
-        if self.vehicles.len() >= MAX_VEHICLES {
-            let lost = self.vehicles.iter().filter(|(_, vehicle)| !vehicle.is_heard(now));
+    /// Whether there is room for one more of these, of which there may be so many; if need be by dropping one that is lost.
+    fn make_room(&mut self, among: RangeInclusive<VehicleId>, most: usize, now: MonoTime) -> bool {
+        if self.vehicles.range(among.clone()).count() >= most {
+            let lost = self.vehicles.range(among).filter(|(_, vehicle)| !vehicle.is_heard(now));
             let Some((system, vehicle)) = lost.min_by_key(|(_, vehicle)| vehicle.heard_at()) else {
                 if !self.is_full {
                     self.is_full = true;
@@ -190,32 +199,39 @@ impl Vehicles {
                     self.outputs.push_back(RegistryOutput::Vehicle(system, output));
                 }
             }
-            self.outputs.push_back(RegistryOutput::Event(RegistryEvent::Dropped(address)));
+            self.outputs.push_back(RegistryOutput::Event(RegistryEvent::Dropped(system, address)));
         }
         self.is_full = false;
         true
     }
 
-    /// A vehicle that no link reaches: what it says is told to [`Self::on_message`], and nothing is asked of it. Whether there was
-    /// room.
-    pub fn host(&mut self, source: Address, now: MonoTime) -> bool {
-        if self.vehicles.contains_key(&source.system) || !self.make_room(now) {
-            return false;
+    /// A vehicle that no link reaches, by the address of its autopilot and its name: what it says is told to [`Self::on_hosted`], and
+    /// nothing is asked of it. `None`: there is no room.
+    pub fn host(&mut self, source: Address, name: &str, now: MonoTime) -> Option<VehicleId> {
+        if !self.make_room(FAR, MAX_FAR, now) {
+            return None;
         }
+        let id = VehicleId::of_name(name).find(|id| !self.vehicles.contains_key(id))?;
         let silent = VehicleConfig {
             streams: StreamConfig::listen_only(),
             reads_back: false,
             keeps_records: false,
             ..self.config.clone()
         };
-        self.insert(source, silent, now);
-        true
+        self.insert(id, source, silent, now);
+        Some(id)
     }
 
-    fn insert(&mut self, source: Address, config: VehicleConfig, now: MonoTime) {
-        self.vehicles.insert(source.system, Vehicle::new(source, self.our, config, now));
-        touch(&mut self.touched, source.system);
-        self.outputs.push_back(RegistryOutput::Event(RegistryEvent::Appeared(source)));
+    /// The autopilot of a vehicle that is hosted said something.
+    pub fn on_hosted(&mut self, id: VehicleId, message: &Message, now: MonoTime) -> Option<Group> {
+        let vehicle = self.get_mut(id)?;
+        vehicle.on_message(vehicle.address().component, message, now)
+    }
+
+    fn insert(&mut self, id: VehicleId, source: Address, config: VehicleConfig, now: MonoTime) {
+        self.vehicles.insert(id, Vehicle::new(source, self.our, config, now));
+        touch(&mut self.touched, id);
+        self.outputs.push_back(RegistryOutput::Event(RegistryEvent::Appeared(id, source)));
     }
 
     /// Lets time pass for those that want it.
@@ -256,9 +272,9 @@ impl Vehicles {
     }
 }
 
-fn touch(touched: &mut Vec<SystemId>, system: SystemId) {
-    if !touched.contains(&system) {
-        touched.push(system);
+fn touch(touched: &mut Vec<VehicleId>, id: VehicleId) {
+    if !touched.contains(&id) {
+        touched.push(id);
     }
 }
 
@@ -310,7 +326,7 @@ mod tests {
         assert!(vehicles.is_empty() && drain(&mut vehicles).is_empty());
         vehicles.on_message(Address::new(7, 1), &heartbeat(1, 3), at(0));
         assert_eq!(vehicles.len(), 1);
-        let appeared = RegistryOutput::Event(RegistryEvent::Appeared(Address::new(7, 1)));
+        let appeared = RegistryOutput::Event(RegistryEvent::Appeared(SystemId(7).into(), Address::new(7, 1)));
         assert_eq!(drain(&mut vehicles)[0], appeared);
     }
 
@@ -324,7 +340,7 @@ mod tests {
         let attitude =
             |roll| Message::Dialect(MavMessage::ATTITUDE(ATTITUDE_DATA { roll, ..ATTITUDE_DATA::default() }));
         let changed = vehicles.on_message(Address::new(1, 1), &attitude(0.5), at(1));
-        assert_eq!(changed, Some((SystemId(1), Group::Attitude)));
+        assert_eq!(changed, Some((SystemId(1).into(), Group::Attitude)));
         // A gimbal on board has an attitude of its own.
         assert_eq!(vehicles.on_message(Address::new(1, 154), &attitude(1.5), at(1)), None);
         let roll = |vehicles: &Vehicles, system| {
@@ -384,7 +400,7 @@ mod tests {
         let ended = |outputs: Vec<RegistryOutput>| {
             outputs
                 .into_iter()
-                .filter(|output| matches!(output, RegistryOutput::Vehicle(SystemId(1), Output::Finished { .. })))
+                .filter(|output| matches!(output, RegistryOutput::Vehicle(id, Output::Finished { .. }) if *id == SystemId(1).into()))
                 .count()
         };
         vehicles.on_message(Address::new(2, 1), &ack, at(1));
@@ -412,7 +428,7 @@ mod tests {
         assert_eq!(full, 1, "told once");
         assert!(vehicles.get(SystemId(1)).is_some());
         // The flood is over: those that are lost make room, and their requests end.
-        let lost = vehicles.iter().map(|(system, _)| system).find(|system| system.0 != 1).expect("another");
+        let lost = vehicles.iter().map(|(system, _)| system).find(|id| id.number() != 1).expect("another");
         let now = at(60_000);
         vehicles.on_message(Address::new(1, 1), &heartbeat(1, 3), now);
         for (system, _) in vehicles.iter().map(|(system, vehicle)| (system, vehicle.heard_at())).collect::<Vec<_>>() {
@@ -422,9 +438,41 @@ mod tests {
         vehicles.on_message(Address::new(200, 1), &heartbeat(1, 3), now + Duration::from_millis(1));
         assert!(vehicles.get(SystemId(200)).is_some() && vehicles.get(SystemId(1)).is_some());
         let outputs = drain(&mut vehicles);
-        assert!(outputs.iter().any(|output| matches!(output, RegistryOutput::Event(RegistryEvent::Dropped(_)))));
+        assert!(outputs.iter().any(|output| matches!(output, RegistryOutput::Event(RegistryEvent::Dropped(..)))));
         assert!(outputs.iter().any(|output| matches!(output, RegistryOutput::Vehicle(_, Output::Finished { .. }))));
         assert!(vehicles.get(lost).is_none() || vehicles.len() == MAX_VEHICLES);
+    }
+
+    #[test]
+    fn those_far_away_have_room_and_numbers_of_their_own() {
+        let mut vehicles = vehicles();
+        let (own, now) = (Address::new(1, 1), at(0));
+        let far: Vec<_> =
+            (0..MAX_FAR).map(|n| vehicles.host(own, &format!("plane{n}"), now).expect("there is room")).collect();
+        assert_eq!(vehicles.host(own, "one-more", now), None, "none of them is lost yet");
+        for system in 1..=100 {
+            vehicles.on_message(Address::new(system, 1), &heartbeat(1, 3), now);
+        }
+        drain(&mut vehicles);
+        assert_eq!(vehicles.len(), MAX_FAR + MAX_VEHICLES, "a flood of ids takes no place of theirs");
+        assert!(far.iter().all(|id| id.is_far() && vehicles.get(*id).is_some()));
+        // What a link brings is of those at links, whatever system id a plane far away has of its own.
+        let attitude = Message::Dialect(MavMessage::ATTITUDE(ATTITUDE_DATA { roll: 1.0, ..ATTITUDE_DATA::default() }));
+        assert_eq!(vehicles.on_message(own, &attitude, now), Some((SystemId(1).into(), Group::Attitude)));
+        let radio = RADIO_STATUS_DATA { rssi: 180, ..RADIO_STATUS_DATA::default() };
+        vehicles.on_message(Address::new(200, 68), &Message::Dialect(MavMessage::RADIO_STATUS(radio)), now);
+        let telemetry = |id: VehicleId| *vehicles.get(id).expect("hosted").telemetry();
+        assert!(far.iter().all(|id| telemetry(*id).attitude.is_none() && telemetry(*id).radio.is_none()));
+        assert_eq!(vehicles.on_hosted(far[3], &attitude, now), Some(Group::Attitude));
+        assert!(vehicles.get(far[3]).is_some_and(|plane| plane.telemetry().attitude.is_some()));
+        drain(&mut vehicles);
+        // Heard once, and silent since: it makes room.
+        let late = at(60_000);
+        for id in &far[1..] {
+            vehicles.on_hosted(*id, &heartbeat(1, 3), late);
+        }
+        drain(&mut vehicles);
+        assert!(vehicles.host(own, "one-more", late).is_some_and(|_| vehicles.get(far[0]).is_none()));
     }
 
     // fault 23 (1 seed): 100,000 messages from other ids, id 0 and our own echo: 0 changes of state, 0 vehicles more, 0 answers

@@ -1,7 +1,8 @@
 //! A ground station of a fleet: every aircraft of the organisation is a vehicle of its station.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
 use prost::Message;
@@ -10,9 +11,10 @@ use tokio::runtime::Handle;
 use tokio::sync::{Notify, watch};
 use tokio::task::JoinHandle;
 use vencejo_proto::{Address, ComponentId, SystemId};
-use vencejo_station::{Carried, Remote, RequestResult, Station, StationError};
+use vencejo_station::{Carried, FarHeld, Remote, RequestResult, Station, StationError};
 use vencejo_vehicle::modes::ModeFamily;
-use vencejo_vehicle::{Danger, Request, VehicleError};
+use vencejo_vehicle::telemetry::LOST_AFTER;
+use vencejo_vehicle::{Danger, Request, VehicleError, VehicleId};
 use zenoh::Session;
 use zenoh::sample::SampleKind;
 
@@ -32,8 +34,8 @@ use crate::payload::{Answer, End, Event, Nothing, Order, Signed, State, VERSION,
 use crate::signature::{PublicKey, Signer};
 use crate::speech::{Listener, News, millis};
 
-/// Aircraft that are followed at most: as many as a station follows vehicles.
-const MAX_AIRCRAFT: usize = vencejo_vehicle::registry::MAX_VEHICLES;
+/// Aircraft that are followed at most: as many as a station follows far away.
+const MAX_AIRCRAFT: usize = vencejo_vehicle::registry::MAX_FAR;
 /// How long an act may take before nobody waits for it any more.
 const ACT_PATIENCE: Duration = Duration::from_secs(20);
 /// The same of control.
@@ -68,8 +70,8 @@ pub struct GroundConfig {
 pub struct Far {
     /// Its name.
     pub name: String,
-    /// Its system id in this station; `None` before it has said anything.
-    pub system: Option<SystemId>,
+    /// Its id in this station; `None` before it has said anything.
+    pub id: Option<VehicleId>,
     /// Whether the station on board is reachable, as far as the network knows.
     pub is_present: bool,
     /// Time since it said something.
@@ -97,6 +99,8 @@ struct Fleet {
     signer: Signer,
     station: Station,
     aircraft: Mutex<BTreeMap<Name, Arc<FarAircraft>>>,
+    /// Whether it was told that there is no room for more.
+    is_full: AtomicBool,
 }
 
 /// How the network is joined, each time.
@@ -117,7 +121,6 @@ struct Terms {
 struct FarAircraft {
     name: Name,
     fleet: Weak<Fleet>,
-    system: OnceLock<SystemId>,
     known: Mutex<Known>,
     /// One order for control at a time.
     asking: tokio::sync::Mutex<()>,
@@ -127,8 +130,10 @@ struct FarAircraft {
 struct Known {
     listener: Listener,
     is_present: bool,
-    /// The component of its autopilot.
-    component: u8,
+    /// Its id in our station, since it was taken on.
+    id: Option<VehicleId>,
+    /// Its autopilot's own address, on board.
+    autopilot: Option<Address>,
     /// The boot and the epoch in which we have control.
     lease: Option<(u64, u64)>,
     /// Whether its missed events are being asked for.
@@ -160,7 +165,15 @@ impl Ground {
         };
         let (org, signer) = (config.org, config.signer);
         let session = Mutex::new(session);
-        let fleet = Arc::new(Fleet { org, network, session, signer, station, aircraft: Mutex::default() });
+        let fleet = Arc::new(Fleet {
+            org,
+            network,
+            session,
+            signer,
+            station,
+            aircraft: Mutex::default(),
+            is_full: AtomicBool::new(false),
+        });
         let (stop, mut stopped) = watch::channel(false);
         let (ready, is_ready) = tokio::sync::oneshot::channel();
         let follow = fleet.clone();
@@ -200,7 +213,7 @@ impl Ground {
             let known = aircraft.known();
             Far {
                 name: name.to_string(),
-                system: aircraft.system.get().copied(),
+                id: known.id,
                 is_present: known.is_present,
                 age: known.listener.age(now),
                 holder: some(&known.listener.held().holder),
@@ -392,14 +405,26 @@ impl Fleet {
         let name = aircraft_of(&self.org, kind, key)?;
         let mut all = self.aircraft();
         if !all.contains_key(&name) && all.len() >= MAX_AIRCRAFT {
-            tracing::warn!(aircraft = %name, "more aircraft are heard of than can be followed; this one is ignored");
-            return None;
+            let now = self.station.now();
+            let age = |far: &Arc<FarAircraft>| {
+                let known = far.known();
+                (!known.is_present && known.lease.is_none()).then(|| known.listener.age(now))
+            };
+            let silent = all.iter().filter_map(|(name, far)| Some((age(far).filter(|age| *age > LOST_AFTER)?, name)));
+            let Some(gone) = silent.max().map(|(_, name)| name.clone()) else {
+                if !self.is_full.swap(true, Ordering::Relaxed) {
+                    tracing::warn!(aircraft = %name, "more aircraft are heard of than can be followed; the others are ignored");
+                }
+                return None;
+            };
+            tracing::warn!(aircraft = %name, %gone, "an aircraft that went made room for another");
+            all.remove(&gone);
         }
         let aircraft = all.entry(name.clone()).or_insert_with(|| {
+            self.is_full.store(false, Ordering::Relaxed);
             Arc::new(FarAircraft {
                 name,
                 fleet: Arc::downgrade(self),
-                system: OnceLock::new(),
                 known: Mutex::default(),
                 asking: tokio::sync::Mutex::default(),
             })
@@ -433,7 +458,9 @@ impl FarAircraft {
         let now = fleet.station.now();
         let news = {
             let mut known = self.known();
-            known.component = u8::try_from(state.component).unwrap_or(ComponentId::AUTOPILOT.0);
+            let system = u8::try_from(state.system).map_or(SystemId::BROADCAST, SystemId);
+            let component = u8::try_from(state.component).map_or(ComponentId::AUTOPILOT, ComponentId);
+            known.autopilot = Some(Address { system, component });
             if known.lease.is_some_and(|(boot, _)| boot != state.boot) {
                 known.lease = None;
             }
@@ -451,8 +478,11 @@ impl FarAircraft {
 
     /// Hands on to the station what is new, and fetches what was missed.
     fn tell(self: &Arc<Self>, fleet: &Arc<Fleet>, news: News) {
-        if let Some(system) = self.adopted(fleet) {
-            fleet.station.on_remote(system, &news.said);
+        if let Some(id) = self.adopted(fleet)
+            && !fleet.station.on_remote(id, &news.said)
+        {
+            // It had made room for another; the next that it says has it taken on again.
+            self.known().id = None;
         }
         let Some(from) = news.missed_from else { return };
         if std::mem::replace(&mut self.known().is_catching_up, true) {
@@ -486,25 +516,29 @@ impl FarAircraft {
             known.listener.on_events_asked(events.first().map(|event| event.number));
             events.iter().flat_map(|event| known.listener.on_event(event, now).said).collect()
         };
-        if let Some(system) = self.system.get() {
-            fleet.station.on_remote(*system, &said);
+        let id = self.known().id;
+        if let Some(id) = id {
+            fleet.station.on_remote(id, &said);
         }
     }
 
-    /// Its system id in our station, which takes it on when it says something for the first time.
-    fn adopted(self: &Arc<Self>, fleet: &Fleet) -> Option<SystemId> {
-        if let Some(system) = self.system.get() {
-            return Some(*system);
+    /// Its id in our station, which takes it on when it says something for the first time.
+    fn adopted(self: &Arc<Self>, fleet: &Fleet) -> Option<VehicleId> {
+        let (id, autopilot) = {
+            let known = self.known();
+            (known.id, known.autopilot)
+        };
+        if id.is_some() {
+            return id;
         }
-        let autopilot = ComponentId(self.known().component);
-        let system = fleet.station.adopt(self.name.as_str(), autopilot, self.clone())?;
-        Some(*self.system.get_or_init(|| system))
+        let id = fleet.station.adopt(self.name.as_str(), autopilot?, self.clone())?;
+        self.known().id = Some(id);
+        Some(id)
     }
 
-    /// Its address in our station.
+    /// The address of its autopilot, on board.
     fn address(&self) -> Address {
-        let system = self.system.get().copied().unwrap_or(SystemId(0));
-        Address { system, component: ComponentId(self.known().component) }
+        self.known().autopilot.unwrap_or(Address { system: SystemId::BROADCAST, component: ComponentId::AUTOPILOT })
     }
 
     /// Does one errand: the same order until it is answered, or given up.
@@ -598,8 +632,8 @@ impl FarAircraft {
     }
 
     fn result_of(&self, answer: &Answer, request: &Request) -> RequestResult {
-        let mode =
-            self.fleet.upgrade().and_then(|fleet| fleet.station.vehicle(*self.system.get()?)?.telemetry().0.mode());
+        let id = self.known().id;
+        let mode = self.fleet.upgrade().and_then(|fleet| fleet.station.vehicle(id?)?.telemetry().0.mode());
         let family = mode.map_or(ModeFamily::Other, |mode| mode.family);
         act::result_of(answer, request, self.name.as_str(), self.address(), family)
     }
@@ -652,5 +686,11 @@ impl FarAircraft {
 impl Remote for FarAircraft {
     fn request(self: Arc<Self>, request: Request, confirmed: Option<Danger>, operator: String) -> Carried {
         Box::pin(self.carry(request, confirmed, operator))
+    }
+
+    fn held(&self) -> FarHeld {
+        let known = self.known();
+        let holder = Some(known.listener.held().holder.clone()).filter(|holder| !holder.is_empty());
+        FarHeld { is_ours: holder.is_some() && known.lease.is_some(), holder }
     }
 }

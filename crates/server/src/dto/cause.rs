@@ -95,8 +95,8 @@ pub enum Cause {
         /// What is dangerous: `force-arm`, `force-disarm`, `disarm-in-flight`, `terminate`, `clear-mission`, `clear-fence`,
         /// `clear-rally`, `clear-all`, `reboot`, `fence-off`, `erase` or `write-files`.
         act: String,
-        /// System id of the vehicle that it would be done to.
-        vehicle: u8,
+        /// Id of the vehicle that it would be done to.
+        vehicle: u16,
         /// What to send; good once, for this session, this vehicle and this very act.
         confirmation: String,
         /// For how long it is good.

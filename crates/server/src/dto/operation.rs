@@ -61,7 +61,7 @@ pub struct Operation {
     /// Its id.
     pub id: u64,
     /// The vehicle.
-    pub vehicle: u8,
+    pub vehicle: u16,
     /// What it does.
     pub kind: OperationKind,
     /// How it stands.

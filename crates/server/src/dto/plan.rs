@@ -209,7 +209,7 @@ pub struct SpreadRequest {
     pub plan: Plan,
     /// The vehicle that is to fly it.
     #[serde(default)]
-    pub vehicle: Option<u8>,
+    pub vehicle: Option<u16>,
     /// The expected wind; calm when absent.
     #[serde(default)]
     pub wind: Option<Wind>,
@@ -483,7 +483,7 @@ pub struct LandingRequest {
     pub runway: Option<Runway>,
     /// The vehicle that is to land: airspeed, circle, slope and `DO_LAND_START` are laid out for it.
     #[serde(default)]
-    pub vehicle: Option<u8>,
+    pub vehicle: Option<u16>,
     /// Course of the final leg from true north; of a runway's two directions the nearer one is flown. Without it `coming_from` gives the course, else
     /// the wind; a runway is landed on into the wind, in calm air from its beginning.
     #[serde(default)]
@@ -550,7 +550,7 @@ pub struct LandingMove {
     pub ground_rel_home_m: Option<f64>,
     /// The vehicle that is to land.
     #[serde(default)]
-    pub vehicle: Option<u8>,
+    pub vehicle: Option<u16>,
 }
 
 /// A landing to choose.
@@ -635,7 +635,7 @@ pub struct PlanCheck {
     pub plan: Plan,
     /// The vehicle that is to fly it: its kind, its place and whether it is on the ground are taken into account.
     #[serde(default)]
-    pub vehicle: Option<u8>,
+    pub vehicle: Option<u16>,
 }
 
 /// A plan to rehearse.
@@ -646,7 +646,7 @@ pub struct RehearsalRequest {
     pub plan: Plan,
     /// The vehicle that is to fly it: its parameters, as far as they were read, are the plane's.
     #[serde(default)]
-    pub vehicle: Option<u8>,
+    pub vehicle: Option<u16>,
     /// The wind; calm when absent.
     #[serde(default)]
     pub wind: Option<Wind>,
@@ -689,7 +689,7 @@ pub struct WhatIfRequest {
     pub at_s: Option<f64>,
     /// The vehicle that is to fly it: its parameters, as far as they were read, are the plane's.
     #[serde(default)]
-    pub vehicle: Option<u8>,
+    pub vehicle: Option<u16>,
     /// The wind; calm when absent.
     #[serde(default)]
     pub wind: Option<Wind>,

@@ -7,6 +7,7 @@ use utoipa::ToSchema;
 use vencejo_flight::landing::Wind;
 use vencejo_vehicle::telemetry::TelemetryGroups;
 
+use super::roster::{RosterChange, RosterRow};
 use super::storage::StorageProblem;
 use super::{
     Assessment, Cause, LinkInfo, MissionProgress, Operation, Plan, PlanKind, PlanState, PlaneProfile, RawMessage,
@@ -20,21 +21,26 @@ use super::{
 pub enum ClientMessage {
     /// Wants a vehicle's telemetry; again with another rate changes the rate.
     Subscribe {
-        /// The vehicle's system id; it need not have been heard yet.
-        vehicle: u8,
+        /// The vehicle's id; it need not have been heard yet.
+        vehicle: u16,
         /// Messages per second, 1 to 50.
         #[schema(minimum = 1, maximum = 50)]
         rate_hz: f64,
     },
     /// Wants it no more.
     Unsubscribe {
-        /// The vehicle's system id.
-        vehicle: u8,
+        /// The vehicle's id.
+        vehicle: u16,
     },
+    /// Wants the list of all vehicles as `roster`, in place of `vehicles`: the whole at once, then what changed, at most once a second
+    /// for each vehicle.
+    SubscribeRoster,
+    /// Wants `vehicles` again.
+    UnsubscribeRoster,
     /// Wants a vehicle's raw messages, the newest of each sender; again with other names or another rate changes that.
     SubscribeMessages {
-        /// The vehicle's system id; it need not have been heard yet.
-        vehicle: u8,
+        /// The vehicle's id; it need not have been heard yet.
+        vehicle: u16,
         /// Only these messages, by name; all when absent.
         #[serde(default)]
         #[schema(max_items = 64)]
@@ -45,8 +51,8 @@ pub enum ClientMessage {
     },
     /// Wants them no more.
     UnsubscribeMessages {
-        /// The vehicle's system id.
-        vehicle: u8,
+        /// The vehicle's id.
+        vehicle: u16,
     },
     /// Wants to know what the core says of a plan, as while a point of it is dragged. One question after the other is answered:
     /// who asks again before the answer waits for two.
@@ -55,7 +61,7 @@ pub enum ClientMessage {
         seq: u64,
         /// The vehicle that is to fly it; an ArduPlane as it comes when absent.
         #[serde(default)]
-        vehicle: Option<u8>,
+        vehicle: Option<u16>,
         /// It.
         plan: Plan,
         /// The wind that it is to be rehearsed in; it is not rehearsed when absent.
@@ -88,13 +94,25 @@ pub enum ServerMessage {
     },
     /// The vehicles heard so far: at once, when one comes or goes, and each second.
     Vehicles {
-        /// By system id.
+        /// By id.
         vehicles: Vec<VehicleSummary>,
+    },
+    /// What changed in the list of vehicles, for those who subscribed to it.
+    Roster {
+        /// When this was taken, seconds on the station's clock.
+        time_s: f64,
+        /// Rows that changed, each with the fields that changed; of a newcomer with all.
+        #[schema(value_type = Vec<RosterRow>)]
+        rows: Vec<RosterChange>,
+        /// Ids of vehicles that went.
+        gone: Vec<u16>,
+        /// The vehicles that this client is subscribed to, as `vehicles` would list them.
+        followed: Vec<VehicleSummary>,
     },
     /// A subscribed vehicle's values that changed.
     Telemetry {
         /// The vehicle.
-        vehicle: u8,
+        vehicle: u16,
         /// When they were taken, seconds on the station's clock.
         time_s: f64,
         /// Only the groups that changed.
@@ -107,7 +125,7 @@ pub enum ServerMessage {
     /// A subscribed raw message: the newest of this name and sender.
     Message {
         /// The vehicle.
-        vehicle: u8,
+        vehicle: u16,
         /// How many of it have come since it was subscribed to; those between were not told.
         count: u64,
         /// It.
@@ -116,7 +134,7 @@ pub enum ServerMessage {
     /// A text that the vehicle wrote.
     Text {
         /// The vehicle.
-        vehicle: u8,
+        vehicle: u16,
         /// `MAV_SEVERITY`: 0 emergency to 7 debug.
         severity: u8,
         /// What it wrote.
@@ -127,7 +145,7 @@ pub enum ServerMessage {
     /// Something happened to a vehicle.
     Event {
         /// The vehicle.
-        vehicle: u8,
+        vehicle: u16,
         /// `lost`, `regained`, `unreached` (it is heard, but does not hear us), `reached`, `rebooted`,
         /// `mode`, `armed`, `disarmed`, `landed`, `item`, `item_reached`, `mission_complete`,
         /// `target_elsewhere` (it flies to somewhere else than its plan says, an alarm), `target_as_planned`, `home`,
@@ -143,7 +161,7 @@ pub enum ServerMessage {
     /// What is known of a plan on board changed.
     PlanState {
         /// The vehicle.
-        vehicle: u8,
+        vehicle: u16,
         /// Which plan.
         kind: PlanKind,
         /// What is known now.

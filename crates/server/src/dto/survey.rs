@@ -81,7 +81,7 @@ pub struct SurveyRequest {
     pub coming_from: Option<LatLon>,
     /// The vehicle that is to fly it, which has parameters of its own; an ArduPlane as it comes by default.
     #[serde(default)]
-    pub vehicle: Option<u8>,
+    pub vehicle: Option<u16>,
 }
 
 /// Where the items of a complex item are in the mission of its plan.

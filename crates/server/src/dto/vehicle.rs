@@ -9,8 +9,8 @@ use super::{LinkInfo, PlanStates};
 /// A vehicle in the list of vehicles.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct VehicleSummary {
-    /// MAVLink system id.
-    pub system_id: u8,
+    /// Its id here: the MAVLink system id of one at a link, 256 to 65,535 for one far away.
+    pub system_id: u16,
     /// `MAV_TYPE`; 1 is a fixed-wing plane.
     #[schema(required = true)]
     pub mav_type: Option<u8>,
@@ -111,8 +111,8 @@ pub struct MissionProgress {
 /// Everything that is known of a vehicle.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct VehicleState {
-    /// MAVLink system id.
-    pub system_id: u8,
+    /// Its id here: the MAVLink system id of one at a link, 256 to 65,535 for one far away.
+    pub system_id: u16,
     /// When this was taken, seconds on the station's clock.
     pub time_s: f64,
     /// The newest values by group.

@@ -35,7 +35,7 @@ async fn ask(
 macro_rules! command {
     ($(#[$doc:meta])* $name:ident, $path:tt, |$vehicle:ident| $request:expr) => {
         $(#[$doc])*
-        #[utoipa::path(post, path = $path, tag = "commands", params(("id" = u8, Path, description = "System id"),
+        #[utoipa::path(post, path = $path, tag = "commands", params(("id" = u16, Path, description = "The vehicle's id"),
             ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
             responses((status = 200, body = Done), Problem))]
         async fn $name(
@@ -48,7 +48,7 @@ macro_rules! command {
     };
     ($(#[$doc:meta])* $name:ident, $path:tt, optional $body:tt, |$vehicle:ident, $value:ident| $request:expr) => {
         $(#[$doc])*
-        #[utoipa::path(post, path = $path, tag = "commands", params(("id" = u8, Path, description = "System id"),
+        #[utoipa::path(post, path = $path, tag = "commands", params(("id" = u16, Path, description = "The vehicle's id"),
             ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
             request_body = Option<$body>, responses((status = 200, body = Done), Problem))]
         async fn $name(
@@ -62,7 +62,7 @@ macro_rules! command {
     };
     ($(#[$doc:meta])* $name:ident, $path:tt, $body:tt, |$vehicle:ident, $value:ident| $request:expr) => {
         $(#[$doc])*
-        #[utoipa::path(post, path = $path, tag = "commands", params(("id" = u8, Path, description = "System id"),
+        #[utoipa::path(post, path = $path, tag = "commands", params(("id" = u16, Path, description = "The vehicle's id"),
             ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
             request_body = $body, responses((status = 200, body = Done), Problem))]
         async fn $name(

@@ -6,7 +6,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vencejo_flight::plan::Command;
 use vencejo_proto::{
-    Address, CommandInt, CommandLong, FieldError, FieldValue, Header, MavVersion, Message, message_id_of,
+    Address, CommandInt, CommandLong, FieldError, FieldValue, Header, MavVersion, Message, SystemId, message_id_of,
 };
 use vencejo_station::VehicleHandle;
 use vencejo_vehicle::signing::SETUP_SIGNING_ID;
@@ -80,7 +80,7 @@ fn message_id(name: &str) -> Result<u32, Problem> {
 
 /// Any command by COMMAND_LONG. It is not repeated unless it is known to be safe to do twice.
 #[utoipa::path(post, path = "/vehicles/{id}/command/long", tag = "raw", request_body = RawCommandLong,
-    params(("id" = u8, Path, description = "System id"),
+    params(("id" = u16, Path, description = "The vehicle's id"),
         ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
     responses((status = 200, body = Acknowledged), Problem))]
 async fn command_long(
@@ -97,7 +97,7 @@ async fn command_long(
 
 /// Any command by COMMAND_INT, likewise.
 #[utoipa::path(post, path = "/vehicles/{id}/command/int", tag = "raw", request_body = RawCommandInt,
-    params(("id" = u8, Path, description = "System id"),
+    params(("id" = u16, Path, description = "The vehicle's id"),
         ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
     responses((status = 200, body = Acknowledged), Problem))]
 async fn command_int(
@@ -125,7 +125,7 @@ fn not_a_message(error: &FieldError) -> Problem {
 /// Sends any message, as it is: the escape hatch. There is no answer. Refused are numbers that no autopilot can take, and, while
 /// the mission may be mixed, what arms, follows it or jumps in it.
 #[utoipa::path(post, path = "/vehicles/{id}/messages", tag = "raw", request_body = NewMessage,
-    params(("id" = u8, Path, description = "System id"),
+    params(("id" = u16, Path, description = "The vehicle's id"),
         ("despite_mixed_plan" = Option<bool>, Query, description = "Do it although the mission on board may be mixed")),
     responses((status = 200, body = Done), Problem))]
 async fn send_message(
@@ -134,7 +134,9 @@ async fn send_message(
     DespiteMixedPlan(despite): DespiteMixedPlan,
     Body(new): Body<NewMessage>,
 ) -> Result<Json<Done>, Problem> {
-    let address = vehicle.address().unwrap_or(Address { system: vehicle.system(), ..Address::new(0, 1) });
+    let address = vehicle
+        .address()
+        .unwrap_or(Address { system: vehicle.system().unwrap_or(SystemId::BROADCAST), ..Address::new(0, 1) });
     let fields = new.fields.into_iter();
     let fields = fields.map(|(name, value)| (name, value.map_or(FieldValue::Float(f64::NAN), |value| value.to_wire())));
     let message = Message::from_fields(&new.name, fields.collect(), address).map_err(|error| not_a_message(&error))?;
@@ -150,7 +152,7 @@ async fn send_message(
 
 /// Asks the vehicle for one message, once, and gives it back.
 #[utoipa::path(post, path = "/vehicles/{id}/messages/{name}/request", tag = "raw",
-    params(("id" = u8, Path, description = "System id"), ("name" = String, Path, description = "Such as HOME_POSITION")),
+    params(("id" = u16, Path, description = "The vehicle's id"), ("name" = String, Path, description = "Such as HOME_POSITION")),
     responses((status = 200, body = RawMessage), Problem))]
 async fn request_message(
     State(app): State<App>,
@@ -162,14 +164,16 @@ async fn request_message(
     let Reply::Message(message) = vehicle.request(request).wait().await.ok_or_else(Problem::closed)?? else {
         return Err(Problem::closed());
     };
-    let source = vehicle.address().unwrap_or(Address { system: vehicle.system(), ..Address::new(0, 1) });
+    let source = vehicle
+        .address()
+        .unwrap_or(Address { system: vehicle.system().unwrap_or(SystemId::BROADCAST), ..Address::new(0, 1) });
     let frame = message.encode(Header { sequence: 0, source, version: MavVersion::V2 });
     Ok(Json(convert::raw_message(&frame, app.now())))
 }
 
 /// Sets how often the vehicle sends a message, now and after each of its restarts. It overrides other stations.
 #[utoipa::path(put, path = "/vehicles/{id}/messages/{name}/rate", tag = "raw", request_body = MessageRate,
-    params(("id" = u8, Path, description = "System id"), ("name" = String, Path, description = "Such as RAW_IMU")),
+    params(("id" = u16, Path, description = "The vehicle's id"), ("name" = String, Path, description = "Such as RAW_IMU")),
     responses((status = 200, body = Done), Problem))]
 async fn set_message_rate(
     pilot: Pilot,

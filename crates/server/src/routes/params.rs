@@ -28,7 +28,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
 }
 
 /// Reads all parameters; the operation's result is the list.
-#[utoipa::path(get, path = "/vehicles/{id}/params", tag = "params", params(("id" = u8, Path, description = "System id")),
+#[utoipa::path(get, path = "/vehicles/{id}/params", tag = "params", params(("id" = u16, Path, description = "The vehicle's id")),
     responses((status = 202, body = Operation), Problem))]
 async fn read_params(
     State(app): State<App>,
@@ -36,7 +36,7 @@ async fn read_params(
     Vehicle(vehicle): Vehicle,
 ) -> Result<(StatusCode, Json<Operation>), Problem> {
     let pending = vehicle.request(Request::ParamList);
-    let operation = app.follow(session, vehicle.system().0, OperationKind::ReadParams, pending)?;
+    let operation = app.follow(session, vehicle.id().number(), OperationKind::ReadParams, pending)?;
     Ok((StatusCode::ACCEPTED, Json(operation)))
 }
 
@@ -49,7 +49,7 @@ async fn ask(pending: Pending<RequestResult>) -> Result<Json<Param>, Problem> {
 
 /// Reads one parameter from the vehicle.
 #[utoipa::path(get, path = "/vehicles/{id}/params/{name}", tag = "params",
-    params(("id" = u8, Path, description = "System id"), ("name" = String, Path, description = "Up to 16 characters")),
+    params(("id" = u16, Path, description = "The vehicle's id"), ("name" = String, Path, description = "Up to 16 characters")),
     responses((status = 200, body = Param), Problem))]
 async fn get_param(_: Operator, Vehicle(vehicle): Vehicle, Name(name): Name) -> Result<Json<Param>, Problem> {
     ask(vehicle.request(Request::ParamRead { name })).await
@@ -57,7 +57,7 @@ async fn get_param(_: Operator, Vehicle(vehicle): Vehicle, Name(name): Name) -> 
 
 /// Writes one parameter; answers with the value that the vehicle keeps.
 #[utoipa::path(put, path = "/vehicles/{id}/params/{name}", tag = "params", request_body = NewParam,
-    params(("id" = u8, Path, description = "System id"), ("name" = String, Path, description = "Up to 16 characters")),
+    params(("id" = u16, Path, description = "The vehicle's id"), ("name" = String, Path, description = "Up to 16 characters")),
     responses((status = 200, body = Param), Problem))]
 async fn set_param(
     pilot: Pilot,

@@ -75,7 +75,7 @@ fn start(
     kind: OperationKind,
     pending: Pending<RequestResult>,
 ) -> Result<Accepted, Problem> {
-    let operation = app.follow(by, vehicle.system().0, kind, pending)?;
+    let operation = app.follow(by, vehicle.id().number(), kind, pending)?;
     Ok((StatusCode::ACCEPTED, Json(operation)))
 }
 
@@ -128,7 +128,7 @@ macro_rules! plan_routes {
      $download:ident = $download_kind:ident, $clear:ident = $clear_kind:ident) => {
         /// What is known of this part of the plan on board. Nothing is asked of the vehicle: the station itself reads what it
         /// does not know, and tells by the WebSocket's `plan_state` when that changes.
-        #[utoipa::path(get, path = $path, tag = "plans", params(("id" = u8, Path, description = "System id")),
+        #[utoipa::path(get, path = $path, tag = "plans", params(("id" = u16, Path, description = "The vehicle's id")),
                                             responses((status = 200, body = PlanOnBoard), Problem))]
         async fn $known(_: Viewer, Vehicle(vehicle): Vehicle) -> Result<Json<PlanOnBoard>, Problem> {
             Ok(Json(convert::plan_on_board(&vehicle, core::PlanKind::$kind)?))
@@ -137,7 +137,7 @@ macro_rules! plan_routes {
         /// Replaces this part of the plan on board by that of the plan given, and reads it back. Done means that the vehicle
         /// has it. The operation's result is the plan on board. A mission in which the checks find an error is refused, and so is
         /// a part with nothing in it: DELETE clears.
-        #[utoipa::path(put, path = $path, tag = "plans", params(("id" = u8, Path, description = "System id"), Checked),
+        #[utoipa::path(put, path = $path, tag = "plans", params(("id" = u16, Path, description = "The vehicle's id"), Checked),
                                             request_body = Plan, responses((status = 202, body = Operation), Problem))]
         async fn $upload(
             State(app): State<App>,
@@ -154,7 +154,7 @@ macro_rules! plan_routes {
         }
 
         /// Reads this part of the plan on board from the vehicle; it is the operation's result.
-        #[utoipa::path(post, path = $read_path, tag = "plans", params(("id" = u8, Path, description = "System id")),
+        #[utoipa::path(post, path = $read_path, tag = "plans", params(("id" = u16, Path, description = "The vehicle's id")),
                                             responses((status = 202, body = Operation), Problem))]
         async fn $download(
             State(app): State<App>,
@@ -166,7 +166,7 @@ macro_rules! plan_routes {
         }
 
         /// Removes this part of the plan on board and checks that it is gone.
-        #[utoipa::path(delete, path = $path, tag = "plans", params(("id" = u8, Path, description = "System id")),
+        #[utoipa::path(delete, path = $path, tag = "plans", params(("id" = u16, Path, description = "The vehicle's id")),
                                             responses((status = 202, body = Operation), Problem))]
         async fn $clear(
             State(app): State<App>,
@@ -363,7 +363,7 @@ async fn rehearse_many(
 }
 
 /// What this vehicle's plans are rehearsed with, and what its flight teaches of it: that may be handed to a rehearsal as its `profile`.
-#[utoipa::path(get, path = "/vehicles/{id}/profile", tag = "plans", params(("id" = u8, Path, description = "System id")),
+#[utoipa::path(get, path = "/vehicles/{id}/profile", tag = "plans", params(("id" = u16, Path, description = "The vehicle's id")),
     responses((status = 200, body = VehicleProfile), Problem))]
 async fn profile(_: Viewer, Vehicle(vehicle): Vehicle) -> Result<Json<VehicleProfile>, Problem> {
     in_turn(move || Ok(assess::vehicle_profile(&vehicle))).await.map(Json)
@@ -376,7 +376,7 @@ struct LearnFrom {
     /// The name of a recording on the server's disk, in place of a body.
     recording: Option<String>,
     /// The vehicle whose parameters, as far as they were read, are the plane's.
-    vehicle: Option<u8>,
+    vehicle: Option<u16>,
     /// Which vehicle of the recording; the first that tells its position when absent.
     system: Option<u8>,
 }

@@ -17,7 +17,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
 
 /// How a vehicle signs.
 #[utoipa::path(get, path = "/vehicles/{id}/signing", tag = "signing",
-    params(("id" = u8, Path, description = "System id")), responses((status = 200, body = SigningInfo), Problem))]
+    params(("id" = u16, Path, description = "The vehicle's id")), responses((status = 200, body = SigningInfo), Problem))]
 async fn get_signing(_: Viewer, Vehicle(vehicle): Vehicle) -> Json<SigningInfo> {
     Json(convert::signing(&vehicle))
 }
@@ -25,15 +25,15 @@ async fn get_signing(_: Viewer, Vehicle(vehicle): Vehicle) -> Json<SigningInfo> 
 /// Gives a vehicle a signing key, another one, or takes its key away, and waits until it shows that, at most 5 s. Only while it is
 /// disarmed. Until it shows it, it is talked to as before.
 #[utoipa::path(post, path = "/vehicles/{id}/signing", tag = "signing",
-    params(("id" = u8, Path, description = "System id")), request_body = ChangeSigning,
+    params(("id" = u16, Path, description = "The vehicle's id")), request_body = ChangeSigning,
     responses((status = 200, body = SigningInfo), Problem))]
 async fn change_signing(
     pilot: Pilot,
     Vehicle(vehicle): Vehicle,
     Body(asked): Body<ChangeSigning>,
 ) -> Result<Json<SigningInfo>, Problem> {
-    if asked.confirm_system_id != vehicle.system().0 {
-        let expected = format!("the vehicle's system id, {}", vehicle.system());
+    if vehicle.system().is_some_and(|system| asked.confirm_system_id != system.0) {
+        let expected = format!("the vehicle's system id, {}", vehicle.id());
         return Err(Problem::invalid_value("confirm_system_id", asked.confirm_system_id, &expected));
     }
     let change = match asked.act {

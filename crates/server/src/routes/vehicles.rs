@@ -23,14 +23,14 @@ pub(super) fn router() -> OpenApiRouter<App> {
 
 /// Follows and commands from now on the other vehicle that uses this system id, and no more the one that was followed.
 #[utoipa::path(post, path = "/vehicles/{id}/rival/follow", tag = "vehicles",
-    params(("id" = u8, Path, description = "System id")), responses((status = 204), Problem))]
+    params(("id" = u16, Path, description = "The vehicle's id")), responses((status = 204), Problem))]
 async fn follow_rival(pilot: Pilot, Vehicle(vehicle): Vehicle) -> Result<StatusCode, Problem> {
     if pilot.vehicle(&vehicle).follow_rival()? {
         return Ok(StatusCode::NO_CONTENT);
     }
-    let system = vehicle.system();
-    let detail = format!("no other vehicle with system id {system} is heard");
-    Err(Problem::not_found(Thing::Vehicle, system, detail))
+    let id = vehicle.id();
+    let detail = format!("no other vehicle with system id {id} is heard");
+    Err(Problem::not_found(Thing::Vehicle, id, detail))
 }
 
 /// The vehicles heard so far.
@@ -40,7 +40,7 @@ async fn list_vehicles(State(app): State<App>, _: Viewer) -> Json<Vec<VehicleSum
 }
 
 /// Everything that is known of a vehicle.
-#[utoipa::path(get, path = "/vehicles/{id}", tag = "vehicles", params(("id" = u8, Path, description = "System id")),
+#[utoipa::path(get, path = "/vehicles/{id}", tag = "vehicles", params(("id" = u16, Path, description = "The vehicle's id")),
     responses((status = 200, body = VehicleState), Problem))]
 async fn get_vehicle(_: Viewer, Vehicle(vehicle): Vehicle) -> Json<VehicleState> {
     Json(convert::vehicle_state(&vehicle))
@@ -48,7 +48,7 @@ async fn get_vehicle(_: Viewer, Vehicle(vehicle): Vehicle) -> Json<VehicleState>
 
 /// The newest texts that a vehicle wrote, oldest first.
 #[utoipa::path(get, path = "/vehicles/{id}/texts", tag = "vehicles",
-    params(("id" = u8, Path, description = "System id")), responses((status = 200, body = Vec<Text>), Problem))]
+    params(("id" = u16, Path, description = "The vehicle's id")), responses((status = 200, body = Vec<Text>), Problem))]
 async fn list_texts(_: Viewer, Vehicle(vehicle): Vehicle) -> Json<Vec<Text>> {
     Json(convert::texts(&vehicle))
 }

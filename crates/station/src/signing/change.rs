@@ -129,7 +129,7 @@ impl Station {
 impl VehicleHandle {
     /// How it signs.
     pub fn signing(&self) -> SigningInfo {
-        self.station().signing_of(self.system())
+        self.system().map(|system| self.station().signing_of(system)).unwrap_or_default()
     }
 
     /// Gives it a key, another one, or takes its key away, and waits until it shows that. Only while it is known to be
@@ -160,8 +160,13 @@ impl Drop for Busy<'_> {
 }
 
 async fn change_key(vehicle: &VehicleHandle, change: SigningChange, any_link: bool) -> Result<(), StationError> {
-    let (station, system, goal) = (vehicle.station(), vehicle.system(), change.goal());
+    let (station, goal) = (vehicle.station(), change.goal());
     let shared = &station.shared;
+    let Some(system) = vehicle.system() else {
+        let name = vehicle.remote_name().unwrap_or_default();
+        let why = "its signing is changed at a direct link".to_owned();
+        return Err(StationError::RemoteRefused { name, why });
+    };
     let vault = station.vault()?;
     {
         let mut state = vault.state();
@@ -227,7 +232,7 @@ async fn change_key(vehicle: &VehicleHandle, change: SigningChange, any_link: bo
         ),
     };
     let began = station.now();
-    let end = send_until_shown(vehicle, goal, new.as_ref(), link.id, target, began).await;
+    let end = send_until_shown(vehicle, system, goal, new.as_ref(), link.id, target, began).await;
     match end {
         KeyEnd::Proven => {}
         KeyEnd::Refused(text) => return Err(SigningError::Refused { text }.into()),
@@ -252,6 +257,7 @@ async fn change_key(vehicle: &VehicleHandle, change: SigningChange, any_link: bo
 
 async fn send_until_shown(
     vehicle: &VehicleHandle,
+    system: SystemId,
     goal: KeyGoal,
     new: Option<&(KeyId, SigningKey)>,
     link: vencejo_link::LinkId,
@@ -262,7 +268,7 @@ async fn send_until_shown(
     let mut change = KeyChange::new(goal, began);
     loop {
         let now = vehicle.station().now();
-        if let Some(state) = shared.hub().signing(vehicle.system()) {
+        if let Some(state) = shared.hub().signing(system) {
             let signs_still = state.shown.is_some_and(|(_, at)| now.since(at) < STILL_SIGNS);
             change.on_shown(Shown {
                 new_key: new.is_some_and(|(id, _)| state.shown.is_some_and(|(key, at)| key == *id && at >= began)),
@@ -282,7 +288,7 @@ async fn send_until_shown(
                 let report =
                     shared.hub().send_message(&message, shared.our_address(), MavVersion::V2, Route::Link(link));
                 if !report.is_sent() {
-                    tracing::warn!(vehicle = %vehicle.system(), "the signing key did not leave: the link is not open");
+                    tracing::warn!(vehicle = %system, "the signing key did not leave: the link is not open");
                 }
             }
             KeyStep::Wait(until) => tokio::time::sleep(until.since(now).min(WATCH)).await,

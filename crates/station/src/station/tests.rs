@@ -44,7 +44,7 @@ async fn requests_and_links_begun_while_closing_end() {
     for _ in 0..200 {
         let station = start();
         station.hear(1, station.now());
-        let vehicle = station.vehicle(SystemId(1)).expect("heard");
+        let vehicle = station.vehicle(VehicleId::new(1)).expect("heard");
         let go = Arc::new(AtomicBool::new(false));
         let other = std::thread::spawn({
             let (station, go) = (station.clone(), go.clone());
@@ -73,7 +73,7 @@ async fn requests_and_links_begun_while_closing_end() {
 async fn of_two_operators_one_acts_and_the_other_is_told() {
     let station = start();
     station.hear(1, station.now());
-    let vehicle = station.vehicle(SystemId(1)).expect("heard");
+    let vehicle = station.vehicle(VehicleId::new(1)).expect("heard");
     let operators = ["Ana", "Luis"].map(|name| Arc::new(station.enlist(name)));
     let item = MissionItem::at(Command(5001), [4.0, 0.0, 0.0, 0.0], 40.0, -3.0, 0.0);
     let upload = Request::UploadPlan { kind: PlanKind::Fence, items: vec![item], home: None };
@@ -109,14 +109,16 @@ async fn of_two_operators_one_acts_and_the_other_is_told() {
 #[tokio::test]
 async fn an_old_wait_cancels_no_new_one() {
     let station = start();
-    let first = station.wait_vehicle(Some(SystemId(1)));
+    let first = station.wait_vehicle(Some(VehicleId::new(1)));
     station.hear(1, station.now());
     assert!(matches!(first.wait().await, Some(Ok(_))));
-    let second = station.wait_vehicle(Some(SystemId(2)));
+    let second = station.wait_vehicle(Some(VehicleId::new(2)));
     first.cancel();
     assert!(second.end().is_none());
     second.cancel();
-    assert!(matches!(second.end(), Some(Err(StationError::NoVehicle { wanted: Some(SystemId(2)), .. }))));
+    assert!(
+        matches!(second.end(), Some(Err(StationError::NoVehicle { wanted: Some(id), .. })) if id == VehicleId::new(2))
+    );
     station.close().await;
 }
 
@@ -124,7 +126,7 @@ async fn an_old_wait_cancels_no_new_one() {
 async fn a_request_to_a_vehicle_that_is_forgotten_ends_and_cancels_no_other() {
     let station = start();
     station.hear(1, station.now());
-    let vehicle = station.vehicle(SystemId(1)).expect("heard");
+    let vehicle = station.vehicle(VehicleId::new(1)).expect("heard");
     let messages = vehicle.subscribe_messages(None, 8);
     let events = vehicle.subscribe_events(8);
     let (changes, seen) = (vehicle.changes(), vehicle.change_count());
@@ -134,7 +136,7 @@ async fn a_request_to_a_vehicle_that_is_forgotten_ends_and_cancels_no_other() {
     for system in 2..=MAX_VEHICLES + 1 {
         station.hear(system, later);
     }
-    assert!(station.vehicle(SystemId(1)).is_none());
+    assert!(station.vehicle(VehicleId::new(1)).is_none());
     assert!(matches!(old.wait().await, Some(Err(StationError::Vehicle(_)))));
     assert_ne!(changes.count(), seen);
     let is_ended = |queue: &DropOldest<_>| loop {
@@ -180,10 +182,10 @@ async fn one_queue_has_the_messages_of_all_vehicles_in_order_from_their_first() 
 async fn a_station_that_nobody_holds_ends_its_queues_and_links() {
     let station = start();
     station.hear(1, station.now());
-    let vehicle = station.vehicle(SystemId(1)).expect("heard");
+    let vehicle = station.vehicle(VehicleId::new(1)).expect("heard");
     let weak = vehicle.downgrade();
     let (messages, events) = (vehicle.subscribe_messages(None, 8), vehicle.subscribe_events(8));
-    let waiting = station.wait_vehicle(Some(SystemId(9)));
+    let waiting = station.wait_vehicle(Some(VehicleId::new(9)));
     station.open_link("udpin:127.0.0.1:0", LinkOptions::default()).expect("opens");
     let hub = station.shared.hub.clone();
     drop((station, vehicle));
@@ -221,8 +223,8 @@ async fn when_the_driver_panics_nobody_waits_for_ever() {
     let clock = Arc::new(Breaking { clock: SystemClock::new(), is_broken: AtomicBool::new(false) });
     let station = Station::with_clock(StationConfig::default(), Handle::current(), clock.clone()).expect("starts");
     station.hear(1, station.now());
-    let vehicle = station.vehicle(SystemId(1)).expect("heard");
-    let (request, waiting) = (vehicle.request(Request::ReturnToLaunch), station.wait_vehicle(Some(SystemId(2))));
+    let vehicle = station.vehicle(VehicleId::new(1)).expect("heard");
+    let (request, waiting) = (vehicle.request(Request::ReturnToLaunch), station.wait_vehicle(Some(VehicleId::new(2))));
     clock.is_broken.store(true, Ordering::Relaxed);
     assert!(matches!(in_time(waiting.wait()).await, Some(Err(StationError::Closed))));
     assert_eq!(in_time(request.wait()).await, Some(Err(StationError::Closed)));
@@ -324,7 +326,7 @@ async fn of_two_autopilots_with_one_id_the_first_is_followed_and_commanded() {
     let there = listening(&station).await;
     let (mut first, mut second) = (Autopilot::new(there, 600_000), Autopilot::new(there, 90_000));
     first.speak();
-    let vehicle = in_time(station.wait_vehicle(Some(SystemId(1))).wait()).await.expect("open").expect("heard");
+    let vehicle = in_time(station.wait_vehicle(Some(VehicleId::new(1))).wait()).await.expect("open").expect("heard");
     let events = vehicle.subscribe_events(64);
     let begun = Instant::now();
     in_time(async {
@@ -387,7 +389,7 @@ async fn another_station_with_our_address_is_told_and_our_own_echo_is_not() {
         }
     }
     peer.send(plane_heartbeat(8).bytes()).expect("sent");
-    in_time(station.wait_vehicle(Some(SystemId(8))).wait()).await.expect("open").expect("heard");
+    in_time(station.wait_vehicle(Some(VehicleId::new(8))).wait()).await.expect("open").expect("heard");
     assert_eq!(station.namesake(), None, "an echo is no station");
     let begun = Instant::now();
     for sequence in [200, 201] {

@@ -2397,7 +2397,7 @@ export interface components {
             valid_s: number;
             /**
              * Format: int32
-             * @description System id of the vehicle that it would be done to.
+             * @description Id of the vehicle that it would be done to.
              */
             vehicle: number;
         } | {
@@ -3057,7 +3057,7 @@ export interface components {
             type: "subscribe";
             /**
              * Format: int32
-             * @description The vehicle's system id; it need not have been heard yet.
+             * @description The vehicle's id; it need not have been heard yet.
              */
             vehicle: number;
         } | {
@@ -3065,9 +3065,15 @@ export interface components {
             type: "unsubscribe";
             /**
              * Format: int32
-             * @description The vehicle's system id.
+             * @description The vehicle's id.
              */
             vehicle: number;
+        } | {
+            /** @enum {string} */
+            type: "subscribe_roster";
+        } | {
+            /** @enum {string} */
+            type: "unsubscribe_roster";
         } | {
             /** @description Only these messages, by name; all when absent. */
             names?: string[] | null;
@@ -3080,7 +3086,7 @@ export interface components {
             type: "subscribe_messages";
             /**
              * Format: int32
-             * @description The vehicle's system id; it need not have been heard yet.
+             * @description The vehicle's id; it need not have been heard yet.
              */
             vehicle: number;
         } | {
@@ -3088,7 +3094,7 @@ export interface components {
             type: "unsubscribe_messages";
             /**
              * Format: int32
-             * @description The vehicle's system id.
+             * @description The vehicle's id.
              */
             vehicle: number;
         } | {
@@ -6776,6 +6782,110 @@ export interface components {
          * @enum {string}
          */
         Role: "viewer" | "operator";
+        /** @description What a list shows of a vehicle. In a `roster` message a field that is absent is as it was told before; null is not known. */
+        RosterRow: {
+            /**
+             * Format: double
+             * @description Speed through the air, to 0.1 m/s.
+             */
+            airspeed_m_s?: number | null;
+            alarm?: components["schemas"]["RosterText"] | null;
+            /**
+             * Format: double
+             * @description Height above home, to 0.1 m.
+             */
+            alt_rel_home_m?: number | null;
+            /**
+             * Format: double
+             * @description Charge left, 0 to 100.
+             */
+            battery_pct?: number | null;
+            /**
+             * Format: double
+             * @description Where the nose points, 0 to 360, whole degrees.
+             */
+            heading_deg?: number | null;
+            /**
+             * Format: double
+             * @description When it was heard last, seconds on the station's clock, to 0.1 s.
+             */
+            heard_s?: number | null;
+            /** @description Far away: who has control of it; null when nobody has. */
+            holder?: string | null;
+            /**
+             * Format: int32
+             * @description Its id here.
+             */
+            id: number;
+            /** @description Whether the motors can run. */
+            is_armed?: boolean | null;
+            /** @description Whether its mission was flown to its end. */
+            is_complete?: boolean | null;
+            /** @description Whether another vehicle with its system id is heard. */
+            is_contested?: boolean | null;
+            /** @description Far away: whether that is an operator of this station. */
+            is_held_here?: boolean | null;
+            /** @description Whether it says that it is on the ground. */
+            is_on_ground?: boolean | null;
+            /** @description Whether it hears us; null when that is not known. */
+            is_reached?: boolean | null;
+            /**
+             * Format: int32
+             * @description Item of its mission in execution, counted from 1.
+             */
+            item?: number | null;
+            /**
+             * Format: int32
+             * @description Items in its mission.
+             */
+            items?: number | null;
+            /**
+             * Format: double
+             * @description WGS-84 latitude, to 0.1 m.
+             */
+            lat_deg?: number | null;
+            /**
+             * Format: double
+             * @description WGS-84 longitude, to 0.1 m.
+             */
+            lon_deg?: number | null;
+            /**
+             * Format: double
+             * @description Share of its frames that were lost, to 0.1 %; null far away.
+             */
+            loss_pct?: number | null;
+            /**
+             * Format: int32
+             * @description `MAV_TYPE`; 1 is a fixed-wing plane.
+             */
+            mav_type?: number | null;
+            /** @description Whether the mission on board may be a mixture of two. */
+            may_be_mixed?: boolean | null;
+            /** @description Flight mode by name. */
+            mode?: string | null;
+            /** @description Its name in a fleet, when it is far away. */
+            remote_name?: string | null;
+            /**
+             * Format: double
+             * @description An alarm: how far from the current item of its plan it flies to.
+             */
+            target_off_m?: number | null;
+        };
+        /** @description A text of a vehicle, in a list. */
+        RosterText: {
+            /**
+             * Format: int32
+             * @description `MAV_SEVERITY`: 0 emergency to 4 warning.
+             */
+            severity: number;
+            /** @description What it wrote. */
+            text: string;
+            /**
+             * Format: double
+             * @description When, seconds on the station's clock.
+             */
+            time_s: number;
+        };
         /** @description A line to land on, in either direction; 20 m to 10 km long. */
         Runway: {
             /** @description One end. */
@@ -6829,8 +6939,22 @@ export interface components {
         }) | {
             /** @enum {string} */
             type: "vehicles";
-            /** @description By system id. */
+            /** @description By id. */
             vehicles: components["schemas"]["VehicleSummary"][];
+        } | {
+            /** @description The vehicles that this client is subscribed to, as `vehicles` would list them. */
+            followed: components["schemas"]["VehicleSummary"][];
+            /** @description Ids of vehicles that went. */
+            gone: number[];
+            /** @description Rows that changed, each with the fields that changed; of a newcomer with all. */
+            rows: components["schemas"]["RosterRow"][];
+            /**
+             * Format: double
+             * @description When this was taken, seconds on the station's clock.
+             */
+            time_s: number;
+            /** @enum {string} */
+            type: "roster";
         } | {
             /** @description Only the groups that changed. */
             groups: components["schemas"]["TelemetryGroups"];
@@ -7685,7 +7809,7 @@ export interface components {
             progress: components["schemas"]["MissionProgress"];
             /**
              * Format: int32
-             * @description MAVLink system id.
+             * @description Its id here: the MAVLink system id of one at a link, 256 to 65,535 for one far away.
              */
             system_id: number;
             /** @description The newest values by group. */
@@ -7747,7 +7871,7 @@ export interface components {
             round_trip_ms: number | null;
             /**
              * Format: int32
-             * @description MAVLink system id.
+             * @description Its id here: the MAVLink system id of one at a link, 256 to 65,535 for one far away.
              */
             system_id: number;
         };
@@ -10400,7 +10524,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -10434,7 +10558,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -10472,7 +10596,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -10510,7 +10634,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -10548,7 +10672,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -10586,7 +10710,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -10624,7 +10748,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -10662,7 +10786,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -10700,7 +10824,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -10738,7 +10862,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -10776,7 +10900,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -10814,7 +10938,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -10848,7 +10972,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -10882,7 +11006,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -10917,7 +11041,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
                 /** @description Such as RAW_IMU */
                 name: string;
@@ -10954,7 +11078,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
                 /** @description Such as HOME_POSITION */
                 name: string;
@@ -10990,7 +11114,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11028,7 +11152,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11062,7 +11186,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11096,7 +11220,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11134,7 +11258,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11169,7 +11293,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11200,7 +11324,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
                 /** @description Up to 16 characters */
                 name: string;
@@ -11233,7 +11357,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
                 /** @description Up to 16 characters */
                 name: string;
@@ -11270,7 +11394,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11304,7 +11428,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11339,7 +11463,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11370,7 +11494,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11401,7 +11525,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11435,7 +11559,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11470,7 +11594,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11501,7 +11625,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11532,7 +11656,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11566,7 +11690,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11601,7 +11725,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11632,7 +11756,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11666,7 +11790,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11697,7 +11821,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11731,7 +11855,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11765,7 +11889,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11796,7 +11920,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11825,7 +11949,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11856,7 +11980,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11894,7 +12018,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11932,7 +12056,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -11967,7 +12091,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -12001,7 +12125,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
@@ -12039,7 +12163,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                /** @description System id */
+                /** @description The vehicle's id */
                 id: number;
             };
             cookie?: never;
