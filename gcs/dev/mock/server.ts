@@ -1,6 +1,6 @@
 // Stands in for the server in the browser, for `npm run dev:mock` and for screenshots: answers requests, speaks on a
 // WebSocket. `?scene=` chooses what is to be seen: lost, away, refused, mixed, elsewhere, oneway, watching, two, none,
-// token.
+// token, fleet (`&count=`).
 import type {
   ClientMessage,
   LinkInfo,
@@ -11,6 +11,7 @@ import type {
   Session,
   VehicleSummary,
 } from '../../src/lib/api/types';
+import { fleetRow } from './fleet';
 import { home, mission, telemetryAt } from './flight';
 import { mapsAnswer } from './maps';
 
@@ -31,7 +32,9 @@ const session: Session = {
 };
 /** When the vehicle falls silent: after a few seconds in the scene "lost". */
 const lastHeard_s = scene === 'lost' ? HEAD_START_S + 4 : Number.POSITIVE_INFINITY;
-const ids = scene === 'none' ? [] : scene === 'two' ? [1, 2] : [1];
+const count = scene === 'fleet' ? Number(new URLSearchParams(window.location.search).get('count') ?? 12) : 0;
+const fleetIds = Array.from({ length: count }, (_, index) => 300 + index);
+const ids = scene === 'none' ? [] : scene === 'fleet' ? fleetIds : scene === 'two' ? [1, 2] : [1];
 const age_s = () => Math.max(0.04, time_s() - lastHeard_s);
 
 const summary = (system_id: number): VehicleSummary => ({
@@ -46,7 +49,7 @@ const summary = (system_id: number): VehicleSummary => ({
   round_trip_ms: 38 + 9 * Math.sin(time_s()),
   is_reached: scene !== 'oneway',
   rival: null,
-  remote_name: null,
+  remote_name: system_id >= 300 ? `plane${system_id - 300}` : null,
   lacks_terrain: false,
   flight_parameters: { loiter_radius_m: 80, airspeed_m_s: 22, finds_landing: false },
 });
@@ -233,7 +236,7 @@ class MockSocket {
     this.onopen?.();
     this.say({ type: 'hello', version: '0.1.0', time_s: time_s(), ...session });
     const lists = () => {
-      this.say({ type: 'vehicles', vehicles: ids.map(summary) });
+      if (ids.length <= 8) this.say({ type: 'vehicles', vehicles: ids.map(summary) });
       this.say({ type: 'links', links: [link()] });
     };
     lists();
@@ -251,6 +254,16 @@ class MockSocket {
       this.say({ type: 'assessment', seq: message.seq, findings: [], trip, rehearsal: null });
       return;
     }
+    if (message.type === 'subscribe_roster') {
+      const roster = () => {
+        const rows = fleetIds.map((_, index) => fleetRow(index, count, time_s()));
+        const followed = ids.filter((id) => this.#rates.has(id)).map(summary);
+        if (count > 0) this.say({ type: 'roster', time_s: time_s(), rows, gone: [], followed });
+      };
+      roster();
+      this.#timers.push(setInterval(roster, 1000));
+    }
+    if (!('vehicle' in message)) return;
     clearInterval(this.#rates.get(message.vehicle));
     if (message.type !== 'subscribe') return;
     const { vehicle, rate_hz } = message;
@@ -260,7 +273,7 @@ class MockSocket {
         type: 'telemetry',
         vehicle,
         time_s: time_s(),
-        ...toldAt(time_s() + 40 * (vehicle - 1), { isArmed, offset_m: 300 * (vehicle - 1) }),
+        ...toldAt(time_s() + 40 * ((vehicle - 1) % 100), { isArmed, offset_m: 300 * ((vehicle - 1) % 100) }),
       });
     };
     this.#rates.set(vehicle, setInterval(tell, 1000 / rate_hz));

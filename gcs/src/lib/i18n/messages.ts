@@ -9,6 +9,8 @@ import { mapsEn } from './maps.en';
 import { mapsEs } from './maps.es';
 import { cameraEn } from './camera.en';
 import { cameraEs } from './camera.es';
+import { fleetEn } from './fleet.en';
+import { fleetEs } from './fleet.es';
 import { filesEn } from './files.en';
 import { filesEs } from './files.es';
 import { findingsEn } from './findings.en';
@@ -33,6 +35,7 @@ export const en = {
   ...mapsEn,
   ...cameraEn,
   ...serverEn,
+  ...fleetEn,
   ...filesEn,
   ...findingsEn,
   ...fixesEn,
@@ -49,6 +52,7 @@ export const es: Record<MessageKey, string> = {
   ...mapsEs,
   ...cameraEs,
   ...serverEs,
+  ...fleetEs,
   ...filesEs,
   ...findingsEs,
   ...fixesEs,

@@ -28,6 +28,7 @@ import { AreaPainter, type AreaTexts, type AreaView } from './area-painter';
 import { coastLayer, coastStyle } from './base-map';
 import { CanvasLayer } from './canvas-layer';
 import { CorridorPainter } from './corridor-painter';
+import { FleetLayer, type FleetMark } from './fleet-layer';
 import { projection, type Projection, readTheme, type Theme, WORLD_M, type XY } from './frame';
 import { GridPainter } from './grid-painter';
 import { RehearsalPainter } from './rehearsal-painter';
@@ -41,7 +42,7 @@ import { SurveyPainter, type SurveyView } from './survey-painter';
 import { TrailPainter } from './trail-painter';
 import { HomePainter, type VehicleMark, VehiclePainter } from './vehicle-painter';
 
-export type { AreaView, SurveyView, RouteStatus, RouteTexts, ShownSource, Placing, VehicleMark };
+export type { FleetMark, AreaView, SurveyView, RouteStatus, RouteTexts, ShownSource, Placing, VehicleMark };
 
 /** How the view stands to the selected plane. */
 export type FollowMode = 'free' | 'follow' | 'sight';
@@ -133,6 +134,7 @@ export class MapAdapter {
   readonly #survey = new SurveyPainter();
   readonly #home = new HomePainter();
   readonly #vehicles = new VehiclePainter();
+  readonly #fleet = new FleetLayer(() => this.#theme, 3.5);
   readonly #ruler = new RulerPainter();
   readonly #scale: ScaleLine;
   readonly #keys: EventsKey[] = [];
@@ -188,6 +190,7 @@ export class MapAdapter {
           () => this.#version,
         ),
         new CanvasLayer([this.#placing], look, 2.5),
+        this.#fleet.layer,
         new CanvasLayer([this.#rehearsal.plane, this.#vehicles, this.#ruler], look, 4),
       ],
       controls: [this.#scale],
@@ -333,6 +336,11 @@ export class MapAdapter {
     this.#map.render();
   }
 
+  /** Vehicles that are not followed in detail. */
+  setFleet(marks: readonly FleetMark[]): void {
+    this.#fleet.marks = marks;
+  }
+
   setRuler(points: readonly LonLat[]): void {
     this.#ruler.points = points;
     this.#map.render();
@@ -383,6 +391,7 @@ export class MapAdapter {
     this.#version += 1;
     this.#theme = readTheme();
     this.#coast.setStyle(coastStyle(this.#theme));
+    this.#fleet.redraw();
     this.#map.render();
   }
 
@@ -581,6 +590,7 @@ export class MapAdapter {
       map.on('moveend', () => {
         const centre = this.#view.getCenter();
         const zoom = this.#view.getZoom();
+        this.#fleet.resolution = this.#view.getResolution() ?? 1;
         if (centre && zoom !== undefined) this.#events.viewChange?.({ centre: placeOf(centre), zoom });
       }),
     );
@@ -679,6 +689,10 @@ export class MapAdapter {
     if (!this.#route.status.isEditing) {
       const vehicle = this.#vehicles.vehicleAt(frame, x, y, tolerance);
       if (vehicle !== null) return this.#events.vehicleClick?.(vehicle);
+      const together = this.#fleet.at((at) => frame.pixel(at), x, y, tolerance);
+      const [first] = together;
+      if (together.length > 1) return this.fit(together.map(({ at }) => at));
+      if (first !== undefined) return this.#events.vehicleClick?.(first.id);
     }
     this.#events.click?.(placeOf(event.coordinate), modifiers);
   }

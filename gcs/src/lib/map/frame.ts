@@ -28,6 +28,12 @@ export interface Theme {
   readonly stale: string;
 }
 
+/** What is painted with. */
+export interface Pen {
+  readonly context: CanvasRenderingContext2D;
+  readonly theme: Theme;
+}
+
 /** Where positions are in the window. */
 export interface Projection {
   readonly size: Size;
@@ -88,7 +94,7 @@ export function readTheme(): Theme {
 }
 
 /** Text with an edge of the surface's colour, so that it can be read on any map. */
-export function haloText(frame: Frame, text: string, x: number, y: number, colour = frame.theme.text): void {
+export function haloText(frame: Pen, text: string, x: number, y: number, colour = frame.theme.text): void {
   const { context, theme } = frame;
   context.lineJoin = 'round';
   context.lineWidth = 4;
@@ -99,7 +105,7 @@ export function haloText(frame: Frame, text: string, x: number, y: number, colou
 }
 
 /** Strokes the current path twice: an edge of the surface's colour below the line itself. */
-export function strokeWithEdge(frame: Frame, colour: string, width: number, edge = 2): void {
+export function strokeWithEdge(frame: Pen, colour: string, width: number, edge = 2): void {
   const { context, theme } = frame;
   const dash = context.getLineDash();
   context.setLineDash([]);

@@ -1,7 +1,17 @@
 // Home and the planes: each turned to its heading, and where one that is not heard any more probably is.
 import type { LonLat } from '$lib/domain/lonlat';
+import type { AttentionLevel } from '$lib/domain/roster';
 import { destination } from '$lib/domain/geo';
-import { type Frame, haloText, type Painter, type Projection, strokeWithEdge, traceLine, type XY } from './frame';
+import {
+  type Frame,
+  type Pen,
+  haloText,
+  type Painter,
+  type Projection,
+  strokeWithEdge,
+  traceLine,
+  type XY,
+} from './frame';
 import { toLine, toXY } from './route-view';
 
 export interface VehicleMark {
@@ -16,6 +26,8 @@ export interface VehicleMark {
   readonly isSelected: boolean;
   /** Whether the position is old: drawn grey. */
   readonly isStale: boolean;
+  /** How much it needs somebody to look at it. */
+  readonly level: AttentionLevel;
   /** Where it probably is now, while it is not heard. */
   readonly ghost: {
     readonly at: LonLat;
@@ -79,7 +91,9 @@ export class VehiclePainter implements Painter {
       context.lineTo(ahead[0], ahead[1]);
       strokeWithEdge(frame, theme.plane, 2, 1);
     }
-    const fill = vehicle.isStale ? theme.stale : theme.plane;
+    const fill = vehicle.isStale
+      ? theme.stale
+      : { danger: theme.danger, warn: theme.warn, none: theme.plane }[vehicle.level];
     const scale = vehicle.isSelected ? 1 : 0.8;
     if (vehicle.heading_deg === null) {
       context.beginPath();
@@ -114,7 +128,7 @@ const OUTLINE: readonly XY[] = [
 ];
 
 export function paintPlane(
-  frame: Frame,
+  frame: Pen,
   x: number,
   y: number,
   heading_deg: number,

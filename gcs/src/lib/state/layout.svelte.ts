@@ -2,7 +2,7 @@
 import { load, save } from './stored';
 
 const LEFT_PANELS = ['instruments', 'fly'] as const;
-const RIGHT_PANELS = ['plan', 'numbers', 'sensors', 'messages', 'maps', 'settings'] as const;
+const RIGHT_PANELS = ['fleet', 'plan', 'numbers', 'sensors', 'messages', 'maps', 'settings'] as const;
 export type LeftPanel = (typeof LEFT_PANELS)[number];
 export type RightPanel = (typeof RIGHT_PANELS)[number];
 export type Panel = LeftPanel | RightPanel;
@@ -43,6 +43,8 @@ class Layout {
   #open = $state.raw<Open>(load('layout', defaults, read));
   width_px = $state(1280);
   height_px = $state(800);
+  /** Whether there are vehicles enough for a list of them: its panel stays away until then. */
+  hasFleet = $state(false);
   /** Measured by the shell: what the floating parts cover at each edge. */
   insets = $state.raw<Insets>({ top: 0, right: 0, bottom: 0, left: 0 });
   /** Width of the map's buttons, at its right edge. */
@@ -52,10 +54,14 @@ class Layout {
   /** Between two docks no map would be left to work on: the right one covers the left one meanwhile. */
   #isTight = $derived(!this.isNarrow && this.width_px < TIGHT_PX);
   left = $derived<readonly LeftPanel[]>(
-    this.isNarrow || (this.#isTight && this.#open.right !== null) ? [] : this.#open.left,
+    this.isNarrow || (this.#isTight && this.#there(this.#open.right) !== null) ? [] : this.#open.left,
   );
-  right = $derived<RightPanel | null>(this.isNarrow ? null : this.#open.right);
-  sheet = $derived<Panel | null>(this.isNarrow ? this.#open.sheet : null);
+  right = $derived<RightPanel | null>(this.isNarrow ? null : this.#there(this.#open.right));
+  sheet = $derived<Panel | null>(this.isNarrow ? this.#there(this.#open.sheet) : null);
+
+  #there<P extends Panel>(panel: P | null): P | null {
+    return panel === 'fleet' && !this.hasFleet ? null : panel;
+  }
 
   isOpen(panel: Panel): boolean {
     if (this.isNarrow) return this.sheet === panel;

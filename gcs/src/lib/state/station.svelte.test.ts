@@ -81,3 +81,23 @@ it('gives the answer to the last question about a plan, and none that never come
   station.receive({ type: 'error', detail: 'no plan', cause: { code: 'invalid' } } as never);
   await expect(third).rejects.toThrow('no plan');
 });
+
+it('follows all of a few, and of many those that were chosen', () => {
+  vi.stubGlobal('document', { hidden: true });
+  vi.spyOn(api, 'vehicle').mockReturnValue(new Promise(() => undefined));
+  vi.spyOn(api, 'texts').mockReturnValue(new Promise(() => undefined));
+  for (const { systemId } of vehicles.all) vehicles.drop(systemId);
+  const station = new Station();
+  const rows = (from: number, to: number) => Array.from({ length: to - from }, (_, n) => ({ id: from + n }));
+  const roster = (some: readonly { id: number }[], gone: number[] = []) =>
+    station.receive({ type: 'roster', time_s: 1, rows: some, gone, followed: [] } as never);
+  const followed = () => vehicles.all.map(({ systemId }) => systemId);
+  roster(rows(300, 303));
+  expect(followed()).toEqual([300, 301, 302]);
+  roster(rows(303, 340));
+  expect(followed()).toEqual([300]);
+  station.choose(320);
+  expect([followed(), vehicles.selected?.systemId]).toEqual([[300, 320], 320]);
+  for (let id = 321; id < 335; id += 1) station.choose(id);
+  expect(followed()).toEqual([327, 328, 329, 330, 331, 332, 333, 334]);
+});

@@ -19,6 +19,7 @@ import type {
 } from '$lib/api/types';
 import { SvelteMap } from 'svelte/reactivity';
 import { clock } from './clock.svelte';
+import { fleet } from './fleet.svelte';
 import { Operations } from './operations.svelte';
 import { settings } from './settings.svelte';
 import { vehicles, type Vehicle } from './vehicles.svelte';
@@ -31,6 +32,8 @@ export const operations = new Operations(api);
 /** More answers than these are not shown at once. */
 const ANSWERS_SHOWN = 3;
 const ACCEPTED_SHOWN_MS = 10_000;
+/** Vehicles that are followed in all detail at once: of more, those chosen last. */
+const DETAILED = 8;
 /** Longer plans, as JSON, are not asked about over the WebSocket, which takes half a megabyte. */
 const MAX_ASSESSED = 500_000;
 
@@ -70,6 +73,8 @@ export class Station {
   readonly #answers = new SvelteMap<string, Answer>();
   #token: string | null = null;
   readonly #subscribed = new Map<number, number>();
+  /** Those chosen, the newest last. */
+  #chosen: number[] = [];
   /** What is told of a vehicle while its whole state is asked for; of the two, this is the newer. */
   readonly #meanwhile = new Map<number, ServerMessage[]>();
 
@@ -244,20 +249,27 @@ export class Station {
         break;
       }
       case 'vehicles':
+        // Of many, the roster tells which are followed.
+        if (message.vehicles.length > DETAILED) break;
         for (const summary of message.vehicles) {
           const vehicle = vehicles.ensure(summary.system_id);
           vehicle.applySummary(summary, now_ms);
           if (!this.#subscribed.has(summary.system_id)) void this.#meet(vehicle);
         }
         break;
+      case 'roster':
+        fleet.apply(message.time_s, message.rows, message.gone, now_ms);
+        this.#followFleet();
+        for (const summary of message.followed) vehicles.get(summary.system_id)?.applySummary(summary, now_ms);
+        break;
       case 'telemetry':
         vehicles.telemetry(message.vehicle, message.time_s, message.groups, message.progress ?? null);
         break;
       case 'text':
-        vehicles.ensure(message.vehicle).addText(message, now_ms);
+        vehicles.get(message.vehicle)?.addText(message, now_ms);
         break;
       case 'plan_state':
-        vehicles.ensure(message.vehicle).applyPlanState(message.kind, message.state);
+        vehicles.get(message.vehicle)?.applyPlanState(message.kind, message.state);
         break;
       case 'operation':
         operations.update(message);
@@ -315,11 +327,38 @@ export class Station {
     if (state === 'open') {
       this.#away_ms = null;
       this.#subscribed.clear();
+      fleet.begin();
+      this.#socket.send({ type: 'subscribe_roster' });
       for (const vehicle of vehicles.all) void this.#meet(vehicle);
     } else {
       this.#away_ms ??= performance.now();
       this.#endQuestion('the connection was lost');
     }
+  }
+
+  /** Shows this vehicle from now on, in all detail. */
+  choose(id: number): void {
+    this.#chosen = [...this.#chosen.filter((other) => other !== id), id].slice(-DETAILED);
+    const vehicle = vehicles.ensure(id);
+    vehicles.select(id);
+    if (!this.#subscribed.has(id)) void this.#meet(vehicle);
+    this.#followFleet();
+  }
+
+  /** Follows all of a few; of many the chosen ones, and the first where none is. */
+  #followFleet(): void {
+    const ids = fleet.ids;
+    if (ids.length > DETAILED) {
+      if (this.#chosen.length === 0) this.choose(vehicles.selected?.systemId ?? Math.min(...ids));
+      for (const { systemId } of vehicles.all) {
+        if (this.#chosen.includes(systemId)) continue;
+        this.#subscribed.delete(systemId);
+        this.#socket.send({ type: 'unsubscribe', vehicle: systemId });
+        vehicles.drop(systemId);
+      }
+      return;
+    }
+    for (const id of ids) if (!this.#subscribed.has(id)) void this.#meet(vehicles.ensure(id));
   }
 
   /** Subscribes to a vehicle and reads what is told only when asked. */

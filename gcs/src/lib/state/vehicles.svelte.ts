@@ -264,7 +264,7 @@ export class Vehicle {
 export type VehicleKind = 'plane' | 'copter' | 'vtol' | 'rover' | 'boat' | 'sub' | 'other';
 
 /** What a MAV_TYPE is. */
-function kindOf(mav_type: number | null): VehicleKind {
+export function kindOf(mav_type: number | null): VehicleKind {
   if (mav_type === null) return 'other';
   if (mav_type >= 19 && mav_type <= 25) return 'vtol';
   const kinds: Record<number, VehicleKind> = {
@@ -343,6 +343,11 @@ class Vehicles {
 
   select(id: number): void {
     this.#selectedId = id;
+  }
+
+  /** Forgets one that is not followed any more. */
+  drop(id: number): void {
+    this.#byId.delete(id);
   }
 
   selectNext(): void {

@@ -1,0 +1,33 @@
+// One act on many vehicles: N requests, N answers. What each answer means, and how they are sent.
+import type { RosterRow } from './roster';
+
+/** Acts that a group can be told to do; each is a command of its own to each vehicle. */
+export const GROUP_ACTS = ['return-to-launch', 'loiter', 'mission/pause', 'mission/resume'] as const;
+export type GroupAct = (typeof GROUP_ACTS)[number];
+
+/** What became of one: done; refused for a reason; unreached, so that nothing was done; unknown, so that it may have been done. */
+export const OUTCOMES = ['done', 'refused', 'unreached', 'unknown'] as const;
+export type Outcome = (typeof OUTCOMES)[number];
+
+/** Causes after which nothing was done, as nobody was reached. */
+const UNREACHED: ReadonlySet<string> = new Set(['vehicle-lost', 'no-vehicle', 'not-found', 'not-sent', 'unreached']);
+/** Causes after which nobody knows whether it was done. */
+const UNKNOWN: ReadonlySet<string> = new Set(['command-timeout', 'not-confirmed', 'cancelled', 'closed', 'rebooted']);
+
+/** What a failure means, by the code of its cause; null where the server gave none, as when it went away meanwhile. */
+export function outcomeOf(code: string | null): Exclude<Outcome, 'done'> {
+  if (code === null || UNKNOWN.has(code)) return 'unknown';
+  return UNREACHED.has(code) ? 'unreached' : 'refused';
+}
+
+/** What a disarmed plane is told it would do as soon as it is armed, so it is not told. Not known is not disarmed. */
+export const isToldNothing = (row: RosterRow): boolean => row.is_armed === false;
+
+/** Does it for each, a few at a time, in order. */
+export async function inTurns<T>(all: readonly T[], atOnce: number, one: (item: T) => Promise<void>): Promise<void> {
+  const waiting = [...all];
+  const work = async (): Promise<void> => {
+    for (let next = waiting.shift(); next !== undefined; next = waiting.shift()) await one(next);
+  };
+  await Promise.all(Array.from({ length: Math.min(atOnce, all.length) }, work));
+}

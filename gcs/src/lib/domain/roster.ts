@@ -1,0 +1,202 @@
+// The list of many vehicles: rows as they are told, found, put in order.
+import { freshness } from './freshness';
+
+/** What a list shows of a vehicle; null is not known. */
+export interface RosterRow {
+  readonly id: number;
+  readonly remote_name: string | null;
+  readonly mav_type: number | null;
+  readonly mode: string | null;
+  readonly is_armed: boolean | null;
+  readonly is_on_ground: boolean | null;
+  readonly lat_deg: number | null;
+  readonly lon_deg: number | null;
+  readonly alt_rel_home_m: number | null;
+  readonly heading_deg: number | null;
+  readonly airspeed_m_s: number | null;
+  readonly battery_pct: number | null;
+  /** On the station's clock. */
+  readonly heard_s: number | null;
+  readonly loss_pct: number | null;
+  readonly is_reached: boolean | null;
+  readonly is_contested: boolean | null;
+  readonly holder: string | null;
+  readonly is_held_here: boolean | null;
+  readonly item: number | null;
+  readonly items: number | null;
+  readonly is_complete: boolean | null;
+  readonly target_off_m: number | null;
+  readonly may_be_mixed: boolean | null;
+  readonly alarm: { readonly severity: number; readonly text: string; readonly time_s: number } | null;
+}
+
+/** A row as it is told: what is absent is as before. */
+export type RosterChange = { readonly id: number } & {
+  readonly [Name in keyof RosterRow]?: RosterRow[Name] | undefined;
+};
+
+const NEW: Omit<RosterRow, 'id'> = {
+  remote_name: null,
+  mav_type: null,
+  mode: null,
+  is_armed: null,
+  is_on_ground: null,
+  lat_deg: null,
+  lon_deg: null,
+  alt_rel_home_m: null,
+  heading_deg: null,
+  airspeed_m_s: null,
+  battery_pct: null,
+  heard_s: null,
+  loss_pct: null,
+  is_reached: null,
+  is_contested: null,
+  holder: null,
+  is_held_here: null,
+  item: null,
+  items: null,
+  is_complete: null,
+  target_off_m: null,
+  may_be_mixed: null,
+  alarm: null,
+};
+
+/** A row after a change of it. */
+export const changedRow = (row: RosterRow | undefined, change: RosterChange): RosterRow =>
+  ({ ...(row ?? NEW), ...change }) as RosterRow;
+
+/** Why somebody should look at a vehicle, the most urgent first. */
+export const ATTENTION = [
+  'lost',
+  'target',
+  'battery-critical',
+  'alarm',
+  'unreached',
+  'contested',
+  'stale',
+  'loss',
+  'battery-low',
+  'mixed',
+  'held',
+  'warning',
+] as const;
+export type Attention = (typeof ATTENTION)[number];
+
+export const ATTENTION_LEVELS = ['danger', 'warn', 'none'] as const;
+/** How urgent it is, the most urgent first. */
+export type AttentionLevel = (typeof ATTENTION_LEVELS)[number];
+
+const DANGERS: ReadonlySet<Attention> = new Set([
+  'lost',
+  'target',
+  'battery-critical',
+  'alarm',
+  'unreached',
+  'contested',
+]);
+const BATTERY_CRITICAL_PCT = 15;
+const BATTERY_LOW_PCT = 30;
+const LOSS_PCT = 20;
+/** `MAV_SEVERITY` error: what is no worse only warns. */
+const ERROR = 3;
+
+/** Why somebody should look at a vehicle whose news is so old, the most urgent first; empty when nothing is wrong. */
+export function attentionTo(row: RosterRow, age_s: number | null): Attention[] {
+  const fresh = freshness(age_s);
+  const is: Record<Attention, boolean> = {
+    lost: fresh === 'lost',
+    target: row.target_off_m !== null,
+    'battery-critical': row.battery_pct !== null && row.battery_pct < BATTERY_CRITICAL_PCT,
+    alarm: row.alarm !== null && row.alarm.severity <= ERROR,
+    unreached: row.is_reached === false && fresh !== 'lost',
+    contested: row.is_contested === true,
+    stale: fresh === 'stale',
+    loss: row.loss_pct !== null && row.loss_pct >= LOSS_PCT,
+    'battery-low':
+      row.battery_pct !== null && row.battery_pct >= BATTERY_CRITICAL_PCT && row.battery_pct < BATTERY_LOW_PCT,
+    mixed: row.may_be_mixed === true,
+    held: row.holder !== null && row.is_held_here === false,
+    warning: row.alarm !== null && row.alarm.severity > ERROR,
+  };
+  return ATTENTION.filter((reason) => is[reason]);
+}
+
+export function levelOf(reasons: readonly Attention[]): AttentionLevel {
+  const [first] = reasons;
+  if (first === undefined) return 'none';
+  return DANGERS.has(first) ? 'danger' : 'warn';
+}
+
+/** A row with what is derived of it. */
+export interface Listed {
+  readonly row: RosterRow;
+  readonly name: string;
+  readonly age_s: number | null;
+  readonly attention: readonly Attention[];
+  /** Where it stands among all by name. */
+  readonly place: number;
+  /** What a search looks through: name, id, mode, holder, texts. */
+  readonly words: () => string;
+}
+
+export type RosterOrder = 'attention' | 'name';
+
+const plain = (text: string): string =>
+  text
+    .normalize('NFD')
+    .replace(/\p{Diacritic}/gu, '')
+    .toLowerCase();
+
+/** Those in which every word of `search` is found, without regard to case and accents. */
+export function found(listed: readonly Listed[], search: string): Listed[] {
+  const words = plain(search)
+    .split(/\s+/)
+    .filter((word) => word !== '');
+  return words.length === 0
+    ? [...listed]
+    : listed.filter((one) => {
+        const text = plain(one.words());
+        return words.every((word) => text.includes(word));
+      });
+}
+
+const rank = ({ attention: [first] }: Listed): number =>
+  first === undefined ? ATTENTION.length : ATTENTION.indexOf(first);
+
+/** The place of each among all by name, then by id. */
+export function placesByName(named: readonly { readonly id: number; readonly name: string }[]): Map<number, number> {
+  const { compare } = new Intl.Collator('en', { numeric: true });
+  const sorted = [...named].sort((a, b) => compare(a.name, b.name) || a.id - b.id);
+  return new Map(sorted.map(({ id }, place) => [id, place]));
+}
+
+/** The most urgent first, or by name alone; those that are alike by name. */
+export function inOrder(listed: readonly Listed[], order: RosterOrder): Listed[] {
+  const byName = (a: Listed, b: Listed): number => a.place - b.place;
+  const compare = order === 'name' ? byName : (a: Listed, b: Listed): number => rank(a) - rank(b) || byName(a, b);
+  return [...listed].sort(compare);
+}
+
+/** What a vehicle is called in a stored group: its name far away, its system id at a link. */
+export const keyOf = (row: RosterRow): string => row.remote_name ?? `#${row.id}`;
+
+/** Which of `count` rows of one height are to be drawn, with some beyond each edge. */
+export function rowsInSight(
+  count: number,
+  row_px: number,
+  scrolled_px: number,
+  height_px: number,
+  beyond = 4,
+): { readonly from: number; readonly to: number } {
+  const first = Math.floor(scrolled_px / row_px);
+  const last = Math.ceil((scrolled_px + height_px) / row_px);
+  return { from: Math.min(count, Math.max(0, first - beyond)), to: Math.max(0, Math.min(count, last + beyond)) };
+}
+
+/** The same order as before, newcomers last: while somebody points at a row, none jumps away from under the pointer. */
+export function keptOrder(before: readonly number[], listed: readonly Listed[]): Listed[] {
+  const byId = new Map(listed.map((one) => [one.row.id, one]));
+  const kept = before.flatMap((id) => byId.get(id) ?? []);
+  const known = new Set(before);
+  return [...kept, ...listed.filter(({ row }) => !known.has(row.id))];
+}

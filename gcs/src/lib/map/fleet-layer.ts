@@ -1,0 +1,142 @@
+// Vehicles that are not followed in detail: each turned to its heading, those near each other as one mark with their number.
+import Feature from 'ol/Feature';
+import type { Coordinate } from 'ol/coordinate';
+import Point from 'ol/geom/Point';
+import VectorLayer from 'ol/layer/Vector';
+import Cluster from 'ol/source/Cluster';
+import VectorSource from 'ol/source/Vector';
+import type { FrameState } from 'ol/Map';
+import type { State } from 'ol/render';
+import Style from 'ol/style/Style';
+import type { LonLat } from '$lib/domain/lonlat';
+import { ATTENTION_LEVELS, type AttentionLevel } from '$lib/domain/roster';
+import { haloText, type Theme, type XY } from './frame';
+import { toXY } from './route-view';
+import { paintPlane } from './vehicle-painter';
+
+export interface FleetMark {
+  readonly id: number;
+  readonly label: string;
+  readonly at: LonLat;
+  /** Where the nose points, 0 to 360; `null` draws a dot. */
+  readonly heading_deg: number | null;
+  readonly level: AttentionLevel;
+  /** Whether it is not heard: drawn grey. */
+  readonly isStale: boolean;
+}
+
+/** Marks nearer to each other than this are one. */
+const TOGETHER_PX = 34;
+/** Closer than this, metres in a pixel, each is seen by itself. */
+const APART_M_PER_PX = 8;
+/** Closer than this each has its name. */
+const NAMED_M_PER_PX = 25;
+
+/** Draws on a canvas of its own: OpenLayers would take that of the layer below, which is painted by hand and not cleared for it. */
+class OwnCanvasLayer extends VectorLayer<Cluster<Feature<Point>>> {
+  readonly #nowhere = document.createElement('div');
+
+  override render(state: FrameState | null): HTMLElement | null {
+    return super.render(state, this.#nowhere);
+  }
+}
+
+export class FleetLayer {
+  readonly #source = new VectorSource<Feature<Point>>({ wrapX: true });
+  readonly #cluster = new Cluster<Feature<Point>>({ distance: TOGETHER_PX, source: this.#source });
+  readonly layer: VectorLayer<Cluster<Feature<Point>>>;
+
+  constructor(theme: () => Theme, zIndex: number) {
+    const style = new Style({
+      renderer: (pixel, state) => paint(pixel as Coordinate, state, theme()),
+      // what is clicked is found by `at`
+      hitDetectionRenderer: () => undefined,
+    });
+    this.layer = new OwnCanvasLayer({ source: this.#cluster, style, zIndex });
+  }
+
+  set marks(marks: readonly FleetMark[]) {
+    this.#source.clear(true);
+    this.#source.addFeatures(marks.map((mark) => new Feature({ geometry: new Point([...toXY(mark.at)]), mark })));
+  }
+
+  set resolution(m_per_px: number) {
+    const distance_px = m_per_px < APART_M_PER_PX ? 0 : TOGETHER_PX;
+    if (this.#cluster.getDistance() !== distance_px) this.#cluster.setDistance(distance_px);
+  }
+
+  redraw(): void {
+    this.layer.changed();
+  }
+
+  /** Those of the mark nearest to a pixel; none where there is no mark. */
+  at(pixelOf: (at: XY) => XY, x: number, y: number, tolerance_px: number): readonly FleetMark[] {
+    let nearest: readonly FleetMark[] = [];
+    let nearest_px = Math.max(18, tolerance_px);
+    for (const feature of this.#cluster.getFeatures()) {
+      const [fx = 0, fy = 0] = (feature.getGeometry() as Point | undefined)?.getCoordinates() ?? [];
+      const [px, py] = pixelOf([fx, fy]);
+      const distance_px = Math.hypot(px - x, py - y);
+      if (distance_px <= nearest_px) [nearest, nearest_px] = [marksOf(feature), distance_px];
+    }
+    return nearest;
+  }
+}
+
+const marksOf = (feature: { get(key: string): unknown }): readonly FleetMark[] =>
+  ((feature.get('features') ?? []) as Feature[]).map((one) => one.get('mark') as FleetMark);
+
+function paint([x = 0, y = 0]: Coordinate, state: State, theme: Theme): void {
+  const { context, pixelRatio, feature, resolution } = state;
+  const marks = marksOf(feature as Feature);
+  const [first] = marks;
+  if (first === undefined) return;
+  const worst = ATTENTION_LEVELS.find((level) => marks.some((mark) => mark.level === level)) ?? 'none';
+  const colour = { danger: theme.danger, warn: theme.warn, none: theme.plane }[worst];
+  const edge = theme.isDark ? '#000' : '#fff';
+  context.save();
+  context.scale(pixelRatio, pixelRatio);
+  const [px, py] = [x / pixelRatio, y / pixelRatio];
+  context.setLineDash([]);
+  if (marks.length > 1) {
+    const radius = 11 + 3 * Math.min(4, Math.log10(marks.length) * 2);
+    context.beginPath();
+    context.arc(px, py, radius, 0, 2 * Math.PI);
+    context.fillStyle = theme.surface;
+    context.fill();
+    context.strokeStyle = worst === 'none' ? theme.muted : colour;
+    context.lineWidth = worst === 'none' ? 2 : 4;
+    context.stroke();
+    context.font = `700 12px ${theme.font}`;
+    context.textAlign = 'center';
+    context.textBaseline = 'middle';
+    context.fillStyle = theme.text;
+    context.fillText(String(marks.length), px, py + 1);
+  } else {
+    const fill = first.isStale ? theme.stale : colour;
+    if (worst !== 'none') {
+      // a ring as well: in the dark theme a warning has nearly the plane's own colour
+      context.beginPath();
+      context.arc(px, py, 17, 0, 2 * Math.PI);
+      context.strokeStyle = colour;
+      context.lineWidth = 3;
+      context.stroke();
+    }
+    if (first.heading_deg === null) {
+      context.beginPath();
+      context.arc(px, py, 7, 0, 2 * Math.PI);
+      context.fillStyle = fill;
+      context.fill();
+      context.strokeStyle = edge;
+      context.lineWidth = 2;
+      context.stroke();
+    } else paintPlane({ context, theme }, px, py, first.heading_deg, { fill, line: edge, scale: 0.7 });
+    if (resolution < NAMED_M_PER_PX) {
+      context.font = `600 11px ${theme.font}`;
+      context.textAlign = 'center';
+      context.textBaseline = 'top';
+      haloText({ context, theme }, first.label, px, py + 20, theme.muted);
+    }
+  }
+  context.restore();
+}

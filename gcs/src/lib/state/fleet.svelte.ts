@@ -1,0 +1,156 @@
+// All vehicles as a list: what each row says, what is searched, which are marked, the groups that a person keeps.
+import { SvelteSet } from 'svelte/reactivity';
+import {
+  attentionTo,
+  changedRow,
+  found,
+  inOrder,
+  keyOf,
+  type Listed,
+  placesByName,
+  type RosterChange,
+  type RosterOrder,
+  type RosterRow,
+} from '$lib/domain/roster';
+import { t } from '$lib/i18n/index.svelte';
+import { clock } from './clock.svelte';
+import { load, save } from './stored';
+import { kindOf } from './vehicles.svelte';
+
+/** Vehicles by name of their group. */
+type Groups = Readonly<Record<string, readonly string[]>>;
+
+const MAX_GROUPS = 50;
+const MAX_NAME = 40;
+
+function readGroups(value: unknown): Groups | null {
+  if (typeof value !== 'object' || value === null) return null;
+  const isList = (one: unknown): one is string[] => Array.isArray(one) && one.every((key) => typeof key === 'string');
+  const kept = Object.entries(value).filter((entry): entry is [string, string[]] => isList(entry[1]));
+  return Object.fromEntries(kept.slice(0, MAX_GROUPS));
+}
+
+class Fleet {
+  readonly #byId = new Map<number, RosterRow>();
+  /** Counts the messages: the rows themselves stay out of reactive state. */
+  #version = $state(0);
+  /** Where each stands by name; null when that is to be found anew. */
+  #places: Map<number, number> | null = null;
+  /** When the newest came, monotonic and on the station's clock. */
+  #at_ms = 0;
+  #at_s = 0;
+  #groups = $state.raw<Groups>(load('fleet-groups', {}, readGroups));
+
+  search = $state('');
+  order = $state<RosterOrder>('attention');
+  /** Shows only this group; null for all. */
+  group = $state<string | null>(null);
+  /** Ids of those that a group act is meant for. */
+  readonly marked = new SvelteSet<number>();
+
+  /** Each message has ages move on; without one, each second does. */
+  #silent_s = $derived(Math.floor(Math.max(0, clock.now_ms - this.#at_ms - 1000) / 1000));
+
+  listed = $derived.by<readonly Listed[]>(() => {
+    void this.#version;
+    void this.#silent_s;
+    const now_ms = performance.now();
+    this.#places ??= placesByName([...this.#byId.values()].map((row) => ({ id: row.id, name: this.nameOf(row) })));
+    return [...this.#byId.values()].map((row) => this.#list(row, now_ms));
+  });
+  count = $derived(this.listed.length);
+  shown = $derived.by<readonly Listed[]>(() => {
+    const members = this.group === null ? null : new Set(this.#groups[this.group] ?? []);
+    const ofGroup = members === null ? this.listed : this.listed.filter(({ row }) => members.has(keyOf(row)));
+    return inOrder(found(ofGroup, this.search), this.order);
+  });
+  /** How many somebody should look at. */
+  needing = $derived(this.listed.filter(({ attention }) => attention.length > 0).length);
+  groupNames = $derived(Object.keys(this.#groups).sort((a, b) => a.localeCompare(b)));
+
+  /** Takes over what changed; those that went are forgotten. */
+  apply(time_s: number, rows: readonly RosterChange[], gone: readonly number[], now_ms: number): void {
+    [this.#at_s, this.#at_ms] = [time_s, now_ms];
+    for (const change of rows) {
+      if ('remote_name' in change || 'mav_type' in change) this.#places = null;
+      this.#byId.set(change.id, changedRow(this.#byId.get(change.id), change));
+    }
+    if (gone.length > 0) this.#places = null;
+    for (const id of gone) {
+      this.#byId.delete(id);
+      this.marked.delete(id);
+    }
+    this.#version += 1;
+  }
+
+  /** The whole list comes next. */
+  begin(): void {
+    this.#byId.clear();
+    this.#places = null;
+  }
+
+  /** Of all, in the order in which they were told. */
+  get ids(): number[] {
+    return [...this.#byId.keys()];
+  }
+
+  get(id: number): RosterRow | undefined {
+    return this.#byId.get(id);
+  }
+
+  /** How long ago a vehicle was heard. */
+  age_s(row: RosterRow, now_ms = performance.now()): number | null {
+    return row.heard_s === null ? null : Math.max(0, this.#at_s - row.heard_s + (now_ms - this.#at_ms) / 1000);
+  }
+
+  /** What a vehicle is called. */
+  nameOf(row: RosterRow): string {
+    return row.remote_name ?? `${t(`vehicle.${kindOf(row.mav_type)}`)} ${row.id}`;
+  }
+
+  mark(id: number, isMarked: boolean): void {
+    if (isMarked) this.marked.add(id);
+    else this.marked.delete(id);
+  }
+
+  /** Those marked, as they are listed: what is lost comes last, so that nobody who hears waits for it. */
+  markedRows(): Listed[] {
+    const some = this.listed.filter(({ row }) => this.marked.has(row.id));
+    const isLost = ({ attention }: Listed): number => Number(attention.includes('lost'));
+    return inOrder(some, 'name').sort((a, b) => isLost(a) - isLost(b));
+  }
+
+  /** Keeps those marked under a name; a group of that name is replaced. Whether there was room. */
+  keepGroup(name: string): boolean {
+    const kept = name.trim().slice(0, MAX_NAME);
+    const isNew = !(kept in this.#groups);
+    if (kept === '' || this.marked.size === 0 || (isNew && this.groupNames.length >= MAX_GROUPS)) return false;
+    this.#setGroups({ ...this.#groups, [kept]: this.markedRows().map(({ row }) => keyOf(row)) });
+    this.group = kept;
+    return true;
+  }
+
+  forgetGroup(name: string): void {
+    const { [name]: _, ...others } = this.#groups;
+    this.#setGroups(others);
+    if (this.group === name) this.group = null;
+  }
+
+  #setGroups(groups: Groups): void {
+    this.#groups = groups;
+    save('fleet-groups', groups);
+  }
+
+  #list(row: RosterRow, now_ms: number): Listed {
+    const age_s = this.age_s(row, now_ms);
+    const name = this.nameOf(row);
+    const attention = attentionTo(row, age_s);
+    const words = (): string => {
+      const reasons = attention.map((reason) => t(`fleet.why.${reason}`));
+      return [name, row.id, row.mode ?? '', row.holder ?? '', ...reasons, row.alarm?.text ?? ''].join(' ');
+    };
+    return { row, name, place: this.#places?.get(row.id) ?? 0, age_s, attention, words };
+  }
+}
+
+export const fleet = new Fleet();

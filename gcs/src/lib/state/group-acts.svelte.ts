@@ -1,0 +1,67 @@
+// One act on the marked vehicles: a request to each, and what became of each.
+import { SvelteMap } from 'svelte/reactivity';
+import type { Problem } from '$lib/api/types';
+import { type GroupAct, inTurns, isToldNothing, type Outcome, OUTCOMES, outcomeOf } from '$lib/domain/group-act';
+import type { Listed } from '$lib/domain/roster';
+import { api, problemFrom } from './station.svelte';
+
+/** Requests under way at once: a browser has six connections, and a single act must find one free. */
+const AT_ONCE = 4;
+
+export interface GroupAnswer {
+  readonly id: number;
+  readonly name: string;
+  readonly state: 'waiting' | Outcome;
+  readonly problem: Problem | null;
+  /** It is disarmed: nothing was sent. */
+  readonly isDisarmed: boolean;
+}
+
+class GroupActs {
+  /** The act that was asked for last; null when none was, or its answers were put away. */
+  act = $state<GroupAct | null>(null);
+  readonly #answers = new SvelteMap<number, GroupAnswer>();
+  #asked = 0;
+
+  answers = $derived([...this.#answers.values()]);
+  counts = $derived(
+    Object.fromEntries(
+      ['waiting', ...OUTCOMES].map((state) => [state, this.answers.filter((one) => one.state === state).length]),
+    ) as Record<'waiting' | Outcome, number>,
+  );
+  isUnderWay = $derived(this.counts.waiting > 0);
+
+  /** Asks each of them, in this order; resolves when each has its answer. One group act at a time. */
+  async do(act: GroupAct, whom: readonly Listed[]): Promise<void> {
+    if (this.isUnderWay || whom.length === 0) return;
+    this.#asked += 1;
+    const asked = this.#asked;
+    this.act = act;
+    this.#answers.clear();
+    for (const { row, name } of whom) {
+      const isDisarmed = isToldNothing(row);
+      const state = isDisarmed ? 'refused' : 'waiting';
+      this.#answers.set(row.id, { id: row.id, name, state, problem: null, isDisarmed });
+    }
+    const told = whom.filter(({ row }) => !isToldNothing(row));
+    await inTurns(told, AT_ONCE, async ({ row, name }) => {
+      let answer: GroupAnswer = { id: row.id, name, state: 'done', problem: null, isDisarmed: false };
+      try {
+        await api.command(row.id, act, {});
+      } catch (error) {
+        const problem = problemFrom(error);
+        answer = { ...answer, state: outcomeOf(problem.cause?.code ?? null), problem };
+      }
+      if (asked === this.#asked) this.#answers.set(row.id, answer);
+    });
+  }
+
+  /** Puts the answers away. */
+  forget(): void {
+    if (this.isUnderWay) return;
+    this.act = null;
+    this.#answers.clear();
+  }
+}
+
+export const groupActs = new GroupActs();
