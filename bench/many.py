@@ -80,7 +80,7 @@ def measure(served: Served, aircraft: int, seconds: float, commands: int) -> dic
     time.sleep(seconds)
     cpu_s, rss_mb = used(pid)
     result |= {"cpu_pct": round(100 * (cpu_s - idle[0]) / seconds, 1), "rss_mb": round(rss_mb, 1)}
-    watcher = threading.Thread(target=watch, args=(served.client(name="Luis"), over, told))
+    watcher = threading.Thread(target=watch, args=(client, over, told))
     watcher.start()
     before = used(pid)[0]
     time.sleep(seconds)
