@@ -71,6 +71,11 @@ def runway(begin: tuple[float, float], end: tuple[float, float]) -> tuple[float,
 
 _Learned = tuple[dict[str, Any], tuple[float, float], int, float]
 
+_Place = tuple[float, float, float, float]
+
+def separation_conflicts(
+    tracks: list[list[_Place]], *, horizontal_m: float, vertical_m: float, window_s: float
+) -> list[tuple[tuple[int, int], float, float, tuple[_Place, _Place], float, float]]: ...
 def learn_plane(path: str, *, parameters: dict[str, float], system: int | None) -> _Learned | None: ...
 
 _Moment = tuple[

@@ -11,7 +11,18 @@ MODULES = [
     "vencejo",
     *(
         f"vencejo.{name}"
-        for name in ("aio", "errors", "geodesy", "landing", "plan", "station", "survey", "telemetry", "vehicle")
+        for name in (
+            "aio",
+            "errors",
+            "geodesy",
+            "landing",
+            "plan",
+            "separation",
+            "station",
+            "survey",
+            "telemetry",
+            "vehicle",
+        )
     ),
 ]
 

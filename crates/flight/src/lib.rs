@@ -16,6 +16,7 @@
 //! | [`approaches`] | the landings of a runway or a point, ranked for a wind; a landing of which a part is moved |
 //! | [`guidance`] | the laws that steer a plane: lateral, height and speed, attitude |
 //! | [`rehearsal`] | a plan as this plane would fly it in this wind |
+//! | [`separation`] | where two planned flights come too near to each other |
 //! | [`survey`] | the lines from which a plane photographs an area or a corridor, and what its pictures show |
 //!
 //! # From a file to the wire and back
@@ -71,6 +72,7 @@ pub mod landing;
 pub mod plan;
 pub mod progress;
 pub mod rehearsal;
+pub mod separation;
 pub mod survey;
 pub mod way;
 mod words;

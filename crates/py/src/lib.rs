@@ -21,6 +21,7 @@ mod recording;
 mod rehearsal;
 mod runtime;
 mod serial;
+mod separation;
 mod server;
 mod station;
 mod storage;
@@ -44,6 +45,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     plan::register(module)?;
     recording::register(module)?;
     rehearsal::register(module)?;
+    separation::register(module)?;
     server::register(module)?;
     station::register(module)?;
     storage::register(module)?;

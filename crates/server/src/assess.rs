@@ -413,7 +413,7 @@ fn place(point: GeoPoint) -> LatLon {
     LatLon { lat_deg: rounded(point.lat_deg(), 7), lon_deg: rounded(point.lon_deg(), 7) }
 }
 
-fn no_home() -> Problem {
+pub(crate) fn no_home() -> Problem {
     Problem::invalid("a rehearsal begins at home: give the plan one, or name a vehicle whose home is known")
 }
 

@@ -13,6 +13,7 @@ pub mod operation;
 pub mod plan;
 pub mod recording;
 pub mod roster;
+pub mod separation;
 pub mod session;
 pub mod signing;
 pub mod socket;

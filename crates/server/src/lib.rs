@@ -16,6 +16,7 @@
 //! | `operator` | a session of this very program |
 //! | `ws`, `outbox` | the WebSocket: a task and a bounded box for each client |
 //! | `roster` | the list of many vehicles, as far as it changed for each client |
+//! | `separation` | planned flights held against each other |
 //! | `drafts` | the draft of the plan, with revisions, on the disk |
 //! | `storage` | what of the disk does not work |
 //! | `state` | what handlers share, and the task that tells the clients what goes on |
@@ -50,6 +51,7 @@ mod outbox;
 mod problem;
 mod roster;
 mod routes;
+mod separation;
 mod server;
 mod sessions;
 mod squares;

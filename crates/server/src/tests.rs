@@ -657,6 +657,35 @@ async fn a_plan_is_rehearsed_as_the_core_does() {
     assert_eq!(gale.status, 422);
 }
 
+#[tokio::test]
+async fn planned_flights_are_held_against_each_other() {
+    let server = Plain::new(station(true), None);
+    let item = |command: u16, lat_deg: f64, alt_m: f64| json!({"command": command, "frame": 3, "params": [12.0, 0.0, 0.0, null, lat_deg, -3.7978, alt_m]});
+    let home = json!({"lat_deg": 40.3332, "lon_deg": -3.7978, "alt_amsl_m": 600.0});
+    let plan = json!({"home": home, "items": [item(22, 40.3332, 50.0), item(16, 40.35, 80.0)]});
+    let ask = async |body| server.ask("POST", "/plan/separation", None, Some(body)).await;
+    let flights = |starts_s: f64| json!([{"plan": plan}, {"plan": plan, "starts_s": starts_s}]);
+    let together = ask(json!({"flights": flights(0.0)})).await.json();
+    let found = &together["conflicts"][0];
+    assert_eq!((&found["flights"], &found["horizontal_m"]), (&json!([1, 2]), &json!(0.0)), "{together}");
+    assert!(found["message"].as_str().expect("words").contains("flights 1 and 2 come within 0 m"));
+    assert_eq!(together["limits"], json!({"horizontal_m": 100.0, "vertical_m": 30.0, "window_s": 10.0}));
+    assert_eq!(together["flights"][0]["ending"], "returned");
+    let ends_s = together["flights"][0]["ends_s"].as_f64().expect("an end");
+    let apart = ask(json!({"flights": flights(ends_s + 11.0)})).await.json();
+    assert_eq!((&apart["conflicts"], &apart["flights"][1]["starts_s"]), (&json!([]), &json!(ends_s + 11.0)));
+    for wrong in [
+        json!({"flights": [{"plan": plan}]}),
+        json!({"flights": vec![json!({"plan": plan}); 33]}),
+        json!({"flights": flights(-1.0)}),
+        json!({"flights": flights(0.0), "window_s": -1.0}),
+        json!({"flights": [{"plan": plan}, {"vehicle": 9}]}),
+    ] {
+        let answer = ask(wrong.clone()).await;
+        assert_eq!(answer.status, 422, "{wrong}: {}", answer.json());
+    }
+}
+
 pub type Ws = WebSocketStream<TcpStream>;
 
 /// What a WebSocket may run over.
@@ -829,8 +858,6 @@ async fn the_roster_is_told_whole_once_and_then_as_it_changes() {
         "what is followed comes with all that the list of vehicles says"
     );
     assert!(changed["rows"][0].get("remote_name").is_none(), "what is as before is not told: {changed}");
-    let done = server.app().station().vehicle(far).expect("adopted").request(vencejo_vehicle::Request::LoiterHere);
-    assert!(done.wait().await.is_some_and(|end| end.is_ok()));
     // Who looks at the roster is told no list any more, and again as soon as it does not.
     say(&mut socket, json!({"type": "unsubscribe_roster"})).await;
     let vehicles = next(&mut socket, "vehicles").await.expect("vehicles");

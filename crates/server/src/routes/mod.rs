@@ -12,6 +12,7 @@ mod operations;
 mod params;
 mod plans;
 mod recordings;
+mod separation;
 mod sessions;
 mod signing;
 mod storage;
@@ -83,6 +84,7 @@ fn api() -> OpenApiRouter<App> {
         .layer(DefaultBodyLimit::max(MAX_BODY));
     let large = plans::router()
         .merge(surveys::router())
+        .merge(separation::router())
         .merge(maps_areas::router())
         .merge(elevation::router())
         .merge(elevation::plan_router());

@@ -28,6 +28,8 @@ import type {
   PlanKind,
   PlanOnBoard,
   RehearsalRequest,
+  Separation,
+  SeparationRequest,
   Session,
   SigningInfo,
   Spread,
@@ -111,6 +113,8 @@ export class Api extends Http {
   /** The way of a plan's mission as it is drawn. */
   way = (plan: Plan, vehicle?: number) =>
     this.json<Way>('POST', '/plan/way', vehicle === undefined ? { plan } : { plan, vehicle });
+  /** Where planned flights come too near to each other. */
+  separation = (asked: SeparationRequest) => this.json<Separation>('POST', '/plan/separation', asked);
   whatIf = (asked: WhatIfRequest) => this.json<WhatIfs>('POST', '/plan/what-if', asked);
   planFixes = (asked: RehearsalRequest) => this.json<FindingFix[]>('POST', '/plan/fixes', asked);
   /** Many flights of a plan; ending the request ends the flying. */

@@ -930,6 +930,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/plan/separation": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Where planned flights come too near to each other. Each is rehearsed as its vehicle would fly it, from the ground at its home and from its
+         *     start on; that is an assumption, and said in the answer. It tells: nothing is flown differently for it.
+         */
+        post: operations["separate"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/plan/survey": {
         parameters: {
             query?: never;
@@ -941,23 +961,6 @@ export interface paths {
         put?: never;
         /** Lays out a survey of an area or a corridor, and rehearses it: the items, where each picture is taken, and what they show. */
         post: operations["survey"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/plan/way": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /** The way of a plan's mission as it is drawn: the line from place to place, circles, jumps, lengths and courses. Quick, for a point that is dragged. */
-        post: operations["way"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1962,7 +1965,7 @@ export interface components {
              */
             voltage_v: number | null;
         };
-        /** @description AIRSPEED of the sensor heard last. */
+        /** @description AIRSPEED of one sensor. */
         AirspeedSensor: {
             /**
              * Format: double
@@ -2058,7 +2061,27 @@ export interface components {
             /** @description Its mission as it is flown. */
             trip: components["schemas"]["Trip"];
         };
-        /** @description ATTITUDE: body (forward, right, down) in the local frame (north, east, down), Tait-Bryan ZYX. */
+        /** @description What was assumed of a flight. */
+        AssumedFlight: {
+            /** @description How. */
+            ending: components["schemas"]["Ending"];
+            /**
+             * Format: double
+             * @description When its rehearsal ends.
+             */
+            ends_s: number;
+            /**
+             * Format: double
+             * @description When it starts, from the ground at its home.
+             */
+            starts_s: number;
+            /**
+             * Format: int32
+             * @description The vehicle.
+             */
+            vehicle: number | null;
+        };
+        /** @description ATTITUDE: body (forward, right, down) in the local north, east, down frame. */
         Attitude: {
             /**
              * Format: double
@@ -2069,7 +2092,7 @@ export interface components {
             has_invalid: boolean;
             /**
              * Format: double
-             * @description Nose up positive, -pi/2 to pi/2.
+             * @description Nose up positive.
              */
             pitch_rad: number | null;
             /**
@@ -2079,7 +2102,7 @@ export interface components {
             pitch_rate_rad_s: number | null;
             /**
              * Format: double
-             * @description Right wing down positive, -pi to pi.
+             * @description Right wing down positive.
              */
             roll_rad: number | null;
             /**
@@ -2089,7 +2112,7 @@ export interface components {
             roll_rate_rad_s: number | null;
             /**
              * Format: double
-             * @description Clockwise from true north, -pi to pi.
+             * @description Clockwise from true north.
              */
             yaw_rad: number | null;
             /**
@@ -2110,13 +2133,13 @@ export interface components {
              * @description `MAV_PROTOCOL_CAPABILITY` bits.
              */
             capabilities: number;
-            /** @description Version of the flight software, such as `"4.6.3"`. */
+            /** @description Version of the flight software. */
             flight_sw: string;
-            /** @description First eight characters of the git hash of the flight software. */
+            /** @description First characters of its git hash. */
             git_hash: string;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description Unique id of the hardware, 64 bits; in JSON its decimal digits, more than a number keeps there. */
+            /** @description Unique id of the hardware, in decimal: it has more digits than a JSON number keeps. */
             uid: string | null;
         };
         /** @description BATTERY_STATUS of one battery. */
@@ -2150,7 +2173,7 @@ export interface components {
             id: number;
             /**
              * Format: double
-             * @description Charge left, 0 to 100 %.
+             * @description Charge left.
              */
             remaining_pct: number | null;
             /**
@@ -2165,7 +2188,7 @@ export interface components {
             time_remaining_s: number | null;
             /**
              * Format: double
-             * @description Voltage of the pack: the sum of what is reported.
+             * @description Voltage of the pack.
              */
             voltage_v: number | null;
         };
@@ -3222,6 +3245,58 @@ export interface components {
             kind: string;
             survey: components["schemas"]["SurveyRequest"] | null;
         };
+        /** @description Two flights that come too near to each other. */
+        Conflict: {
+            /**
+             * Format: double
+             * @description Since when the first is too near.
+             */
+            begins_s: number;
+            /**
+             * Format: double
+             * @description Until when.
+             */
+            ends_s: number;
+            /** @description The two flights, counted from 1 in the order of the request. */
+            flights: number[];
+            /**
+             * Format: double
+             * @description Distance over ground there.
+             */
+            horizontal_m: number;
+            /** @description The same in English. */
+            message: string;
+            /** @description Where each is where they come nearest over ground. */
+            nearest: components["schemas"]["ConflictPlace"][];
+            /**
+             * Format: double
+             * @description Difference in height there.
+             */
+            vertical_m: number;
+        };
+        /** @description Where a flight is at a moment. */
+        ConflictPlace: {
+            /**
+             * Format: double
+             * @description Height above mean sea level.
+             */
+            alt_amsl_m: number;
+            /**
+             * Format: double
+             * @description WGS-84 latitude.
+             */
+            lat_deg: number;
+            /**
+             * Format: double
+             * @description WGS-84 longitude.
+             */
+            lon_deg: number;
+            /**
+             * Format: double
+             * @description When.
+             */
+            time_s: number;
+        };
         /** @description Both sides of where flights pass, a list for each value. */
         Corridor: {
             /** @description Highest, likewise. */
@@ -3291,7 +3366,7 @@ export interface components {
              */
             wind_speed_m_s: number;
         };
-        /** @description EKF_STATUS_REPORT: how well the estimator agrees with its sensors; a test ratio of 1 is the limit. */
+        /** @description EKF_STATUS_REPORT; a variance of 1 is the limit. */
         Ekf: {
             /**
              * Format: double
@@ -3300,7 +3375,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Test ratio of the compass.
+             * @description Of the compass.
              */
             compass_variance: number | null;
             /**
@@ -3312,22 +3387,22 @@ export interface components {
             has_invalid: boolean;
             /**
              * Format: double
-             * @description Test ratio of horizontal position.
+             * @description Of horizontal position.
              */
             pos_horiz_variance: number | null;
             /**
              * Format: double
-             * @description Test ratio of altitude.
+             * @description Of height.
              */
             pos_vert_variance: number | null;
             /**
              * Format: double
-             * @description Test ratio of terrain altitude.
+             * @description Of terrain height.
              */
             terrain_alt_variance: number | null;
             /**
              * Format: double
-             * @description Test ratio of velocity.
+             * @description Of velocity.
              */
             velocity_variance: number | null;
         };
@@ -3421,114 +3496,9 @@ export interface components {
             /** @description How. */
             ending: components["schemas"]["Ending"];
         };
-        /** @description EFI_STATUS: an engine with fuel injection. What is not measured may be reported as 0. */
-        Engine: {
-            /**
-             * Format: double
-             * @description How old the values are, seconds.
-             */
-            age_s: number;
-            /**
-             * Format: double
-             * @description Pressure of the air around.
-             */
-            barometric_pa: number | null;
-            /**
-             * Format: double
-             * @description Temperature of the cylinder head.
-             */
-            cylinder_head_temperature_c: number | null;
-            /**
-             * Format: double
-             * @description Number of the engine control unit.
-             */
-            ecu_index: number | null;
-            /**
-             * Format: double
-             * @description Temperature of the exhaust gas.
-             */
-            exhaust_gas_temperature_c: number | null;
-            /**
-             * Format: double
-             * @description Fuel used.
-             */
-            fuel_consumed_cm3: number | null;
-            /**
-             * Format: double
-             * @description Fuel that flows, cubic centimetres per minute.
-             */
-            fuel_flow_cm3_min: number | null;
-            /**
-             * Format: double
-             * @description Pressure of the fuel.
-             */
-            fuel_pressure_pa: number | null;
-            /** @description Whether the message held a value that cannot be; such fields are null. */
-            has_invalid: boolean;
-            /**
-             * Format: int32
-             * @description Health as sent: 1 healthy and 0 not on ArduPilot; 0 stopped, 1 starting, 2 running and 3 at fault on PX4.
-             */
-            health: number;
-            /**
-             * Format: double
-             * @description When it sparks, crank angle.
-             */
-            ignition_timing_deg: number | null;
-            /**
-             * Format: double
-             * @description Voltage of the ignition.
-             */
-            ignition_v: number | null;
-            /**
-             * Format: double
-             * @description How long fuel is injected.
-             */
-            injection_ms: number | null;
-            /**
-             * Format: double
-             * @description Pressure in the intake manifold.
-             */
-            intake_manifold_pa: number | null;
-            /**
-             * Format: double
-             * @description Temperature in the intake manifold.
-             */
-            intake_manifold_temperature_c: number | null;
-            /**
-             * Format: double
-             * @description Load, 0 to 200 %.
-             */
-            load_pct: number | null;
-            /**
-             * Format: double
-             * @description Factor by which the fuel is corrected for pressure and temperature.
-             */
-            pressure_temperature_compensation: number | null;
-            /**
-             * Format: double
-             * @description Revolutions per minute.
-             */
-            rpm: number | null;
-            /**
-             * Format: double
-             * @description How long the ignition coil is charged for a spark.
-             */
-            spark_dwell_ms: number | null;
-            /**
-             * Format: double
-             * @description Where the throttle was sent, 0 to 100 %.
-             */
-            throttle_output_pct: number | null;
-            /**
-             * Format: double
-             * @description Where the throttle stands, 0 to 100 %.
-             */
-            throttle_position_pct: number | null;
-        };
         /** @description A detail of an event. */
         EventDetail: string | number;
-        /** @description EXTENDED_SYS_STATE: on the ground or in the air. */
+        /** @description EXTENDED_SYS_STATE. */
         ExtendedState: {
             /**
              * Format: double
@@ -3537,11 +3507,11 @@ export interface components {
             age_s: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description `"undefined"`, `"on ground"`, `"in air"`, `"taking off"` or `"landing"`. */
+            /** @description `undefined`, `on ground`, `in air`, `taking off` or `landing`. */
             landed: string;
             /**
              * Format: int32
-             * @description `MAV_VTOL_STATE` (3 multicopter, 4 fixed wing, 1 and 2 transitions); null for a plane without VTOL.
+             * @description `MAV_VTOL_STATE`; null for a plane without VTOL.
              */
             vtol: number | null;
         };
@@ -3570,7 +3540,7 @@ export interface components {
             breach_count: number;
             /**
              * Format: int32
-             * @description Kind of the last one (`FENCE_BREACH`: 1 too low, 2 too high, 3 over the boundary).
+             * @description Kind of the last one (`FENCE_BREACH`).
              */
             breach_type: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -4471,7 +4441,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Altitude above mean sea level.
+             * @description Height above mean sea level.
              */
             alt_amsl_m: number | null;
             /**
@@ -4500,7 +4470,7 @@ export interface components {
             hdop: number | null;
             /**
              * Format: double
-             * @description Horizontal uncertainty, one sigma as the receiver estimates it.
+             * @description Horizontal uncertainty.
              */
             horizontal_accuracy_m: number | null;
             /**
@@ -4525,11 +4495,11 @@ export interface components {
             vdop: number | null;
             /**
              * Format: double
-             * @description Vertical uncertainty, one sigma as the receiver estimates it.
+             * @description Vertical uncertainty.
              */
             vertical_accuracy_m: number | null;
         };
-        /** @description HEARTBEAT of the autopilot: what the vehicle is and what it is doing. */
+        /** @description HEARTBEAT of the autopilot. */
         Heartbeat: {
             /**
              * Format: double
@@ -4538,7 +4508,7 @@ export interface components {
             age_s: number;
             /**
              * Format: int32
-             * @description `MAV_AUTOPILOT`: 3 ArduPilot, 12 PX4.
+             * @description `MAV_AUTOPILOT`: 3 ArduPilot.
              */
             autopilot: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -4547,17 +4517,17 @@ export interface components {
             is_armed: boolean;
             /**
              * Format: int32
-             * @description `MAV_TYPE`: 1 fixed wing, 2 quadrotor, 19 to 25 VTOL.
+             * @description `MAV_TYPE`: 1 fixed wing.
              */
             mav_type: number;
-            /** @description Flight mode by name, such as `"AUTO"`; `"mode 42"` when the number is not known. */
+            /** @description The flight mode by name. */
             mode: string;
             /**
              * Format: int32
-             * @description The mode's number on the wire, in the autopilot's own counting.
+             * @description Its number on the wire.
              */
             mode_number: number;
-            /** @description `MAV_STATE` in words, such as `"standby"` or `"active"`. */
+            /** @description `MAV_STATE` in words. */
             system_status: string;
         };
         /**
@@ -4583,7 +4553,7 @@ export interface components {
              */
             lon_deg: number;
         };
-        /** @description Where heights relative to home are counted from. */
+        /** @description HOME_POSITION. */
         HomePosition: {
             /**
              * Format: double
@@ -4592,7 +4562,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Height above mean sea level, metres.
+             * @description Height above mean sea level.
              */
             alt_amsl_m: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -4617,17 +4587,17 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Speed through the air (indicated or equivalent, as the autopilot has it).
+             * @description Speed through the air.
              */
             airspeed_m_s: number | null;
             /**
              * Format: double
-             * @description Altitude above mean sea level.
+             * @description Height above mean sea level.
              */
             alt_amsl_m: number | null;
             /**
              * Format: double
-             * @description Climb rate, up positive.
+             * @description Up positive.
              */
             climb_m_s: number | null;
             /**
@@ -4644,13 +4614,13 @@ export interface components {
             heading_deg: number | null;
             /**
              * Format: double
-             * @description Throttle, 0 to 100 %.
+             * @description 0 to 100.
              */
             throttle_pct: number | null;
         };
-        /** @description SCALED_IMU to SCALED_IMU3, or an ArduPilot's RAW_IMU: one inertial sensor, body forward, right, down. */
+        /** @description SCALED_IMU: one inertial sensor, body forward, right, down. */
         Imu: {
-            /** @description Specific force in g (9.80665 m/s²). */
+            /** @description Specific force, in g. */
             acc_g: number[] | null;
             /**
              * Format: double
@@ -4661,7 +4631,7 @@ export interface components {
             gyro_rad_s: number[] | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description Magnetic field; null when all three are 0, which no place on Earth has. */
+            /** @description Magnetic field. */
             mag_gauss: number[] | null;
             /**
              * Format: double
@@ -5798,7 +5768,7 @@ export interface components {
          * @enum {string}
          */
         MissingPart: "place" | "height";
-        /** @description MISSION_CURRENT, with the numbers of the wire: on ArduPilot item 0 is home. */
+        /** @description MISSION_CURRENT, with the numbers of the wire; `progress` counts items from 1. */
         MissionCurrent: {
             /**
              * Format: double
@@ -5812,11 +5782,11 @@ export interface components {
              * @description Number of the item in execution on the wire.
              */
             seq: number;
-            /** @description `"no mission"`, `"not started"`, `"active"`, `"paused"` or `"complete"`; null when the vehicle does not say. */
+            /** @description What the mission does. */
             state: string | null;
             /**
              * Format: int32
-             * @description Items on board, home not counted; null when the vehicle does not say.
+             * @description Items on board.
              */
             total: number | null;
         };
@@ -5875,7 +5845,7 @@ export interface components {
             /** @description The name that QGroundControl has for it, where it has one. */
             name: string;
         };
-        /** @description NAV_CONTROLLER_OUTPUT: what guidance wants. */
+        /** @description NAV_CONTROLLER_OUTPUT. */
         NavController: {
             /**
              * Format: double
@@ -5884,12 +5854,12 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Airspeed error, target faster positive.
+             * @description Airspeed error.
              */
             airspeed_error_m_s: number | null;
             /**
              * Format: double
-             * @description Altitude error, target above positive.
+             * @description Height error, target above positive.
              */
             alt_error_m: number | null;
             /**
@@ -5901,7 +5871,7 @@ export interface components {
             has_invalid: boolean;
             /**
              * Format: double
-             * @description Bearing that is steered, -180 to 180.
+             * @description Bearing that is steered.
              */
             nav_bearing_deg: number | null;
             /**
@@ -5916,7 +5886,7 @@ export interface components {
             nav_roll_deg: number | null;
             /**
              * Format: double
-             * @description Bearing to the target, -180 to 180.
+             * @description Bearing to the target.
              */
             target_bearing_deg: number | null;
             /**
@@ -6208,7 +6178,21 @@ export interface components {
             airframe?: components["schemas"]["Airframe"] | null;
             battery?: components["schemas"]["BatterySettings"] | null;
         };
-        /** @description GLOBAL_POSITION_INT: where the autopilot believes to be (filtered). */
+        /** @description A flight that is planned. */
+        PlannedFlight: {
+            plan?: components["schemas"]["Plan"] | null;
+            /**
+             * Format: double
+             * @description When it starts, on a clock that all have in common, 0 to 86,400; 0 when absent.
+             */
+            starts_s?: number | null;
+            /**
+             * Format: int32
+             * @description The vehicle that is to fly it; an ArduPlane as it comes when absent.
+             */
+            vehicle?: number | null;
+        };
+        /** @description GLOBAL_POSITION_INT: where the autopilot believes to be. */
         Position: {
             /**
              * Format: double
@@ -6217,29 +6201,29 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Altitude above mean sea level.
+             * @description Height above mean sea level.
              */
             alt_amsl_m: number | null;
             /**
              * Format: double
-             * @description Altitude above home.
+             * @description Height above home.
              */
             alt_rel_home_m: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
             /**
              * Format: double
-             * @description Where the nose points, 0 to 360 from true north.
+             * @description Where the nose points, 0 to 360.
              */
             heading_deg: number | null;
             /**
              * Format: double
-             * @description WGS-84 latitude; null as long as the vehicle has no position.
+             * @description WGS-84 latitude.
              */
             lat_deg: number | null;
             /**
              * Format: double
-             * @description WGS-84 longitude; null as long as the vehicle has no position.
+             * @description WGS-84 longitude.
              */
             lon_deg: number | null;
             /**
@@ -6258,7 +6242,7 @@ export interface components {
              */
             velocity_north_m_s: number | null;
         };
-        /** @description SCALED_PRESSURE: barometer and airspeed sensor. */
+        /** @description SCALED_PRESSURE. */
         Pressure: {
             /**
              * Format: double
@@ -6319,7 +6303,7 @@ export interface components {
              */
             spacing_m?: number | null;
         };
-        /** @description RADIO_STATUS or RADIO of the telemetry radio. */
+        /** @description RADIO_STATUS of the telemetry radio. */
         Radio: {
             /**
              * Format: double
@@ -6345,12 +6329,12 @@ export interface components {
             remote_noise: number | null;
             /**
              * Format: int32
-             * @description Received signal on the vehicle's side, raw 0 to 254.
+             * @description Received signal on the vehicle's side, raw.
              */
             remote_rssi: number | null;
             /**
              * Format: int32
-             * @description Received signal on our side, raw 0 to 254.
+             * @description Received signal on our side, raw.
              */
             rssi: number | null;
             /**
@@ -6360,7 +6344,7 @@ export interface components {
             rx_errors: number;
             /**
              * Format: int32
-             * @description Free transmit buffer, 0 to 100 %.
+             * @description Free transmit buffer.
              */
             tx_buffer_pct: number | null;
         };
@@ -6506,7 +6490,7 @@ export interface components {
              */
             time_s: number;
         };
-        /** @description RC_CHANNELS: the pilot's radio. */
+        /** @description RC_CHANNELS. */
         RcChannels: {
             /**
              * Format: double
@@ -6524,7 +6508,7 @@ export interface components {
             pulse_us: (number | null)[];
             /**
              * Format: int32
-             * @description Received signal, raw 0 to 254.
+             * @description Received signal, raw.
              */
             rssi: number | null;
         };
@@ -6921,6 +6905,56 @@ export interface components {
              */
             system_id: number;
         };
+        /** @description Where flights come too near to each other. */
+        Separation: {
+            /** @description Earliest first; none when all are far enough apart. */
+            conflicts: components["schemas"]["Conflict"][];
+            /** @description What was assumed of each flight, in the order of the request. */
+            flights: components["schemas"]["AssumedFlight"][];
+            /** @description The limits that were asked for. */
+            limits: components["schemas"]["SeparationLimits"];
+            /** @description The wind that all were rehearsed in. */
+            wind: components["schemas"]["PlanWind"];
+        };
+        /** @description How far apart flights are to be. */
+        SeparationLimits: {
+            /**
+             * Format: double
+             * @description Over ground.
+             */
+            horizontal_m: number;
+            /**
+             * Format: double
+             * @description In height.
+             */
+            vertical_m: number;
+            /**
+             * Format: double
+             * @description In time.
+             */
+            window_s: number;
+        };
+        /** @description Flights to be held against each other. */
+        SeparationRequest: {
+            /** @description Two to 32. */
+            flights: components["schemas"]["PlannedFlight"][];
+            /**
+             * Format: double
+             * @description Distance over ground below which they are too near, 1 to 10,000; 100 when absent.
+             */
+            horizontal_m?: number | null;
+            /**
+             * Format: double
+             * @description Difference in height below which they are too near, 1 to 10,000; 30 when absent.
+             */
+            vertical_m?: number | null;
+            wind?: components["schemas"]["PlanWind"] | null;
+            /**
+             * Format: double
+             * @description How much earlier or later one may be, against another, than its rehearsal says, 0 to 3,600; 10 when absent.
+             */
+            window_s?: number | null;
+        };
         /**
          * @description What the server says on the WebSocket. Telemetry, lists and states are the newest when they are sent: a client that
          *     reads slowly misses older ones. Texts and events are queued; too many of them end the connection with code 1013.
@@ -7096,7 +7130,7 @@ export interface components {
             /** @enum {string} */
             type: "error";
         };
-        /** @description SERVO_OUTPUT_RAW: what the actuators get. */
+        /** @description SERVO_OUTPUT_RAW. */
         ServoOutputs: {
             /**
              * Format: double
@@ -7598,7 +7632,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Charge left, 0 to 100 %.
+             * @description Charge left.
              */
             battery_remaining_pct: number | null;
             /**
@@ -7608,16 +7642,16 @@ export interface components {
             current_a: number | null;
             /**
              * Format: double
-             * @description Messages lost on their way to the vehicle, 0 to 100 %.
+             * @description Messages lost on their way to the vehicle.
              */
             drop_rate_pct: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description Whether the vehicle's pre-arm checks pass; null when it does not say. */
+            /** @description Whether the pre-arm checks pass. */
             is_ready_to_arm: boolean | null;
             /**
              * Format: double
-             * @description Processor load, 0 to 100 %.
+             * @description Processor load.
              */
             load_pct: number | null;
             /** @description Sensors that are in use and do not work. */
@@ -7628,7 +7662,7 @@ export interface components {
              */
             voltage_v: number | null;
         };
-        /** @description SYSTEM_TIME: the vehicle's clocks. */
+        /** @description SYSTEM_TIME. */
         SystemTime: {
             /**
              * Format: double
@@ -7644,7 +7678,7 @@ export interface components {
             has_invalid: boolean;
             /**
              * Format: int64
-             * @description UTC of the vehicle when the message was sent, microseconds since 1970; null before it knows the date.
+             * @description UTC of the vehicle, microseconds since 1970.
              */
             utc_us: number | null;
         };
@@ -7666,7 +7700,6 @@ export interface components {
             /** @description The batteries heard so far. */
             batteries?: components["schemas"]["Battery"][];
             ekf?: components["schemas"]["Ekf"] | null;
-            engine?: components["schemas"]["Engine"] | null;
             extended?: components["schemas"]["ExtendedState"] | null;
             fence?: components["schemas"]["FenceStatus"] | null;
             gps?: components["schemas"]["Gps"] | null;
@@ -7704,7 +7737,7 @@ export interface components {
             alt_terrain_m: number | null;
             /**
              * Format: double
-             * @description Ground above mean sea level under the vehicle (or where TERRAIN_CHECK asked); null as long as it does not know it.
+             * @description Ground above mean sea level under the vehicle; null as long as it does not know it.
              */
             ground_amsl_m: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -7880,7 +7913,7 @@ export interface components {
          * @enum {string}
          */
         Verdict: "good" | "doubtful" | "bad";
-        /** @description VIBRATION of the airframe as the accelerometers feel it. */
+        /** @description VIBRATION. */
         Vibration: {
             /**
              * Format: double
@@ -7904,89 +7937,6 @@ export interface components {
          * @enum {string}
          */
         WantedValue: "finite" | "latitude" | "longitude" | "height" | "whole-number" | "frame";
-        /** @description A mission as it is drawn. */
-        Way: {
-            /** @description The jumps between them. */
-            jumps: components["schemas"]["WayJump"][];
-            /** @description The items that the vehicle flies to, in the order of the plan. */
-            stops: components["schemas"]["WayStop"][];
-        };
-        /**
-         * @description Until when the plane circles.
-         * @enum {string}
-         */
-        WayCircling: "turns" | "time" | "height" | "unlimited";
-        /** @description Where a jump leads. */
-        WayJump: {
-            /** @description The jump, counted from 1. */
-            item: number;
-            /** @description The item that it leads to. */
-            to_item: number;
-        };
-        /** @description The line from one place to the next. */
-        WayLeg: {
-            /**
-             * Format: double
-             * @description Course at its beginning from place to place, degrees from true north.
-             */
-            course_deg: number;
-            /** @description The item that it comes from, counted from 1; null for home. */
-            from_item: number | null;
-            /** @description What it is. */
-            kind: components["schemas"]["WayLegKind"];
-            /** @description The line that is flown, degrees: at a circle it begins or ends on it. */
-            lat_deg: number[];
-            /**
-             * Format: double
-             * @description From place to place, metres: of a tangent the straight line, of an arc the arc.
-             */
-            length_m: number;
-            /** @description The same points' longitudes. */
-            lon_deg: number[];
-        };
-        /**
-         * @description What a leg is.
-         * @enum {string}
-         */
-        WayLegKind: "takeoff" | "flown" | "approach" | "return";
-        /** @description The circle at an item. */
-        WayLoiter: {
-            /**
-             * Format: double
-             * @description Of a circle to a height: how much of the change is done when it begins, 0 to 1; 1 for the others.
-             */
-            changed_before: number;
-            /** @description Its sense. */
-            is_clockwise: boolean;
-            /** @description Whether that rests on what the plan does not tell: a speed, a climb, the vehicle's own radius. */
-            is_estimate: boolean;
-            /** @description Whether the plan gives the radius; otherwise it is the vehicle's own. */
-            is_own_radius: boolean;
-            /** @description Until when. */
-            kind: components["schemas"]["WayCircling"];
-            /**
-             * Format: double
-             * @description Way in it, metres; null when it has no end or is not known.
-             */
-            length_m: number | null;
-            /**
-             * Format: double
-             * @description Radius, metres.
-             */
-            radius_m: number;
-            /**
-             * Format: double
-             * @description Time in it, seconds; null likewise.
-             */
-            time_s: number | null;
-        };
-        /** @description An item that the vehicle flies to. */
-        WayStop: {
-            /** @description It, counted from 1. */
-            item: number;
-            leg: components["schemas"]["WayLeg"] | null;
-            loiter: components["schemas"]["WayLoiter"] | null;
-        };
         /** @description What follows from one thing that happens. */
         WhatIf: {
             /** @description What the vehicle decides, in order of time; none where its settings do not act on it. */
@@ -8035,7 +7985,7 @@ export interface components {
             /** @description One for each that was asked for. */
             what_ifs: components["schemas"]["WhatIf"][];
         };
-        /** @description WIND (ArduPilot) or WIND_COV: the autopilot's estimate. */
+        /** @description WIND. */
         Wind: {
             /**
              * Format: double
@@ -8044,7 +7994,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Where the wind comes from, 0 to 360.
+             * @description Where the wind comes from.
              */
             from_deg: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -10084,6 +10034,38 @@ export interface operations {
             };
         };
     };
+    separate: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SeparationRequest"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Separation"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     survey: {
         parameters: {
             query?: never;
@@ -10103,38 +10085,6 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Survey"];
-                };
-            };
-            /** @description What was wrong and what to do */
-            default: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    way: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["PlanCheck"];
-            };
-        };
-        responses: {
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Way"];
                 };
             };
             /** @description What was wrong and what to do */

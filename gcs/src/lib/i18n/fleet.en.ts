@@ -59,4 +59,16 @@ export const fleetEn = {
   'fleet.state.unknown': 'Unknown: look at it before trying again',
   'fleet.state.waiting': 'Waiting for its answer',
   'fleet.isDisarmed': 'It is disarmed: it would do that as soon as it is armed. Nothing was sent.',
+
+  'separation.title': 'Separation of the missions',
+  'separation.hint':
+    'Missions on board, rehearsed in calm air as if all started at once from their homes. It tells what comes near; nothing is flown differently.',
+  'separation.horizontal_m': 'Over ground, m',
+  'separation.vertical_m': 'In height, m',
+  'separation.window_s': 'In time, s',
+  'separation.compare': 'Compare {count} missions',
+  'separation.none': 'All {count} keep apart.',
+  'separation.list': 'Where two come too near',
+  'separation.pair': '{one} and {other}',
+  'separation.apart': '{distance} over ground, {height} in height, {time} after the start',
 } as const;

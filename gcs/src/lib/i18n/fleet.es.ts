@@ -61,4 +61,16 @@ export const fleetEs: Record<keyof typeof fleetEn, string> = {
   'fleet.state.unknown': 'Desconocido: mírelo antes de repetir',
   'fleet.state.waiting': 'Espera su respuesta',
   'fleet.isDisarmed': 'Está desarmado: lo haría en cuanto se arme. No se envió nada.',
+
+  'separation.title': 'Separación de las misiones',
+  'separation.hint':
+    'Misiones a bordo, ensayadas en aire en calma como si todas empezaran a la vez desde su origen. Avisa de lo que se acerca; nada se vuela de otro modo.',
+  'separation.horizontal_m': 'En planta, m',
+  'separation.vertical_m': 'En altura, m',
+  'separation.window_s': 'En tiempo, s',
+  'separation.compare': 'Comparar {count} misiones',
+  'separation.none': 'Las {count} quedan separadas.',
+  'separation.list': 'Dónde dos se acercan demasiado',
+  'separation.pair': '{one} y {other}',
+  'separation.apart': '{distance} en planta, {height} en altura, {time} tras el comienzo',
 };
