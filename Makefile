@@ -6,6 +6,9 @@ SHELL := /bin/bash
 .DEFAULT_GOAL := help
 
 export PATH := $(HOME)/.cargo/bin:$(PATH)
+# Each Python module is compiled once, not by each of the hundred programs that the tests start, also where the environment asks for that.
+export PYTHONDONTWRITEBYTECODE :=
+export PYTHONPYCACHEPREFIX := $(CURDIR)/.cache/pycache
 PY := .venv/bin/python
 CHECK := scripts/check.sh
 # The binding too, though it is tested from Python: with it all of `make test` asks the same features of each crate.
@@ -71,10 +74,12 @@ cargo-test: clippy
 # From what the Rust tests are compiled from, with their assertions and without link-time optimisation: minutes less.
 native-as-tested: app clippy
 	@scripts/setup.sh native as-tested
+# What the checks of the web app read, fixtures and what is generated from Rust included.
+GCS_READS := --of 'gcs schemas crates tests/fixtures'
 gcs-check: app
-	@$(CHECK) gcs-check npm --prefix gcs run --silent check
+	@$(CHECK) $(GCS_READS) gcs-check npm --prefix gcs run --silent check
 gcs-test: app
-	@$(CHECK) gcs-test npm --prefix gcs test --silent
+	@$(CHECK) $(GCS_READS) gcs-test npm --prefix gcs test --silent
 
 faults: dev-env ## Write tests/faults/REPORT.md: which fault is proven by which tests
 	@$(PY) scripts/fault_report.py
