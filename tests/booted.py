@@ -15,11 +15,16 @@ from vencejo.sim.world import World
 
 BOOT_S = 60.0
 """Simulated time after which a plane is ready, at most; one that something is wrong with is not."""
+LOOK_S = 0.1
+"""How often it is looked whether it is: as often as the plane itself does."""
 
 
 def boot(world: World) -> None:
     """Have all planes switched on until they are ready to arm."""
-    world.advance(BOOT_S, until=lambda: not any(_autopilot(plane).prearm() for plane in world.planes))
+    for _ in range(round(BOOT_S / LOOK_S)):
+        if not any(_autopilot(plane).prearm() for plane in world.planes):
+            return
+        world.advance(LOOK_S)
 
 
 def _autopilot(plane: PlaneComponent) -> Autopilot:

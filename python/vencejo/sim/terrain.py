@@ -157,7 +157,8 @@ class Terrain:
         self._look_at_items(mission, revision)
         for north in (-1, 0, 1):
             for east in (-1, 0, 1):
-                self.height_m(*self._moved(*here, north * _AROUND * _ROWS, east * _AROUND * _COLUMNS))
+                around = self._moved(*here, north * _AROUND * _ROWS, east * _AROUND * _COLUMNS)
+                self._grid(self._place(*around).corner)
         if self._reference is not None and self._offset_m is None:
             lat_deg, lon_deg, alt_m = self._reference
             limit = self._params.get("TERRAIN_OFS_MAX")

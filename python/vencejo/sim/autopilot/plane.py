@@ -267,6 +267,8 @@ class Plane:
 
     def events(self) -> list[Event]:
         """Events since the last call, oldest first; at most 1,024 are kept (the oldest are dropped)."""
+        if not self._events:
+            return []
         drained = list(self._events)
         self._events.clear()
         return drained

@@ -125,6 +125,7 @@ class PlaneComponent:
         self._gcs_lost = False
         self._overrides: dict[int, float] = {}
         self._announced: dict[str, float] = {}
+        self._announced_revisions: tuple[int, ...] = ()
         self._start_clocks()
 
         self._parameters = ParameterProtocol(
@@ -505,8 +506,11 @@ class PlaneComponent:
     # events and announcements
 
     def _drain_events(self) -> None:
+        events = self.autopilot.events()
+        if not events:
+            return
         texts: list[StatusText] = []
-        for event in self.autopilot.events():
+        for event in events:
             if isinstance(event, StatusText):
                 texts.append(event)
             else:
@@ -564,10 +568,15 @@ class PlaneComponent:
 
     def _announce_totals(self) -> None:
         """Parameters that mirror the stored plan: told when they change."""
+        plans = self.plans
+        revisions = (plans.mission_store.revision, plans.fence_store.revision, plans.rally_store.revision)
+        if revisions == self._announced_revisions:
+            return
+        self._announced_revisions = revisions
         totals = (
-            ("MIS_TOTAL", len(self.plans.mission_store)),
-            ("FENCE_TOTAL", self.plans.fence_store.vertex_total),
-            ("RALLY_TOTAL", len(self.plans.rally_store)),
+            ("MIS_TOTAL", len(plans.mission_store)),
+            ("FENCE_TOTAL", plans.fence_store.vertex_total),
+            ("RALLY_TOTAL", len(plans.rally_store)),
         )
         for name, total in totals:
             if self._announced.get(name) != total:
