@@ -100,8 +100,8 @@ def test_what_the_c_library_finds_is_found(tmp_path: Path) -> None:
                 frame = chance.randbytes(chance.randrange(1, 40)) + frame
             stream.write(frame)
         stream.write(bytes(300))
-    # As `cargo test` has built it already.
-    options = ("--workspace", "--example", "known_frames", "--quiet", "--locked")
+    # As `make test` has built it already: with other features its dependencies would be compiled anew.
+    options = ("--workspace", "--features", "vencejo-py/fleet", "--example", "known_frames", "--quiet", "--locked")
     subprocess.run(["cargo", "build", *options], cwd=ROOT, check=True)
     with path.open("rb") as stream:
         theirs = subprocess.run([c_parser(tmp_path)], stdin=stream, capture_output=True, check=True).stdout
