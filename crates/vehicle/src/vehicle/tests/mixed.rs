@@ -12,6 +12,7 @@ use vencejo_proto::{MissionItemInt, SystemId};
 use super::*;
 use crate::plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
 use crate::plan_state::hash_items;
+use crate::transfer::testing::seeds;
 
 const MISSION: PlanKind = PlanKind::Mission;
 
@@ -500,12 +501,13 @@ fn a_vehicle_without_missions_is_left_alone() {
 
 // fault 32 (500 uploads): 500 uploads beside a rival: what is said to be verified is what is on board
 #[test]
-fn five_hundred_uploads_beside_a_rival_are_never_contaminated() {
+fn uploads_beside_a_rival_are_never_contaminated() {
     use rand::Rng as _;
     let (mut verified, mut lost) = (0, 0);
     let mut rng = SmallRng::seed_from_u64(32);
     let mut world = world(reading());
-    for round in 0..500u32 {
+    let rounds = u32::try_from(5 * seeds(100)).expect("not so many");
+    for round in 0..rounds {
         let (ours, theirs) = (route(6 + (round % 7) as usize, 0.01), rival_wire(&route(9, 0.05)));
         let id = start(&mut world, send(ours.clone()));
         // The rival asks for the same, at any moment, and answers what is not asked of it.
@@ -537,7 +539,8 @@ fn five_hundred_uploads_beside_a_rival_are_never_contaminated() {
             assert_eq!(hash, hash_items(&world.plane.services.plans[0][1..]), "round {round}");
         }
     }
-    assert!(verified >= 400, "{verified} verified, {lost} told as failed");
+    println!("uploads: {verified} verified, {lost} told as failed");
+    assert!(verified >= rounds / 5 * 4, "{verified} verified, {lost} told as failed");
 }
 
 // ── the flown target ─────────────────────────────────────────────────────────────────────────────────────────────────
