@@ -73,6 +73,9 @@ pub enum SinkScope {
 /// A listener. Called in the task that read the frame, so it must be quick and must not block. It may call the hub.
 pub type FrameSink = Arc<dyn Fn(Origin, &Frame, MonoTime) + Send + Sync>;
 
+/// Called in a link's task each time that the link has opened and takes what is sent; quick, like a [`FrameSink`].
+pub type OpenSink = Arc<dyn Fn(LinkId) + Send + Sync>;
+
 /// Names a listener.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SinkId(u32);
@@ -121,6 +124,7 @@ struct Inner {
     router: Router,
     signing: SigningTable,
     sinks: Arc<Sinks>,
+    on_open: Option<OpenSink>,
     recorder: Option<RecorderHandle>,
     next_id: u32,
     /// Where that vehicle is to which everything addressed to it goes; others may use its address.
@@ -178,6 +182,7 @@ impl Hub {
             router: Router::new(locals),
             signing: SigningTable::default(),
             sinks: Arc::new(Vec::new()),
+            on_open: None,
             recorder: None,
             next_id: 1,
             chosen: HashMap::new(),
@@ -258,6 +263,11 @@ impl Hub {
         let mut inner = self.inner();
         let sinks: Sinks = inner.sinks.iter().filter(|(sink, _, _)| *sink != id).cloned().collect();
         inner.sinks = Arc::new(sinks);
+    }
+
+    /// Reports each opening of a link from now on.
+    pub fn set_on_open(&self, on_open: OpenSink) {
+        self.inner().on_open = Some(on_open);
     }
 
     /// Records every frame from now on, or no more.
@@ -486,6 +496,15 @@ impl Hub {
     pub(crate) fn on_connected(&self, port: &Port) {
         if let Some(link) = self.inner().links[usize::from(port.slot)].as_mut() {
             link.meter.on_connected();
+        }
+    }
+
+    /// A link takes what is sent.
+    pub(crate) fn on_open(&self, port: &Port) {
+        // Called without the lock: whoever listens sends.
+        let on_open = self.inner().on_open.clone();
+        if let Some(on_open) = on_open {
+            on_open(port.id);
         }
     }
 

@@ -78,7 +78,7 @@ pub use address::{
 };
 pub use clock::{Clock, SystemClock};
 pub use endpoint::{LinkHandle, serial_ports};
-pub use hub::{FrameSink, Hub, LinkError, LinkInfo, Origin, Route, SendReport, SinkId, SinkScope};
+pub use hub::{FrameSink, Hub, LinkError, LinkInfo, OpenSink, Origin, Route, SendReport, SinkId, SinkScope};
 pub use outlet::PeerId;
 pub use port::{LinkId, LinkOptions, LinkState};
 pub use recorder::{

@@ -233,6 +233,12 @@ impl Station {
             })
         };
         shared.hub.add_sink(SinkScope::All, sink);
+        let weak = Arc::downgrade(&shared);
+        shared.hub.set_on_open(Arc::new(move |link| {
+            if let Some(shared) = weak.upgrade() {
+                shared.on_link_open(link);
+            }
+        }));
         if let Some(folder) = shared.config.missions_dir.clone() {
             let weak = Arc::downgrade(&shared);
             let started = Records::start(folder, move |system, ticket| {
@@ -901,17 +907,24 @@ impl Shared {
         done.await.map_err(|_| StationError::Closed)?.map_err(StationError::from)
     }
 
-    /// Sends our heartbeat on all links, in the oldest version that a vehicle speaks: everybody reads MAVLink 1.
+    /// Sends our heartbeat over a link that has just opened: a program that ends before the next beat was heard too.
+    fn on_link_open(&self, link: LinkId) {
+        if self.heartbeat.load(Ordering::Relaxed) {
+            self.send_heartbeat(&self.core(), Route::Link(link), true);
+        }
+    }
+
+    /// Sends our heartbeat, in the oldest version that a vehicle speaks: everybody reads MAVLink 1.
     ///
     /// With `invites` in MAVLink 2 besides: PX4 and ArduPilots of some years speak MAVLink 1 until they hear MAVLink 2, and
     /// begin so again when they restart.
-    fn send_heartbeat(&self, core: &Core, invites: bool) {
+    fn send_heartbeat(&self, core: &Core, route: Route, invites: bool) {
         let speaks_v1 = core.watchers.values().any(|watchers| watchers.version == MavVersion::V1);
         let version = if speaks_v1 { MavVersion::V1 } else { MavVersion::V2 };
         let send = |version| {
             let heartbeat = Message::Heartbeat(Heartbeat::default());
             // Links without a peer refuse it; there is nobody to miss it.
-            let _ = self.hub.send_message(&heartbeat, self.config.address, version, Route::All);
+            let _ = self.hub.send_message(&heartbeat, self.config.address, version, route);
         };
         send(version);
         if speaks_v1 && invites {
@@ -960,7 +973,7 @@ async fn drive(shared: Weak<Shared>, mut closing: watch::Receiver<bool>) {
             }
             if now >= heartbeat_due {
                 if strong.heartbeat.load(Ordering::Relaxed) {
-                    strong.send_heartbeat(&core, heartbeats.is_multiple_of(INVITE_EVERY));
+                    strong.send_heartbeat(&core, Route::All, heartbeats.is_multiple_of(INVITE_EVERY));
                     heartbeats = heartbeats.wrapping_add(1);
                 }
                 heartbeat_due = now + HEARTBEAT_INTERVAL;

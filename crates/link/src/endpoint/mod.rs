@@ -101,13 +101,14 @@ pub(crate) struct Context {
 }
 
 impl Context {
-    /// Says that the link is open.
+    /// Says that the link is open, once it takes what is sent.
     pub(crate) fn up(&self, local: Option<std::net::SocketAddr>, peers: usize) {
         let since = self.hub.clock().now();
         *self.up_since.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(since);
         self.hub.on_connected(&self.port);
         self.local.send_replace(local);
         self.state.send_replace(LinkState::Up { since, peers });
+        self.hub.on_open(&self.port);
     }
 
     /// Says how many peers there are now.

@@ -225,6 +225,8 @@ impl Udp {
             socket.connect(&SockAddr::from(remote))?;
         }
         let socket = Arc::new(UdpSocket::from_std(socket.into())?);
+        // Until the runtime has seen that it is, nothing leaves that is sent without waiting.
+        socket.writable().await?;
         self.outlet.change(|door| {
             *door = Door { socket: Some(socket.clone()), connected, fallback: remote, peers: Vec::new() };
         });

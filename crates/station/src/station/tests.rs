@@ -243,6 +243,48 @@ fn hears_heartbeat(plane: &UdpSocket, limit: Duration) -> bool {
     decoder.next_frame().is_some_and(|frame| frame.message_id() == 0)
 }
 
+/// A clock that stands still: no second passes, so that no beat follows the first.
+struct Still;
+
+impl Clock for Still {
+    fn now(&self) -> MonoTime {
+        MonoTime::from_micros(1)
+    }
+
+    fn unix_us(&self) -> u64 {
+        0
+    }
+}
+
+#[tokio::test]
+async fn a_link_that_opens_between_two_beats_is_greeted_at_once() {
+    let station =
+        Station::with_clock(StationConfig::default(), Handle::current(), Arc::new(Still)).expect("a station starts");
+    // The driver, spawned before, has its turn: its first beat goes to nobody.
+    tokio::task::yield_now().await;
+    for _ in 0..2 {
+        let plane = UdpSocket::bind("127.0.0.1:0").expect("a socket");
+        let address = format!("udpout:{}", plane.local_addr().expect("bound"));
+        let link = station.open_link(&address, LinkOptions::default()).expect("opens");
+        let heard = tokio::task::spawn_blocking(move || hears_heartbeat(&plane, LIMIT));
+        assert!(heard.await.expect("no panic"));
+        station.close_link(link).await.expect("closes");
+    }
+    station.set_heartbeat(false);
+    let plane = UdpSocket::bind("127.0.0.1:0").expect("a socket");
+    let address = format!("udpout:{}", plane.local_addr().expect("bound"));
+    let link = station.open_link(&address, LinkOptions::default()).expect("opens");
+    in_time(async {
+        while station.local_address(link).is_none() {
+            tokio::task::yield_now().await;
+        }
+    })
+    .await;
+    station.close_link(link).await.expect("closes");
+    assert!(!hears_heartbeat(&plane, Duration::ZERO), "who only listens greets nobody");
+    station.close().await;
+}
+
 // fault 26: at most 1 heartbeat in 2.5 s from a core that is stuck
 /// The vehicle's ground-station failsafe counts our heartbeats: they come from the loop that does the work, so that they
 /// stop when it is stuck.
@@ -254,6 +296,7 @@ async fn heartbeats_stop_while_the_core_is_stuck_and_go_on_afterwards() {
     station.open_link(&address, LinkOptions::default()).expect("opens");
     let shared = station.shared.clone();
     let told = tokio::task::spawn_blocking(move || {
+        assert!(hears_heartbeat(&plane, LIMIT), "the link's opening is followed by one");
         let stuck = shared.core();
         // One may have been on its way.
         let end = Instant::now() + Duration::from_millis(2_500);
