@@ -31,14 +31,15 @@ SLOW_DISPLAY = """
   };
   window.requestAnimationFrame = (callback) => {
     waiting.set(++handle, callback);
-    if (!isDue) setTimeout(() => display(draw), last_ms + 100 - performance.now());
+    if (!isDue) setTimeout(() => display(draw), last_ms + 200 - performance.now());
     isDue = true;
     return handle;
   };
   window.cancelAnimationFrame = (one) => void waiting.delete(one);
 })();
 """
-"""To be run in a page: a display of ten frames a second. At sixty, without a graphics card, the horizon alone takes a third of a core."""
+"""To be run in a page: a display of five frames a second, as often as the plane is heard. At sixty, without a graphics card, the horizon
+alone takes a third of a core; at ten, page and compositor take half as much again as at five."""
 WIDE = (1440, 900)
 PHONE = (390, 844)
 

@@ -33,6 +33,7 @@ TOLD = """
 """
 """To be run in a page: keeps the titles of what it tells, such as that a command was accepted, which it shows for ten seconds only, and the modes
 that it showed, in either language."""
+TWO_FRAMES = "() => new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))"
 PANELS = ("fly", "instruments", "plan", "numbers", "sensors", "messages", "settings")
 
 
@@ -167,6 +168,8 @@ class StationPage:
                 return scale
             before = scale
             assert time.monotonic() < deadline, "the map does not come to rest"
+            # Between two frames every view rests.
+            await self.page.evaluate(TWO_FRAMES)
 
     async def _read_scale(self) -> MapScale | None:
         """None when a panel grew over what was free of the map a moment before."""
@@ -220,9 +223,9 @@ class StationPage:
         )
 
     async def eventually(
-        self, holds: Callable[[], Awaitable[bool]], what: str, timeout_s: float = PATIENCE_S, every_s: float = 0.02
+        self, holds: Callable[[], Awaitable[bool]], what: str, timeout_s: float = PATIENCE_S, every_s: float = 0.1
     ) -> None:
-        """Wait until a condition of the page holds, looking at it frame by frame."""
+        """Wait until a condition of the page holds, looking at it twice in a frame of `SLOW_DISPLAY`: each look costs the page."""
         deadline = time.monotonic() + timeout_s
         while not await holds():
             assert time.monotonic() < deadline, f"{what}: not within {timeout_s:g} s"
