@@ -263,6 +263,12 @@ impl Server {
         &self.app
     }
 
+    /// Connections that it serves now, for tests.
+    #[cfg(test)]
+    pub(crate) fn connections(&self) -> usize {
+        self.handle.connection_count()
+    }
+
     /// Where it listens.
     pub fn address(&self) -> SocketAddr {
         self.address
