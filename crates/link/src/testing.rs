@@ -108,6 +108,34 @@ pub(crate) fn command_to(system: u8, command: u16) -> Message {
     Message::CommandLong(CommandLong { target, command, confirmation: 0, params: [0.0; 7] })
 }
 
+/// Time as a busy machine lets it pass: short sleeps, each counted as it was asked for. Who takes long by it has waited for
+/// something, and was not kept from running.
+pub(crate) struct Metronome {
+    ticks: Arc<AtomicU32>,
+}
+
+impl Metronome {
+    const TICK: Duration = Duration::from_millis(5);
+
+    pub(crate) fn start() -> Self {
+        let ticks = Arc::new(AtomicU32::new(0));
+        let counted = Arc::downgrade(&ticks);
+        std::thread::spawn(move || {
+            while let Some(ticks) = counted.upgrade() {
+                ticks.fetch_add(1, Ordering::Relaxed);
+                drop(ticks);
+                std::thread::sleep(Self::TICK);
+            }
+        });
+        Self { ticks }
+    }
+
+    /// Time since it began.
+    pub(crate) fn now(&self) -> Duration {
+        Self::TICK * self.ticks.load(Ordering::Relaxed)
+    }
+}
+
 /// A folder of its own, gone afterwards.
 pub(crate) struct TempDir(pub(crate) PathBuf);
 
