@@ -1,6 +1,7 @@
 //! Changes to the sources: each goes to their file, which is then read as if a person had edited it.
 
 use std::collections::BTreeMap;
+use std::io;
 use std::path::Path;
 use std::sync::PoisonError;
 
@@ -67,15 +68,7 @@ impl Maps {
         drop(source);
         if forget_cache {
             let (folder, name) = (self.shared.config.folder.join("cache"), id.to_owned());
-            blocking(move || {
-                for entry in std::fs::read_dir(&folder)?.flatten() {
-                    if is_cache_of(&entry.file_name().to_string_lossy(), &name) {
-                        std::fs::remove_file(entry.path())?;
-                    }
-                }
-                Ok(())
-            })
-            .await?;
+            blocking(move || Ok(remove_cache(&folder, &name)?)).await?;
         }
         Ok(())
     }
@@ -92,6 +85,21 @@ impl Maps {
             None => Ok(()),
         }
     }
+}
+
+/// Removes the cache of a source. Where nothing was ever cached there is no folder, and SQLite's journals come and go by themselves.
+fn remove_cache(folder: &Path, id: &str) -> io::Result<()> {
+    let unless_gone = |error: io::Error| if error.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(error) };
+    let entries = match std::fs::read_dir(folder) {
+        Ok(entries) => entries,
+        Err(error) => return unless_gone(error),
+    };
+    for entry in entries.flatten() {
+        if is_cache_of(&entry.file_name().to_string_lossy(), id) {
+            std::fs::remove_file(entry.path()).or_else(unless_gone)?;
+        }
+    }
+    Ok(())
 }
 
 /// Settings that may take the place of others, with the key that they keep.
@@ -130,4 +138,25 @@ fn checked(mut settings: SourceSettings, before: Option<&SourceSettings>, files:
         ));
     }
     if faults.is_empty() { Ok(settings) } else { Err(MapError::Settings { source_id: settings.id, faults }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Folder;
+
+    #[test]
+    fn the_cache_of_a_source_goes_also_where_there_is_none() {
+        let folder = Folder::new();
+        remove_cache(&folder.path().join("cache"), "chart").expect("nothing was ever cached");
+        for name in
+            ["chart-0123456789abcdef.mbtiles", "chart-0123456789abcdef.mbtiles-wal", "other-0123456789abcdef.mbtiles"]
+        {
+            std::fs::write(folder.path().join(name), "").expect("written");
+        }
+        remove_cache(folder.path(), "chart").expect("removed");
+        let left: Vec<_> =
+            std::fs::read_dir(folder.path()).expect("there").flatten().map(|entry| entry.file_name()).collect();
+        assert_eq!(left, ["other-0123456789abcdef.mbtiles"]);
+    }
 }
