@@ -811,6 +811,8 @@ mod tests {
             }
             child.kill().expect("killed");
             child.wait().expect("ended");
+            // On a busy machine it may have been far ahead of who read what it told.
+            told += lines.map_while(|line| line.ok()).filter(|line| line.starts_with("tile")).count() as u64;
             let path = folder.path().join("a.mbtiles");
             let database = Connection::open(&path).expect("opened");
             let check: String = database.query_row("PRAGMA integrity_check", [], |row| row.get(0)).expect("checked");
