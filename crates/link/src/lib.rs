@@ -82,8 +82,8 @@ pub use hub::{FrameSink, Hub, LinkError, LinkInfo, OpenSink, Origin, Route, Send
 pub use outlet::PeerId;
 pub use port::{LinkId, LinkOptions, LinkState};
 pub use recorder::{
-    Folder, Recorder, RecorderConfig, RecorderHandle, RecorderState, RecorderStatus, Storage, StorageFile, StoredFile,
-    is_kept_recording, keep_recording,
+    Folder, Format, Frames, Names, Noted, Recorder, RecorderConfig, RecorderHandle, RecorderState, RecorderStatus,
+    Storage, StorageFile, StoredFile, is_kept_recording, keep_recording,
 };
 pub use router::MAX_LINKS;
 pub use signing::{KeyId, SigningCounts, SigningState, UnsignedPolicy, VehicleKeys};

@@ -1,11 +1,17 @@
 //! Tests of the recorder, on folders of their own.
 
 use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
 
 use super::*;
 use crate::clock::testing::{ManualClock, WALL_START_US};
 use crate::testing::{Metronome, TempDir, heartbeat, setup_signing, signed};
 use crate::tlog::TlogReader;
+
+fn age_key(name: &str) -> Option<(bool, String, u32)> {
+    Frames::default().names().age_key(name)
+}
 
 /// A disk in memory that can be made to fail.
 #[derive(Default)]
@@ -126,7 +132,7 @@ impl Bench {
 
     fn on(disk: SharedDisk, config: RecorderConfig) -> Self {
         let clock = Arc::new(ManualClock::default());
-        let (writer, status) = Writer::new(Box::new(disk.clone()), config, clock.clone());
+        let (writer, status) = Writer::new(Frames::default(), Box::new(disk.clone()), config, clock.clone());
         Self { disk, clock, writer, status, next: 0 }
     }
 
@@ -137,7 +143,7 @@ impl Bench {
             .collect();
         self.next = self.next.wrapping_add(count);
         self.clock.advance_ms(200);
-        self.writer.on_frames(&frames, 0);
+        self.writer.on_items(&frames, 0);
     }
 
     fn state(&self) -> RecorderState {
@@ -296,14 +302,14 @@ fn a_sync_that_fails_counts_as_a_failure() {
 
 #[test]
 fn the_queue_is_bounded_and_drops_the_oldest() {
-    let shared = Arc::new(Shared::default());
-    let handle = RecorderHandle { shared: shared.clone() };
-    for n in 0..QUEUE_FRAMES + 100 {
+    let shared = Arc::new(Shared::new());
+    let handle: RecorderHandle = RecorderHandle { shared: shared.clone() };
+    for n in 0..QUEUE_ITEMS + 100 {
         handle.record(LinkId(1), &heartbeat(1, 1, (n % 256) as u8), MonoTime::from_micros(n as u64));
     }
     handle.record(LinkId(1), &setup_signing((255, 190), (1, 1), 0), MonoTime::ZERO);
     let (frames, dropped, closing) = wait(&shared);
-    assert_eq!((frames.len(), dropped, closing), (QUEUE_FRAMES, 100, false));
+    assert_eq!((frames.len(), dropped, closing), (QUEUE_ITEMS, 100, false));
     assert_eq!(frames[0].at, MonoTime::from_micros(100));
     assert!(frames.iter().all(|noted| noted.frame.message_id() == 0), "the key was not noted");
 }
@@ -391,12 +397,11 @@ fn what_is_kept_and_what_another_process_writes_is_never_deleted() {
     // Everything is more than the quota: a hundred short flights.
     let config = RecorderConfig { max_file_bytes: 1, quota_bytes: 1, free_floor_bytes: 0, ..RecorderConfig::default() };
     for flight in 0..100 {
-        let (mut writer, status) = Writer::new(Box::new(Folder::new(&path)), config.clone(), clock.clone());
+        let (mut writer, status) =
+            Writer::new(Frames::default(), Box::new(Folder::new(&path)), config.clone(), clock.clone());
         clock.advance_ms(1000);
-        writer.on_frames(
-            &VecDeque::from([Noted { at: clock.now(), link: LinkId(1), frame: heartbeat(1, 1, flight) }]),
-            0,
-        );
+        writer
+            .on_items(&VecDeque::from([Noted { at: clock.now(), link: LinkId(1), frame: heartbeat(1, 1, flight) }]), 0);
         let RecorderState::Recording { file } = status.borrow().state.clone() else { panic!("{:?}", status.borrow()) };
         assert!(path.join(&file).exists(), "never the one being written");
         assert!(path.join(kept).exists() && path.join(current).exists(), "flight {flight}");
@@ -409,9 +414,9 @@ fn what_is_kept_and_what_another_process_writes_is_never_deleted() {
     let gives_up_at = std::time::Instant::now() + Duration::from_secs(20);
     while path.join(kept).exists() || path.join(current).exists() {
         assert!(std::time::Instant::now() < gives_up_at, "no longer kept, no longer written");
-        let (mut writer, _status) = Writer::new(Box::new(Folder::new(&path)), config.clone(), clock.clone());
+        let (mut writer, _status) = Writer::new(Frames::default(), Box::new(Folder::new(&path)), config.clone(), clock.clone());
         clock.advance_ms(1000);
-        writer.on_frames(&VecDeque::new(), 0);
+        writer.on_items(&VecDeque::new(), 0);
         writer.close();
     }
 }
@@ -554,8 +559,8 @@ fn a_disk_that_does_not_answer_holds_nobody_up_and_is_told() {
         }
     };
     until(&|| matches!(recorder.status().state, RecorderState::Recording { .. }));
-    record(WAKE_FRAMES as u64);
-    until(&|| recorder.shared.queue().frames.is_empty());
+    record(WAKE_ITEMS as u64);
+    until(&|| recorder.shared.queue().items.is_empty());
     clock.advance_ms(1000);
     // It hangs in the first sync. 5 s of 1,000 frames a second pass by it, and none waits or is lost.
     until(&|| gate.has_somebody.load(Ordering::SeqCst));
@@ -576,8 +581,8 @@ fn a_disk_that_does_not_answer_holds_nobody_up_and_is_told() {
     gate.open();
     until(&|| matches!(recorder.status().state, RecorderState::Recording { .. }));
     let status = recorder.close();
-    assert_eq!((status.frames, status.dropped), (WAKE_FRAMES as u64 + 5000, 0));
-    assert_eq!(disk.frames("2026-11-21T08-00-00Z.tlog").0.len(), WAKE_FRAMES + 5000);
+    assert_eq!((status.frames, status.dropped), (WAKE_ITEMS as u64 + 5000, 0));
+    assert_eq!(disk.frames("2026-11-21T08-00-00Z.tlog").0.len(), WAKE_ITEMS + 5000);
 }
 
 /// How many hours are recorded, by a clock that the test moves; 1 when it is not set, 72 in a soak.
@@ -682,12 +687,13 @@ fn a_kill_at_any_moment_loses_less_than_a_second_and_the_next_session_begins_at_
 fn the_times_of_a_recording_only_rise() {
     let clock = Arc::new(ManualClock::default());
     let disk = SharedDisk::new();
-    let (mut writer, _) = Writer::new(Box::new(disk.clone()), RecorderConfig::default(), clock.clone());
-    writer.on_frames(&VecDeque::new(), 0);
+    let (mut writer, _) =
+        Writer::new(Frames::default(), Box::new(disk.clone()), RecorderConfig::default(), clock.clone());
+    writer.on_items(&VecDeque::new(), 0);
     let moments_us = [500_u64, 260, 499, 501, 504, 100, 508];
     let noted = |us| Noted { at: MonoTime::from_micros(us), link: LinkId(1), frame: heartbeat(1, 1, 0) };
     clock.advance_ms(1);
-    writer.on_frames(&moments_us.into_iter().map(noted).collect(), 0);
+    writer.on_items(&moments_us.into_iter().map(noted).collect(), 0);
     let bytes = disk.0.lock().unwrap().files["2026-11-21T08-00-00Z.tlog"].clone();
     let times: Vec<_> = TlogReader::new(&bytes[..]).map(|entry| entry.unwrap().unix_us - WALL_START_US).collect();
     assert_eq!(times, [500, 500, 500, 500, 504, 504, 508]);
@@ -708,14 +714,15 @@ fn a_clock_that_jumps_neither_stops_the_recorder_nor_turns_its_times_back() {
     let hour_us = 3_600_000_000;
     let clock = Arc::new(Jumping(ManualClock::default(), AtomicU64::new(WALL_START_US)));
     let disk = SharedDisk::new();
-    let (mut writer, status) = Writer::new(Box::new(disk.clone()), RecorderConfig::default(), clock.clone());
+    let (mut writer, status) =
+        Writer::new(Frames::default(), Box::new(disk.clone()), RecorderConfig::default(), clock.clone());
     for (round, unix_us) in [WALL_START_US, WALL_START_US - hour_us, WALL_START_US + hour_us, 0].into_iter().enumerate()
     {
         clock.1.store(unix_us, Ordering::SeqCst);
         for _ in 0..10 {
             clock.0.advance_ms(200);
             let frame = heartbeat(1, 1, round as u8);
-            writer.on_frames(&VecDeque::from([Noted { at: clock.now(), link: LinkId(1), frame }]), 0);
+            writer.on_items(&VecDeque::from([Noted { at: clock.now(), link: LinkId(1), frame }]), 0);
             assert!(matches!(status.borrow().state, RecorderState::Recording { .. }), "{:?}", status.borrow());
         }
         // A machine that slept for an hour: the monotonic clock may tell that too.
@@ -726,7 +733,7 @@ fn a_clock_that_jumps_neither_stops_the_recorder_nor_turns_its_times_back() {
     let times: Vec<_> = TlogReader::new(&bytes[..]).map(|entry| entry.unwrap().unix_us).collect();
     assert!(times.len() == 40 && times.is_sorted(), "{times:?}");
     // A session of a computer that woke up in 1970 records as well.
-    let (mut writer, status) = Writer::new(Box::new(disk.clone()), RecorderConfig::default(), clock);
-    writer.on_frames(&VecDeque::new(), 0);
+    let (mut writer, status) = Writer::new(Frames::default(), Box::new(disk.clone()), RecorderConfig::default(), clock);
+    writer.on_items(&VecDeque::new(), 0);
     assert_eq!(status.borrow().state, RecorderState::Recording { file: "1970-01-01T00-00-00Z.tlog".to_owned() });
 }

@@ -1,0 +1,208 @@
+//! Where recordings are kept: a folder, the names of the files in it and their age, and those that somebody keeps.
+
+use std::collections::HashSet;
+use std::fs;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use vencejo_store::Space;
+
+/// The end of the name of the empty file beside a recording that somebody keeps.
+const KEPT: &str = ".keep";
+
+/// A recording in the folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StoredFile {
+    /// The file's name.
+    pub name: String,
+    /// Its size.
+    pub bytes: u64,
+    /// Whether somebody keeps it, so that it is not deleted to make room.
+    pub is_kept: bool,
+}
+
+/// Where recordings are kept; injected, so that tests can let it fail.
+pub trait Storage: Send {
+    /// Makes a file that does not exist yet.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::AlreadyExists`] when it does, otherwise whatever the disk says.
+    fn create_new(&mut self, name: &str) -> io::Result<Box<dyn StorageFile>>;
+    /// All files.
+    ///
+    /// # Errors
+    /// Whatever the disk says.
+    fn list(&mut self) -> io::Result<Vec<StoredFile>>;
+    /// Deletes a file that nobody is writing.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::WouldBlock`] when another process is writing it, otherwise whatever the disk says.
+    fn remove(&mut self, name: &str) -> io::Result<()>;
+    /// Free space.
+    ///
+    /// # Errors
+    /// Whatever the disk says.
+    fn free_bytes(&mut self) -> io::Result<u64>;
+}
+
+/// A recording being written.
+pub trait StorageFile: Write + Send {
+    /// Forces what was written to the disk.
+    ///
+    /// # Errors
+    /// Whatever the disk says.
+    fn sync(&mut self) -> io::Result<()>;
+}
+
+/// A folder of the file system.
+#[derive(Debug)]
+pub struct Folder {
+    path: PathBuf,
+    space: Space,
+}
+
+impl Folder {
+    /// The folder at `path`, made when the first recording is.
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        Self { path: path.into(), space: Space::default() }
+    }
+
+    /// The same on a disk whose free space something else tells.
+    #[must_use]
+    pub fn with_space(self, space: Space) -> Self {
+        Self { space, ..self }
+    }
+}
+
+/// Whether somebody keeps a recording of a folder.
+#[must_use]
+pub fn is_kept_recording(folder: &std::path::Path, name: &str) -> bool {
+    folder.join(format!("{name}{KEPT}")).exists()
+}
+
+/// Keeps a recording of a folder: it is not deleted to make room for new ones. Or lets it go again.
+///
+/// # Errors
+/// [`io::ErrorKind::NotFound`] when there is none of that name, otherwise whatever the disk says.
+pub fn keep_recording(folder: &std::path::Path, name: &str, is_kept: bool) -> io::Result<()> {
+    if Names::plain("tlog").age_key(name).is_none() || !folder.join(name).is_file() {
+        return Err(io::ErrorKind::NotFound.into());
+    }
+    let mark = folder.join(format!("{name}{KEPT}"));
+    if is_kept {
+        return vencejo_store::create(&mark, b"", vencejo_store::Access::Usual).map(drop);
+    }
+    match fs::remove_file(&mark) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => vencejo_store::sync_folder(folder),
+    }
+}
+
+impl Storage for Folder {
+    fn create_new(&mut self, name: &str) -> io::Result<Box<dyn StorageFile>> {
+        vencejo_store::make_folder(&self.path)?;
+        let file = fs::OpenOptions::new().write(true).create_new(true).open(self.path.join(name))?;
+        // So that no other process deletes it to make room. Nobody else can have it yet.
+        vencejo_store::lock::try_hold(&file)?;
+        vencejo_store::sync_folder(&self.path)?;
+        Ok(Box::new(file))
+    }
+
+    fn list(&mut self) -> io::Result<Vec<StoredFile>> {
+        let mut files = Vec::new();
+        for entry in fs::read_dir(&self.path)? {
+            let entry = entry?;
+            let metadata = entry.metadata()?;
+            if metadata.is_file()
+                && let Ok(name) = entry.file_name().into_string()
+            {
+                files.push(StoredFile { name, bytes: metadata.len(), is_kept: false });
+            }
+        }
+        let names: HashSet<String> = files.iter().map(|file| file.name.clone()).collect();
+        for file in &mut files {
+            file.is_kept = names.contains(&format!("{}{KEPT}", file.name));
+        }
+        Ok(files)
+    }
+
+    fn remove(&mut self, name: &str) -> io::Result<()> {
+        let path = self.path.join(name);
+        if !vencejo_store::lock::try_hold(&fs::File::open(&path)?)? {
+            return Err(io::ErrorKind::WouldBlock.into());
+        }
+        fs::remove_file(path)
+    }
+
+    fn free_bytes(&mut self) -> io::Result<u64> {
+        self.space.free_bytes(&self.path)
+    }
+}
+
+impl StorageFile for fs::File {
+    fn sync(&mut self) -> io::Result<()> {
+        self.sync_data()
+    }
+}
+
+/// How the files of a recorder are named: `PREFIX2026-11-21T08-50-12Z.ENDING`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Names {
+    /// Before the time: empty, or ends with `_`. The quota counts files of any such prefix.
+    pub prefix: String,
+    /// After the dot.
+    pub ending: &'static str,
+}
+
+impl Names {
+    /// Names without a prefix.
+    #[must_use]
+    pub const fn plain(ending: &'static str) -> Self {
+        Self { prefix: String::new(), ending }
+    }
+
+    /// The name of a file that was begun then, with a number when that one is taken.
+    pub(super) fn name(&self, stamp: &str, number: u32) -> String {
+        let Self { prefix, ending } = self;
+        if number == 0 { format!("{prefix}{stamp}.{ending}") } else { format!("{prefix}{stamp}-{number}.{ending}") }
+    }
+
+    /// The order of age of a name of ours; `None` for any other name. Those that were made before the clock of a computer without a
+    /// battery was set come last: nobody knows how old they are.
+    pub(super) fn age_key(&self, name: &str) -> Option<(bool, String, u32)> {
+        let stem = name.strip_suffix(self.ending)?.strip_suffix('.')?;
+        let stem = if self.prefix.is_empty() { stem } else { stem.rsplit_once('_')?.1 };
+        let (stamp, rest) = stem.split_at_checked(20)?;
+        let pattern = b"dddd-dd-ddTdd-dd-ddZ";
+        let fits = stamp
+            .bytes()
+            .zip(pattern)
+            .all(|(byte, kind)| if *kind == b'd' { byte.is_ascii_digit() } else { byte == *kind });
+        if !fits {
+            return None;
+        }
+        let number = match rest {
+            "" => 0,
+            rest => rest.strip_prefix('-')?.parse().ok()?,
+        };
+        Some((stamp < CLOCK_SET, stamp.to_owned(), number))
+    }
+}
+
+/// No recording of ours is older.
+const CLOCK_SET: &str = "2020";
+
+/// The UTC time of a file name. Days to a date as in Howard Hinnant, "chrono-Compatible Low-Level Date Algorithms".
+pub(super) fn utc_stamp(unix_s: u64) -> String {
+    let (days, second) = (unix_s / 86_400, unix_s % 86_400);
+    let shifted = days + 719_468;
+    let era = shifted / 146_097;
+    let day_of_era = shifted % 146_097;
+    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_from_march = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
+    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    let year = year_of_era + era * 400 + u64::from(month <= 2);
+    format!("{year:04}-{month:02}-{day:02}T{:02}-{:02}-{:02}Z", second / 3600, second / 60 % 60, second % 60)
+}
