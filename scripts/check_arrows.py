@@ -114,7 +114,7 @@ WRITES = re.compile(
     r"|\b(?:open|fdopen)\([^)\n]*[\"'][wax]b?\+?[\"']|\b(?:partial|temporary|beside|path)\.(?:replace|rename)\("
 )
 WRITERS: dict[str, str] = {
-    "crates/link/src/recorder.rs": "a .tlog grows",
+    "crates/link/src/recorder/storage.rs": "a .tlog or .mcap file grows",
     "crates/maps/src/aside.rs": "notes of what is being read, and the lock of a run",
     "crates/maps/src/uploads.rs": "a file on its way in",
     "python/vencejo/camera/recorder.py": "a video grows",

@@ -58,11 +58,16 @@ pub enum Kind {
     Event,
     /// Takes a signed [`Order`](crate::payload::Order), gives an [`Answer`](crate::payload::Answer).
     Order,
+    /// Asked, it gives the [`Index`](crate::history::Index) of what is kept on board.
+    HistoryIndex,
+    /// Takes a [`Wanted`](crate::history::Wanted), gives a [`Piece`](crate::history::Piece).
+    HistoryChunk,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Alive, Self::State, Self::Event, Self::Order];
+    pub const ALL: [Self; 6] =
+        [Self::Alive, Self::State, Self::Event, Self::Order, Self::HistoryIndex, Self::HistoryChunk];
 
     /// Its part of the key.
     #[must_use]
@@ -72,6 +77,8 @@ impl Kind {
             Self::State => "state",
             Self::Event => "event",
             Self::Order => "order",
+            Self::HistoryIndex => "history/index",
+            Self::HistoryChunk => "history/chunk",
         }
     }
 }

@@ -14,6 +14,7 @@
 //! | [`errand`] | one order on its way; on the ground |
 //! | [`budget`] | how often an aircraft speaks |
 //! | [`act`] | requests as orders, results as answers |
+//! | [`history`] | what was said and done, kept on board and on the ground |
 //! | [`operator`] | a ground station's own key |
 //! | `papers` | certificates, tokens, who is enrolled and what each may do (feature `carrier`) |
 //! | `carrier` | the network: Eclipse Zenoh, named nowhere else (feature `carrier`) |
@@ -27,6 +28,7 @@ pub mod budget;
 pub mod carrier;
 pub mod errand;
 mod error;
+pub mod history;
 pub mod key;
 pub mod operator;
 #[cfg(feature = "carrier")]

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use vencejo_fleet::authority::Role;
 use vencejo_fleet::carrier::{
-    Aircraft, AircraftConfig, Endpoint, Ground, GroundConfig, Membership, Organisation, join, standing, try_address,
-    unix_now,
+    Aircraft, AircraftConfig, Contents, Endpoint, Ground, GroundConfig, HistoryConfig, Membership, Organisation,
+    Replay, join, standing, try_address, unix_now,
 };
 use vencejo_fleet::key::Name;
 use vencejo_fleet::papers::certificate::{Facts, Identity, WARN_BEFORE_S};
@@ -24,6 +24,8 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyAircraft>()?;
     module.add_class::<PyGround>()?;
     module.add_class::<PyOrganisation>()?;
+    module.add_class::<PyReplay>()?;
+    module.add_function(wrap_pyfunction!(history_contents, module)?)?;
     module.add_function(wrap_pyfunction!(fleet_join, module)?)?;
     module.add_function(wrap_pyfunction!(fleet_member, module)?)?;
     module.add_function(wrap_pyfunction!(fleet_standing, module)?)?;
@@ -40,6 +42,10 @@ fn raise(error: FleetError) -> PyErr {
     errors::raise(class, error)
 }
 
+fn history_config(station: &PyStation, folder: PathBuf, quota_bytes: u64, with_frames: bool) -> HistoryConfig {
+    HistoryConfig { folder, quota_bytes, space: station.station().space().clone(), with_frames }
+}
+
 /// Whether a router is reached, what the network said when it was not, who has control, states told a second, end of the certificate.
 type Status = (bool, Option<String>, Option<String>, f64, Option<u64>);
 
@@ -50,7 +56,7 @@ pub struct PyAircraft(Aircraft);
 #[pymethods]
 impl PyAircraft {
     #[new]
-    #[pyo3(signature = (station, *, org, name, dial, trust, uplink_bit_s, member_file))]
+    #[pyo3(signature = (station, *, org, name, dial, trust, uplink_bit_s, member_file, history))]
     #[expect(clippy::too_many_arguments, reason = "all by name, in Python")]
     fn new(
         py: Python<'_>,
@@ -61,7 +67,9 @@ impl PyAircraft {
         trust: Vec<(String, bool)>,
         uplink_bit_s: Option<f64>,
         member_file: PathBuf,
+        history: Option<(PathBuf, u64, bool)>,
     ) -> PyResult<Self> {
+        let history = history.map(|(folder, quota, frames)| history_config(station, folder, quota, frames));
         let trusted = |(key, is_chief): (String, bool)| {
             let role = if is_chief { Role::Chief } else { Role::Operator };
             Ok((key.parse::<PublicKey>()?, role))
@@ -88,7 +96,7 @@ impl PyAircraft {
             };
             trust.extend(given);
             let member = member.map(|member| (member, member_file));
-            Ok(Some(AircraftConfig { org, name, dial, member, trust, uplink_bit_s }))
+            Ok(Some(AircraftConfig { org, name, dial, member, trust, uplink_bit_s, history }))
         };
         let config = py.detach(config).map_err(raise)?.ok_or_else(|| {
             errors::raise(
@@ -119,7 +127,7 @@ pub struct PyGround(Ground);
 #[pymethods]
 impl PyGround {
     #[new]
-    #[pyo3(signature = (station, *, org, listen, dial, door, key_file, folder))]
+    #[pyo3(signature = (station, *, org, listen, dial, door, key_file, folder, history))]
     #[expect(clippy::too_many_arguments, reason = "all by name, in Python")]
     fn new(
         py: Python<'_>,
@@ -130,7 +138,9 @@ impl PyGround {
         door: Option<String>,
         key_file: PathBuf,
         folder: PathBuf,
+        history: Option<(PathBuf, u64)>,
     ) -> PyResult<Self> {
+        let history = history.map(|(folder, quota)| history_config(station, folder, quota, false));
         let config = || -> Result<GroundConfig, FleetError> {
             let org: Name = org.parse()?;
             Ok(GroundConfig {
@@ -140,6 +150,7 @@ impl PyGround {
                 organisation: Some(Organisation::below(&folder, org.clone())).filter(Organisation::exists),
                 door,
                 org,
+                history,
             })
         };
         let config = py.detach(config).map_err(raise)?;
@@ -175,6 +186,77 @@ impl PyGround {
 
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         runtime::wait(py, None, self.0.close()).map(drop)
+    }
+}
+
+/// A stream of a boot: the boot, the stream's name, the numbers that are there.
+type StreamOf = (u64, &'static str, Vec<(u64, u64)>);
+
+/// The aircraft, its streams, UTC of the first record in ns since 1970, duration in s, bytes that could not be read.
+type Found = (Option<String>, Vec<StreamOf>, Option<u64>, f64, u64);
+
+/// What is in a history file.
+#[pyfunction]
+fn history_contents(py: Python<'_>, path: PathBuf) -> PyResult<Found> {
+    let read = py.detach(|| Contents::read(&path));
+    let contents = read.map_err(|error| errors::raise("FileFormatError", format!("{}: {error}", path.display())))?;
+    let stream = |(boot, stream, ranges): (u64, vencejo_fleet::history::Stream, vencejo_fleet::history::Ranges)| {
+        (boot, stream.as_str(), ranges.iter().collect())
+    };
+    let streams = contents.streams.into_iter().map(stream).collect();
+    let duration_s = contents.duration.as_secs_f64();
+    Ok((contents.aircraft, streams, contents.start_unix_ns, duration_s, contents.skipped_bytes))
+}
+
+/// A history file that is played into a station.
+#[pyclass(frozen, name = "HistoryReplay", module = "vencejo._native")]
+pub struct PyReplay(Replay);
+
+#[pymethods]
+impl PyReplay {
+    #[new]
+    #[pyo3(signature = (station, path, *, speed, start_s, repeat))]
+    fn new(
+        py: Python<'_>,
+        station: &PyStation,
+        path: PathBuf,
+        speed: f64,
+        start_s: f64,
+        repeat: bool,
+    ) -> PyResult<Self> {
+        let name = path.display().to_string();
+        let bad = || errors::raise("InvalidRequest", "speed goes from 0.01 to 10,000, and a place is no less than 0 s");
+        let start = std::time::Duration::try_from_secs_f64(start_s).map_err(|_| bad())?;
+        if !(0.01..=10_000.0).contains(&speed) {
+            return Err(bad());
+        }
+        let runtime = runtime::handle();
+        let started = Replay::start(station.station(), path, speed, start, repeat, runtime);
+        let started = runtime::wait(py, None, started)?.ok_or_else(|| errors::raise("ClosedError", "interrupted"))?;
+        started.map(Self).map_err(|error| errors::raise("FileFormatError", format!("{name}: {error}")))
+    }
+
+    /// By which name its vehicle goes.
+    #[getter]
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    /// System id, where it is and how long it is in s, whether it is over.
+    fn status(&self) -> (Option<u8>, f64, f64, bool) {
+        let status = self.0.status();
+        let (position, duration) = (status.position.as_secs_f64(), status.duration.as_secs_f64());
+        (status.system.map(|system| system.0), position, duration, status.is_over)
+    }
+
+    fn seek(&self, position_s: f64) -> PyResult<()> {
+        let position = std::time::Duration::try_from_secs_f64(position_s);
+        self.0.seek(position.map_err(|_| errors::raise("InvalidRequest", "a place is no less than 0 s"))?);
+        Ok(())
+    }
+
+    fn close(&self) {
+        self.0.close();
     }
 }
 

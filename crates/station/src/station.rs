@@ -18,7 +18,7 @@ use vencejo_link::{
     Recorder, RecorderConfig, RecorderStatus, Route, SendReport, SinkScope, SystemClock,
 };
 use vencejo_proto::{Address, Frame, Heartbeat, MavVersion, Message, MonoTime};
-use vencejo_store::Class;
+use vencejo_store::{Class, Space};
 use vencejo_vehicle::telemetry::{LOST_AFTER, Telemetry};
 use vencejo_vehicle::{
     Output, RegistryEvent, RegistryOutput, Reply, Request, RequestId, SourceId, Sources, StoredRecord, Taken, Vehicle,
@@ -303,6 +303,11 @@ impl Station {
     /// The address of a link's own socket while it is up: tells the port of a link that was opened with port 0.
     pub fn local_address(&self, id: LinkId) -> Option<SocketAddr> {
         self.shared.owned().links.iter().find(|link| link.id() == id)?.local_address()
+    }
+
+    /// The disk's free space, and how much of it stays free of what.
+    pub fn space(&self) -> &Space {
+        &self.shared.config.space
     }
 
     /// The recording's folder and state; `None` when nothing is recorded.

@@ -17,6 +17,7 @@ use zenoh::qos::Priority;
 use zenoh::query::Query;
 
 use super::endpoint::{Endpoint, Way};
+use super::history::{Board, HistoryConfig, Told};
 use super::membership::{self, Membership};
 use super::network::{self, Heard};
 use super::unix_now;
@@ -26,7 +27,7 @@ use crate::budget::{Budget, ECHO_INTERVAL, ECHO_LOST};
 use crate::error::FleetError;
 use crate::key::{Kind, Name, echo_key, key_of};
 use crate::operator::random;
-use crate::payload::{Answer, End, Order, Signed, Want};
+use crate::payload::{Answer, End, Event, Order, Signed, Want};
 use crate::signature::PublicKey;
 use crate::speech::{EACH, NEWEST, Speaker};
 
@@ -40,6 +41,8 @@ const DEAD_AFTER: u32 = 30;
 const TELL_AFTER: u32 = 3;
 /// How often it is looked whether the certificate is to be renewed.
 const RENEW_EVERY: Duration = Duration::from_secs(3600);
+/// How often a state is made for the history while nobody hears it: each is fetched later, over a way that may be narrow.
+const UNHEARD: Duration = Duration::from_millis(500);
 /// Messages of the autopilot that wait for a tick at most.
 const WAITING: usize = 1024;
 
@@ -58,6 +61,8 @@ pub struct AircraftConfig {
     pub trust: BTreeMap<PublicKey, Role>,
     /// What the uplink carries, where that is known, bit/s.
     pub uplink_bit_s: Option<f64>,
+    /// Where its history is kept; nowhere: `None`.
+    pub history: Option<HistoryConfig>,
 }
 
 /// How it goes.
@@ -87,7 +92,8 @@ impl Aircraft {
     /// station's heartbeat goes out only while somebody has control: the autopilot's ground-station failsafe counts it.
     ///
     /// # Errors
-    /// [`FleetError::Address`] without a router, [`FleetError::NoCertificates`], [`FleetError::NoRandom`].
+    /// [`FleetError::Address`] without a router, [`FleetError::NoCertificates`], [`FleetError::NoRandom`], [`FleetError::File`] where no thread
+    /// writes its history.
     pub fn start(station: Station, config: AircraftConfig, runtime: &Handle) -> Result<Self, FleetError> {
         if config.dial.is_empty() {
             return Err(FleetError::Address(String::new()));
@@ -97,17 +103,26 @@ impl Aircraft {
             config.member.as_ref().ok_or_else(|| FleetError::NoCertificates(router.to_string(), why))?;
         }
         let boot = u64::from_be_bytes(random()?);
+        let history = config.history.as_ref().map(|history| {
+            Board::start(&config.org, &config.name, boot, config.uplink_bit_s, history).map_err(|error| {
+                FleetError::File { path: history.folder.display().to_string(), problem: error.to_string() }
+            })
+        });
+        let history = history.transpose()?;
         let status = Arc::new(Mutex::new(AircraftStatus::default()));
         let (stop, mut stopped) = watch::channel(false);
         station.set_heartbeat(false);
         let shown = status.clone();
         let task = runtime.spawn(async move {
             tokio::select! {
-                () = live(&station, &config, boot, &shown) => {}
+                () = live(&station, &config, boot, &shown, history.as_ref()) => {}
                 // An error means that nobody holds the handle any more: the end as well.
                 _ = stopped.wait_for(|stopped| *stopped) => {}
             }
             station.set_heartbeat(false);
+            if let Some(history) = history {
+                history.close().await;
+            }
         });
         Ok(Self { status, stop, task: Mutex::new(Some(task)) })
     }
@@ -129,17 +144,26 @@ impl Aircraft {
 }
 
 /// Waits for the vehicle and the router, then flies; for ever.
-async fn live(station: &Station, config: &AircraftConfig, boot: u64, status: &Arc<Mutex<AircraftStatus>>) {
+async fn live(
+    station: &Station,
+    config: &AircraftConfig,
+    boot: u64,
+    status: &Arc<Mutex<AircraftStatus>>,
+    history: Option<&Board>,
+) {
     let Some(Ok(vehicle)) = station.wait_vehicle(None).wait().await else { return };
     let Some(address) = vehicle.address() else { return };
     let mut speaker = Speaker::new(boot, address);
     let mut authority = Authority::new(boot);
     let ids: BTreeSet<u32> = NEWEST.iter().chain(&EACH).copied().collect();
     let heard = vehicle.subscribe_messages(Some(ids), WAITING);
+    let frames = history.is_some_and(|history| history.has_frames).then(|| vehicle.subscribe_messages(None, WAITING));
     let mut post = Post::new(station, &vehicle, config, status);
+    (post.history, post.frames) = (history, frames);
     for router in config.dial.iter().cycle() {
         let identity = post.member.as_ref().map(|(member, _)| member.identity());
-        let end = match network::dial(router, identity.as_ref()).await {
+        let dialled = network::dial(router, identity.as_ref());
+        let end = match post.meanwhile(&mut speaker, &mut authority, &heard, dialled).await {
             Ok(session) => {
                 post.router = Some(router);
                 post.certificate_ends = post.member.as_ref().and_then(|(member, _)| Some(member.facts().ok()?.ends));
@@ -160,7 +184,7 @@ async fn live(station: &Station, config: &AircraftConfig, boot: u64, status: &Ar
             let mut status = status.lock().unwrap_or_else(PoisonError::into_inner);
             (status.is_connected, status.problem) = (false, Some(problem));
         }
-        tokio::time::sleep(AGAIN).await;
+        post.meanwhile(&mut speaker, &mut authority, &heard, tokio::time::sleep(AGAIN)).await;
     }
 }
 
@@ -176,6 +200,8 @@ enum Ended {
 /// An order that is being done.
 struct UnderWay {
     pending: Pending<RequestResult>,
+    /// Who wants it, and what.
+    order: (PublicKey, Order),
     /// Who waits for its end.
     queries: Vec<Query>,
 }
@@ -199,6 +225,14 @@ struct Post<'a> {
     ends: mpsc::Receiver<(Claim, RequestResult)>,
     /// In whose name orders are done here: whoever has the lease.
     acting: Option<(PublicKey, Arc<Operator>)>,
+    /// What is told and ordered, kept.
+    history: Option<&'a Board>,
+    /// All that the autopilot says, where that is kept.
+    frames: Option<Arc<DropOldest<Received>>>,
+    /// When a state is made for the history although nobody hears it.
+    unheard_due: MonoTime,
+    /// Not before is an order of a stranger kept.
+    stranger_due: MonoTime,
 }
 
 impl<'a> Post<'a> {
@@ -225,6 +259,62 @@ impl<'a> Post<'a> {
             ended,
             ends,
             acting: None,
+            history: None,
+            frames: None,
+            unheard_due: MonoTime::ZERO,
+            stranger_due: MonoTime::ZERO,
+        }
+    }
+
+    /// Takes in what the autopilot said; gives the events.
+    fn listen(&self, speaker: &mut Speaker, heard: &DropOldest<Received>) -> Vec<Event> {
+        let mut events = Vec::new();
+        while let Taken::Item(received) = heard.take_ready() {
+            events.extend(speaker.on_frame(&received.frame, received.at));
+        }
+        events.iter().for_each(|event| self.keep(&Told::Event(event)));
+        while let Some(Taken::Item(received)) = self.frames.as_ref().map(|frames| frames.take_ready()) {
+            self.keep(&Told::Frame(received.frame.bytes()));
+        }
+        events
+    }
+
+    fn keep(&self, told: &Told<'_>) {
+        if let Some(history) = self.history {
+            history.keep(told, self.station.now());
+        }
+    }
+
+    /// Makes a state that nobody hears, for the history, where it is time.
+    fn unheard(&mut self, speaker: &mut Speaker, authority: &Authority) {
+        let now = self.station.now();
+        if self.history.is_some() && now >= self.unheard_due {
+            self.unheard_due = now + UNHEARD;
+            self.keep(&Told::State(&speaker.sample(authority.held(), now)));
+        }
+    }
+
+    /// Does something while no router is reached: time passes, and the history goes on.
+    async fn meanwhile<T>(
+        &mut self,
+        speaker: &mut Speaker,
+        authority: &mut Authority,
+        heard: &DropOldest<Received>,
+        what: impl Future<Output = T>,
+    ) -> T {
+        let mut what = std::pin::pin!(what);
+        let mut tick = tokio::time::interval(TICK);
+        tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        loop {
+            tokio::select! {
+                done = &mut what => return done,
+                _ = tick.tick() => {
+                    self.listen(speaker, heard);
+                    authority.on_time(self.station.now());
+                    self.keep_order(authority);
+                    self.unheard(speaker, authority);
+                }
+            }
         }
     }
 
@@ -242,6 +332,10 @@ impl<'a> Post<'a> {
         let orders = session.declare_queryable(self.order_key.clone()).complete(true).await.map_err(declared)?;
         let states = session.declare_queryable(state_key.clone()).complete(true).await.map_err(declared)?;
         let events = session.declare_queryable(event_key.clone()).complete(true).await.map_err(declared)?;
+        let _answering = match self.history {
+            Some(history) => Some(history.answer(session).await?),
+            None => None,
+        };
         let _token = session.liveliness().declare_token(key(Kind::Alive)).await.map_err(declared)?;
         let mut budget = Budget::new(self.config.uplink_bit_s, self.station.now());
         let (echoed, mut echoes) = mpsc::channel(4);
@@ -253,10 +347,8 @@ impl<'a> Post<'a> {
             tokio::select! {
                 _ = tick.tick() => {
                     let now = self.station.now();
-                    while let Taken::Item(received) = heard.take_ready() {
-                        if let Some(event) = speaker.on_frame(&received.frame, received.at) {
-                            network::tell(session, &event_key, &event, Priority::InteractiveHigh).await;
-                        }
+                    for event in self.listen(speaker, heard) {
+                        network::tell(session, &event_key, &event, Priority::InteractiveHigh).await;
                     }
                     if self.station.is_closed() {
                         return Ok(Ended::Closed);
@@ -267,8 +359,12 @@ impl<'a> Post<'a> {
                     if now >= sample_due {
                         let state = speaker.sample(authority.held(), now);
                         budget.on_sample(state.encoded_len());
+                        self.keep(&Told::State(&state));
                         network::tell(session, &state_key, &state, Priority::Data).await;
                         sample_due = now + budget.interval(watched);
+                        self.unheard_due = now + UNHEARD;
+                    } else if lost >= TELL_AFTER {
+                        self.unheard(speaker, authority);
                     }
                     if now >= echo_due {
                         echo_due = now + ECHO_INTERVAL;
@@ -381,6 +477,7 @@ impl<'a> Post<'a> {
         let certificate_ends = self.certificate_ends;
         let silent = "it is reached and answers nothing: has this aircraft been revoked? see: vencejo fleet doctor";
         let problem = (lost >= TELL_AFTER).then(|| self.problem(silent).to_string());
+        let problem = problem.or_else(|| self.history.and_then(Board::problem));
         let status = AircraftStatus { is_connected: true, problem, holder, rate_hz, certificate_ends };
         *self.status.lock().unwrap_or_else(PoisonError::into_inner) = status;
     }
@@ -393,7 +490,7 @@ impl<'a> Post<'a> {
             (Ok(signed), Ok(order)) => (signed, order),
             (_, Err(error)) | (Err(error), _) => {
                 let nobody = Claim { boot: 0, epoch: 0, id: 0, based_on: MonoTime::ZERO, wish: Wish::Act };
-                return self.answer(query, &answer(&nobody, End::Refused, &error.to_string()));
+                return self.refuse(query, &[], &answer(&nobody, End::Refused, &error.to_string()));
             }
         };
         let (wish, deed) = match order.want.as_ref() {
@@ -411,27 +508,27 @@ impl<'a> Post<'a> {
         let trusted = key.and_then(|key| Some((key, *self.config.trust.get(&key)?)));
         let Some((key, role)) = trusted else {
             let key = key.map(|key| key.to_string()).unwrap_or_default();
-            return self
-                .answer(query, &refuse(&format!("it takes no orders of the key {key}: start it with --trust {key}")));
+            let why = format!("it takes no orders of the key {key}: start it with --trust {key}");
+            return self.refuse(query, &signed.key, &refuse(&why));
         };
         if !key.verifies(&signed.order, &signed.signature) {
-            return self.answer(query, &refuse("its signature is wrong"));
+            return self.refuse(query, &signed.key, &refuse("its signature is wrong"));
         }
         if (order.org.as_str(), order.aircraft.as_str()) != (self.config.org.as_str(), self.config.name.as_str()) {
-            return self.answer(query, &refuse("it is for another aircraft"));
+            return self.end(query, &key, &order, &refuse("it is for another aircraft"));
         }
         let request = deed.map(act::request_of).transpose();
         let request = match request {
-            Ok(None) if wish == Wish::Act => return self.answer(query, &refuse("it says nothing to do")),
+            Ok(None) if wish == Wish::Act => return self.end(query, &key, &order, &refuse("it says nothing to do")),
             Ok(request) => request,
-            Err(error) => return self.answer(query, &refuse(&error.to_string())),
+            Err(error) => return self.end(query, &key, &order, &refuse(&error.to_string())),
         };
         let caller = Caller { key, name: order.operator.clone(), role };
         match authority.on_order(&caller, &claim, self.station.now()) {
             Verdict::Answer(answer) => {
                 // Who has control now acts from now on, and nobody else.
                 self.keep_order(authority);
-                self.answer(query, &answer);
+                self.end(query, &key, &order, &answer);
             }
             Verdict::UnderWay => {
                 if let Some(under_way) = self.under_way.get_mut(&claim.id) {
@@ -441,13 +538,20 @@ impl<'a> Post<'a> {
             Verdict::Execute => {
                 tracing::info!(operator = caller.name, order = ?request, "an order from far away");
                 if let Some((request, confirmed)) = request {
-                    self.execute(query, claim, request, confirmed);
+                    self.execute(query, (key, order), claim, request, confirmed);
                 }
             }
         }
     }
 
-    fn execute(&mut self, query: Query, claim: Claim, request: Request, confirmed: Option<vencejo_vehicle::Danger>) {
+    fn execute(
+        &mut self,
+        query: Query,
+        order: (PublicKey, Order),
+        claim: Claim,
+        request: Request,
+        confirmed: Option<vencejo_vehicle::Danger>,
+    ) {
         let vehicle = match &self.acting {
             Some((_, operator)) => self.vehicle.acting_as(operator.clone()),
             None => self.vehicle.clone(),
@@ -456,7 +560,7 @@ impl<'a> Post<'a> {
             Some(danger) => vehicle.request_naming(request, danger),
             None => vehicle.request(request),
         };
-        self.under_way.insert(claim.id, UnderWay { pending: pending.clone(), queries: vec![query] });
+        self.under_way.insert(claim.id, UnderWay { pending: pending.clone(), order, queries: vec![query] });
         let ended = self.ended.clone();
         tokio::spawn(async move {
             let result = pending.wait().await.unwrap_or(Err(vencejo_station::StationError::Closed));
@@ -469,10 +573,28 @@ impl<'a> Post<'a> {
         let answer = act::answer_of(claim, result);
         authority.on_ended(claim.id, answer.clone(), self.station.now());
         if let Some(under_way) = self.under_way.remove(&claim.id) {
+            let (key, order) = &under_way.order;
+            self.keep(&Told::Order(&key.0, Some(order), &answer));
             for query in under_way.queries {
                 self.answer(query, &answer);
             }
         }
+    }
+
+    /// Answers an order of somebody who is trusted, and keeps both.
+    fn end(&self, query: Query, key: &PublicKey, order: &Order, answer: &Answer) {
+        self.keep(&Told::Order(&key.0, Some(order), answer));
+        self.answer(query, answer);
+    }
+
+    /// Refuses an order that anybody may have sent. Of such floods one a second is kept.
+    fn refuse(&mut self, query: Query, key: &[u8], answer: &Answer) {
+        let now = self.station.now();
+        if now >= self.stranger_due {
+            self.stranger_due = now + AGAIN;
+            self.keep(&Told::Order(&key[..key.len().min(32)], None, answer));
+        }
+        self.answer(query, answer);
     }
 
     fn answer(&self, query: Query, answer: &Answer) {

@@ -20,6 +20,7 @@ use zenoh::sample::SampleKind;
 
 use super::door::{self, Door, Leaflet, blocking};
 use super::endpoint::{Endpoint, Way};
+use super::history::{Archive, HistoryConfig};
 use super::network::{self, Heard, Part};
 use super::organisation::Organisation;
 use super::unix_now;
@@ -63,6 +64,8 @@ pub struct GroundConfig {
     pub organisation: Option<Organisation>,
     /// Where aircraft are enrolled, `HOST:PORT`, while it is there; port 0 takes a free one.
     pub door: Option<String>,
+    /// Where the history of its aircraft is kept; nowhere: `None`.
+    pub history: Option<HistoryConfig>,
 }
 
 /// An aircraft far away, as a ground station sees it.
@@ -101,6 +104,7 @@ struct Fleet {
     aircraft: Mutex<BTreeMap<Name, Arc<FarAircraft>>>,
     /// Whether it was told that there is no room for more.
     is_full: AtomicBool,
+    archive: Option<Arc<Archive>>,
 }
 
 /// How the network is joined, each time.
@@ -165,6 +169,13 @@ impl Ground {
         };
         let (org, signer) = (config.org, config.signer);
         let session = Mutex::new(session);
+        let archive = match config.history {
+            Some(history) => {
+                let of = org.clone();
+                Some(Arc::new(blocking(move || Ok(Archive::open(of, history))).await?))
+            }
+            None => None,
+        };
         let fleet = Arc::new(Fleet {
             org,
             network,
@@ -173,6 +184,7 @@ impl Ground {
             station,
             aircraft: Mutex::default(),
             is_full: AtomicBool::new(false),
+            archive,
         });
         let (stop, mut stopped) = watch::channel(false);
         let (ready, is_ready) = tokio::sync::oneshot::channel();
@@ -180,6 +192,7 @@ impl Ground {
         let task = runtime.spawn(async move {
             tokio::select! {
                 () = follow.live(terms, &news, ready) => {}
+                () = follow.fill(), if follow.archive.is_some() => {}
                 // An error means that nobody holds the handle any more: the end as well.
                 _ = stopped.wait_for(|stopped| *stopped) => {}
             }
@@ -241,6 +254,10 @@ impl Ground {
             }
             // What it declared ends with the process at the latest.
             let _ = self.fleet.session().close().await;
+            if let Some(archive) = self.fleet.archive.clone() {
+                // A join error would be its panic, which has been reported already.
+                let _ = tokio::task::spawn_blocking(move || archive.close()).await;
+            }
         }
     }
 }
@@ -332,6 +349,15 @@ impl Fleet {
         }
     }
 
+    /// Fetches what was not heard, for ever.
+    async fn fill(self: &Arc<Self>) {
+        let Some(archive) = self.archive.clone() else { return };
+        let is_present = |(name, far): (&Name, &Arc<FarAircraft>)| far.known().is_present.then(|| name.clone());
+        let present = || self.aircraft().iter().filter_map(is_present).collect();
+        let station = self.station.clone();
+        archive.fill(|| self.session(), present, move || station.now()).await;
+    }
+
     /// Waits until something else is to hold.
     async fn changed(&self, terms: &Terms, news: &Notify) -> Terms {
         loop {
@@ -377,7 +403,7 @@ impl Fleet {
             tokio::select! {
                 Ok(sample) = states.recv_async() => {
                     if let Some(aircraft) = self.named(Kind::State, sample.key_expr().as_str()) {
-                        aircraft.on_state(&sample.payload().to_bytes());
+                        aircraft.on_state(&sample.payload().to_bytes(), true);
                     }
                 }
                 Ok(sample) = events.recv_async() => {
@@ -390,6 +416,9 @@ impl Fleet {
                         let is_present = sample.kind() == SampleKind::Put;
                         tracing::info!(aircraft = %aircraft.name, is_present, "an aircraft far away");
                         aircraft.known().is_present = is_present;
+                        if let Some(archive) = self.archive.as_ref().filter(|_| is_present) {
+                            archive.on_present(&aircraft.name, self.station.now());
+                        }
                     }
                 }
                 Ok(query) = echoes.recv_async() => {
@@ -449,7 +478,8 @@ impl FarAircraft {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn on_state(self: &Arc<Self>, bytes: &[u8]) {
+    /// A state came: told to all, or the answer to a question of ours, which is no sample of the series.
+    fn on_state(self: &Arc<Self>, bytes: &[u8], is_told: bool) {
         let Some(fleet) = self.fleet.upgrade() else { return };
         let state = match State::read(bytes) {
             Ok(state) => state,
@@ -466,12 +496,18 @@ impl FarAircraft {
             }
             known.listener.on_state(&state, now)
         };
+        if let Some(archive) = fleet.archive.as_ref().filter(|_| is_told) {
+            archive.on_state(&self.name, &state, bytes, now);
+        }
         self.tell(&fleet, news);
     }
 
     fn on_event(self: &Arc<Self>, bytes: &[u8]) {
         let Some(fleet) = self.fleet.upgrade() else { return };
         let Ok(event) = Event::read(bytes) else { return };
+        if let Some(archive) = &fleet.archive {
+            archive.on_event(&self.name, &event, bytes);
+        }
         let news = self.known().listener.on_event(&event, fleet.station.now());
         self.tell(&fleet, news);
     }
@@ -501,7 +537,7 @@ impl FarAircraft {
         if from == 1 {
             let key = key_of(&fleet.org, &self.name, Kind::State);
             if let Heard::Answers(states) = network::ask(&fleet.session(), &key, Vec::new(), READ_WITHIN).await {
-                states.iter().for_each(|state| self.on_state(state));
+                states.iter().for_each(|state| self.on_state(state, false));
             }
         }
         let key = format!("{}?from={from}", key_of(&fleet.org, &self.name, Kind::Event));

@@ -1,0 +1,285 @@
+//! A history file as a flight: its states go to a station as those of an aircraft far away do, and orders are refused.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use tokio::runtime::Handle;
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+use tokio::time::Instant;
+use vencejo_proto::{ComponentId, SystemId};
+use vencejo_station::{Carried, Remote, Station, StationError};
+use vencejo_vehicle::{Danger, Request};
+
+use super::shelf::Shelf;
+use crate::history::{Ranges, Record, Stream};
+use crate::payload::{Event, State};
+use crate::speech::{Listener, News};
+
+/// Between two boots so much time passes here: nobody knows how much it was.
+const BETWEEN_BOOTS_MS: u64 = 1000;
+/// Between two rounds.
+const REPEAT_PAUSE: Duration = Duration::from_millis(100);
+
+/// What is in a history file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contents {
+    /// The aircraft, where the file says it.
+    pub aircraft: Option<String>,
+    /// Its streams by boot, in the order in which the boots begin in the file: what is there of each.
+    pub streams: Vec<(u64, Stream, Ranges)>,
+    /// UTC of the first record as it was estimated, ns since 1970.
+    pub start_unix_ns: Option<u64>,
+    /// How long the boots were in it, all together.
+    pub duration: Duration,
+    /// Bytes that could not be read: damaged, or torn off at the end.
+    pub skipped_bytes: u64,
+    /// What there is to be seen, with its time in the file.
+    timeline: Vec<(u64, Shown)>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Shown {
+    State(Box<State>),
+    Event(Box<Event>),
+}
+
+impl Contents {
+    /// Reads a file in any condition. It blocks.
+    ///
+    /// # Errors
+    /// When it cannot be read or is no history.
+    pub fn read(path: &Path) -> io::Result<Self> {
+        let (aircraft, mut records, skipped_bytes) = Shelf::file(path)?;
+        let mut boots: Vec<u64> = Vec::new();
+        let mut streams: BTreeMap<(usize, Stream), Ranges> = BTreeMap::new();
+        for record in &records {
+            let at = boots.iter().position(|boot| *boot == record.boot).unwrap_or_else(|| {
+                boots.push(record.boot);
+                boots.len() - 1
+            });
+            streams.entry((at, record.stream)).or_default().add(record.number, record.number);
+        }
+        let start_unix_ns = records.iter().map(|record| record.unix_ns).min();
+        // By boot and the clock on board: what was fetched later stands later in the file.
+        let place = |record: &Record| boots.iter().position(|boot| *boot == record.boot);
+        records.sort_by_cached_key(|record| (place(record), record.clock_ms, record.stream, record.number));
+        records.dedup_by_key(|record| (record.boot, record.stream, record.number));
+        let (mut timeline, mut end_ms) = (Vec::new(), 0);
+        // The boot, when it begins here, and its clock then.
+        let mut begun: Option<(u64, u64, u64)> = None;
+        for record in &records {
+            let (boot, clock_ms) = (record.boot, record.clock_ms);
+            let next_ms = if begun.is_some() { end_ms + BETWEEN_BOOTS_MS } else { 0 };
+            let now = begun.filter(|(of, ..)| *of == boot).unwrap_or((boot, next_ms, clock_ms));
+            let (_, offset, first) = now;
+            begun = Some(now);
+            end_ms = offset + (clock_ms - first);
+            let shown = match record.stream {
+                Stream::State => State::read(&record.data).ok().map(|state| Shown::State(Box::new(state))),
+                Stream::Event => Event::read(&record.data).ok().map(|event| Shown::Event(Box::new(event))),
+                Stream::Audit => None,
+            };
+            timeline.extend(shown.map(|shown| (end_ms, shown)));
+        }
+        let streams = streams.into_iter().map(|((at, stream), ranges)| (boots[at], stream, ranges)).collect();
+        let duration = Duration::from_millis(end_ms);
+        Ok(Self { aircraft, streams, start_unix_ns, duration, skipped_bytes, timeline })
+    }
+
+    /// The newest of each message before a place in the timeline, as one state.
+    fn before(&self, place: usize) -> Option<State> {
+        let mut newest: Option<State> = None;
+        for (_, shown) in &self.timeline[..place] {
+            let Shown::State(state) = shown else { continue };
+            let mut said = match newest.take() {
+                Some(earlier) if earlier.boot == state.boot => earlier.said,
+                _ => Vec::new(),
+            };
+            said.retain(|earlier| state.said.iter().all(|later| later.message_id != earlier.message_id));
+            said.extend(state.said.iter().cloned());
+            newest = Some(State { said, ..(**state).clone() });
+        }
+        newest
+    }
+}
+
+/// How a replay goes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReplayStatus {
+    /// Its system id in the station; `None` before it has said anything.
+    pub system: Option<SystemId>,
+    /// Where it is in the file.
+    pub position: Duration,
+    /// How long the file is.
+    pub duration: Duration,
+    /// Whether it has come to the end.
+    pub is_over: bool,
+}
+
+/// A history file that is played into a station.
+pub struct Replay {
+    shared: Arc<Shared>,
+    seek: watch::Sender<Duration>,
+    task: Mutex<Option<JoinHandle<()>>>,
+}
+
+struct Shared {
+    name: String,
+    status: Mutex<ReplayStatus>,
+}
+
+impl Shared {
+    fn status(&self) -> MutexGuard<'_, ReplayStatus> {
+        self.status.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Remote for Shared {
+    fn request(self: Arc<Self>, _: Request, _: Option<Danger>, _: String) -> Carried {
+        let why = "it is a recording, which takes no orders".to_owned();
+        Box::pin(async move { Err(StationError::RemoteRefused { name: self.name.clone(), why }) })
+    }
+}
+
+impl Replay {
+    /// Plays a file into a station, as a vehicle of its own, from `start` on, `speed` times as fast as it was; again and again where it is to
+    /// `repeat`.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or holds nothing that can be seen.
+    pub async fn start(
+        station: Station,
+        path: PathBuf,
+        speed: f64,
+        start: Duration,
+        repeat: bool,
+        runtime: &Handle,
+    ) -> io::Result<Self> {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let read = runtime.spawn_blocking(move || Contents::read(&path));
+        let contents = read.await.map_err(io::Error::other)??;
+        let component = contents.timeline.iter().find_map(|(_, shown)| match shown {
+            Shown::State(state) => u8::try_from(state.component).ok().map(ComponentId),
+            Shown::Event(_) => None,
+        });
+        let component = component
+            .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "there is no state of an aircraft in it"))?;
+        let name = format!("{} (replay)", contents.aircraft.clone().unwrap_or(name));
+        let status = ReplayStatus { system: None, position: start, duration: contents.duration, is_over: false };
+        let shared = Arc::new(Shared { name, status: Mutex::new(status) });
+        let (seek, sought) = watch::channel(start);
+        let task = runtime.spawn(play(station, contents, component, speed, repeat, shared.clone(), sought));
+        Ok(Self { shared, seek, task: Mutex::new(Some(task)) })
+    }
+
+    /// By which name its vehicle goes.
+    pub fn name(&self) -> &str {
+        &self.shared.name
+    }
+
+    /// How it goes.
+    pub fn status(&self) -> ReplayStatus {
+        self.shared.status().clone()
+    }
+
+    /// Goes on from there.
+    pub fn seek(&self, position: Duration) {
+        self.seek.send_replace(position);
+    }
+
+    /// Ends it. May be called again.
+    pub fn close(&self) {
+        if let Some(task) = self.task.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            task.abort();
+        }
+    }
+}
+
+impl Drop for Replay {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+async fn play(
+    station: Station,
+    contents: Contents,
+    component: ComponentId,
+    speed: f64,
+    repeat: bool,
+    shared: Arc<Shared>,
+    mut sought: watch::Receiver<Duration>,
+) {
+    let mut system = None;
+    let mut show = |news: News| {
+        for _ in 0..2 {
+            let known = match system {
+                Some(known) => known,
+                None => match station.adopt(&shared.name, component, shared.clone()) {
+                    Some(adopted) => adopted,
+                    None => return,
+                },
+            };
+            system = Some(known);
+            shared.status().system = system;
+            if station.on_remote(known, &news.said) {
+                return;
+            }
+            // It made room for another vehicle, and is adopted again.
+            system = None;
+        }
+    };
+    let millis = |time: Duration| u64::try_from(time.as_millis()).unwrap_or(u64::MAX);
+    let mut start = *sought.borrow_and_update();
+    loop {
+        let from = start.min(contents.duration);
+        let mut place = contents.timeline.partition_point(|(at, _)| *at < millis(from));
+        let mut listener = Listener::default();
+        if let Some(before) = contents.before(place) {
+            show(listener.on_state(&before, station.now()));
+        }
+        let (began, mut is_sought) = (Instant::now(), false);
+        shared.status().is_over = false;
+        while let Some((at, shown)) = contents.timeline.get(place) {
+            let at = Duration::from_millis(*at);
+            let due = began + at.saturating_sub(from).div_f64(speed);
+            tokio::select! {
+                biased;
+                Ok(()) = sought.changed() => {
+                    is_sought = true;
+                    break;
+                }
+                () = tokio::time::sleep_until(due) => {}
+            }
+            // Without this a replay at a great speed would keep its thread to itself.
+            tokio::task::consume_budget().await;
+            let now = station.now();
+            show(match shown {
+                Shown::State(state) => listener.on_state(state, now),
+                Shown::Event(event) => {
+                    listener.on_events_asked(Some(event.number));
+                    listener.on_event(event, now)
+                }
+            });
+            shared.status().position = at;
+            place += 1;
+        }
+        if !is_sought && repeat {
+            // A file of one moment must not spin.
+            tokio::time::sleep(REPEAT_PAUSE).await;
+            start = Duration::ZERO;
+            continue;
+        }
+        if !is_sought {
+            shared.status().is_over = true;
+            if sought.changed().await.is_err() {
+                return;
+            }
+        }
+        start = *sought.borrow_and_update();
+    }
+}
