@@ -413,13 +413,21 @@ class FleetAircraft:
         dial: str,
         trust: Sequence[tuple[str, bool]],
         uplink_bit_s: float | None,
+        history: tuple[str | os.PathLike[str], int, bool] | None,
     ) -> None: ...
     def status(self) -> tuple[bool, str | None, str | None, float]: ...
     def close(self) -> None: ...
 
 class FleetGround:
     def __init__(
-        self, station: Station, *, org: str, listen: str | None, dial: str | None, key_file: str | os.PathLike[str]
+        self,
+        station: Station,
+        *,
+        org: str,
+        listen: str | None,
+        dial: str | None,
+        key_file: str | os.PathLike[str],
+        history: tuple[str | os.PathLike[str], int] | None,
     ) -> None: ...
     endpoint: str
     key: str

@@ -14,14 +14,20 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
+from typing import Any
 
 from vencejo import _native
 from vencejo._closing import Closing
 from vencejo.enrolment import Organisation, fleet_folder, native
 from vencejo.enrolment import member_file as default_member_file
-from vencejo.station import Station
+from vencejo.station import Station, default_history_dir
 
 __all__ = ["Aircraft", "AircraftStatus", "FarAircraft", "Fleet", "default_key_file", "has_fleet"]
+
+BOARD_HISTORY_MB = 256
+"""What an aircraft's history may take on board, MB: a day with an operator, a week without."""
+GROUND_HISTORY_MB = 4096
+"""The same of all aircraft's on the ground."""
 
 
 def has_fleet() -> bool:
@@ -80,6 +86,13 @@ class Aircraft(Closing):
         from the others at once. Without any, it only tells where it is.
     uplink_kbit_s : float, optional
         What the uplink carries, where that is known: states fill 60 % of it at most.
+    history : bool or path, optional
+        Whether what it tells and is ordered is kept on this computer's disk, and where: by default in `default_history_dir`, within
+        `history_mb`. What a ground station did not hear it fetches from there later.
+    history_mb : float, optional
+        What that may take, MB; 256 by default. The oldest is deleted to make room.
+    history_frames : bool, optional
+        Whether every MAVLink message of the autopilot is kept there too; not by default.
     member_file : path, optional
         Where this computer's place in a fleet is kept, with its certificate; by default in the data folder.
 
@@ -101,6 +114,9 @@ class Aircraft(Closing):
         trust: Iterable[str] = (),
         chiefs: Iterable[str] = (),
         uplink_kbit_s: float | None = None,
+        history: bool | str | Path = True,
+        history_mb: float = BOARD_HISTORY_MB,
+        history_frames: bool = False,
         member_file: str | Path | None = None,
     ) -> None:
         keys = [*((key, False) for key in trust), *((key, True) for key in chiefs)]
@@ -113,6 +129,7 @@ class Aircraft(Closing):
             trust=keys,
             uplink_bit_s=uplink_bit_s,
             member_file=default_member_file() if member_file is None else Path(member_file),
+            history=_history(history, history_mb, "board", history_frames),
         )
 
     @property
@@ -130,6 +147,14 @@ class Aircraft(Closing):
     def close(self) -> None:
         """Leave the fleet."""
         self._native.close()
+
+
+def _history(where: bool | str | Path, mb: float, side: str, *more: bool) -> tuple[Any, ...] | None:
+    """Where a history is kept, and within how many bytes; ``None``: nowhere."""
+    if where is False:
+        return None
+    folder = default_history_dir() / side if where is True else Path(where)
+    return (folder, int(mb * 1_000_000), *more)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,6 +204,11 @@ class Fleet(Closing):
         clear.
     key_file : path, optional
         Its own key; made where there is none.
+    history : bool or path, optional
+        Whether what is heard of the aircraft is kept here, and where: by default in `default_history_dir`, within `history_mb`. What was
+        not heard is fetched when an aircraft is there again.
+    history_mb : float, optional
+        What that may take, MB; 4,096 by default. The oldest is deleted to make room.
     folder : path, optional
         Where fleets' authorities are; by default in the data folder.
 
@@ -199,6 +229,8 @@ class Fleet(Closing):
         router: str | None = None,
         door: str | None = None,
         key_file: str | Path | None = None,
+        history: bool | str | Path = True,
+        history_mb: float = GROUND_HISTORY_MB,
         folder: str | Path | None = None,
     ) -> None:
         organisation = Organisation(org, folder=folder)
@@ -212,6 +244,7 @@ class Fleet(Closing):
             door=door,
             key_file=default_key_file(org) if key_file is None else Path(key_file),
             folder=organisation.folder.parent,
+            history=_history(history, history_mb, f"ground/{org}"),
         )
 
     @property

@@ -50,6 +50,11 @@ class RecorderInfo:
     problem: str | None
 
 
+def default_history_dir() -> Path:
+    """Where fleets' histories are: ``history`` in the data folder, ``board`` of the aircraft here, ``ground/ORG`` of those far away."""
+    return _data_dir() / "history"
+
+
 def _data_dir() -> Path:
     own = os.environ.get("VENCEJO_DATA")
     if own:

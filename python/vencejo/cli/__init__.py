@@ -16,6 +16,7 @@ from vencejo.cli.common import RootGroup, end_by_signal
 from vencejo.cli.demo import demo
 from vencejo.cli.fleet import fleet_app
 from vencejo.cli.fly import fly
+from vencejo.cli.history import fleet_history
 from vencejo.cli.links import links
 from vencejo.cli.maps import maps_app
 from vencejo.cli.mission import mission_app
@@ -83,6 +84,7 @@ app.add_typer(plan_app, name="plan")
 app.add_typer(params_app, name="params")
 app.command()(links)
 app.add_typer(fleet_app, name="fleet")
+fleet_app.command("history")(fleet_history)
 app.add_typer(signing_app, name="signing")
 app.add_typer(maps_app, name="maps")
 app.command()(record)

@@ -56,6 +56,10 @@ YesOption = Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")]
 RecordOption = Annotated[
     bool, typer.Option("--record/--no-record", help="Write all frames to a .tlog in the data folder.")
 ]
+HistoryOption = Annotated[
+    bool,
+    typer.Option("--history/--no-history", help="Keep what the fleet's aircraft say and are ordered, as .mcap files."),
+]
 ForwardOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -268,6 +272,16 @@ def finding_text(finding: Finding) -> str:
     if finding.item is not None and f"item {finding.item}" not in text:
         text = f"item {finding.item}: {text}"
     return f"{finding.severity}: {text}" + (f"; {finding.remedy}" if finding.remedy else "")
+
+
+def size(count: int) -> str:
+    """Bytes as a person reads them."""
+    value = float(count)
+    for unit in ("B", "kB", "MB"):
+        if value < 1000.0:
+            return f"{value:.0f} {unit}" if unit == "B" else f"{value:.1f} {unit}"
+        value /= 1000.0
+    return f"{value:.2f} GB"
 
 
 def duration(seconds: float | None) -> str:

@@ -296,7 +296,7 @@ def _seen_at(organisation: Organisation, router: str) -> dict[str, FarAircraft]:
     expected = {each.name for each in organisation.aircraft if each.revoked is None}
     with (
         Station(record=False, heartbeat=False) as station,
-        Fleet(station, org=organisation.org, router=router) as fleet,
+        Fleet(station, org=organisation.org, router=router, history=False) as fleet,
     ):
         began = time.monotonic()
         while True:

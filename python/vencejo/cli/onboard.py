@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Final, TypeAlias
 
 import typer
 
-from vencejo.cli.common import Exit, Failed, ForwardOption, JsonOption, RecordOption, put_json, say
+from vencejo.cli.common import Exit, Failed, ForwardOption, HistoryOption, JsonOption, RecordOption, put_json, say
 from vencejo.cli.fleet import joined
 from vencejo.cli.serve import ON_BOARD_COMPONENT
 
@@ -93,6 +93,10 @@ def onboard(
         ),
     ] = 10.0,
     record: RecordOption = True,
+    history: HistoryOption = True,
+    history_frames: Annotated[
+        bool, typer.Option("--history-frames", help="Keep every MAVLink message of the autopilot there as well.")
+    ] = False,
     forward: ForwardOption = None,
     json: JsonOption = False,
 ) -> None:
@@ -140,7 +144,15 @@ def onboard(
             forward_to=forward or (),
         ) as station,
         Aircraft(
-            station, org=fleet, name=name, dial=dial, trust=trust or (), chiefs=chief or (), uplink_kbit_s=uplink
+            station,
+            org=fleet,
+            name=name,
+            dial=dial,
+            trust=trust or (),
+            chiefs=chief or (),
+            uplink_kbit_s=uplink,
+            history=history,
+            history_frames=history_frames,
         ) as aircraft,
     ):
         if not (trust or chief or json or is_member):

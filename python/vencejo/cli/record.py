@@ -13,6 +13,7 @@ import typer
 
 from vencejo.cli.common import (
     DEFAULT_LINK,
+    Exit,
     Failed,
     ForwardOption,
     JsonOption,
@@ -21,10 +22,12 @@ from vencejo.cli.common import (
     duration,
     progress_bar,
     put_json,
+    size,
     stdout,
     table,
 )
 from vencejo.cli.connecting import real_link, recording_told
+from vencejo.cli.history import only_histories, replay_history
 
 if TYPE_CHECKING:
     from vencejo.station import RecorderInfo, Station
@@ -139,18 +142,10 @@ def _as_json(info: RecorderInfo | None) -> dict[str, Any] | None:
     return None if info is None else {**asdict(info), "path": None if info.path is None else str(info.path)}
 
 
-def size(count: int) -> str:
-    """Bytes as a person reads them."""
-    value = float(count)
-    for unit in ("B", "kB", "MB"):
-        if value < 1000.0:
-            return f"{value:.0f} {unit}" if unit == "B" else f"{value:.1f} {unit}"
-        value /= 1000.0
-    return f"{value:.2f} GB"
-
-
 def replay(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A .tlog recording.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A .tlog recording, or the .mcap history of a fleet's aircraft.")
+    ],
     to: Annotated[
         list[str] | None,
         typer.Option("--to", metavar="LINK", help="Send it there, such as udpout:127.0.0.1:14550; repeatable."),
@@ -158,18 +153,37 @@ def replay(
     speed: Annotated[
         float, typer.Option("--speed", metavar="TIMES", min=0.01, max=10_000.0, help="Times the recorded pace.")
     ] = 1.0,
+    serve: Annotated[
+        bool, typer.Option("--serve", help="Of an .mcap file: show it in the ground station, like a flight.")
+    ] = False,
+    start: Annotated[
+        float, typer.Option("--start", metavar="SECONDS", min=0.0, help="With --serve: from where in the file.")
+    ] = 0.0,
+    port: Annotated[
+        int,
+        typer.Option("--port", metavar="PORT", min=0, max=65535, help="With --serve: TCP port; 0 takes a free one."),
+    ] = 8080,
     json: JsonOption = False,
 ) -> None:
     """Tell what is in a recording; with --to, play it to a ground station.
 
-    Frames are sent untouched, both sides of the conversation, and nothing of ours is added.
+    Frames are sent untouched, both sides of the conversation, and nothing of ours is added. The history of a fleet's aircraft is shown
+    with --serve, again and again; it takes no orders.
 
     Example: vencejo replay flight.tlog
 
     Example: vencejo replay flight.tlog --to udpout:127.0.0.1:14550 --speed 2
+
+    Example: vencejo replay plane7_2026-11-25T08-00-00Z.mcap --serve --speed 4
     """
     if not file.is_file():
         raise Failed(f"{file}: there is no such file")
+    if file.suffix == ".mcap":
+        if to:
+            raise Failed("an .mcap file has no frames to send: show it with --serve", Exit.USAGE)
+        replay_history(file, speed=speed, start_s=start, port=port, serve=serve, json=json)
+        return
+    only_histories(file, serve=serve, start=start)
     from vencejo.recording import summarize
 
     summary = summarize(file)

@@ -14,6 +14,7 @@ import typer
 from vencejo.cli.camera import CameraOption, for_ice, served_cameras
 from vencejo.cli.common import (
     ForwardOption,
+    HistoryOption,
     JsonOption,
     RecordOption,
     put_json,
@@ -153,6 +154,7 @@ def serve(
             "--fleet-router", metavar="ADDRESS", help="Another router of the fleet to use, in place of being one."
         ),
     ] = None,
+    history: HistoryOption = True,
     camera: CameraOption = None,
     ice: IceOption = False,
     ice_host: IceHostOption = None,
@@ -222,7 +224,9 @@ def serve(
             maps_folder=maps,
             floors=floors,
         ) as server,
-        joined_fleet(station, fleet, listen=fleet_listen, door=fleet_door, router=fleet_router) as joined,
+        joined_fleet(
+            station, fleet, listen=fleet_listen, door=fleet_door, router=fleet_router, history=history
+        ) as joined,
         served_cameras(server, camera, floors) as cameras,
         ice_server(station, settings, server.tokens, **for_ice(cameras)) as interfaces,
     ):
@@ -233,7 +237,7 @@ def serve(
 
 
 def joined_fleet(
-    station: Station, org: str | None, *, listen: str | None, door: str | None, router: str | None
+    station: Station, org: str | None, *, listen: str | None, door: str | None, router: str | None, history: bool
 ) -> contextlib.AbstractContextManager[Fleet | None]:
     """The fleet that is joined; without an organisation none."""
     if org is None:
@@ -244,7 +248,7 @@ def joined_fleet(
         # Where it is no router itself, it is reached at all its addresses.
         host = "0.0.0.0" if listen is None else listen.partition("/")[2].rpartition(":")[0]
         door = f"{host}:7448"
-    return Fleet(station, org=org, listen=listen, door=door, router=router)
+    return Fleet(station, org=org, listen=listen, door=door, router=router, history=history)
 
 
 def tell(

@@ -1,0 +1,125 @@
+"""What is kept of a fleet's aircraft: `vencejo fleet history`, and what `vencejo replay` does with such a file."""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
+
+from vencejo.cli.common import Exit, Failed, JsonOption, duration, put_json, say, size, stdout, table
+
+if TYPE_CHECKING:
+    from vencejo.history import Contents, Kept
+
+MAX_GAPS: Final = 20
+"""Gaps of one aircraft that are shown."""
+
+
+def fleet_history(
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="One aircraft; all when not given.")] = None,
+    folder: Annotated[
+        Path | None,
+        typer.Option("--folder", metavar="DIR", help="Where the files are; in the data folder when not given."),
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """List what is kept of each aircraft, and which gaps there are.
+
+    On the ground it is what was heard, and what was fetched after a cut; on board, what was told and ordered there.
+
+    Example: vencejo fleet history
+
+    Example: vencejo fleet history plane7 --json
+    """
+    from vencejo.history import kept
+
+    found = [each for each in kept(folder) if name in (None, each.name)]
+    if name is not None and not found:
+        raise Failed(f"nothing is kept here of an aircraft {name}; see: vencejo fleet history")
+    if json:
+        put_json([_as_json(each) for each in found])
+        return
+    if not found:
+        print("Nothing is kept yet: `vencejo serve --fleet` and `vencejo onboard` do.")
+        return
+    shown = table("aircraft", "files", "size", "states", "events", "orders", "missing", "lost", right=("files", "size"))
+    for each in found:
+        missing = sum(gap.last - gap.first + 1 for gap in each.gaps if not gap.is_lost)
+        lost = sum(gap.last - gap.first + 1 for gap in each.gaps if gap.is_lost)
+        counts = [str(each.records.get(stream, "–")) for stream in ("state", "event", "audit")]
+        shown.add_row(each.name, str(len(each.files)), size(each.bytes), *counts, str(missing), str(lost))
+    stdout().print(shown)
+    for each in found:
+        for gap in each.gaps[:MAX_GAPS]:
+            what = "not to be had any more" if gap.is_lost else "fetched when the aircraft is there"
+            print(f"{each.name}, boot {gap.boot}: {gap.stream} {gap.first} to {gap.last}: {what}")
+        if len(each.gaps) > MAX_GAPS:
+            print(f"{each.name}: {len(each.gaps) - MAX_GAPS} gaps more; see --json")
+        if name is not None:
+            for path in each.files:
+                print(path)
+
+
+def _as_json(each: Kept) -> dict[str, Any]:
+    return {**asdict(each), "folder": str(each.folder), "files": [str(path) for path in each.files]}
+
+
+def replay_history(file: Path, *, speed: float, start_s: float, port: int, serve: bool, json: bool) -> None:
+    """Tell what is in a history file; or show it like a flight."""
+    from vencejo.history import contents
+
+    found = contents(file)
+    if serve:
+        _serve(file, speed=speed, start_s=start_s, port=port, json=json)
+    elif json:
+        put_json({**asdict(found), "start": None if found.start is None else found.start.isoformat()})
+    else:
+        _print(file, found)
+
+
+def _print(file: Path, found: Contents) -> None:
+    begins = "" if found.start is None else f", from {found.start:%Y-%m-%d %H:%M:%S} UTC"
+    print(
+        f"{file}: {found.aircraft or 'an aircraft'}, {size(file.stat().st_size)}, {duration(found.duration_s)}{begins}"
+    )
+    if found.skipped_bytes:
+        print(f"{found.skipped_bytes} bytes are damaged or no whole record and were skipped")
+    shown = table("boot", "stream", "records", "from", "to", "missing", right=("records", "from", "to", "missing"))
+    for each in found.streams:
+        first, last = each.ranges[0][0], each.ranges[-1][1]
+        shown.add_row(f"{each.boot:016x}", each.stream, str(each.count), str(first), str(last), str(each.missing))
+    stdout().print(shown)
+
+
+def _serve(file: Path, *, speed: float, start_s: float, port: int, json: bool) -> None:
+    from vencejo import Station
+    from vencejo.cli.serve import tell, wait
+    from vencejo.history import Replay
+    from vencejo.serve import Server
+
+    with (
+        Station(record=False, heartbeat=False, request_streams=False) as station,
+        Server(station, host="127.0.0.1", port=port) as server,
+        Replay(station, file, speed=speed, start_s=start_s, repeat=True) as replay,
+    ):
+        if not json:
+            say(f"{replay.name} flies again, {speed:g} times as fast as it did. It takes no orders.")
+        tell(server, json=json)
+        with contextlib.suppress(KeyboardInterrupt):
+            wait(server)
+
+
+def only_histories(file: Path, **given: object) -> None:
+    """Refuse what goes with a history file alone.
+
+    Raises
+    ------
+    Failed
+        Where something of it is given.
+    """
+    names = [name for name, value in given.items() if value]
+    if names:
+        raise Failed(f"{file} is no .mcap file: --{names[0]} is for those alone", Exit.USAGE)

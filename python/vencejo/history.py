@@ -1,0 +1,288 @@
+"""What aircraft of fleets said and did: files that are kept of it, what is missing in them, and a replay of one.
+
+Such a file (``.mcap``) is written on board and on the ground by `vencejo.fleet`. Foxglove and the Python package ``mcap`` read it too: the
+descriptions of what is in it are in the file.
+
+Examples
+--------
+>>> from vencejo.history import contents, kept
+>>> for aircraft in kept():  # doctest: +SKIP
+...     print(aircraft.name, aircraft.gaps)
+>>> contents("plane7_2026-11-25T08-00-00Z.mcap").duration_s  # doctest: +SKIP
+3599.8
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Final
+
+from vencejo._closing import Closing
+from vencejo.enrolment import native
+from vencejo.errors import VencejoError
+from vencejo.station import Station, default_history_dir
+
+__all__ = ["Contents", "Gap", "Kept", "Replay", "ReplayStatus", "StreamContents", "contents", "kept"]
+
+ENDING: Final = ".mcap"
+STREAMS: Final = ("state", "event", "audit")
+
+
+@dataclass(frozen=True, kw_only=True)
+class StreamContents:
+    """What a file has of one stream.
+
+    Attributes
+    ----------
+    boot : int
+        Another number each time that the station on board started.
+    stream : str
+        ``"state"``, ``"event"`` or ``"audit"``: orders with their senders and answers.
+    ranges : tuple of (int, int)
+        The numbers that are there, first and last; in one boot there are no others between them than those that are missing.
+    """
+
+    boot: int
+    stream: str
+    ranges: tuple[tuple[int, int], ...]
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return sum(last - first + 1 for first, last in self.ranges)
+
+    @property
+    def missing(self) -> int:
+        """How many are missing between the first and the last."""
+        return self.ranges[-1][1] - self.ranges[0][0] + 1 - self.count if self.ranges else 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contents:
+    """What is in a history file.
+
+    Attributes
+    ----------
+    aircraft : str or None
+        Its name in its fleet, where the file says it.
+    streams : tuple of StreamContents
+    start : datetime or None
+        UTC of the first record, as it was estimated: a computer without a clock of its own begins in 1970.
+    duration_s : float
+        How long the station on board ran in it.
+    skipped_bytes : int
+        Bytes that were damaged, or the beginning of something that was never written to its end.
+    """
+
+    aircraft: str | None
+    streams: tuple[StreamContents, ...]
+    start: datetime | None
+    duration_s: float
+    skipped_bytes: int
+
+
+def contents(path: str | os.PathLike[str]) -> Contents:
+    """Read a whole history file, in any condition, and tell what is in it.
+
+    Raises
+    ------
+    FileFormatError
+        When it cannot be read, or is no MCAP file.
+    VencejoError
+        In a build without fleets.
+    """
+    aircraft, streams, start_ns, duration_s, skipped = native("history_contents")(os.fspath(path))
+    return Contents(
+        aircraft=aircraft,
+        streams=tuple(
+            StreamContents(boot=boot, stream=stream, ranges=tuple(ranges)) for boot, stream, ranges in streams
+        ),
+        start=None if start_ns is None else datetime.fromtimestamp(start_ns / 1e9, timezone.utc),
+        duration_s=duration_s,
+        skipped_bytes=skipped,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gap:
+    """Numbers that are not in an archive.
+
+    Attributes
+    ----------
+    boot : str
+        16 hexadecimal digits.
+    stream : str
+        ``"state"``, ``"event"`` or ``"audit"``.
+    first, last : int
+    is_lost : bool
+        Whether the aircraft has them no more; else they are fetched when it is there.
+    """
+
+    boot: str
+    stream: str
+    first: int
+    last: int
+    is_lost: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kept:
+    """What is kept of one aircraft.
+
+    Attributes
+    ----------
+    name : str
+    folder : Path
+        Where.
+    files : tuple of Path
+        By name, which is by time where the clock was set.
+    bytes : int
+        Their size together.
+    records : dict of str to int
+        How many of each stream were ever in it; some may have been deleted since, to make room. On board it is empty: there all is kept.
+    gaps : tuple of Gap
+        What is missing of it on the ground.
+    """
+
+    name: str
+    folder: Path
+    files: tuple[Path, ...]
+    bytes: int
+    records: dict[str, int]
+    gaps: tuple[Gap, ...]
+
+
+def kept(folder: str | os.PathLike[str] | None = None) -> list[Kept]:
+    """List what is kept in a folder, by aircraft; by default of all fleets here, far away and on board.
+
+    Raises
+    ------
+    VencejoError
+        When what an archive notes beside its files is damaged.
+    """
+    if folder is None:
+        top = default_history_dir()
+        folders = sorted(path for path in [*top.glob("ground/*"), top / "board"] if path.is_dir())
+        return [each for path in folders for each in kept(path)]
+    where = Path(folder)
+    names = {path.name.rpartition("_")[0] for path in where.glob(f"*_*{ENDING}")}
+    names |= {path.stem for path in where.glob("*.json") if not path.name.startswith(".")}
+    return [_kept(where, name) for name in sorted(names)]
+
+
+def _kept(folder: Path, name: str) -> Kept:
+    files = sorted(path for path in folder.glob(f"{name}_*{ENDING}") if path.name.rpartition("_")[0] == name)
+    noted = folder / f"{name}.json"
+    records = dict.fromkeys(STREAMS, 0)
+    gaps: list[Gap] = []
+    if noted.is_file():
+        try:
+            for each in json.loads(noted.read_bytes())["streams"]:
+                have, lost = [tuple(span) for span in each["have"]], [tuple(span) for span in each["lost"]]
+                records[each["stream"]] += sum(last - first + 1 for first, last in have)
+                of = {"boot": each["boot"], "stream": each["stream"]}
+                gaps += (Gap(**of, first=first, last=last, is_lost=True) for first, last in lost)
+                gaps += (Gap(**of, first=first, last=last, is_lost=False) for first, last in _between(have, lost))
+        except (ValueError, KeyError, TypeError) as error:
+            raise VencejoError(f"{noted} is damaged: move it away, and it is made anew") from error
+    return Kept(
+        name=name,
+        folder=folder,
+        files=tuple(files),
+        bytes=sum(path.stat().st_size for path in files),
+        records={stream: count for stream, count in records.items() if count},
+        gaps=tuple(gaps),
+    )
+
+
+def _between(*known: Iterable[tuple[int, ...]]) -> Iterable[tuple[int, int]]:
+    """What these ranges leave out, from 1 on."""
+    at = 1
+    for first, last in sorted(span for spans in known for span in spans):
+        if first > at:
+            yield at, first - 1
+        at = max(at, last + 1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReplayStatus:
+    """How a replay goes.
+
+    Attributes
+    ----------
+    system_id : int or None
+        Of its vehicle in the station; ``None`` before it has said anything.
+    position_s, duration_s : float
+        Where it is in the file, and how long that is.
+    is_over : bool
+        Whether it has come to the end.
+    """
+
+    system_id: int | None
+    position_s: float
+    duration_s: float
+    is_over: bool
+
+
+class Replay(Closing):
+    """A history file that is played into a station: a vehicle like one far away, which takes no orders.
+
+    Close it, or use it in a ``with`` statement, inside that of its station.
+
+    Parameters
+    ----------
+    station : Station
+        Where it appears.
+    path : path
+        The file, in any condition.
+    speed : float, optional
+        Times the recorded pace, 0.01 to 10,000.
+    start_s : float, optional
+        From where in the file, s.
+    repeat : bool, optional
+        Whether it begins anew at the end.
+
+    Raises
+    ------
+    FileFormatError
+        When it cannot be read, or holds no state of an aircraft.
+    InvalidRequest
+        For a speed or a place out of range.
+    """
+
+    def __init__(
+        self,
+        station: Station,
+        path: str | os.PathLike[str],
+        *,
+        speed: float = 1.0,
+        start_s: float = 0.0,
+        repeat: bool = False,
+    ) -> None:
+        self._native = native("HistoryReplay")(
+            station._native, os.fspath(path), speed=speed, start_s=start_s, repeat=repeat
+        )
+
+    @property
+    def name(self) -> str:
+        """By which name its vehicle goes: `Vehicle.remote_name`."""
+        return str(self._native.name)
+
+    @property
+    def status(self) -> ReplayStatus:
+        """How it goes."""
+        system_id, position_s, duration_s, is_over = self._native.status()
+        return ReplayStatus(system_id=system_id, position_s=position_s, duration_s=duration_s, is_over=is_over)
+
+    def seek(self, position_s: float) -> None:
+        """Go on from a place in the file, s."""
+        self._native.seek(position_s)
+
+    def close(self) -> None:
+        """End it. Its vehicle stays, and is not heard of any more."""
+        self._native.close()

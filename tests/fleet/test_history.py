@@ -1,0 +1,154 @@
+"""A history: written on board and on the ground, with a cut that is filled, a program that is killed, and readers that are not ours."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from mcap.exceptions import EndOfFile
+from mcap.reader import NonSeekingReader, SeekingReader
+from mcap_protobuf.decoder import DecoderFactory
+from vencejo.fleet import has_fleet
+
+from tests.fleet.programs import command
+from tests.fleet.proxy import open_way
+from tests.server.client import Client
+from tests.support import HOME, simulated_plane, wait_for
+
+pytestmark = pytest.mark.skipif(not has_fleet(), reason="this build has no fleets")
+
+STREAMS = {"/state": "sequence", "/event": "number", "/audit": "number"}
+
+
+def messages(folder: Path) -> Iterator[tuple[str, bytes, Any]]:
+    """Topic, bytes and decoded message of all that is kept in a folder, as far as it was written; by Foxglove's own reader."""
+    for path in sorted(folder.glob("plane7_*.mcap")):
+        with path.open("rb") as stream:
+            reader = NonSeekingReader(stream, decoder_factories=[DecoderFactory()])
+            try:
+                for _, channel, message, decoded in reader.iter_decoded_messages(log_time_order=False):
+                    yield channel.topic, message.data, decoded
+            except EndOfFile:
+                pass  # it is being written, or its program was killed
+
+
+def numbered(folder: Path) -> dict[tuple[str, int, int], bytes]:
+    """The records of a folder by topic, boot and number."""
+    found: dict[tuple[str, int, int], bytes] = {}
+    for topic, data, decoded in messages(folder):
+        if topic in STREAMS:
+            key = (topic, decoded.boot, getattr(decoded, STREAMS[topic]))
+            assert key not in found, "nothing is kept twice"
+            found[key] = data
+    return found
+
+
+@pytest.mark.e2e
+def test_a_cut_is_filled_byte_for_byte_and_others_read_it(tmp_path: Path) -> None:
+    from vencejo import Station
+    from vencejo.errors import NotPossibleNow
+    from vencejo.history import Replay, contents, kept
+
+    ground_folder = tmp_path / "ground/history/ground/acme"
+    board_folder = tmp_path / "board/history/board"
+    with (
+        simulated_plane() as link,
+        command(
+            tmp_path / "ground", "serve", "--fleet", "acme", "--fleet-listen", "tcp/127.0.0.1:0", "--port", "0",
+            "--link", "udpin:127.0.0.1:0",
+        ) as ground,
+    ):  # fmt: skip
+        told = ground.line()
+        endpoint, key = told["fleet"]["endpoint"], told["fleet"]["key"]
+        with (
+            open_way(int(endpoint.rpartition(":")[2])) as way,
+            command(
+                tmp_path / "board", "onboard", "--fleet", "acme", "--name", "plane7", "--link", link,
+                "--dial", f"tcp/127.0.0.1:{way.port}", "--trust", key, "--history-frames",
+            ) as board,
+        ):  # fmt: skip
+            board.until(is_connected=True, holder=None)
+            ana = Client(told["url"])
+            ana.open_session(name="Ana")
+
+            def plane() -> dict[str, Any]:
+                found = [each for each in ana.done("GET", "vehicles") if each["remote_name"] == "plane7"]
+                return found[0] if found else {}
+
+            def age_s() -> float:
+                return float(ana.done("GET", f"vehicles/{plane()['system_id']}")["telemetry"]["heartbeat"]["age_s"])
+
+            wait_for(lambda: bool(plane().get("mode")), "the plane")
+            ana.done("POST", "control/take")
+            ana.done("POST", f"vehicles/{plane()['system_id']}/mode", {"mode": "FBWA"})
+            before = len(numbered(ground_folder))
+            way.cut()
+            wait_for(lambda: age_s() > 5.0, "its silence")
+            cut = numbered(board_folder)
+            way.heal()
+            wait_for(lambda: cut.keys() <= numbered(ground_folder).keys(), "what was said in the cut, and all orders")
+            ana.done("POST", "control/release")
+            # Killed: what it had written is there, and no more than a second is not.
+            wait_for(lambda: numbered(board_folder).keys() > cut.keys(), "more")
+            board.process.kill()
+            board.process.wait()
+        ground.process.terminate()
+        ground.process.wait(20)
+
+    on_board, archived = numbered(board_folder), numbered(ground_folder)
+    assert len(cut) > before
+    both = on_board.keys() & archived.keys()
+    assert cut.keys() <= both
+    assert all(on_board[each] == archived[each] for each in both)
+    (boot,) = {boot for _, boot, _ in on_board}
+    for topic in STREAMS:
+        count = sum(1 for each in on_board if each[0] == topic)
+        assert {number for of, _, number in on_board if of == topic} == set(range(1, count + 1)), topic
+
+    # What others see in it, by the descriptors in the file alone.
+    decoded = [(topic, message) for topic, _, message in messages(ground_folder)]
+    fixes = [message for topic, message in decoded if topic == "/location"]
+    assert fixes[-1].latitude == pytest.approx(HOME[0], abs=0.01)
+    assert fixes[-1].longitude == pytest.approx(HOME[1], abs=0.01)
+    assert fixes[-1].frame_id == "plane7"
+    audits = [message for topic, message in decoded if topic == "/audit"]
+    (change,) = [audit for audit in audits if audit.order.WhichOneof("want") == "act"]
+    assert (change.order.operator, change.order.act.mode, change.answer.end) == ("Ana", "FBWA", 1)
+    assert (change.key.hex(), change.order.epoch) == (key, audits[0].answer.epoch)
+    assert any(topic == "/mavlink" for topic, _, _ in messages(board_folder))
+    with next(ground_folder.glob("*.mcap")).open("rb") as stream:
+        reader = SeekingReader(stream)
+        summary = reader.get_summary()
+        assert summary is not None
+        assert summary.statistics is not None
+        assert summary.statistics.message_count == len(decoded), "one that was ended has a summary"
+        assert {schema.name for schema in summary.schemas.values()} >= {"vencejo.v1.State", "foxglove.LocationFix"}
+
+    # What we say of it.
+    assert contents(next(ground_folder.glob("*.mcap"))).skipped_bytes == 0
+    (here,) = kept(ground_folder)
+    assert (here.name, here.records["state"]) == ("plane7", sum(1 for each in archived if each[0] == "/state"))
+    last = {topic: max(number for of, _, number in cut if of == topic) for topic in STREAMS}
+    assert not [gap for gap in here.gaps if gap.first <= last[f"/{gap.stream}"]]
+    found = contents(next(board_folder.glob("*.mcap")))
+    assert found.aircraft == "plane7"
+    assert {each.boot for each in found.streams} == {boot}
+    assert all(each.missing == 0 for each in found.streams)
+
+    # And it flies again, and takes no orders.
+    with (
+        Station(record=False, signing=False, heartbeat=False) as station,
+        Replay(station, next(ground_folder.glob("*.mcap")), speed=100.0) as replay,
+    ):
+        again = station.wait_vehicle()
+        assert (again.remote_name, replay.name) == ("plane7 (replay)", "plane7 (replay)")
+        wait_for(lambda: replay.status.is_over, "its end")
+        position = again.telemetry.position
+        assert position is not None
+        assert position.lat_deg == pytest.approx(HOME[0], abs=0.01)
+        with pytest.raises(NotPossibleNow, match="recording"):
+            again.set_mode("FBWA")
+        replay.seek(0.0)
+        wait_for(lambda: not replay.status.is_over, "it to go on")
