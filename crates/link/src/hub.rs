@@ -14,7 +14,8 @@ use vencejo_proto::{
 
 use crate::address::LinkAddress;
 use crate::clock::Clock;
-use crate::outlet::{Class, Outlet, PeerId, To};
+use crate::onward::Onward;
+use crate::outlet::{Outlet, PeerId, To};
 use crate::port::{LinkId, LinkOptions, LinkState, Port};
 use crate::recorder::RecorderHandle;
 use crate::router::{MAX_LINKS, Router, SETUP_SIGNING_ID, Slot, SlotSet, Verdict};
@@ -508,8 +509,9 @@ impl Hub {
         }
     }
 
-    /// Takes in a frame that a link's task has read; the whole way of a frame through the hub.
-    pub(crate) fn receive(&self, port: &Port, peer: PeerId, frame: &Frame, now: MonoTime) {
+    /// Takes in a frame that a link's task has read; the whole way of a frame through the hub. Other links have it when
+    /// `onward` is sent, at the end of what was read.
+    pub(crate) fn receive(&self, port: &Port, peer: PeerId, frame: &Frame, now: MonoTime, onward: &mut Onward) {
         let known = frame.is_known();
         let mut to = To::target_of(frame);
         let (verdict, ports, sinks, recorder) = {
@@ -574,9 +576,7 @@ impl Hub {
                 sink(Origin { link: port.id, peer }, frame, now);
             }
         }
-        for other in ports {
-            other.send(frame, to, Class::Forwarded);
-        }
+        onward.add(frame, to, ports);
     }
 }
 
@@ -620,7 +620,7 @@ fn own_ports(inner: &mut Inner, frame: &Frame, route: Route, now: MonoTime) -> (
 fn send_to(ports: &[Arc<Port>], to: To, frame: &Frame, recorder: Option<&RecorderHandle>, now: MonoTime) -> SendReport {
     let mut report = SendReport::default();
     for port in ports {
-        if port.send(frame, to, Class::Own) {
+        if port.send(frame, to) {
             if report.accepted == 0
                 && let Some(recorder) = recorder
             {

@@ -9,7 +9,7 @@
 //! 2. puts it into the [`Recorder`]'s queue,
 //! 3. calls the listeners ([`FrameSink`]), and
 //! 4. passes the raw frame on to the links that the MAVLink routing rules name: straight into the socket for UDP, into
-//!    a bounded queue in front of a writer for TCP and serial.
+//!    a bounded queue in front of a writer for TCP and serial. Frames that were read in one go are passed on in one go.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -62,7 +62,9 @@ mod address_index;
 mod clock;
 mod endpoint;
 mod hub;
+mod onward;
 mod outlet;
+mod pace;
 mod port;
 mod recorder;
 mod router;
@@ -80,6 +82,7 @@ pub use clock::{Clock, SystemClock};
 pub use endpoint::{LinkHandle, serial_ports};
 pub use hub::{FrameSink, Hub, LinkError, LinkInfo, OpenSink, Origin, Route, SendReport, SinkId, SinkScope};
 pub use outlet::PeerId;
+pub use pace::Pace;
 pub use port::{LinkId, LinkOptions, LinkState};
 pub use recorder::{
     Folder, Format, Frames, Names, Noted, Recorder, RecorderConfig, RecorderHandle, RecorderState, RecorderStatus,

@@ -53,6 +53,13 @@ pub(crate) trait Outlet: Send + Sync + 'static {
     /// Sends a frame without ever waiting.
     fn send(&self, frame: &Frame, to: To, class: Class) -> Sent;
 
+    /// Sends frames in their order without ever waiting, and tells of each, in that order, what became of it.
+    fn send_all(&self, frames: &[(&Frame, To)], class: Class, told: &mut dyn FnMut(&Frame, Sent)) {
+        for (frame, to) in frames {
+            told(frame, self.send(frame, *to, class));
+        }
+    }
+
     /// Where one of those at the other end is, for links that have several.
     fn place(&self, _: PeerId) -> Option<SocketAddr> {
         None

@@ -94,8 +94,20 @@ impl Port {
         matches!(self.address, LinkAddress::Tlog { .. })
     }
 
-    pub(crate) fn send(&self, frame: &Frame, to: To, class: Class) -> bool {
-        match self.outlet.send(frame, to, class) {
+    /// Sends a frame of our own; whether the link took it.
+    pub(crate) fn send(&self, frame: &Frame, to: To) -> bool {
+        self.count(frame, self.outlet.send(frame, to, Class::Own))
+    }
+
+    /// Passes frames of other links on, in their order.
+    pub(crate) fn forward(&self, frames: &[(&Frame, To)]) {
+        self.outlet.send_all(frames, Class::Forwarded, &mut |frame, sent| {
+            self.count(frame, sent);
+        });
+    }
+
+    fn count(&self, frame: &Frame, sent: Sent) -> bool {
+        match sent {
             Sent::Accepted { displaced } => {
                 self.counters.add_sent(frame.bytes().len());
                 self.counters.add_dropped(displaced);

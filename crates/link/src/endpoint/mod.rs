@@ -1,6 +1,7 @@
 //! Owns the life of a link: connecting, connecting again for ever, its state, and its end. Each kind of endpoint has a
 //! file of its own.
 
+mod datagrams;
 mod serial;
 mod stream;
 mod tcp;

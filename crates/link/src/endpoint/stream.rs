@@ -5,6 +5,7 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 
 use super::{Context, End};
+use crate::onward::Onward;
 use crate::outlet::{PeerId, StreamQueue};
 use crate::port::Intake;
 
@@ -60,7 +61,7 @@ async fn read(
     reader: &mut (impl AsyncRead + Unpin),
     mut heard: impl FnMut(&vencejo_proto::Frame),
 ) -> End {
-    let mut intake = Intake::new();
+    let (mut intake, mut onward) = (Intake::new(), Onward::default());
     let mut buffer = vec![0; READ_BYTES];
     loop {
         match reader.read(&mut buffer).await {
@@ -69,8 +70,9 @@ async fn read(
                 let now = context.hub.clock().now();
                 intake.feed(&context.port, &buffer[..count], |frame| {
                     heard(frame);
-                    context.hub.receive(&context.port, peer, frame, now);
+                    context.hub.receive(&context.port, peer, frame, now, &mut onward);
                 });
+                onward.send();
             }
             Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
             Err(error) => return error.into(),

@@ -8,6 +8,7 @@ use tokio::io::AsyncReadExt;
 use tokio::time::Instant;
 
 use super::{Context, End};
+use crate::onward::Onward;
 use crate::outlet::PeerId;
 use crate::tlog::{SkippedBytes, TlogDecoder};
 
@@ -57,7 +58,7 @@ impl Replay {
         }
         let mut decoder = TlogDecoder::new();
         let mut buffer = vec![0; READ_BYTES];
-        let mut pace = Pace::new(self.speed);
+        let (mut pace, mut onward) = (Pace::new(self.speed), Onward::default());
         loop {
             let count = file.read(&mut buffer).await?;
             decoder.push(&buffer[..count]);
@@ -66,7 +67,9 @@ impl Replay {
             }
             while let Some(entry) = decoder.next_entry() {
                 pace.wait_for(entry.unix_us).await;
-                context.hub.receive(&context.port, PeerId::default(), &entry.frame, context.hub.clock().now());
+                let now = context.hub.clock().now();
+                context.hub.receive(&context.port, PeerId::default(), &entry.frame, now, &mut onward);
+                onward.send();
             }
             if count == 0 {
                 return Ok(decoder.skipped());

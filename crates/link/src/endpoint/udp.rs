@@ -10,16 +10,18 @@
 use std::io::ErrorKind;
 use std::net::{IpAddr, SocketAddr};
 use std::sync::{Arc, PoisonError, RwLock};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use smallvec::SmallVec;
 use socket2::{Domain, Protocol, SockAddr, Socket, Type};
-use tokio::net::UdpSocket;
 use vencejo_proto::{Frame, MonoTime};
 
+use super::datagrams::{Datagram, Datagrams, is_passing, send_all};
 use super::{Context, End, bind_error, resolve};
 use crate::address::HostPort;
+use crate::onward::Onward;
 use crate::outlet::{Class, Outlet, PeerId, Sent, To};
+use crate::pace::Pace;
 use crate::port::Intake;
 use crate::systems::SystemSet;
 
@@ -33,6 +35,8 @@ const QUIET: Duration = Duration::from_secs(5);
 pub(crate) const PEER_LIFE: Duration = Duration::from_secs(60);
 /// Datagrams read before other tasks have their turn.
 const READ_BURST: usize = 256;
+/// How late datagrams may be read while they come thousands a second.
+const PAUSE: Duration = Duration::from_micros(250);
 /// The largest datagram.
 const DATAGRAM_BYTES: usize = 65_536;
 /// Asked for the socket's receive buffer; the system may give less.
@@ -58,7 +62,7 @@ struct Peer {
 /// What the reading task and the senders share.
 #[derive(Default)]
 struct Door {
-    socket: Option<Arc<UdpSocket>>,
+    socket: Option<Arc<Datagrams>>,
     /// The socket is connected to its one peer.
     connected: bool,
     /// Where to send while nobody has spoken.
@@ -78,76 +82,66 @@ impl UdpOutlet {
     }
 }
 
-impl Outlet for UdpOutlet {
-    fn send(&self, frame: &Frame, to: To, _: Class) -> Sent {
-        let door = self.door.read().unwrap_or_else(PoisonError::into_inner);
-        let Some(socket) = &door.socket else { return Sent::NobodyThere };
-        if door.connected {
-            return outcome(send_connected(socket, frame.bytes()));
+impl Door {
+    /// Where a frame goes: `None` is the one place that a connected socket has.
+    fn places(&self, to: To) -> SmallVec<[Option<SocketAddr>; 8]> {
+        let mut places: SmallVec<[Option<SocketAddr>; 8]> = SmallVec::new();
+        if self.connected {
+            places.push(None);
+            return places;
         }
-        let mut places: SmallVec<[SocketAddr; 8]> = SmallVec::new();
-        places.extend(door.peers.iter().find(|peer| Some(peer.number) == to.peer).map(|peer| peer.place));
+        places.extend(self.peers.iter().find(|peer| Some(peer.number) == to.peer).map(|peer| Some(peer.place)));
         if let (true, Some(system)) = (places.is_empty(), to.system) {
-            places.extend(door.peers.iter().filter(|peer| peer.systems.contains(system)).map(|peer| peer.place));
+            places.extend(self.peers.iter().filter(|peer| peer.systems.contains(system)).map(|peer| Some(peer.place)));
         }
         if places.is_empty() {
-            places.extend(door.peers.iter().map(|peer| peer.place));
+            places.extend(self.peers.iter().map(|peer| Some(peer.place)));
         }
         if places.is_empty() {
-            places.extend(door.fallback);
+            places.extend(self.fallback.map(Some));
         }
-        let socket = socket.clone();
-        drop(door);
+        places
+    }
+}
+
+impl Outlet for UdpOutlet {
+    fn send(&self, frame: &Frame, to: To, class: Class) -> Sent {
         let mut result = Sent::NobodyThere;
-        for place in places {
-            let sent = outcome(again_after_refusal(|| socket.try_send_to(frame.bytes(), place)));
-            if result != (Sent::Accepted { displaced: 0 }) {
-                result = sent;
+        self.send_all(&[(frame, to)], class, &mut |_, sent| result = sent);
+        result
+    }
+
+    fn send_all(&self, frames: &[(&Frame, To)], _: Class, told: &mut dyn FnMut(&Frame, Sent)) {
+        let door = self.door.read().unwrap_or_else(PoisonError::into_inner);
+        let socket = door.socket.clone();
+        let mut datagrams: SmallVec<[Datagram<'_>; 8]> = SmallVec::new();
+        // Of which frame each is.
+        let mut numbers: SmallVec<[usize; 8]> = SmallVec::new();
+        for (number, (frame, to)) in frames.iter().enumerate() {
+            for place in door.places(*to) {
+                datagrams.push((frame.bytes(), place));
+                numbers.push(number);
             }
         }
-        result
+        drop(door);
+        let mut results: SmallVec<[Sent; 8]> = SmallVec::from_elem(Sent::NobodyThere, frames.len());
+        if let Some(socket) = socket {
+            send_all(&socket, &datagrams, |number, sent| {
+                // It is on its way when it is so to one of them.
+                let result = &mut results[numbers[number]];
+                if *result != (Sent::Accepted { displaced: 0 }) {
+                    *result = sent;
+                }
+            });
+        }
+        for ((frame, _), sent) in frames.iter().zip(results) {
+            told(frame, sent);
+        }
     }
 
     fn place(&self, peer: PeerId) -> Option<SocketAddr> {
         let door = self.door.read().unwrap_or_else(PoisonError::into_inner);
         door.peers.iter().find(|other| other.number == peer).map(|other| other.place)
-    }
-}
-
-/// To the one place that a connected socket has.
-fn send_connected(socket: &UdpSocket, bytes: &[u8]) -> std::io::Result<usize> {
-    again_after_refusal(|| socket.try_send(bytes))
-}
-
-/// An earlier datagram's refusal (ICMP) is reported by a later call, which then sends nothing: call again.
-fn again_after_refusal(send: impl Fn() -> std::io::Result<usize>) -> std::io::Result<usize> {
-    match send() {
-        Err(error) if is_refusal(&error) => send(),
-        result => result,
-    }
-}
-
-fn is_refusal(error: &std::io::Error) -> bool {
-    matches!(error.kind(), ErrorKind::ConnectionRefused | ErrorKind::ConnectionReset)
-}
-
-/// The errors that say "not now" or "nobody there yet" about one datagram, not that the socket is broken.
-fn is_passing(error: &std::io::Error) -> bool {
-    is_refusal(error)
-        || matches!(
-            error.kind(),
-            ErrorKind::Interrupted
-                | ErrorKind::HostUnreachable
-                | ErrorKind::NetworkUnreachable
-                | ErrorKind::NetworkDown
-        )
-}
-
-fn outcome(result: std::io::Result<usize>) -> Sent {
-    match result {
-        Ok(_) => Sent::Accepted { displaced: 0 },
-        Err(error) if error.kind() == ErrorKind::WouldBlock => Sent::Full,
-        Err(_) => Sent::NobodyThere,
     }
 }
 
@@ -194,7 +188,7 @@ impl Udp {
         end.into()
     }
 
-    async fn open(&self) -> Result<Arc<UdpSocket>, End> {
+    async fn open(&self) -> Result<Arc<Datagrams>, End> {
         let (bind, remote) = match &self.mode {
             Mode::Listen { bind } => (Some(bind), None),
             Mode::Call { bind, remote, .. } => (bind.as_ref(), Some(remote)),
@@ -224,9 +218,7 @@ impl Udp {
         if let (true, Some(remote)) = (connected, remote) {
             socket.connect(&SockAddr::from(remote))?;
         }
-        let socket = Arc::new(UdpSocket::from_std(socket.into())?);
-        // Until the runtime has seen that it is, nothing leaves that is sent without waiting.
-        socket.writable().await?;
+        let socket = Arc::new(Datagrams::new(socket.into())?);
         self.outlet.change(|door| {
             *door = Door { socket: Some(socket.clone()), connected, fallback: remote, peers: Vec::new() };
         });
@@ -234,32 +226,33 @@ impl Udp {
     }
 
     /// Reads a connected socket until it breaks.
-    async fn hear_one(&self, context: &Context, socket: &UdpSocket) -> std::io::Error {
-        let mut intake = Intake::new();
+    async fn hear_one(&self, context: &Context, socket: &Datagrams) -> std::io::Error {
+        let (mut intake, mut onward, mut pace) = (Intake::new(), Onward::default(), Pace::new(PAUSE));
         let mut buffer = vec![0; DATAGRAM_BYTES];
         loop {
             if let Err(error) = socket.readable().await {
                 return error;
             }
             let now = context.hub.clock().now();
-            for _ in 0..READ_BURST {
-                match socket.try_recv(&mut buffer) {
-                    Ok(count) => intake.feed_datagram(&context.port, &buffer[..count], |frame| {
-                        context.hub.receive(&context.port, PeerId::default(), frame, now)
-                    }),
-                    Err(error) if error.kind() == ErrorKind::WouldBlock => break,
-                    Err(error) if is_passing(&error) => {}
-                    Err(error) => return error,
-                }
+            let read = read_burst(&mut pace, || {
+                let count = socket.try_recv(&mut buffer)?;
+                intake.feed_datagram(&context.port, &buffer[..count], |frame| {
+                    context.hub.receive(&context.port, PeerId::default(), frame, now, &mut onward);
+                });
+                Ok(())
+            });
+            onward.send();
+            match read {
+                Ok(is_empty) => rest(&mut pace, is_empty).await,
+                Err(error) => return error,
             }
-            tokio::task::consume_budget().await;
         }
     }
 
     /// Reads a socket that anybody may send to, until it breaks.
-    async fn hear_many(&self, context: &Context, socket: &UdpSocket) -> std::io::Error {
+    async fn hear_many(&self, context: &Context, socket: &Datagrams) -> std::io::Error {
         let is_lan = matches!(&self.mode, Mode::Listen { bind } if bind.is_lan());
-        let mut callers = Callers::default();
+        let (mut callers, mut onward, mut pace) = (Callers::default(), Onward::default(), Pace::new(PAUSE));
         let mut buffer = vec![0; DATAGRAM_BYTES];
         let mut sweep = tokio::time::interval(PEER_LIFE / 12);
         loop {
@@ -272,44 +265,56 @@ impl Udp {
                 }
             }
             let now = context.hub.clock().now();
-            for _ in 0..READ_BURST {
-                match socket.try_recv_from(&mut buffer) {
-                    Ok((count, place)) if is_lan && !is_near(place.ip()) => {
-                        tracing::debug!(link = %context.port.id, %place, "not heard: from outside the private networks");
-                        Intake::ignore(&context.port, count);
-                    }
-                    Ok((count, place)) => {
-                        let Some(caller) = callers.find_or_add(place, now) else {
-                            Intake::ignore(&context.port, count);
-                            continue;
-                        };
-                        let mut is_new = false;
-                        let Caller { number, intake, systems, frames, .. } = caller;
-                        let number = *number;
-                        // The place must be known before the hub answers what it hears.
-                        intake.feed_datagram(&context.port, &buffer[..count], |frame| {
-                            if frame.is_known() {
-                                systems.insert(frame.source().system);
-                                if *frames == 0 {
-                                    is_new = true;
-                                    self.outlet.change(|door| {
-                                        door.peers.push(Peer { number, place, systems: systems.clone() });
-                                    });
-                                }
-                                *frames = frames.saturating_add(1);
-                            }
-                            context.hub.receive(&context.port, number, frame, now);
-                        });
-                        if is_new || std::mem::take(&mut callers.has_dropped_a_peer) {
-                            self.publish(context, &callers);
-                        }
-                    }
-                    Err(error) if error.kind() == ErrorKind::WouldBlock => break,
-                    Err(error) if is_passing(&error) => {}
-                    Err(error) => return error,
+            let read = read_burst(&mut pace, || {
+                let (count, place) = socket.try_recv_from(&mut buffer)?;
+                if is_lan && !is_near(place.ip()) {
+                    tracing::debug!(link = %context.port.id, %place, "not heard: from outside the private networks");
+                    Intake::ignore(&context.port, count);
+                } else {
+                    self.hear(context, &mut callers, place, &buffer[..count], now, &mut onward);
                 }
+                Ok(())
+            });
+            onward.send();
+            match read {
+                Ok(is_empty) => rest(&mut pace, is_empty).await,
+                Err(error) => return error,
             }
-            tokio::task::consume_budget().await;
+        }
+    }
+
+    /// Takes in a datagram of somebody.
+    fn hear(
+        &self,
+        context: &Context,
+        callers: &mut Callers,
+        place: SocketAddr,
+        datagram: &[u8],
+        now: MonoTime,
+        onward: &mut Onward,
+    ) {
+        let Some(caller) = callers.find_or_add(place, now) else {
+            return Intake::ignore(&context.port, datagram.len());
+        };
+        let mut is_new = false;
+        let Caller { number, intake, systems, frames, .. } = caller;
+        let number = *number;
+        // The place must be known before the hub answers what it hears.
+        intake.feed_datagram(&context.port, datagram, |frame| {
+            if frame.is_known() {
+                systems.insert(frame.source().system);
+                if *frames == 0 {
+                    is_new = true;
+                    self.outlet.change(|door| {
+                        door.peers.push(Peer { number, place, systems: systems.clone() });
+                    });
+                }
+                *frames = frames.saturating_add(1);
+            }
+            context.hub.receive(&context.port, number, frame, now, onward);
+        });
+        if is_new || std::mem::take(&mut callers.has_dropped_a_peer) {
+            self.publish(context, callers);
         }
     }
 
@@ -325,6 +330,29 @@ impl Drop for Udp {
     fn drop(&mut self) {
         self.outlet.change(|door| *door = Door::default());
     }
+}
+
+/// Reads datagram after datagram until none is left, or others shall have their turn; whether none is left. An error is the
+/// socket's end.
+fn read_burst(pace: &mut Pace, mut read: impl FnMut() -> std::io::Result<()>) -> std::io::Result<bool> {
+    for _ in 0..READ_BURST {
+        match read() {
+            Ok(()) => pace.on_taken(),
+            Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(true),
+            Err(error) if is_passing(&error) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(false)
+}
+
+/// Lets other tasks have their turn. While datagrams come thousands a second, a few are let come together meanwhile: the thread
+/// sleeps for less than the runtime's timers are exact, for the runtime itself would be woken by each of them.
+async fn rest(pace: &mut Pace, is_empty: bool) {
+    if is_empty && let Some(pause) = pace.pause(Instant::now()) {
+        std::thread::sleep(pause);
+    }
+    tokio::task::consume_budget().await;
 }
 
 /// Whether an address is of this machine or of a network that the internet does not route (RFC 1918, RFC 3927, RFC 4193).
@@ -429,9 +457,11 @@ impl Callers {
 
 #[cfg(test)]
 mod tests {
+    use tokio::net::UdpSocket;
+
     use super::*;
     use crate::testing::{Listening, US, command_to, heartbeat, in_time, say_something};
-    use crate::{LinkState, Route};
+    use crate::{LinkOptions, LinkState, Route};
     use vencejo_proto::{FrameDecoder, MavVersion};
 
     async fn peer() -> UdpSocket {
@@ -533,6 +563,40 @@ mod tests {
         let stats = listening.hub.stats(link.id()).unwrap();
         assert_eq!((heard, stats.received.frames), (1332, 1332));
         assert_eq!(stats.received.bytes, stats.garbage_bytes + 1332 * len as u64);
+        link.close().await;
+    }
+
+    /// Two peers, one of whose datagrams is torn, and one that cuts its frames in two, all before the link is read once.
+    #[tokio::test]
+    async fn what_waits_is_read_and_passed_on_in_one_go() {
+        let mut listening = Listening::new();
+        let link = listening.open("udpin:127.0.0.1:0").await;
+        let far_end = peer().await;
+        let tee = format!("udpout:{}", far_end.local_addr().unwrap());
+        let mut tee = listening.hub.open(tee.parse().unwrap(), LinkOptions::tee()).unwrap();
+        in_time(tee.wait_for(LinkState::is_up)).await;
+
+        let place = link.local_address().unwrap();
+        let [one, two] = [0; 2].map(|_| std::net::UdpSocket::bind("127.0.0.1:0").unwrap());
+        let mut whole = Vec::new();
+        // Nothing is read meanwhile: this test's thread is the only one.
+        for sequence in 0..100 {
+            let (a, b) = (heartbeat(1, 1, sequence), heartbeat(2, 1, sequence));
+            let cut = 1 + usize::from(sequence) % 20;
+            let is_torn = sequence % 10 == 4;
+            two.send_to(&b.bytes()[..cut], place).unwrap();
+            one.send_to(&a.bytes()[..if is_torn { cut } else { a.bytes().len() }], place).unwrap();
+            two.send_to(&b.bytes()[cut..], place).unwrap();
+            whole.extend(if is_torn { None } else { Some(a) }.into_iter().chain([b]));
+        }
+        for frame in &whole {
+            assert_eq!(listening.next().await, *frame);
+            assert_eq!(hears(&far_end).await, *frame);
+        }
+        let (stats, onward) = (listening.hub.stats(link.id()).unwrap(), listening.hub.stats(tee.id()).unwrap());
+        assert_eq!((stats.received.frames, stats.lost, stats.dropped), (190, 10, 0));
+        assert_eq!((onward.sent.frames, onward.dropped), (190, 0));
+        assert!(stats.garbage_bytes > 0);
         link.close().await;
     }
 

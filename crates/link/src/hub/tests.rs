@@ -4,22 +4,28 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::*;
 use crate::clock::testing::ManualClock;
-use crate::outlet::Sent;
+use crate::outlet::{Class, Sent};
 use crate::testing::{US, command_to, heartbeat, radio_status, setup_signing, signed, unknown};
 
-/// An outlet that keeps what it is given, or refuses it.
-#[derive(Default)]
+/// An outlet that keeps what it is given, and refuses what is beyond its room.
 struct Kept {
     frames: Mutex<Vec<Frame>>,
-    full: bool,
+    room: usize,
+}
+
+impl Kept {
+    fn with_room(room: usize) -> Self {
+        Self { frames: Mutex::default(), room }
+    }
 }
 
 impl Outlet for Kept {
     fn send(&self, frame: &Frame, _: To, _: Class) -> Sent {
-        if self.full {
+        let mut frames = self.frames.lock().unwrap();
+        if frames.len() >= self.room {
             return Sent::Full;
         }
-        self.frames.lock().unwrap().push(frame.clone());
+        frames.push(frame.clone());
         Sent::Accepted { displaced: 0 }
     }
 }
@@ -38,13 +44,13 @@ impl Bench {
         clock.advance_ms(10_000);
         let mut bench = Self { hub: Hub::new(vec![US], clock.clone()), clock, ports: Vec::new(), outlets: Vec::new() };
         for forwards in forwards {
-            bench.add(*forwards, false);
+            bench.add(*forwards, usize::MAX);
         }
         bench
     }
 
-    fn add(&mut self, forwards: bool, full: bool) {
-        let outlet = Arc::new(Kept { full, ..Kept::default() });
+    fn add(&mut self, forwards: bool, room: usize) {
+        let outlet = Arc::new(Kept::with_room(room));
         let (_, state) = watch::channel(LinkState::Down);
         let options = LinkOptions { forwards, ..LinkOptions::default() };
         let port = self.hub.attach("udpin:".parse().unwrap(), options, outlet.clone(), state).unwrap();
@@ -53,7 +59,9 @@ impl Bench {
     }
 
     fn receive(&self, link: usize, frame: &Frame) {
-        self.hub.receive(&self.ports[link], PeerId::default(), frame, self.clock.now());
+        let mut onward = Onward::default();
+        self.hub.receive(&self.ports[link], PeerId::default(), frame, self.clock.now(), &mut onward);
+        onward.send();
     }
 
     /// What each link was given since the last look.
@@ -203,13 +211,39 @@ fn each_link_has_its_own_frame_counter() {
 #[test]
 fn refusals_are_reported_and_counted() {
     let mut bench = Bench::new(&[false]);
-    bench.add(false, true);
+    bench.add(false, 0);
     let report = bench.hub.send(&heartbeat(255, 190, 0), Route::All);
     assert_eq!(report, SendReport { accepted: 1, refused: 1 });
     let stats = bench.hub.stats(bench.ports[1].id).unwrap();
     assert_eq!((stats.sent.frames, stats.dropped), (0, 1));
     let gone = bench.hub.send(&heartbeat(255, 190, 1), Route::Link(LinkId(999)));
     assert_eq!(gone, SendReport::default());
+}
+
+#[test]
+fn what_is_read_together_is_passed_on_together_as_far_as_there_is_room() {
+    let mut bench = Bench::new(&[true, true]);
+    bench.add(true, 3);
+    let frames: Vec<_> = (0..5).map(|sequence| heartbeat(1, 1, sequence)).collect();
+    let mut onward = Onward::default();
+    for frame in &frames {
+        bench.hub.receive(&bench.ports[0], PeerId::default(), frame, bench.clock.now(), &mut onward);
+    }
+    assert_eq!(bench.given(), [vec![], vec![], vec![]], "not before all of it is read");
+    onward.send();
+    onward.send();
+    assert_eq!(bench.given(), [vec![], frames.clone(), frames[..3].to_vec()], "once, in their order");
+    let counted = |link: usize| {
+        let stats = bench.hub.stats(bench.ports[link].id).unwrap();
+        (stats.sent.frames, stats.dropped)
+    };
+    assert_eq!((counted(1), counted(2)), ((5, 0), (3, 2)));
+    // Much of it does not wait for the end.
+    let flood = (0..200).map(|n| heartbeat(2, 1, n));
+    flood.for_each(|frame| {
+        bench.hub.receive(&bench.ports[0], PeerId::default(), &frame, bench.clock.now(), &mut onward)
+    });
+    assert!(bench.given()[1].len() > 150);
 }
 
 #[test]

@@ -131,10 +131,10 @@ fn a_link_that_nobody_else_can_reach_is_believed() {
     ] {
         let (_, state) = watch::channel(LinkState::Down);
         let options = LinkOptions { unsigned, ..LinkOptions::default() };
-        let port = bench.hub.attach(text.parse().unwrap(), options, Arc::new(Kept::default()), state).unwrap();
+        let port = bench.hub.attach(text.parse().unwrap(), options, Arc::new(Kept::with_room(0)), state).unwrap();
         assert_eq!(bench.hub.links().last().unwrap().accepts_unsigned, believed, "{text}");
         let before = bench.counts();
-        bench.hub.receive(&port, PeerId::default(), &heartbeat(1, 1, 0), bench.clock.now());
+        bench.hub.receive(&port, PeerId::default(), &heartbeat(1, 1, 0), bench.clock.now(), &mut Onward::default());
         let after = bench.counts();
         assert_eq!(after.unsigned_accepted - before.unsigned_accepted, u64::from(believed), "{text}");
         assert_eq!(after.refused() - before.refused(), u64::from(!believed), "{text}");

@@ -1,0 +1,239 @@
+//! Owns a socket for datagrams: it is waited for only to be read, several are sent with one system call where the system has one
+//! for that (Linux), and what its errors say of one datagram is told from what they say of the socket.
+
+use std::io::{Error, ErrorKind, Result};
+use std::net::{SocketAddr, UdpSocket};
+
+use crate::outlet::Sent;
+
+/// A socket whose sending never waits. So the runtime is not to be woken each time that the system has sent something and has
+/// room for more, as it is with tokio's own socket.
+#[cfg(unix)]
+pub(super) struct Datagrams(tokio::io::unix::AsyncFd<UdpSocket>);
+
+#[cfg(unix)]
+impl Datagrams {
+    /// Takes a socket that does not block.
+    #[expect(
+        deprecated,
+        reason = "what takes its place is unsafe; a socket that is owned stays open and the same, which is all it asks"
+    )]
+    pub(super) fn new(socket: UdpSocket) -> Result<Self> {
+        Ok(Self(tokio::io::unix::AsyncFd::with_interest(socket, tokio::io::Interest::READABLE)?))
+    }
+
+    pub(super) async fn readable(&self) -> Result<()> {
+        self.0.readable().await?.retain_ready();
+        Ok(())
+    }
+
+    fn read<T>(&self, read: impl FnOnce(&UdpSocket) -> Result<T>) -> Result<T> {
+        self.0.try_io(tokio::io::Interest::READABLE, read)
+    }
+
+    pub(super) fn try_recv(&self, buffer: &mut [u8]) -> Result<usize> {
+        self.read(|socket| socket.recv(buffer))
+    }
+
+    pub(super) fn try_recv_from(&self, buffer: &mut [u8]) -> Result<(usize, SocketAddr)> {
+        self.read(|socket| socket.recv_from(buffer))
+    }
+
+    fn try_send(&self, (bytes, place): &Datagram<'_>) -> Result<usize> {
+        match place {
+            Some(place) => self.0.get_ref().send_to(bytes, place),
+            None => self.0.get_ref().send(bytes),
+        }
+    }
+
+    pub(super) fn local_addr(&self) -> Result<SocketAddr> {
+        self.0.get_ref().local_addr()
+    }
+}
+
+/// The same by tokio's own socket.
+#[cfg(not(unix))]
+pub(super) struct Datagrams(tokio::net::UdpSocket);
+
+#[cfg(not(unix))]
+impl Datagrams {
+    /// Takes a socket that does not block.
+    pub(super) fn new(socket: UdpSocket) -> Result<Self> {
+        Ok(Self(tokio::net::UdpSocket::from_std(socket)?))
+    }
+
+    pub(super) async fn readable(&self) -> Result<()> {
+        self.0.readable().await
+    }
+
+    pub(super) fn try_recv(&self, buffer: &mut [u8]) -> Result<usize> {
+        self.0.try_recv(buffer)
+    }
+
+    pub(super) fn try_recv_from(&self, buffer: &mut [u8]) -> Result<(usize, SocketAddr)> {
+        self.0.try_recv_from(buffer)
+    }
+
+    fn try_send(&self, (bytes, place): &Datagram<'_>) -> Result<usize> {
+        match place {
+            Some(place) => self.0.try_send_to(bytes, *place),
+            None => self.0.try_send(bytes),
+        }
+    }
+
+    pub(super) fn local_addr(&self) -> Result<SocketAddr> {
+        self.0.local_addr()
+    }
+}
+
+/// What is to be sent, and where to; a connected socket has one place of its own.
+pub(super) type Datagram<'a> = (&'a [u8], Option<SocketAddr>);
+
+/// Sends datagrams in their order without ever waiting, and tells of each, by its number and in that order, what became of it.
+pub(super) fn send_all(socket: &Datagrams, datagrams: &[Datagram<'_>], mut told: impl FnMut(usize, Sent)) {
+    let mut number = 0;
+    while let rest @ [first, ..] = &datagrams[number..] {
+        let sent = if rest.len() > 1 { send_some(socket, rest) } else { 0 };
+        (number..number + sent).for_each(|number| told(number, Sent::Accepted { displaced: 0 }));
+        number += sent;
+        if sent == 0 {
+            // What is wrong with it, the system says only when it is sent alone.
+            told(number, send(socket, first));
+            number += 1;
+        }
+    }
+}
+
+fn send(socket: &Datagrams, datagram: &Datagram<'_>) -> Sent {
+    // An earlier datagram's refusal (ICMP) is reported by a later call, which then sends nothing: call again.
+    let sent = match socket.try_send(datagram) {
+        Err(error) if is_refusal(&error) => socket.try_send(datagram),
+        result => result,
+    };
+    match sent {
+        Ok(_) => Sent::Accepted { displaced: 0 },
+        Err(error) if error.kind() == ErrorKind::WouldBlock => Sent::Full,
+        Err(_) => Sent::NobodyThere,
+    }
+}
+
+/// Sends as many as the system takes with one call, the first ones.
+#[cfg(target_os = "linux")]
+fn send_some(socket: &Datagrams, datagrams: &[Datagram<'_>]) -> usize {
+    use std::io::IoSlice;
+
+    use rustix::net::addr::SocketAddrArg;
+    use rustix::net::{MMsgHdr, SendAncillaryBuffer, SendFlags, sendmmsg};
+
+    let places: Vec<_> = datagrams.iter().map(|(_, place)| place.map(|place| place.as_any())).collect();
+    let bytes: Vec<_> = datagrams.iter().map(|(bytes, _)| [IoSlice::new(bytes)]).collect();
+    let mut controls: Vec<_> = datagrams.iter().map(|_| SendAncillaryBuffer::default()).collect();
+    let mut messages: Vec<_> = places
+        .iter()
+        .zip(&bytes)
+        .zip(&mut controls)
+        .map(|((place, bytes), control)| match place {
+            Some(place) => MMsgHdr::new_with_addr(place, bytes, control),
+            None => MMsgHdr::new(bytes, control),
+        })
+        .collect();
+    sendmmsg(socket.0.get_ref(), &mut messages, SendFlags::empty()).unwrap_or(0)
+}
+
+/// None: this system has no such call that Rust's libraries know.
+#[cfg(not(target_os = "linux"))]
+const fn send_some(_: &Datagrams, _: &[Datagram<'_>]) -> usize {
+    0
+}
+
+fn is_refusal(error: &Error) -> bool {
+    matches!(error.kind(), ErrorKind::ConnectionRefused | ErrorKind::ConnectionReset)
+}
+
+/// The errors that say "not now" or "nobody there yet" about one datagram, not that the socket is broken.
+pub(super) fn is_passing(error: &Error) -> bool {
+    is_refusal(error)
+        || matches!(
+            error.kind(),
+            ErrorKind::Interrupted
+                | ErrorKind::HostUnreachable
+                | ErrorKind::NetworkUnreachable
+                | ErrorKind::NetworkDown
+        )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::in_time;
+
+    const ACCEPTED: Sent = Sent::Accepted { displaced: 0 };
+
+    async fn pair() -> (Datagrams, tokio::net::UdpSocket) {
+        let to = tokio::net::UdpSocket::bind("127.0.0.1:0").await.unwrap();
+        let from = open();
+        from.connect(to.local_addr().unwrap()).unwrap();
+        (Datagrams::new(from).unwrap(), to)
+    }
+
+    fn open() -> UdpSocket {
+        let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+        socket.set_nonblocking(true).unwrap();
+        socket
+    }
+
+    fn sent(socket: &Datagrams, datagrams: &[Datagram<'_>]) -> Vec<Sent> {
+        let mut all = Vec::new();
+        send_all(socket, datagrams, |number, sent| {
+            assert_eq!(number, all.len(), "in their order");
+            all.push(sent);
+        });
+        all
+    }
+
+    async fn next(socket: &tokio::net::UdpSocket) -> Vec<u8> {
+        let mut buffer = [0; 100];
+        let count = in_time(socket.recv(&mut buffer)).await.unwrap();
+        buffer[..count].to_vec()
+    }
+
+    #[tokio::test]
+    async fn what_the_system_refuses_in_the_middle_costs_only_itself() {
+        let (from, to) = pair().await;
+        let oversized = vec![0; 70_000];
+        assert_eq!(sent(&from, &[]), []);
+        let datagrams: [Datagram<'_>; 6] =
+            [(b"a", None), (b"b", None), (&oversized, None), (&oversized, None), (b"c", None), (b"d", None)];
+        let expected = [ACCEPTED, ACCEPTED, Sent::NobodyThere, Sent::NobodyThere, ACCEPTED, ACCEPTED];
+        assert_eq!(sent(&from, &datagrams), expected);
+        for expected in [b"a", b"b", b"c", b"d"] {
+            assert_eq!(next(&to).await, expected);
+        }
+    }
+
+    #[tokio::test]
+    async fn each_goes_to_its_own_place() {
+        let ((_, one), (_, two), socket) = (pair().await, pair().await, Datagrams::new(open()).unwrap());
+        let places = [&one, &two].map(|socket| Some(socket.local_addr().unwrap()));
+        let nowhere = Some(SocketAddr::from(([255, 255, 255, 255], 9)));
+        let datagrams: [Datagram<'_>; 4] = [(b"a", places[0]), (b"b", places[1]), (b"c", nowhere), (b"d", places[0])];
+        assert_eq!(sent(&socket, &datagrams), [ACCEPTED, ACCEPTED, Sent::NobodyThere, ACCEPTED]);
+        assert_eq!([next(&one).await, next(&two).await, next(&one).await], [b"a", b"b", b"d"]);
+    }
+
+    #[tokio::test]
+    async fn a_refusal_of_an_earlier_datagram_costs_no_later_one() {
+        let (from, to) = pair().await;
+        let place = to.local_addr().unwrap();
+        drop(to);
+        let datagrams: [Datagram<'_>; 3] = [(b"a", None), (b"b", None), (b"c", None)];
+        for _ in 0..10 {
+            assert_eq!(sent(&from, &datagrams), [ACCEPTED; 3], "each is on its way, and the answer to it comes later");
+        }
+        let to = tokio::net::UdpSocket::bind(place).await.unwrap();
+        assert_eq!(sent(&from, &datagrams), [ACCEPTED; 3]);
+        for expected in [b"a", b"b", b"c"] {
+            assert_eq!(next(&to).await, expected);
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Owns when a reader may let several come together: to wake it costs as much as to handle ten of what it reads, so that what comes
+//! faster than it could be used one by one is read a few at a time.
+
+use std::time::{Duration, Instant};
+
+/// What comes faster is read several at a time.
+const FAST: Duration = Duration::from_micros(250);
+/// A silence counts as no longer than this.
+const SILENCE: Duration = Duration::from_secs(1);
+
+/// A reader that may be late by one pause while what it reads comes more often than every 250 µs.
+#[derive(Debug)]
+pub struct Pace {
+    pause: Duration,
+    /// When nothing was left the last time.
+    looked: Option<Instant>,
+    /// Read since.
+    taken: u32,
+    /// Between two, lately.
+    gap: Duration,
+}
+
+impl Pace {
+    /// A reader that has read nothing yet, and whose pauses take so long.
+    pub const fn new(pause: Duration) -> Self {
+        Self { pause, looked: None, taken: 0, gap: SILENCE }
+    }
+
+    /// Notes that one was read.
+    pub const fn on_taken(&mut self) {
+        self.taken = self.taken.saturating_add(1);
+    }
+
+    /// Nothing is left at this moment: how long to let some come before the next is waited for.
+    pub fn pause(&mut self, now: Instant) -> Option<Duration> {
+        let since = self.looked.replace(now).map(|looked| now.saturating_duration_since(looked));
+        if let (Some(since), 1..) = (since, self.taken) {
+            self.gap = (self.gap * 3 + since.min(SILENCE) / self.taken) / 4;
+        }
+        self.taken = 0;
+        (self.gap < FAST).then_some(self.pause)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reader_lets_several_come_while_they_come_fast() {
+        let (mut pace, mut now) = (Pace::new(Duration::from_millis(1)), Instant::now());
+        let mut reads = |count: u32, each: Duration| {
+            now += each * count;
+            (0..count).for_each(|_| pace.on_taken());
+            pace.pause(now).is_some()
+        };
+        let (slow, fast) = (Duration::from_millis(1), Duration::from_micros(100));
+        assert!((0..100).all(|_| !reads(1, slow)), "each is read at once");
+        assert!((0..3).all(|_| !reads(1, fast)), "a few that come together are no stream");
+        assert!((0..100).any(|_| reads(1, fast)));
+        assert!((0..100).all(|_| reads(10, fast)));
+        assert!((0..5).any(|_| !reads(1, slow)), "and soon at once again");
+        reads(1, Duration::from_secs(3600));
+        assert!(!reads(0, slow), "after a silence");
+    }
+}
