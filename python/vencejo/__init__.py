@@ -41,26 +41,17 @@ from vencejo.errors import (
     VehicleLost,
     VencejoError,
 )
-from vencejo.station import RecorderInfo, Station, connect, default_record_dir, default_signing_dir
-from vencejo.vehicle import (
-    Event,
-    FlightPreparation,
-    MissionProgress,
-    Parameter,
-    Parameters,
-    PlanState,
-    StatusText,
-    Vehicle,
-)
+from vencejo.station import Station, connect, default_record_dir, default_signing_dir
+from vencejo.vehicle import Parameters, Vehicle
 
 if TYPE_CHECKING:
+    from vencejo.findings import Finding
     from vencejo.link import LinkInfo
     from vencejo.params import load_params, save_params
     from vencejo.plan import (
         Circle,
         Command,
         Fence,
-        Finding,
         Frame,
         GeoPoint,
         Home,
@@ -74,18 +65,21 @@ if TYPE_CHECKING:
     from vencejo.signing import SigningInfo, SigningKeyInfo
     from vencejo.storage import Floors, StorageProblem
     from vencejo.telemetry import Telemetry
+    from vencejo.values import Event, FlightPreparation, MissionProgress, Parameter, PlanState, RecorderInfo, StatusText
 
-# Imported when somebody asks for it: to make the classes of plans and telemetry takes longer than to hear a plane.
+# Imported when somebody asks for it: to make all these classes takes longer than to hear a plane.
 _LATER = {
+    "findings": {"Finding"},
     "link": {"LinkInfo"},
     "params": {"load_params", "save_params"},
     "plan": {
-        "Circle", "Command", "Fence", "Finding", "Frame", "GeoPoint", "Home", "MissionItem", "Plan", "PlanNote", "PlanSettings", "Polygon",
+        "Circle", "Command", "Fence", "Frame", "GeoPoint", "Home", "MissionItem", "Plan", "PlanNote", "PlanSettings", "Polygon",
         "RallyPoint",
     },
     "signing": {"SigningInfo", "SigningKeyInfo"},
     "storage": {"Floors", "StorageProblem"},
     "telemetry": {"Telemetry"},
+    "values": {"Event", "FlightPreparation", "MissionProgress", "Parameter", "PlanState", "RecorderInfo", "StatusText"},
 }  # fmt: skip
 
 if not TYPE_CHECKING:  # which would take any name for one that there is

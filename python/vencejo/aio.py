@@ -30,12 +30,11 @@ from vencejo.plan import Home, Plan
 from vencejo.signing import SigningInfo
 from vencejo.station import Station
 from vencejo.telemetry import Telemetry
+from vencejo.values import Parameter, PlanState
 from vencejo.vehicle import (
     Danger,
     MavlinkMessage,
-    Parameter,
     PlanKind,
-    PlanState,
     ProgressCallback,
     VehicleState,
     _command_number,

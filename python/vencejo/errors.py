@@ -11,7 +11,10 @@ True
 
 from __future__ import annotations
 
-from vencejo.findings import Finding
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from vencejo.findings import Finding
 
 
 class VencejoError(Exception):

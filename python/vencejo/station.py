@@ -5,77 +5,48 @@ from __future__ import annotations
 import atexit
 import contextlib
 import os
-import sys
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 from vencejo import _native
 from vencejo._closing import Closing
 from vencejo._native import MavlinkMessage, Subscription
+from vencejo._whereabouts import data_dir, program
 from vencejo.control import Operator
 from vencejo.errors import ClosedError, InvalidRequest, VencejoError
 from vencejo.vehicle import Vehicle, VehicleState, _call_back, _signing_info
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from vencejo.link import LinkInfo
     from vencejo.signing import SigningInfo, SigningKeyInfo
     from vencejo.storage import Floors
+    from vencejo.values import RecorderInfo
 
-__all__ = ["RecorderInfo", "Station", "connect", "default_record_dir", "default_signing_dir"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class RecorderInfo:
-    """The recording of this session.
-
-    Attributes
-    ----------
-    path : Path or None
-        The ``.tlog`` being written.
-    is_recording : bool
-    frames, bytes, dropped : int
-        Written so far, and frames that the disk was too slow for.
-    problem : str or None
-        Why nothing is recorded.
-    """
-
-    path: Path | None
-    is_recording: bool
-    frames: int
-    bytes: int
-    dropped: int
-    problem: str | None
+__all__ = ["Station", "connect", "default_record_dir", "default_signing_dir"]
 
 
 def default_history_dir() -> Path:
     """Where fleets' histories are: ``history`` in the data folder, ``board`` of the aircraft here, ``ground/ORG`` of those far away."""
-    return _data_dir() / "history"
+    from pathlib import Path
 
-
-def _data_dir() -> Path:
-    own = os.environ.get("VENCEJO_DATA")
-    if own:
-        return Path(own)
-    base = os.environ.get("XDG_DATA_HOME")
-    return (Path(base) if base else Path.home() / ".local" / "share") / "vencejo"
+    return Path(data_dir("history"))
 
 
 def default_record_dir() -> Path:
     """Where telemetry logs go: ``$VENCEJO_DATA/telemetry``, else the user's data folder (XDG base directories)."""
-    return _data_dir() / "telemetry"
+    from pathlib import Path
 
-
-def _missions_dir() -> Path:
-    """Where it is kept from run to run whether a vehicle's mission may be mixed: `missions` in the data folder."""
-    return _data_dir() / "missions"
+    return Path(data_dir("telemetry"))
 
 
 def default_signing_dir() -> Path:
     """Where signing keys are: ``$VENCEJO_DATA/signing``, else in the user's data folder (XDG base directories)."""
-    return _data_dir() / "signing"
+    from pathlib import Path
+
+    return Path(data_dir("signing"))
 
 
 class Station(Closing):
@@ -144,13 +115,13 @@ class Station(Closing):
             if not 1 <= id <= 255:
                 raise InvalidRequest(f"our own {name} is {id}: it goes from 1 to 255")
         if record is True:
-            record_dir: str | None = str(default_record_dir())
+            record_dir: str | None = data_dir("telemetry")
         elif record is False:
             record_dir = None
         else:
             record_dir = os.fspath(record)
         if signing is True:
-            signing_dir: str | None = str(default_signing_dir())
+            signing_dir: str | None = data_dir("signing")
         else:
             signing_dir = None if signing is False else os.fspath(signing)
         self._native = _native.Station(
@@ -160,11 +131,12 @@ class Station(Closing):
             rate_hz=rate_hz,
             message_rates=dict(message_rates or {}),
             record_dir=record_dir,
-            missions_dir=str(_missions_dir()),
+            # Where it is kept from run to run whether a vehicle's mission may be mixed.
+            missions_dir=data_dir("missions"),
             signing_dir=signing_dir,
             request_streams=request_streams,
             floors_mb=None if floors is None else floors._mb,
-            operator=_program() if operator is None else operator,
+            operator=program() if operator is None else operator,
         )
         # Weak, so that a station that is no longer used is not kept by its own vehicles.
         self._vehicles: weakref.WeakValueDictionary[int, Vehicle] = weakref.WeakValueDictionary()
@@ -203,6 +175,8 @@ class Station(Closing):
     @property
     def recorder(self) -> RecorderInfo | None:
         """The recording, ``None`` when it is off."""
+        from vencejo.values import RecorderInfo
+
         info = self._native.recorder()
         return None if info is None else RecorderInfo(**info)
 
@@ -223,6 +197,8 @@ class Station(Closing):
         ...     [info.problem for info in station.recorder_changes(0.1)]
         []
         """
+        from vencejo.values import RecorderInfo
+
         changes = self._native.recorder_changes()
         while changes is not None and (state := changes.next(timeout_s)) is not None:
             info = RecorderInfo(**state)
@@ -268,6 +244,7 @@ class Station(Closing):
         ----------
         callback : function of a MavlinkMessage
             Its ``system_id`` tells the vehicle. A slow one loses the oldest messages (`Subscription.dropped`), it never delays a link.
+            While more than 4,000 come a second it is called with several at a time, up to 1 ms later.
         names : iterable of str, optional
             Only these messages.
         capacity : int, optional
@@ -368,13 +345,6 @@ class Station(Closing):
     def close(self) -> None:
         """Close all links and end the recording. What is under way ends with `ClosedError`. Can be called again."""
         self._native.close()
-
-
-def _program() -> str:
-    started = Path(sys.argv[0]) if sys.argv else Path()
-    # What is started by `-m` as a package is called as that is.
-    name = started.parent.name if started.name == "__main__.py" else started.name
-    return name if name not in ("", "-c", "-m") else "program"
 
 
 class _Elsewhere:

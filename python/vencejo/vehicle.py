@@ -11,7 +11,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
@@ -29,16 +28,12 @@ if TYPE_CHECKING:
     from vencejo.signing import SigningInfo
     from vencejo.station import Station
     from vencejo.telemetry import Telemetry
+    from vencejo.values import Event, FlightPreparation, MissionProgress, Parameter, PlanState, StatusText
     from vencejo.what_if import Trigger, WhatIf
 
 __all__ = [
-    "Event",
     "MavlinkMessage",
-    "MissionProgress",
-    "Parameter",
     "Parameters",
-    "PlanState",
-    "StatusText",
     "Vehicle",
 ]
 
@@ -64,163 +59,10 @@ ProgressCallback = Callable[[int, int], None]
 _LOOK_S = 0.2
 _F32_MAX = 3.4028234663852886e38
 
-SEVERITIES = ("emergency", "alert", "critical", "error", "warning", "notice", "info", "debug")
-"""Names of MAV_SEVERITY, 0 to 7."""
-
-
-@dataclass(frozen=True)
-class FlightPreparation:
-    """What a flight needs first: what `Vehicle.prepare_flight` does to the vehicle as it is now.
-
-    Attributes
-    ----------
-    from_mode : str
-        The mode that it is in.
-    mode : str or None
-        The mode to change to; ``None`` when it arms as it is, and stays where it is when armed.
-    rewinds_mission : bool
-        Whether the mission is set back to its beginning; false when there is none.
-    is_needed : bool
-        Whether a flight should not begin without it.
-    text : str
-        All of it in words.
-    """
-
-    from_mode: str
-    mode: str | None
-    rewinds_mission: bool
-    is_needed: bool
-    text: str
-
-    def __str__(self) -> str:
-        return self.text
-
-
-@dataclass(frozen=True, kw_only=True)
-class MissionProgress:
-    """Where the vehicle stands in its mission.
-
-    Attributes
-    ----------
-    item : int or None
-        Item in execution, counted from 1 as a plan's items are; ``None`` when there is none.
-    total : int or None
-        Items on board.
-    reached : tuple of int
-        Items reached since the mission began, in order.
-    is_complete : bool
-        Whether the mission was flown to its end.
-    distance_m : float or None
-        Way to go to the end of the mission.
-    time_s : float or None
-        Time to go at the present ground speed.
-    leg_distance_m : float or None
-        Way to go to the item in execution.
-    target_off_m : float or None
-        An alarm: the vehicle flies to somewhere that is this far from the current item of the plan that was read from it.
-        ``None`` while it does not, and where it cannot be told.
-    """
-
-    item: int | None
-    total: int | None
-    reached: tuple[int, ...]
-    is_complete: bool
-    distance_m: float | None
-    time_s: float | None
-    leg_distance_m: float | None
-    target_off_m: float | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlanState:
-    """What is known of a plan on board; only a read-back makes it known.
-
-    Attributes
-    ----------
-    state : {"unknown", "empty", "verified"}
-    count : int or None
-        Items, without home, when they were read.
-    hash : str or None
-        Fingerprint of the items as the vehicle holds them.
-    detail : str
-        The state in words.
-    may_be_mixed : bool
-        Whether it may be a mixture of two that an upload left behind: then the vehicle is not armed, and its mission neither
-        started nor jumped in, unless that is asked for ``despite_mixed_plan``.
-    position_error_m : float or None
-        What an upload gives back of a vehicle that keeps positions as 32-bit floats: how far the farthest place on board is
-        from where it was sent to be. ``None``: exact, or not known.
-    """
-
-    state: Literal["unknown", "empty", "verified"]
-    count: int | None
-    hash: str | None
-    detail: str
-    may_be_mixed: bool = False
-    position_error_m: float | None = None
-
-
-@dataclass(frozen=True)
-class StatusText:
-    """A text that the vehicle wrote.
-
-    Attributes
-    ----------
-    time_s : float
-        When it arrived, on the clock of `Telemetry.time_s`.
-    severity : int
-        MAV_SEVERITY: 0 emergency to 7 debug.
-    text : str
-    """
-
-    time_s: float
-    severity: int
-    text: str
-
-    @property
-    def severity_name(self) -> str:
-        """The severity in words."""
-        return SEVERITIES[self.severity] if 0 <= self.severity < len(SEVERITIES) else "unknown"
-
-
-@dataclass(frozen=True)
-class Event:
-    """Something that happened to a vehicle.
-
-    Attributes
-    ----------
-    kind : str
-        Such as ``"mode"``, ``"armed"``, ``"disarmed"``, ``"text"``, ``"item_reached"``, ``"lost"``, ``"regained"``,
-        ``"unreached"`` (heard, but it does not hear us), ``"reached"``.
-    time_s : float
-        On the clock of `Telemetry.time_s`.
-    detail : mapping of str to object
-        What the kind needs: ``{"mode": "AUTO"}``, ``{"item": 3}``…
-    """
-
-    kind: str
-    time_s: float
-    detail: Mapping[str, Any]
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A parameter as the vehicle has it.
-
-    Attributes
-    ----------
-    name : str
-    value : float
-    type : int
-        MAV_PARAM_TYPE: 9 is a float, others are integers.
-    """
-
-    name: str
-    value: float
-    type: int
-
 
 def _event(kind: str, time_s: float, detail: dict[str, Any]) -> Event:
+    from vencejo.values import Event
+
     return Event(kind, time_s, MappingProxyType(detail))
 
 
@@ -294,21 +136,29 @@ class VehicleState:
     @property
     def texts(self) -> list[StatusText]:
         """The newest texts that it wrote, oldest first."""
+        from vencejo.values import StatusText
+
         return [StatusText(*text) for text in self._native.texts()]
 
     @property
     def mission_progress(self) -> MissionProgress:
         """Where it stands in its mission."""
+        from vencejo.values import MissionProgress
+
         return MissionProgress(**self._native.progress())
 
     @property
     def flight_preparation(self) -> FlightPreparation | None:
         """What a flight needs first; ``None`` before the first heartbeat. See `Vehicle.prepare_flight`."""
         found = self._native.flight_preparation()
+        from vencejo.values import FlightPreparation
+
         return None if found is None else FlightPreparation(*found)
 
     def plan_state(self, kind: PlanKind = "mission") -> PlanState:
         """What is known of the mission, the fence or the rally points on board."""
+        from vencejo.values import PlanState
+
         return PlanState(**self._native.plan_state(kind))
 
     def plan_on_board(self, kind: PlanKind = "mission") -> Plan | None:
@@ -391,7 +241,8 @@ class VehicleState:
         Parameters
         ----------
         callback : function of a MavlinkMessage
-            A slow one loses the oldest messages (`Subscription.dropped`), it never delays the link.
+            A slow one loses the oldest messages (`Subscription.dropped`), it never delays the link. While more than 4,000 come a
+            second it is called with several at a time, up to 1 ms later.
         names : iterable of str, optional
             Only these messages.
         capacity : int, optional
@@ -564,6 +415,8 @@ class VehicleState:
         return pending
 
     def _uploaded(self, kind: PlanKind, pending: _native.Pending) -> PlanState:
+        from dataclasses import replace
+
         return replace(self.plan_state(kind), position_error_m=pending.position_error_m())
 
     def _set_current_item(self, item: int, despite_mixed_plan: bool) -> _native.Pending:
@@ -1093,6 +946,8 @@ class Parameters:
         ParameterError
             When the vehicle does not have it.
         """
+        from vencejo.values import Parameter
+
         return Parameter(*self._vehicle._wait(self._vehicle._native.param_read(name)))
 
     def set(self, name: str, value: float, *, confirm: Danger | None = None) -> Parameter:
@@ -1103,10 +958,14 @@ class Parameters:
         ParameterError
             When the vehicle does not have it, or keeps another value.
         """
+        from vencejo.values import Parameter
+
         return Parameter(*self._vehicle._wait(self._vehicle._native.param_set(name, float(value), confirm)))
 
     def all(self, *, progress: ProgressCallback | None = None) -> dict[str, Parameter]:
         """Read all, by name."""
+        from vencejo.values import Parameter
+
         found = self._vehicle._wait(self._vehicle._native.param_list(), progress)
         return {name: Parameter(name, value, kind) for name, value, kind in found}
 

@@ -176,3 +176,14 @@ def test_ctrl_c_ends_a_wait(waiting: str) -> None:
             process.kill()
     assert "KeyboardInterrupt" in said
     assert process.returncode != 0
+
+
+def test_little_is_imported_to_hear_a_vehicle() -> None:
+    program = """
+import sys, vencejo
+vencejo.Station(record=False).close()
+print(sorted({"dataclasses", "inspect", "pathlib", "vencejo.values"} & sys.modules.keys()))
+assert vencejo.Event.__module__ == "vencejo.values"
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=True)
+    assert done.stdout == "[]\n", done

@@ -33,7 +33,7 @@ fn describe_link(address: &str) -> PyResult<String> {
     Ok(address.to_string())
 }
 
-/// A recording as `vencejo.station.RecorderInfo` wants it.
+/// A recording as `vencejo.values.RecorderInfo` wants it.
 fn recorder_dict<'py>(py: Python<'py>, folder: &Path, status: &RecorderStatus) -> PyResult<Bound<'py, PyDict>> {
     let path = match &status.state {
         RecorderState::Recording { file } => Some(folder.join(file)),

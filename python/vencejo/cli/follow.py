@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from vencejo.plan import MissionItem, Plan
     from vencejo.telemetry import Telemetry
-    from vencejo.vehicle import MissionProgress, StatusText
+    from vencejo.values import MissionProgress, StatusText
 
 STALE_AFTER_S: Final = 3.5
 LOST_AFTER_S: Final = 5.0

@@ -31,7 +31,8 @@ from vencejo.cli.common import (
 from vencejo.cli.connecting import vehicle_on
 
 if TYPE_CHECKING:
-    from vencejo.vehicle import Danger, Parameter, Vehicle
+    from vencejo.values import Parameter
+    from vencejo.vehicle import Danger, Vehicle
 
 params_app = typer.Typer(
     no_args_is_help=True,

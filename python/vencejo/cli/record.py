@@ -30,7 +30,8 @@ from vencejo.cli.connecting import real_link, recording_told
 from vencejo.cli.history import only_histories, replay_history
 
 if TYPE_CHECKING:
-    from vencejo.station import RecorderInfo, Station
+    from vencejo.station import Station
+    from vencejo.values import RecorderInfo
 
 LINES_EVERY_S: Final = 10.0
 UP_WITHIN_S: Final = 5.0

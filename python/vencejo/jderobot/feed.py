@@ -15,7 +15,8 @@ from vencejo.jderobot.access import remote_address
 from vencejo.jderobot.runtime import Slices
 from vencejo.jderobot.states import States
 from vencejo.jderobot.subject import LOG
-from vencejo.vehicle import Event, Vehicle
+from vencejo.values import Event
+from vencejo.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from vencejo import Subscription

@@ -20,7 +20,8 @@ from vencejo.jderobot.subject import Subject
 from vencejo.jderobot.workers import Workers
 from vencejo.landing import LandingCaution, Wind, design_landing
 from vencejo.plan import Frame, GeoPoint, MissionItem, Plan
-from vencejo.vehicle import PlanState, Vehicle
+from vencejo.values import PlanState
+from vencejo.vehicle import Vehicle
 
 __all__ = [
     "MAX_HEIGHT_M",

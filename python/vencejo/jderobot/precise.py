@@ -14,7 +14,8 @@ from vencejo.jderobot.runtime import Slices, tolerant
 from vencejo.jderobot.states import States
 from vencejo.jderobot.subject import Subject
 from vencejo.plan import Circle, Fence, GeoPoint, Home, MissionItem, Plan, Polygon, RallyPoint
-from vencejo.vehicle import Danger, PlanKind, PlanState, Vehicle
+from vencejo.values import PlanState
+from vencejo.vehicle import Danger, PlanKind, Vehicle
 
 __all__ = ["Control", "Missions", "States", "TelemetryServant", "plan_from_slice", "plan_to_slice"]
 

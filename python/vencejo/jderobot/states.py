@@ -9,7 +9,8 @@ from typing import Any
 
 from vencejo.jderobot.runtime import Slices
 from vencejo.telemetry import Group, Telemetry
-from vencejo.vehicle import Event, Vehicle
+from vencejo.values import Event
+from vencejo.vehicle import Vehicle
 
 __all__ = ["States"]
 
