@@ -1,11 +1,12 @@
 //! Bounded queues of messages and events for Python.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use vencejo_link::Pace;
 use vencejo_proto::MonoTime;
 use vencejo_station::{DropOldest, Observed, Received, Taken, WeakVehicleHandle};
 use vencejo_vehicle::VehicleEvent;
@@ -16,6 +17,8 @@ use crate::telemetry::seconds;
 
 /// How long Python's signal handlers wait at most.
 const SIGNAL_INTERVAL: Duration = Duration::from_millis(100);
+/// How late a callback may be while entries come faster than it could be called for each at once.
+const PAUSE: Duration = Duration::from_millis(1);
 
 #[derive(Clone)]
 enum Queue {
@@ -23,11 +26,29 @@ enum Queue {
     Events(Arc<DropOldest<Observed>>, WeakVehicleHandle),
 }
 
-fn next_of<T: Send>(py: Python<'_>, queue: &DropOldest<T>, timeout: Option<Duration>) -> Taken<T> {
-    match queue.take_ready() {
-        Taken::TimedOut => runtime::detached(py, || queue.take_blocking(timeout)),
-        taken => taken,
+/// How to wait for an entry.
+#[derive(Clone, Copy)]
+enum Wait<'a> {
+    /// As long as this.
+    Until(Duration),
+    /// For ever, a little late when they come fast.
+    Paced(&'a Mutex<Pace>),
+}
+
+fn next_of<T: Send>(py: Python<'_>, queue: &DropOldest<T>, wait: Wait<'_>) -> Taken<T> {
+    let taken = match (queue.take_ready(), wait) {
+        (Taken::TimedOut, Wait::Until(timeout)) => runtime::detached(py, || queue.take_blocking(Some(timeout))),
+        (Taken::TimedOut, Wait::Paced(pace)) => runtime::detached(py, || queue.take_paced(&mut lock(pace))),
+        (taken, _) => taken,
+    };
+    if let (Taken::Item(_), Wait::Paced(pace)) = (&taken, wait) {
+        lock(pace).on_taken();
     }
+    taken
+}
+
+fn lock(pace: &Mutex<Pace>) -> MutexGuard<'_, Pace> {
+    pace.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn to_python<'py, T>(
@@ -42,19 +63,19 @@ fn to_python<'py, T>(
 }
 
 impl Queue {
-    /// The next entry: what waits already, or, without the GIL, what comes in time; `None` waits for ever.
+    /// The next entry: what waits already, or, without the GIL, what comes in time.
     ///
     /// A reader that is behind so has all that waits with one acquisition of the GIL.
-    fn take<'py>(&self, py: Python<'py>, timeout: Option<Duration>) -> PyResult<Taken<Bound<'py, PyAny>>> {
+    fn take<'py>(&self, py: Python<'py>, wait: Wait<'_>) -> PyResult<Taken<Bound<'py, PyAny>>> {
         match self {
             Self::Messages(queue) => {
-                let taken = next_of(py, queue, timeout);
+                let taken = next_of(py, queue, wait);
                 to_python(taken, |received| {
                     Ok(Bound::new(py, PyMessage::received(py, &received.frame, received.at))?.into_any())
                 })
             }
             Self::Events(queue, vehicle) => {
-                let taken = next_of(py, queue, timeout);
+                let taken = next_of(py, queue, wait);
                 to_python(taken, |observed| event_tuple(py, vehicle, &observed.event, observed.at))
             }
         }
@@ -79,6 +100,8 @@ impl Queue {
 #[pyclass(frozen, module = "vencejo._native")]
 pub struct Subscription {
     queue: Queue,
+    /// How the thread that calls back takes them.
+    pace: Mutex<Pace>,
     /// Whether the reader itself has ended it: then it wants no more of what waits either.
     is_ended: AtomicBool,
 }
@@ -86,12 +109,16 @@ pub struct Subscription {
 impl Subscription {
     /// A queue of messages.
     pub fn of_messages(queue: Arc<DropOldest<Received>>) -> Self {
-        Self { queue: Queue::Messages(queue), is_ended: AtomicBool::new(false) }
+        Self::of(Queue::Messages(queue))
     }
 
     /// A queue of events.
     pub fn of_events(queue: Arc<DropOldest<Observed>>, vehicle: WeakVehicleHandle) -> Self {
-        Self { queue: Queue::Events(queue, vehicle), is_ended: AtomicBool::new(false) }
+        Self::of(Queue::Events(queue, vehicle))
+    }
+
+    fn of(queue: Queue) -> Self {
+        Self { queue, pace: Mutex::new(Pace::new(PAUSE)), is_ended: AtomicBool::new(false) }
     }
 }
 
@@ -111,7 +138,7 @@ impl Subscription {
             let rest = deadline.map_or(SIGNAL_INTERVAL, |deadline| {
                 deadline.saturating_duration_since(Instant::now()).min(SIGNAL_INTERVAL)
             });
-            match self.queue.take(py, Some(rest))? {
+            match self.queue.take(py, Wait::Until(rest))? {
                 Taken::Item(item) => return Ok(Some(item)),
                 Taken::Closed => return Ok(None),
                 Taken::TimedOut => py.check_signals()?,
@@ -128,7 +155,7 @@ impl Subscription {
         if is_ended() {
             return Ok(None);
         }
-        Ok(match self.queue.take(py, None)? {
+        Ok(match self.queue.take(py, Wait::Paced(&self.pace))? {
             Taken::Item(item) if !is_ended() => Some(item),
             _ => None,
         })

@@ -2,9 +2,10 @@
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tokio::sync::Notify;
+use vencejo_link::Pace;
 
 /// What became of a wait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,6 +25,17 @@ struct State<T> {
     is_closed: bool,
     /// Readers that are blocked: waking costs a system call, also when nobody sleeps.
     blocked: usize,
+    /// One of them was woken and has not come yet: it need not be woken again.
+    is_woken: bool,
+}
+
+impl<T> State<T> {
+    /// Whether a blocked reader is to be woken now, for what is in the queue.
+    fn wakes(&mut self) -> bool {
+        let wakes = self.blocked > 0 && !self.is_woken && !self.items.is_empty();
+        self.is_woken |= wakes;
+        wakes
+    }
 }
 
 /// A queue of at most `capacity` entries between the link's task and one reader, blocking or asynchronous.
@@ -40,7 +52,13 @@ impl<T> DropOldest<T> {
     pub fn new(capacity: usize) -> Self {
         Self {
             capacity: capacity.max(1),
-            state: Mutex::new(State { items: VecDeque::new(), dropped: 0, is_closed: false, blocked: 0 }),
+            state: Mutex::new(State {
+                items: VecDeque::new(),
+                dropped: 0,
+                is_closed: false,
+                blocked: 0,
+                is_woken: false,
+            }),
             blocking: Condvar::new(),
             waiting: Notify::new(),
         }
@@ -64,9 +82,9 @@ impl<T> DropOldest<T> {
             state.dropped += 1;
         }
         state.items.push_back(item);
-        let is_awaited = state.blocked > 0;
+        let wakes = state.wakes();
         drop(state);
-        if is_awaited {
+        if wakes {
             self.blocking.notify_one();
         }
         self.waiting.notify_one();
@@ -88,8 +106,23 @@ impl<T> DropOldest<T> {
                 self.blocking.wait_timeout_while(state, timeout, is_idle).unwrap_or_else(PoisonError::into_inner).0
             }
         };
-        state.blocked -= 1;
-        Self::first(&mut state)
+        (state.blocked, state.is_woken) = (state.blocked - 1, false);
+        let first = Self::first(&mut state);
+        // What came meanwhile is for another one.
+        let wakes = state.wakes();
+        drop(state);
+        if wakes {
+            self.blocking.notify_one();
+        }
+        first
+    }
+
+    /// As [`Self::take_blocking`] without a time-out, by a reader that found nothing and may be a little late.
+    pub fn take_paced(&self, pace: &mut Pace) -> Taken<T> {
+        if let Some(pause) = pace.pause(Instant::now()) {
+            std::thread::sleep(pause);
+        }
+        self.take_blocking(None)
     }
 
     fn first(state: &mut State<T>) -> Taken<T> {
@@ -200,6 +233,23 @@ mod tests {
         let taken: Vec<Vec<i32>> = readers.into_iter().map(|reader| reader.join().expect("reader")).collect();
         assert!(taken.iter().all(|of_one| of_one.is_sorted()));
         assert_eq!(taken.iter().map(Vec::len).sum::<usize>(), 20_000);
+    }
+
+    #[test]
+    fn what_comes_in_a_pause_is_all_there_after_it() {
+        let queue = DropOldest::new(8);
+        let mut pace = Pace::new(Duration::from_millis(1));
+        let start = Instant::now();
+        // As though thousands had come.
+        for n in 1..=20 {
+            pace.on_taken();
+            pace.pause(start + Duration::from_micros(n));
+        }
+        queue.push(1);
+        queue.push(2);
+        assert_eq!((queue.take_paced(&mut pace), queue.take_paced(&mut pace)), (Taken::Item(1), Taken::Item(2)));
+        queue.close();
+        assert_eq!(queue.take_paced(&mut pace), Taken::Closed);
     }
 
     #[tokio::test]
