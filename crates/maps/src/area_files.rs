@@ -54,7 +54,9 @@ impl Maps {
         let (source, cache) = self.keeper(source)?;
         let grid = self.known_grid(&source).await?;
         let (name, now_s) = (sniff::one_line(name, 100), self.now_s());
-        let id = blocking(move || import(&cache, &grid, &source.settings, &name, &path, now_s)).await?;
+        let into = source.clone();
+        let id = blocking(move || import(&cache, &grid, &into.settings, &name, &path, now_s)).await?;
+        source.shown.clear();
         self.tell_news();
         self.area(&id).await
     }

@@ -2,13 +2,14 @@
 //! was read as it ended. That source is set aside, and told, until its file is another one or somebody has it tried again.
 //!
 //! The limits of [`crate::memory`] are meant to make this needless; it is for what nobody thought of, so that a file which ends the
-//! process does so once, and not again at each start. A note costs two small writes and is not forced to the disk: it has to
-//! outlive the process, not the power. One that does outlive the power accuses nothing: the machine was started since, and
+//! process does so once, and not again at each start. A note is a file that stays and is blank while nobody reads: two writes of
+//! a few bytes, where to make and remove a file took as long as to read a tile. It is not forced to the disk: it has to outlive the
+//! process, not the power. One that does outlive the power accuses nothing: the machine was started since, and
 //! whatever was read then did not end the process.
 
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
-use std::io::{Read, Write};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -18,10 +19,28 @@ use crate::settings::SourceSettings;
 /// Bytes of a note at most.
 const MAX_NOTE: u64 = 4096;
 
+/// Who reads a source.
+#[derive(Default)]
+struct Readers {
+    /// How many do now.
+    count: usize,
+    /// Where that is noted; `None` where it cannot be.
+    note: Option<File>,
+}
+
+impl Readers {
+    /// Writes the note over. All marks have one length.
+    fn write(&mut self, text: &[u8]) {
+        if let Some(note) = &mut self.note {
+            let _ = note.seek(SeekFrom::Start(0)).and_then(|_| note.write_all(text));
+        }
+    }
+}
+
 #[derive(Default)]
 struct State {
-    /// How many read a source now.
-    read: HashMap<String, usize>,
+    /// Of each source that was read.
+    read: HashMap<String, Readers>,
     /// What was read of the sources that are set aside.
     aside: HashMap<String, String>,
     /// Ours, held as long as we run; `None` where none can be had, and when we are done.
@@ -58,13 +77,10 @@ pub(crate) struct Reading {
 impl Drop for Reading {
     fn drop(&mut self) {
         let mut state = self.asides.lock();
-        let Some(count) = state.read.get_mut(&self.id) else { return };
-        *count -= 1;
-        if *count == 0 {
-            state.read.remove(&self.id);
-            if let Some(run) = &state.run {
-                let _ = std::fs::remove_file(run.folder.join(&self.id));
-            }
+        let Some(readers) = state.read.get_mut(&self.id) else { return };
+        readers.count -= 1;
+        if readers.count == 0 {
+            readers.write(&[b' '; MARK_LEN]);
         }
     }
 }
@@ -87,12 +103,16 @@ impl Asides {
     /// Notes that a source is read.
     pub(crate) fn reading(self: &Arc<Self>, settings: &SourceSettings) -> Reading {
         let mut state = self.lock();
-        let count = state.read.entry(settings.id.clone()).or_default();
-        *count += 1;
-        if *count == 1
-            && let Some(run) = &state.run
+        let State { read, run, .. } = &mut *state;
+        let readers = read.entry(settings.id.clone()).or_default();
+        readers.count += 1;
+        if readers.count == 1
+            && let Some(run) = run
         {
-            let _ = std::fs::write(run.folder.join(&settings.id), mark(settings, &self.maps));
+            if readers.note.is_none() {
+                readers.note = File::create(run.folder.join(&settings.id)).ok();
+            }
+            readers.write(mark(settings, &self.maps).as_bytes());
         }
         Reading { asides: self.clone(), id: settings.id.clone() }
     }
@@ -117,7 +137,10 @@ impl Asides {
 
     /// Ends the notes: what is read from now on is read as the process ends in good order.
     pub(crate) fn close(&self) {
-        self.lock().run = None;
+        let mut state = self.lock();
+        // First the files, that a folder with open ones can be removed on every system.
+        state.read.values_mut().for_each(|readers| readers.note = None);
+        state.run = None;
     }
 }
 
@@ -153,6 +176,9 @@ fn collect(maps: &Path) -> std::io::Result<(Run, HashMap<String, String>)> {
             continue;
         }
         for note in std::fs::read_dir(&run.folder).into_iter().flatten().flatten() {
+            if std::fs::read(note.path()).is_ok_and(|text| text.trim_ascii().is_empty()) {
+                continue;
+            }
             let id = note.file_name().to_string_lossy().into_owned();
             tracing::error!(source = id, "the program ended while this map source was read; it is set aside");
             let _ = vencejo_store::install(&note.path(), &kept.join(id));
@@ -178,6 +204,9 @@ fn collect(maps: &Path) -> std::io::Result<(Run, HashMap<String, String>)> {
     std::fs::create_dir_all(&own)?;
     Ok((Run { folder: own, lock, _file: file }, aside))
 }
+
+/// Bytes of a mark.
+const MARK_LEN: usize = 16;
 
 /// Which file, or which service, a source is read from.
 fn mark(settings: &SourceSettings, maps: &Path) -> String {

@@ -273,16 +273,20 @@ impl Cache {
                 })
                 .optional()
         })?;
-        if found.is_some() && !self.is_frozen {
-            let mut touched = self.touched.lock().unwrap_or_else(PoisonError::into_inner);
-            touched.insert(tile, now_s);
-            let is_much = touched.len() >= TOUCHES;
-            drop(touched);
-            if is_much {
-                self.flush()?;
-            }
+        if found.is_some() && self.note_use(tile, now_s) >= TOUCHES {
+            self.flush()?;
         }
         Ok(found)
+    }
+
+    /// Notes in memory that a tile is used, and tells how many uses are not yet in the file.
+    pub fn note_use(&self, tile: TileId, now_s: i64) -> usize {
+        if self.is_frozen {
+            return 0;
+        }
+        let mut touched = self.touched.lock().unwrap_or_else(PoisonError::into_inner);
+        touched.insert(tile, now_s);
+        touched.len()
     }
 
     /// Writes down which tiles were used when, so that those are not forgotten first.

@@ -81,7 +81,11 @@ impl Maps {
         let source = self.source(id)?;
         self.shared.heights.lock().unwrap_or_else(PoisonError::into_inner).clear();
         match source.cache.clone() {
-            Some(cache) => blocking(move || cache.clear()).await,
+            Some(cache) => {
+                blocking(move || cache.clear()).await?;
+                source.shown.clear();
+                Ok(())
+            }
             None => Ok(()),
         }
     }

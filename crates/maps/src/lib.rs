@@ -47,6 +47,7 @@ pub mod presets;
 pub mod raster;
 pub mod service;
 pub mod settings;
+mod shown;
 pub mod sniff;
 mod source;
 mod task;

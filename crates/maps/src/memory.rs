@@ -1,5 +1,6 @@
 //! Memory for reading what others wrote. A decoder asks before it allocates, so that what a file announces is refused or waits
-//! its turn, whatever is read beside it; and what was unpacked is kept on one shelf, whose size does not grow with the files.
+//! its turn, whatever is read beside it; what was unpacked is kept on one shelf and what was shown on another, whose sizes do not
+//! grow with the files.
 //!
 //! An allocation that fails ends the process and nothing can catch it. Hence no decoder is given a size that was not asked for
 //! here ([ADR 0013](../../../docs/adr/0013-limits-for-what-rust-decodes-a-child-for-what-it-does-not.md)).
@@ -14,11 +15,14 @@ use std::time::{Duration, Instant};
 pub const MAX_READING: u64 = 256 * 1024 * 1024;
 /// Bytes of unpacked pictures, pieces and heights that are kept.
 const MAX_KEPT: usize = 192 * 1024 * 1024;
+/// Bytes of tiles that are kept as they were shown.
+const MAX_SHOWN: usize = 64 * 1024 * 1024;
 /// How long a decoder waits for others to be done.
 const WAIT: Duration = Duration::from_secs(20);
 
 static READING: Budget = Budget::new(MAX_READING);
-static SHELF: LazyLock<Shelf> = LazyLock::new(|| Shelf::new(MAX_KEPT));
+static UNPACKED: LazyLock<Shelf> = LazyLock::new(|| Shelf::new(MAX_KEPT));
+static SHOWN: LazyLock<Shelf> = LazyLock::new(|| Shelf::new(MAX_SHOWN));
 
 /// Bytes that may be held at once.
 struct Budget {
@@ -104,7 +108,7 @@ impl Kept {
     }
 }
 
-/// What was unpacked lately, of all files.
+/// What was used lately, of all owners.
 struct Shelf {
     most: usize,
     kept: Mutex<Kept>,
@@ -170,34 +174,60 @@ impl Shelf {
     }
 }
 
-/// One file's part of the shelf; what it put there goes with it.
-#[derive(Debug)]
-pub(crate) struct Unpacked(u64);
+/// One owner's part of a shelf; what it put there goes with it.
+pub(crate) struct Shelved {
+    shelf: &'static LazyLock<Shelf>,
+    owner: u64,
+}
 
-impl Default for Unpacked {
-    fn default() -> Self {
-        static COUNT: AtomicU64 = AtomicU64::new(0);
-        Self(COUNT.fetch_add(1, Ordering::Relaxed))
+impl std::fmt::Debug for Shelved {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Shelved").field("owner", &self.owner).finish_non_exhaustive()
     }
 }
 
-impl Unpacked {
-    /// A piece that was unpacked lately.
-    pub(crate) fn get<T: Send + Sync + 'static>(&self, a: u64, b: u64) -> Option<Arc<T>> {
-        SHELF.get((self.0, a, b))?.downcast().ok()
+impl Shelved {
+    fn on(shelf: &'static LazyLock<Shelf>) -> Self {
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        Self { shelf, owner: COUNT.fetch_add(1, Ordering::Relaxed) }
     }
 
-    /// Keeps a piece of so many bytes, and forgets those of all files that were used least recently and that nobody uses now;
+    /// Of what a file holds packed.
+    pub(crate) fn unpacked() -> Self {
+        Self::on(&UNPACKED)
+    }
+
+    /// Of tiles as they were shown.
+    pub(crate) fn tiles() -> Self {
+        Self::on(&SHOWN)
+    }
+
+    /// A piece that was put there lately.
+    pub(crate) fn get<T: Send + Sync + 'static>(&self, a: u64, b: u64) -> Option<Arc<T>> {
+        self.shelf.get((self.owner, a, b))?.downcast().ok()
+    }
+
+    /// Keeps a piece of so many bytes, and forgets those of all owners that were used least recently and that nobody uses now;
     /// whether there was room for it.
     pub(crate) fn put<T: Send + Sync + 'static>(&self, a: u64, b: u64, piece: &Arc<T>, bytes: usize) -> bool {
         // What holds it beside the piece.
-        SHELF.put((self.0, a, b), piece.clone(), bytes.saturating_add(128))
+        self.shelf.put((self.owner, a, b), piece.clone(), bytes.saturating_add(128))
+    }
+
+    /// Forgets a piece.
+    pub(crate) fn forget(&self, a: u64, b: u64) {
+        self.shelf.lock().forget((self.owner, a, b));
+    }
+
+    /// Forgets all of its pieces.
+    pub(crate) fn clear(&self) {
+        self.shelf.forget(self.owner);
     }
 }
 
-impl Drop for Unpacked {
+impl Drop for Shelved {
     fn drop(&mut self) {
-        SHELF.forget(self.0);
+        self.clear();
     }
 }
 

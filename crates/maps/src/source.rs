@@ -24,6 +24,7 @@ use crate::files::{About, TileFile};
 use crate::google::Google;
 use crate::grid::{TileGrid, TileId};
 use crate::settings::{Caching, DEFAULT_MAX_ZOOM, SourceKind, SourceSettings};
+use crate::shown::Shown;
 use crate::task::FAILED_INSIDE;
 use crate::tile::Tile;
 use crate::xyz::Template;
@@ -164,6 +165,7 @@ pub struct Source {
     pub(crate) live: Live,
     pub(crate) about: About,
     pub(crate) cache: Option<Arc<Cache>>,
+    pub(crate) shown: Shown,
     pub(crate) counts: Counts,
     pub(crate) flights: Mutex<HashMap<TileId, Flight>>,
     /// Held while its capabilities are read.
@@ -213,6 +215,7 @@ impl Source {
             live,
             about,
             cache,
+            shown: Shown::default(),
             counts: Counts::default(),
             flights: Mutex::default(),
             learning: tokio::sync::Mutex::default(),

@@ -13,6 +13,7 @@ use crate::grid::TileId;
 use crate::net::{Freshness, Request, refused};
 use crate::service::{Maps, with_key};
 use crate::settings::{Caching, SourceKind, SourceSettings};
+use crate::shown::Found;
 use crate::sniff::{self, Picture};
 use crate::source::{Flight, Live, Source, SourceState, count, tile_url};
 use crate::task::blocking;
@@ -29,6 +30,8 @@ const USUAL_LIFETIME: Duration = Duration::from_secs(7 * 86_400);
 const NONE_LIFETIME: Duration = Duration::from_secs(86_400);
 /// How long browsers may show a tile without asking.
 const BROWSER_S: i64 = 3600;
+/// How long a tile of a file is shown without reading it again, by us and by browsers together: a file may be replaced at any time.
+const FILE_S: i64 = 60;
 
 impl Maps {
     /// A tile of a source, from its file, its cache or its service.
@@ -41,6 +44,10 @@ impl Maps {
     }
 
     pub(crate) async fn serve(&self, source: &Arc<Source>, tile: TileId) -> Result<Tile> {
+        let now_s = self.now_s();
+        if let Some(shown) = shown_lately(source, tile, now_s) {
+            return Ok(shown);
+        }
         if let Live::File(file, grid) = &source.live {
             return if grid.contains(tile) { self.read_file(source, file, tile).await } else { Err(MapError::NoTile) };
         }
@@ -48,13 +55,14 @@ impl Maps {
         if !grid.contains(tile) {
             return Err(MapError::NoTile);
         }
-        let now_s = self.now_s();
         let kept = self.kept(source, tile, now_s).await;
         if let Some(kept) = &kept
             && kept.expires_s > now_s
         {
             count(&source.counts.hits, 1);
-            return show(kept, Origin::Hit, now_s);
+            let shown = show(kept, Origin::Hit, now_s)?;
+            source.shown.put(tile, &shown, kept.expires_s, now_s);
+            return Ok(shown);
         }
         if source.settings.needs_key() && source.settings.key().is_none() {
             return Err(MapError::KeyMissing(source.settings.id.clone()));
@@ -77,11 +85,11 @@ impl Maps {
         }
     }
 
-    async fn read_file(&self, source: &Source, file: &Arc<dyn TileFile>, tile: TileId) -> Result<Tile> {
-        let (reader, reading) = (file.clone(), source.reading());
+    async fn read_file(&self, source: &Arc<Source>, file: &Arc<dyn TileFile>, tile: TileId) -> Result<Tile> {
+        let (reader, of) = (file.clone(), source.clone());
         let _turn = self.shared.readers.acquire().await.map_err(|_| MapError::Closed)?;
         let read = blocking(move || {
-            let _reading = reading;
+            let _reading = of.reading();
             Ok(reader.tile(tile)?.map(|data| (sniff::hash(&data), data)))
         })
         .await;
@@ -90,8 +98,7 @@ impl Maps {
             let picture = Picture::of(&data);
             let picture =
                 picture.ok_or_else(|| source.unusable(format!("tile {tile} is {}", sniff::describe(&data))))?;
-            // A file may be replaced at any time.
-            Ok(Tile { data, picture, hash, origin: Origin::File, max_age_s: 60 })
+            Ok(Tile { data, picture, hash, origin: Origin::File, max_age_s: FILE_S })
         });
         match shown {
             Err(error) if error != MapError::NoTile => {
@@ -100,8 +107,12 @@ impl Maps {
                 Err(error)
             }
             other => {
-                source.succeeded(None, self.now_s());
+                let now_s = self.now_s();
+                source.succeeded(None, now_s);
                 count(&source.counts.hits, 1);
+                if let Ok(shown) = &other {
+                    source.shown.put(tile, shown, now_s + FILE_S, now_s);
+                }
                 other
             }
         }
@@ -307,6 +318,7 @@ impl Maps {
         let Some(cache) = source.cache.clone().filter(|_| source.is_kept()) else { return };
         let (fetched_s, expires_s) = (kept.fetched_s, kept.expires_s);
         let noted = blocking(move || cache.renew(tile, fetched_s, expires_s)).await;
+        source.shown.forget(tile);
         self.tell_storage(source, noted);
     }
 
@@ -327,6 +339,7 @@ impl Maps {
             cache.put(tile, &kept)
         })
         .await;
+        source.shown.forget(tile);
         self.tell_storage(source, noted);
     }
 
@@ -439,6 +452,21 @@ fn may_keep(settings: &SourceSettings, freshness: &Freshness) -> bool {
 
 fn until(now_s: i64, lifetime: Duration) -> i64 {
     now_s.saturating_add(i64::try_from(lifetime.as_secs()).unwrap_or(i64::MAX / 4).min(i64::MAX / 4))
+}
+
+/// A tile from memory, while it is new.
+fn shown_lately(source: &Source, id: TileId, now_s: i64) -> Option<Tile> {
+    let Found { mut tile, left_s, is_to_be_noted } = source.shown.get(id, now_s)?;
+    tile.max_age_s = left_s.min(BROWSER_S);
+    count(&source.counts.hits, 1);
+    match &source.cache {
+        Some(cache) if is_to_be_noted => {
+            cache.note_use(id, now_s);
+        }
+        Some(_) => {}
+        None => source.succeeded(None, now_s),
+    }
+    Some(tile)
 }
 
 fn show(kept: &Kept, origin: Origin, now_s: i64) -> Result<Tile> {

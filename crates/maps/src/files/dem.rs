@@ -11,7 +11,7 @@ use flate2::read::GzDecoder;
 use super::geotiff::GeoTiff;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
-use crate::memory::{Unpacked, lease};
+use crate::memory::{Shelved, lease};
 
 /// Files of a folder at most.
 const MAX_FILES: usize = 20_000;
@@ -35,7 +35,7 @@ pub struct Dem {
     /// By the latitude and longitude of their south-west corner.
     tiles: HashMap<(i16, i16), Hgt>,
     rasters: Vec<GeoTiff>,
-    unpacked: Unpacked,
+    unpacked: Shelved,
     /// Held while a tile is unpacked: one does, the others wait.
     unpacking: Mutex<()>,
     bounds: Option<Bounds>,
@@ -57,7 +57,7 @@ impl Dem {
     /// What is wrong, in words.
     pub fn open(path: &Path) -> std::result::Result<Self, String> {
         let about = std::fs::metadata(path).map_err(|error| format!("{}: {error}", path.display()))?;
-        let (unpacked, unpacking) = (Unpacked::default(), Mutex::default());
+        let (unpacked, unpacking) = (Shelved::unpacked(), Mutex::default());
         let mut dem = Self { tiles: HashMap::new(), rasters: Vec::new(), unpacked, unpacking, bounds: None };
         let mut faults = Vec::new();
         if about.is_dir() {

@@ -21,7 +21,7 @@ use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
 use crate::grid::{Level, MAX_LEVELS, TileGrid, TileId};
-use crate::memory::{Deadline, Lease, Unpacked, lease};
+use crate::memory::{Deadline, Lease, Shelved, lease};
 use crate::raster::{self, Raster, rgba_from};
 
 /// Pixels of the side of the tiles that are made.
@@ -131,7 +131,7 @@ pub struct GeoTiff {
     grid: TileGrid,
     about: About,
     decoders: Mutex<HashMap<usize, TiffDecoder>>,
-    unpacked: Unpacked,
+    unpacked: Shelved,
 }
 
 impl std::fmt::Debug for GeoTiff {
@@ -213,7 +213,7 @@ impl GeoTiff {
         let grid = own_grid(crs, origin, pixel, size, extent);
         let about = About { bounds: Some(bounds), is_overlay: true, ..About::default() };
         drop(first);
-        let (decoders, unpacked) = (Mutex::default(), Unpacked::default());
+        let (decoders, unpacked) = (Mutex::default(), Shelved::unpacked());
         Ok(Self { name, input, crs, origin, pixel, images, no_data, grid, about, decoders, unpacked })
     }
 

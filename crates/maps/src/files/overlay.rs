@@ -11,7 +11,7 @@ use crate::crs::{Crs, MERCATOR_HALF_M};
 use crate::error::{MapError, Result};
 use crate::geo::{Bounds, Corner};
 use crate::grid::{TileGrid, TileId};
-use crate::memory::{Lease, Unpacked};
+use crate::memory::{Lease, Shelved};
 use crate::raster::Raster;
 use crate::sniff::{self, Picture};
 
@@ -24,7 +24,7 @@ const TILE_PX: u32 = 256;
 /// A picture with its corners.
 pub struct Overlay {
     path: PathBuf,
-    unpacked: Unpacked,
+    unpacked: Shelved,
     /// Held while it is unpacked: one does, the others wait.
     unpacking: Mutex<()>,
     /// From Web Mercator to the picture, 0 to 1 in both directions.
@@ -95,7 +95,7 @@ impl Overlay {
         let about = About { bounds: Some(bounds), is_overlay: true, ..About::default() };
         Ok(Self {
             path: path.to_owned(),
-            unpacked: Unpacked::default(),
+            unpacked: Shelved::unpacked(),
             unpacking: Mutex::default(),
             unit_from_mercator,
             grid,

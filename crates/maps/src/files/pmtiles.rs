@@ -16,7 +16,7 @@ use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
 use crate::grid::{TileGrid, TileId};
-use crate::memory::{Unpacked, lease};
+use crate::memory::{Shelved, lease};
 use crate::settings::Attribution;
 use crate::sniff;
 
@@ -59,7 +59,7 @@ pub struct Pmtiles {
     file: Mutex<File>,
     root: Vec<Entry>,
     /// Leaf directories by their offset.
-    unpacked: Unpacked,
+    unpacked: Shelved,
     leaf_offset: u64,
     data_offset: u64,
     is_gzip: bool,
@@ -121,7 +121,7 @@ impl Pmtiles {
             path: path.to_owned(),
             file: Mutex::new(file),
             root,
-            unpacked: Unpacked::default(),
+            unpacked: Shelved::unpacked(),
             leaf_offset: long(40),
             data_offset: long(56),
             is_gzip,
