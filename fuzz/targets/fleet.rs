@@ -4,7 +4,9 @@
 use libfuzzer_sys::fuzz_target;
 use vencejo_fleet::act::{act_of, request_of, result_of};
 use vencejo_fleet::authority::{Authority, Caller, Claim, Role, Verdict, Wish, answer};
+use vencejo_fleet::content::{Tray, unpack_items, unpack_params};
 use vencejo_fleet::payload::{Answer, End, Event, Order, Signed, State, Want};
+use vencejo_fleet::plans::PlansHeard;
 use vencejo_fleet::signature::PublicKey;
 use vencejo_fleet::speech::Listener;
 use vencejo_proto::{Address, MonoTime};
@@ -17,6 +19,7 @@ use quick::quick;
 fuzz_target!(|data: &[u8]| quick(|| {
     let mut listener = Listener::default();
     let mut authority = Authority::new(1);
+    let mut heard = PlansHeard::default();
     let mut rest = data;
     let mut now = MonoTime::from_millis(10_000);
     // Payloads one after the other, each with its kind and its length before it.
@@ -28,6 +31,7 @@ fuzz_target!(|data: &[u8]| quick(|| {
         match kind % 5 {
             0 => {
                 if let Ok(state) = State::read(bytes) {
+                    heard.on_state(state.boot, state.plans_version, &state.plans);
                     let news = listener.on_state(&state, now);
                     assert!(news.said.iter().all(|(_, at)| *at <= now), "said in the future");
                 }
@@ -59,10 +63,17 @@ fn ordered(authority: &mut Authority, order: &Order, kind: u8, now: MonoTime) {
             if let Ok((request, confirmed)) = request_of(act) {
                 let same = act_of(&request, confirmed).map(|act| request_of(&act));
                 // Debug: what is no number is equal to nothing.
-                assert_eq!(format!("{same:?}"), format!("{:?}", Some(Ok::<_, ()>((request, confirmed)))));
+                assert_eq!(format!("{same:?}"), format!("{:?}", Ok::<_, &str>(Ok::<_, ()>((request, confirmed)))));
             }
             Wish::Act
         }
+        Some(Want::Part(part)) => {
+            if let Ok(Some(packed)) = Tray::default().on_part(PublicKey([1; 32]), part) {
+                drop((unpack_items(&packed), unpack_params(&packed)));
+            }
+            Wish::Read
+        }
+        Some(Want::Recall(id)) => Wish::Recall(id.as_slice().try_into().map_or(0, u128::from_be_bytes)),
         None => Wish::Act,
     };
     let based_on = MonoTime::from_millis(order.based_on_ms);
@@ -71,6 +82,7 @@ fn ordered(authority: &mut Authority, order: &Order, kind: u8, now: MonoTime) {
     let caller = Caller { key: PublicKey([kind >> 3 & 3; 32]), name: order.operator.clone(), role };
     let held = authority.lease();
     match authority.on_order(&caller, &claim, now) {
+        Verdict::Execute if wish == Wish::Read => {}
         Verdict::Execute => {
             let (key, epoch) = held.expect("nothing is done without a lease");
             assert_eq!((key, epoch), (caller.key, order.epoch), "done for another");

@@ -43,6 +43,7 @@ fuzz_target!(|data: &[u8]| quick(|| {
                         kind: PlanKind::Mission,
                         items: vec![MissionItem::waypoint(40.0, -3.0, 100.0); 3],
                         home: None,
+                        despite_findings: false,
                     },
                 };
                 if let Some(vehicle) = vehicles.get_mut(plane.system) {

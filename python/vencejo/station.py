@@ -236,7 +236,7 @@ class Station(Closing):
     def on_message(
         self, callback: Callable[[MavlinkMessage], None], *, names: Iterable[str] | None = None, capacity: int = 8192
     ) -> Subscription:
-        """Call a function for each raw message of all vehicles, also of those not heard yet, in one thread and in the order they come.
+        """Call a function for each raw message of all vehicles at links, also of those not heard yet, in one thread and in the order they come.
 
         For many vehicles at once: one thread costs a fraction of those of a `Vehicle.on_message` for each.
 

@@ -408,7 +408,7 @@ class VehicleState:
             raise TypeError(f"a Plan is uploaded, not a {type(plan).__name__}; Plan.load reads one from a file")
         if check and kind == "mission":
             self._require_sound(plan)
-        pending = self._native.upload(kind, plan._to_native())
+        pending = self._native.upload(kind, plan._to_native(), not check)
         if while_heard:
             watch = self.on_event(lambda event: pending.cancel() if event.kind == "lost" else None)
             pending.on_done(watch.close)

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import contextlib
+import queue
 import socket
 import threading
+import time
 from collections.abc import Iterator
 
 __all__ = ["Way", "open_way"]
 
 
 class Way:
-    """Passes bytes on in both directions until it is cut; then they vanish, and neither end hears of it."""
+    """Passes bytes on in both directions until it is cut; then they vanish, and neither end hears of it.
 
-    def __init__(self, to_port: int) -> None:
+    Each arrives ``delay_s`` after it was sent, in order.
+    """
+
+    def __init__(self, to_port: int, delay_s: float = 0.0) -> None:
         self._to_port = to_port
+        self._delay_s = delay_s
         self._is_open = threading.Event()
         self._is_open.set()
         self._sockets: list[socket.socket] = []
@@ -42,22 +48,37 @@ class Way:
                 far = socket.create_connection(("127.0.0.1", self._to_port))
                 self._sockets += [near, far]
                 for one, other in ((near, far), (far, near)):
-                    threading.Thread(target=self._pass_on, args=(one, other), daemon=True).start()
+                    on_its_way: queue.SimpleQueue[tuple[float, bytes]] = queue.SimpleQueue()
+                    threading.Thread(target=self._take, args=(one, on_its_way), daemon=True).start()
+                    threading.Thread(target=self._give, args=(other, on_its_way), daemon=True).start()
 
-    def _pass_on(self, one: socket.socket, other: socket.socket) -> None:
+    def _take(self, one: socket.socket, on_its_way: queue.SimpleQueue[tuple[float, bytes]]) -> None:
+        data = b"begun"
+        while data:
+            try:
+                data = one.recv(65536)
+            except OSError:
+                data = b""
+            if self._is_open.is_set() or not data:
+                on_its_way.put((time.monotonic() + self._delay_s, data))
+
+    @staticmethod
+    def _give(other: socket.socket, on_its_way: queue.SimpleQueue[tuple[float, bytes]]) -> None:
         with contextlib.suppress(OSError):
-            while data := one.recv(65536):
-                if self._is_open.is_set():
-                    other.sendall(data)
-        for each in (one, other):
-            with contextlib.suppress(OSError):
-                each.shutdown(socket.SHUT_RDWR)
+            while True:
+                due, data = on_its_way.get()
+                time.sleep(max(0.0, due - time.monotonic()))
+                if not data:
+                    break
+                other.sendall(data)
+        with contextlib.suppress(OSError):
+            other.shutdown(socket.SHUT_RDWR)
 
 
 @contextlib.contextmanager
-def open_way(to_port: int) -> Iterator[Way]:
+def open_way(to_port: int, delay_s: float = 0.0) -> Iterator[Way]:
     """A way to this port of this machine."""
-    way = Way(to_port)
+    way = Way(to_port, delay_s)
     try:
         yield way
     finally:

@@ -61,8 +61,9 @@ def test_a_plane_is_seen_and_commanded_over_a_network_that_is_cut_and_heals(tmp_
             refused = ana.ask("POST", f"{at}/mode", {"mode": "NONSENSE"})
             assert (refused.status, refused.json["cause"]["code"]) == (409, "remote-refused")
             assert "NONSENSE" in refused.json["detail"]
-            unsent = ana.ask("GET", f"{at}/params/RTL_ALTITUDE")
+            unsent = ana.ask("POST", f"{at}/messages", {"name": "HEARTBEAT", "fields": {}})
             assert (unsent.status, unsent.json["cause"]["code"]) == (409, "remote-refused")
+            assert "COMMAND_LONG" in unsent.json["detail"]
 
             way.cut()
             wait_for(lambda: telemetry()["heartbeat"]["age_s"] > 5.0, "its silence")

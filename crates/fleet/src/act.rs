@@ -1,20 +1,33 @@
 //! Requests as orders carry them, and their results as answers do.
 
-use vencejo_proto::{Address, MissionSeq};
+use std::time::Duration;
+
+use vencejo_flight::plan::{Home, Mission};
+use vencejo_proto::{Address, CommandInt, CommandLong, MissionSeq};
 use vencejo_station::{RequestResult, StationError};
 use vencejo_vehicle::command::{CommandName, CommandResult, cmd};
 use vencejo_vehicle::modes::{FlightMode, ModeFamily};
+use vencejo_vehicle::transfer::TransferError;
 use vencejo_vehicle::{AltFrame, Danger, ModeChoice, Reply, Request, SpeedKind, Turn, VehicleError};
 
 use crate::authority::{Claim, answer};
-use crate::payload::{AbortLanding, Act, Altitude, Answer, BadPayload, Deed, End, Nothing, Reposition};
+use crate::content::{Content, MAX_PACKED, pack_items, unpack_items};
+use crate::deed::{
+    AbortLanding, Act, Altitude, Climb, Course, Deed, Int, Long, MessageRate, NewHome, NewParam, Nothing, PlanClear,
+    PlanPut, Reposition,
+};
+use crate::outcome::{Outcome, STEP, fault_of, outcome_of, unverified};
+use crate::payload::{Answer, BadPayload, End};
+use crate::plans::kind_of;
 
-/// What an order says of a request; `None`: it does not go over a network.
-#[must_use]
-pub fn act_of(request: &Request, confirmed: Option<Danger>) -> Option<Act> {
+/// What an order says of a request. Of a plan the revision that it is based on is still to be filled in.
+///
+/// # Errors
+/// Why it does not go over a network, and what to do.
+pub fn act_of(request: &Request, confirmed: Option<Danger>) -> Result<Act, &'static str> {
     let deed = match request {
         Request::DespiteMixedPlan(request) => {
-            return Some(Act { despite_mixed_plan: true, ..act_of(request, confirmed)? });
+            return Ok(Act { despite_mixed_plan: true, ..act_of(request, confirmed)? });
         }
         Request::Arm { force } => Deed::Arm(*force),
         Request::Disarm { force } => Deed::Disarm(*force),
@@ -49,16 +62,74 @@ pub fn act_of(request: &Request, confirmed: Option<Danger>) -> Option<Act> {
         Request::MissionPause => Deed::MissionPause(Nothing {}),
         Request::MissionResume => Deed::MissionResume(Nothing {}),
         Request::SetCurrentItem(seq) => Deed::CurrentItem(seq.0.into()),
-        _ => return None,
+        Request::GuidedCourse { course_deg, accel_m_s2 } => {
+            Deed::Course(Course { course_deg: *course_deg, accel_m_s2: *accel_m_s2 })
+        }
+        Request::GuidedClimb { alt_m, alt_frame, rate_m_s } => {
+            Deed::Climb(Climb { alt_m: *alt_m, frame: alt_frame.mav_frame().into(), rate_m_s: *rate_m_s })
+        }
+        Request::SetHome(home) => {
+            let place = home.map(|home| vec![home.lat_deg, home.lon_deg, home.alt_amsl_m]).unwrap_or_default();
+            Deed::SetHome(NewHome { place })
+        }
+        Request::Reboot => Deed::Reboot(Nothing {}),
+        Request::RawCommandLong(long) if long.target == THE_AUTOPILOT => {
+            Deed::Long(Long { command: long.command.into(), params: long.params.to_vec() })
+        }
+        Request::RawCommandInt(int) if int.target == THE_AUTOPILOT => {
+            let params = int.params.into_iter().chain([int.z]).collect();
+            Deed::Int(Int { command: int.command.into(), frame: int.frame.into(), params, x: int.x, y: int.y })
+        }
+        Request::RawCommandLong(_) | Request::RawCommandInt(_) => {
+            return Err(
+                "a command goes to the autopilot alone, which is target 0; for another component use a direct link",
+            );
+        }
+        Request::RequestMessage { message_id } => Deed::AskMessage(*message_id),
+        Request::SetMessageRate { message_id, rate_hz } => {
+            Deed::MessageRate(MessageRate { message_id: *message_id, rate_hz: *rate_hz })
+        }
+        Request::UploadPlan { kind, items, home, despite_findings } => {
+            let packed = pack_items(&Mission { home: *home, items: items.clone() });
+            if packed.len() > MAX_PACKED {
+                return Err("the plan is longer than 256 KiB packed; send a shorter one, or this one at a direct link");
+            }
+            let (kind, list) = (kind.mission_type().into(), Some(Content::of(packed)));
+            Deed::PlanPut(PlanPut { kind, revision: 0, list, despite_findings: *despite_findings })
+        }
+        Request::ClearPlan { kind } => Deed::PlanClear(PlanClear { kind: kind.mission_type().into(), revision: 0 }),
+        Request::DownloadPlan { kind } => Deed::PlanRead(kind.mission_type().into()),
+        Request::ParamList => Deed::ParamList(Nothing {}),
+        Request::ParamRead { name } => Deed::ParamRead(name.clone()),
+        Request::ParamSet { name, value } => Deed::ParamSet(NewParam { name: name.clone(), value: *value }),
+        Request::Velocity { .. } => {
+            return Err(
+                "a velocity has to be repeated several times a second, which no network promises: order a position, \
+                        a course or a climb, or fly it at a direct link",
+            );
+        }
+        _ => return Err("this program does not send it over a network; ask for it at a direct link"),
     };
     let confirmed = confirmed.map(|danger| danger.code().to_owned()).unwrap_or_default();
-    Some(Act { despite_mixed_plan: false, confirmed, deed: Some(deed) })
+    Ok(Act { despite_mixed_plan: false, confirmed, deed: Some(deed) })
 }
 
-/// The request that an order is about, and the danger that was confirmed.
+/// Commands go to the vehicle's autopilot, whatever its address is on board.
+const THE_AUTOPILOT: Address = Address::new(0, 0);
+
+/// Parameters of a command, as many as it has.
+fn params_of<const N: usize>(params: &[f32]) -> Result<[f32; N], BadPayload> {
+    params.try_into().map_err(|_| BadPayload::Field("params"))
+}
+
+fn short<T: TryFrom<u32>>(number: u32, field: &'static str) -> Result<T, BadPayload> {
+    number.try_into().map_err(|_| BadPayload::Field(field))
+}
+
+/// The request that an order is about, and the danger that was confirmed. A list has to be there with its bytes.
 ///
 /// # Errors
-/// [`BadPayload::Field`] for what cannot be. Numbers are checked where they are used.
+/// [`BadPayload`] for what cannot be. Numbers are checked where they are used.
 pub fn request_of(act: &Act) -> Result<(Request, Option<Danger>), BadPayload> {
     let seq = |number: u32| u16::try_from(number).map(MissionSeq).map_err(|_| BadPayload::Field("item"));
     let deed = act.deed.as_ref().ok_or(BadPayload::Field("deed"))?;
@@ -91,6 +162,49 @@ pub fn request_of(act: &Act) -> Result<(Request, Option<Danger>), BadPayload> {
         Deed::MissionPause(_) => Request::MissionPause,
         Deed::MissionResume(_) => Request::MissionResume,
         Deed::CurrentItem(number) => Request::SetCurrentItem(seq(*number)?),
+        Deed::Course(to) => Request::GuidedCourse { course_deg: to.course_deg, accel_m_s2: to.accel_m_s2 },
+        Deed::Climb(to) => {
+            Request::GuidedClimb { alt_m: to.alt_m, alt_frame: alt_frame(to.frame)?, rate_m_s: to.rate_m_s }
+        }
+        Deed::SetHome(home) => Request::SetHome(match home.place[..] {
+            [] => None,
+            [lat_deg, lon_deg, alt_amsl_m] => Some(Home { lat_deg, lon_deg, alt_amsl_m }),
+            _ => return Err(BadPayload::Field("place")),
+        }),
+        Deed::Reboot(_) => Request::Reboot,
+        Deed::Long(long) => Request::RawCommandLong(CommandLong {
+            target: THE_AUTOPILOT,
+            command: short(long.command, "command")?,
+            confirmation: 0,
+            params: params_of(&long.params)?,
+        }),
+        Deed::Int(int) => {
+            let [p1, p2, p3, p4, z] = params_of(&int.params)?;
+            Request::RawCommandInt(CommandInt {
+                target: THE_AUTOPILOT,
+                frame: short(int.frame, "frame")?,
+                command: short(int.command, "command")?,
+                current: 0,
+                autocontinue: 0,
+                params: [p1, p2, p3, p4],
+                x: int.x,
+                y: int.y,
+                z,
+            })
+        }
+        Deed::AskMessage(message_id) => Request::RequestMessage { message_id: *message_id },
+        Deed::MessageRate(rate) => Request::SetMessageRate { message_id: rate.message_id, rate_hz: rate.rate_hz },
+        Deed::PlanPut(put) => {
+            let list = put.list.as_ref().ok_or(BadPayload::Field("list"))?;
+            list.name()?;
+            let Mission { home, items } = unpack_items(&list.here)?;
+            Request::UploadPlan { kind: kind_of(put.kind)?, items, home, despite_findings: put.despite_findings }
+        }
+        Deed::PlanClear(clear) => Request::ClearPlan { kind: kind_of(clear.kind)? },
+        Deed::PlanRead(kind) => Request::DownloadPlan { kind: kind_of(*kind)? },
+        Deed::ParamList(_) => Request::ParamList,
+        Deed::ParamRead(name) => Request::ParamRead { name: name.clone() },
+        Deed::ParamSet(param) => Request::ParamSet { name: param.name.clone(), value: param.value },
     };
     let confirmed = match act.confirmed.as_str() {
         "" => None,
@@ -108,6 +222,18 @@ fn alt_frame(number: u32) -> Result<AltFrame, BadPayload> {
     known.into_iter().find(|frame| u32::from(frame.mav_frame()) == number).ok_or(BadPayload::Field("frame"))
 }
 
+/// What an order is about, for the log.
+#[must_use]
+pub fn brief(act: &Act) -> String {
+    match &act.deed {
+        Some(Deed::PlanPut(put)) => {
+            let bytes = put.list.as_ref().map_or(0, |list| list.length);
+            format!("PlanPut {{ kind: {}, revision: {}, bytes: {bytes} }}", put.kind, put.revision)
+        }
+        deed => format!("{deed:?}").chars().take(200).collect(),
+    }
+}
+
 /// The command that stands for a request where nobody knows what became of it.
 #[must_use]
 pub fn command_of(request: &Request) -> CommandName {
@@ -120,6 +246,14 @@ pub fn command_of(request: &Request) -> CommandName {
         Request::Land => cmd::DO_LAND_START,
         Request::AbortLanding { .. } => cmd::DO_GO_AROUND,
         Request::SetCurrentItem(_) => cmd::DO_SET_MISSION_CURRENT,
+        Request::GuidedCourse { .. } => cmd::GUIDED_CHANGE_HEADING,
+        Request::GuidedClimb { .. } => cmd::GUIDED_CHANGE_ALTITUDE,
+        Request::SetHome(_) => cmd::DO_SET_HOME,
+        Request::Reboot => cmd::PREFLIGHT_REBOOT_SHUTDOWN,
+        Request::RawCommandLong(long) => long.command,
+        Request::RawCommandInt(int) => int.command,
+        Request::RequestMessage { .. } => cmd::REQUEST_MESSAGE,
+        Request::SetMessageRate { .. } => cmd::SET_MESSAGE_INTERVAL,
         _ => cmd::DO_SET_MODE,
     })
 }
@@ -128,10 +262,18 @@ pub fn command_of(request: &Request) -> CommandName {
 #[must_use]
 pub fn answer_of(claim: &Claim, result: &RequestResult) -> Answer {
     let error = match result {
-        Ok(_) => return answer(claim, End::Done, ""),
+        Ok(reply) => return Answer { outcome: outcome_of(reply), ..answer(claim, End::Done, "") },
         Err(error) => error,
     };
-    let why = error.to_string();
+    let why = match error {
+        StationError::RemoteRefused { why, .. } => why.clone(),
+        _ => error.to_string(),
+    };
+    if let StationError::Vehicle(error) = error
+        && let Some(fault) = fault_of(error)
+    {
+        return Answer { outcome: Some(Outcome::Fault(fault)), ..answer(claim, End::Failed, &why) };
+    }
     match error {
         StationError::Vehicle(VehicleError::CommandRefused { command, result, reasons, cure, .. }) => Answer {
             command: command.0.into(),
@@ -173,9 +315,32 @@ pub fn result_of(answer: &Answer, request: &Request, name: &str, target: Address
                 cure: cure.map(|custom_mode| FlightMode { family, custom_mode }),
             }))
         }
-        End::Unknown => Err(unknown(command.unwrap_or_else(|| command_of(request)), target, 1)),
+        End::Unknown => Err(match command {
+            Some(command) => unknown(command, target, 1),
+            None => unknown_end(request, target, 1, Duration::ZERO),
+        }),
+        End::Failed => Err(match &answer.outcome {
+            Some(Outcome::Fault(fault)) => {
+                fault.read().unwrap_or_else(|_| unknown_end(request, target, 1, Duration::ZERO))
+            }
+            _ => unknown_end(request, target, 1, Duration::ZERO),
+        }),
+        End::ListMissing => refused("the list has not arrived whole; send it again".to_owned()),
         End::Stale | End::Refused | End::Held | End::Asked | End::Unspecified => refused(answer.why.clone()),
     }
+}
+
+/// Nobody knows what became of a request, sent so many times, after this time.
+#[must_use]
+pub fn unknown_end(request: &Request, target: Address, attempts: u32, waited: Duration) -> StationError {
+    let error = match request {
+        Request::UploadPlan { kind, .. } | Request::ClearPlan { kind } => unverified(*kind, waited),
+        Request::DownloadPlan { .. } | Request::ParamList | Request::ParamRead { .. } | Request::ParamSet { .. } => {
+            TransferError::Timeout { step: STEP, waited }
+        }
+        request => return unknown(command_of(request), target, attempts),
+    };
+    VehicleError::Transfer(error).into()
 }
 
 /// Nobody knows whether it was done.
@@ -186,6 +351,7 @@ pub fn unknown(command: CommandName, target: Address, attempts: u32) -> StationE
 
 #[cfg(test)]
 mod tests {
+    use vencejo_flight::plan::{MissionItem, PlanKind};
     use vencejo_proto::MonoTime;
 
     use super::*;
@@ -226,6 +392,42 @@ mod tests {
             Request::MissionResume,
             Request::SetCurrentItem(MissionSeq(65_535)),
             Request::DespiteMixedPlan(Box::new(Request::Arm { force: false })),
+            Request::GuidedCourse { course_deg: 271.3, accel_m_s2: 2.0 },
+            Request::GuidedClimb { alt_m: 99.9, alt_frame: AltFrame::Terrain, rate_m_s: 1.5 },
+            Request::SetHome(None),
+            Request::SetHome(Some(Home { lat_deg: 40.1, lon_deg: -3.7, alt_amsl_m: 612.3 })),
+            Request::Reboot,
+            Request::RawCommandLong(CommandLong {
+                target: THE_AUTOPILOT,
+                command: 400,
+                confirmation: 0,
+                params: [1.0, 0.1, 0.0, 0.0, 0.0, 0.0, -0.0],
+            }),
+            Request::RawCommandInt(CommandInt {
+                target: THE_AUTOPILOT,
+                frame: 3,
+                command: 192,
+                current: 0,
+                autocontinue: 0,
+                params: [-1.0, 0.0, 60.0, 0.0],
+                x: 403_332_000,
+                y: -37_978_000,
+                z: 80.5,
+            }),
+            Request::RequestMessage { message_id: 148 },
+            Request::SetMessageRate { message_id: 30, rate_hz: None },
+            Request::SetMessageRate { message_id: 30, rate_hz: Some(0.5) },
+            Request::UploadPlan {
+                kind: PlanKind::Rally,
+                items: vec![MissionItem::waypoint(40.123_456_789, -3.7, 80.1)],
+                home: None,
+                despite_findings: true,
+            },
+            Request::ClearPlan { kind: PlanKind::Fence },
+            Request::DownloadPlan { kind: PlanKind::Mission },
+            Request::ParamList,
+            Request::ParamRead { name: "WP_RADIUS".into() },
+            Request::ParamSet { name: "WP_RADIUS".into(), value: 90.1 },
         ];
         for request in requests {
             let act = act_of(&request, None).expect("goes over a network");
@@ -238,18 +440,28 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_go_over_a_network_is_not_made_something_else() {
-        for request in [
-            Request::Reboot,
-            Request::ParamList,
-            Request::Velocity { forward_m_s: 1.0, right_m_s: 0.0, down_m_s: 0.0, yaw_rate_rad_s: 0.0 },
+    fn what_does_not_go_over_a_network_is_refused_in_words() {
+        let other = CommandLong { target: Address::new(1, 100), command: 1, confirmation: 0, params: [0.0; 7] };
+        for (request, says) in [
+            (Request::Velocity { forward_m_s: 1.0, right_m_s: 0.0, down_m_s: 0.0, yaw_rate_rad_s: 0.0 }, "repeated"),
+            (Request::RawCommandLong(other), "direct link"),
+            (Request::DespiteMixedPlan(Box::new(Request::RawCommandLong(other))), "direct link"),
         ] {
-            assert_eq!(act_of(&request, None), None, "{request:?}");
+            assert!(act_of(&request, None).is_err_and(|why| why.contains(says)), "{request:?}");
         }
         assert_eq!(request_of(&Act::default()), Err(BadPayload::Field("deed")));
         let odd = |deed| request_of(&Act { deed: Some(deed), ..Act::default() });
         assert_eq!(odd(Deed::CurrentItem(65_536)), Err(BadPayload::Field("item")));
         assert_eq!(odd(Deed::Altitude(Altitude { alt_m: 1.0, frame: 1 })), Err(BadPayload::Field("frame")));
+        let long = |command, count| odd(Deed::Long(Long { command, params: vec![0.0; count] }));
+        assert_eq!(
+            (long(65_536, 7), long(1, 8)),
+            (Err(BadPayload::Field("command")), Err(BadPayload::Field("params")))
+        );
+        let put = |list| odd(Deed::PlanPut(PlanPut { kind: 0, revision: 1, list, despite_findings: false }));
+        assert_eq!(put(None), Err(BadPayload::Field("list")));
+        assert!(put(Some(Content::of(b"nonsense".to_vec()))).is_err());
+        assert!(put(Some(Content::of(pack_items(&Mission::default())).at_most(0))).is_err(), "by its name alone");
         let danger = Act { confirmed: "fun".into(), ..act_of(&Request::Land, None).expect("goes") };
         assert_eq!(request_of(&danger), Err(BadPayload::Field("confirmed")));
     }

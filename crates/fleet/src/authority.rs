@@ -68,6 +68,10 @@ pub enum Wish {
     Grant(PublicKey),
     /// To do something.
     Act,
+    /// To have something read that changes nothing: control is not needed for that.
+    Read,
+    /// To have an order of its own given up that is being done.
+    Recall(u128),
 }
 
 /// An order as far as it matters here.
@@ -105,7 +109,8 @@ struct Lease {
 #[derive(Debug)]
 struct Known {
     key: PublicKey,
-    epoch: u64,
+    /// `None`: it is no act, and goes on whoever has control.
+    epoch: Option<u64>,
     /// Until then the same order would be fresh.
     fresh_until: MonoTime,
     keep_until: MonoTime,
@@ -126,6 +131,7 @@ pub struct Authority {
     /// Ids of `known`, oldest first.
     ids: VecDeque<u128>,
     fenced: Vec<u128>,
+    recalled: Vec<u128>,
 }
 
 impl Authority {
@@ -141,6 +147,7 @@ impl Authority {
             known: BTreeMap::new(),
             ids: VecDeque::new(),
             fenced: Vec::new(),
+            recalled: Vec::new(),
         }
     }
 
@@ -224,6 +231,13 @@ impl Authority {
         }
         let verdict = match claim.wish {
             Wish::Ask => self.on_ask(caller, claim, now),
+            Wish::Read => Verdict::Execute,
+            Wish::Recall(id) => {
+                // Of what has ended, or never came, nothing is left to be given up.
+                let is_own = |known: &Known| known.key == caller.key && known.answer.is_none();
+                self.recalled.extend(self.known.get(&id).filter(|known| is_own(known)).map(|_| id));
+                ended(claim, End::Done, "")
+            }
             Wish::Renew | Wish::Release | Wish::Grant(_) | Wish::Act => self.on_holders(caller, claim, now),
         };
         let answer = match &verdict {
@@ -234,7 +248,8 @@ impl Authority {
             Verdict::UnderWay => return verdict,
         };
         let fresh_until = claim.based_on + FRESH + OVERTAKEN;
-        let known = Known { key: caller.key, epoch: self.epoch, fresh_until, keep_until: now + KEEPS_ANSWERS, answer };
+        let epoch = (claim.wish != Wish::Read).then_some(self.epoch);
+        let known = Known { key: caller.key, epoch, fresh_until, keep_until: now + KEEPS_ANSWERS, answer };
         self.known.insert(claim.id, known);
         self.ids.push_back(claim.id);
         verdict
@@ -281,7 +296,7 @@ impl Authority {
                 Some(asking) => self.give(asking.caller, now),
                 None => return refused(claim, "nobody with that key asks for control"),
             },
-            Wish::Renew | Wish::Ask => {}
+            Wish::Renew | Wish::Ask | Wish::Read | Wish::Recall(_) => {}
         }
         ended(claim, End::Done, "")
     }
@@ -300,7 +315,8 @@ impl Authority {
     /// A new epoch: what is under way from before is to be given up.
     fn fence(&mut self) {
         let epoch = self.epoch;
-        let under_way = self.known.iter().filter(|(_, known)| known.answer.is_none() && known.epoch <= epoch);
+        let under_way =
+            self.known.iter().filter(|(_, known)| known.answer.is_none() && known.epoch.is_some_and(|of| of <= epoch));
         self.fenced.extend(under_way.map(|(id, _)| *id));
         self.epoch += 1;
     }
@@ -314,6 +330,11 @@ impl Authority {
     /// Orders under way that lost their epoch: they are to be cancelled. Told once.
     pub fn take_fenced(&mut self) -> Vec<u128> {
         std::mem::take(&mut self.fenced)
+    }
+
+    /// Orders under way whose senders gave them up: they are to be cancelled. Told once.
+    pub fn take_recalled(&mut self) -> Vec<u128> {
+        std::mem::take(&mut self.recalled)
     }
 
     /// What was to be executed has come to this end.

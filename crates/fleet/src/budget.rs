@@ -101,6 +101,33 @@ impl Budget {
     }
 }
 
+/// Share of the uplink that lists may fill, beside the samples.
+const LISTS_SHARE: f64 = 0.25;
+
+/// When the next piece of a list may go: where the uplink is known, lists fill a share of it; elsewhere who asks for them sees to it.
+#[derive(Debug, Clone)]
+pub struct Pacer {
+    uplink_bit_s: Option<f64>,
+    free_at: MonoTime,
+}
+
+impl Pacer {
+    /// Of an uplink of `uplink_bit_s`, where that is known.
+    #[must_use]
+    pub fn new(uplink_bit_s: Option<f64>) -> Self {
+        Self { uplink_bit_s, free_at: MonoTime::ZERO }
+    }
+
+    /// How long a piece of this size has to wait; it counts as sent then.
+    pub fn wait(&mut self, bytes: usize, now: MonoTime) -> Duration {
+        let Some(bit_s) = self.uplink_bit_s else { return Duration::ZERO };
+        let goes = self.free_at.max(now);
+        let takes_s = (bytes + OVERHEAD_BYTES) as f64 * 8.0 / (LISTS_SHARE * bit_s).max(1.0);
+        self.free_at = goes + Duration::from_secs_f64(takes_s.min(60.0));
+        goes.since(now)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -168,6 +195,23 @@ mod tests {
         let mut thin = Bench::new(Some(100.0));
         thin.0.on_sample(120);
         assert_eq!(thin.echoes(100, 50), 0.5);
+    }
+
+    #[test]
+    fn lists_fill_a_share_of_a_known_uplink_and_wait_for_nothing_else() {
+        let mut pacer = Pacer::new(Some(100_000.0));
+        let mut now = MonoTime::from_millis(1_000);
+        let mut waited = Duration::ZERO;
+        for _ in 0..10 {
+            let wait = pacer.wait(4_000, now);
+            now += wait;
+            waited += wait;
+        }
+        // Nine times (4,000 + 96) bytes × 8 at 25 kbit/s.
+        assert!((waited.as_secs_f64() - 11.8).abs() < 0.01, "{waited:?}");
+        assert_eq!(pacer.wait(4_000, now + Duration::from_secs(5)), Duration::ZERO);
+        let mut free = Pacer::new(None);
+        assert_eq!([free.wait(1 << 20, now), free.wait(1 << 20, now)], [Duration::ZERO; 2]);
     }
 
     /// An uplink of a fixed width, with a queue as in a modem: the ladder finds a rate that leaves it free.

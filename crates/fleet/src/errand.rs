@@ -62,6 +62,11 @@ impl Errand {
         Self { began: now, patience, attempts: 0, silent: false }
     }
 
+    /// The aircraft tells that it is at it: patience begins anew.
+    pub fn on_sign(&mut self, at: MonoTime) {
+        self.began = self.began.max(at);
+    }
+
     /// The first step.
     #[must_use]
     pub fn start(&mut self) -> Step {
@@ -137,6 +142,16 @@ mod tests {
         let mut errand = Errand::new(PATIENCE, at(0));
         let _ = (errand.start(), errand.on_silence(at(500)));
         assert_eq!(errand.on_answer(stale()), Outcome::Unknown { attempts: 2 }, "the first may have been done");
+    }
+
+    #[test]
+    fn what_goes_on_is_waited_for() {
+        let mut errand = Errand::new(PATIENCE, at(0));
+        let _ = (errand.start(), errand.on_silence(at(500)));
+        errand.on_sign(at(9_000));
+        errand.on_sign(at(3_000));
+        assert!(matches!(errand.on_silence(at(18_999)), Step::Send { .. }));
+        assert!(matches!(errand.on_silence(at(19_000)), Step::End(Outcome::Unknown { .. })));
     }
 
     #[test]

@@ -62,12 +62,14 @@ pub enum Kind {
     HistoryIndex,
     /// Takes a [`Wanted`](crate::history::Wanted), gives a [`Piece`](crate::history::Piece).
     HistoryChunk,
+    /// Asked with `list=DIGEST;from=OFFSET` it gives that piece of a list, or nothing where there is no such list.
+    List,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Alive, Self::State, Self::Event, Self::Order, Self::HistoryIndex, Self::HistoryChunk];
+    pub const ALL: [Self; 7] =
+        [Self::Alive, Self::State, Self::Event, Self::Order, Self::List, Self::HistoryIndex, Self::HistoryChunk];
 
     /// Its part of the key.
     #[must_use]
@@ -79,6 +81,7 @@ impl Kind {
             Self::Order => "order",
             Self::HistoryIndex => "history/index",
             Self::HistoryChunk => "history/chunk",
+            Self::List => "list",
         }
     }
 }

@@ -7,11 +7,17 @@
 //! | module | owns |
 //! |---|---|
 //! | [`key`] | names, and the keys under which data goes |
-//! | [`payload`] | what is in it |
+//! | [`wire`] | what all payloads share |
+//! | [`deed`] | what an order can be about |
+//! | [`content`] | lists of items and parameters: packed, named, put together |
+//! | [`outcome`] | what an order yields, and how a transfer failed |
+//! | [`payload`] | samples, orders and answers made of these |
 //! | [`speech`] | what an aircraft says, and what is heard of it |
 //! | [`signature`] | signatures of orders |
 //! | [`authority`] | who may act on an aircraft; on board |
+//! | [`plans`] | what is known of the plans on board, numbered |
 //! | [`errand`] | one order on its way; on the ground |
+//! | [`pull`] | one list on its way down; on the ground |
 //! | [`budget`] | how often an aircraft speaks |
 //! | [`act`] | requests as orders, results as answers |
 //! | [`history`] | what was said and done, kept on board and on the ground |
@@ -26,15 +32,21 @@ pub mod authority;
 pub mod budget;
 #[cfg(feature = "carrier")]
 pub mod carrier;
+pub mod content;
+pub mod deed;
 pub mod errand;
 mod error;
 pub mod history;
 pub mod key;
 pub mod operator;
+pub mod outcome;
 #[cfg(feature = "carrier")]
 pub mod papers;
 pub mod payload;
+pub mod plans;
+pub mod pull;
 pub mod signature;
 pub mod speech;
+pub mod wire;
 
 pub use error::FleetError;

@@ -4,67 +4,11 @@
 //! decodes them by the one decoder that there is, and has all of what a station at a direct link has. Unknown fields of a later
 //! version are skipped; a sample of another [`VERSION`] is not read.
 
-use thiserror::Error;
-use vencejo_proto::{Frame, MavVersion, Message};
-
-/// The version of these payloads.
-pub const VERSION: u32 = 1;
-/// Bytes of a sample, an order or an answer at most; more is not even looked at.
-pub const MAX_BYTES: usize = 16 * 1024;
-/// Messages in one state at most.
-pub const MAX_MESSAGES: usize = 64;
-/// Bytes of a text at most.
-pub const MAX_TEXT: usize = 500;
-
-/// A payload that cannot be used.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum BadPayload {
-    /// More bytes than there may be.
-    #[error("{0} bytes are too many: at most {MAX_BYTES}")]
-    TooLarge(usize),
-    /// No Protocol Buffers, or not this message.
-    #[error("not to be decoded: {0}")]
-    Undecodable(String),
-    /// From another version of Vencejo.
-    #[error(
-        "its version is {0}, this program's is {VERSION}: use the same version of Vencejo on board and on the ground"
-    )]
-    Version(u32),
-    /// A field that cannot be.
-    #[error("field {0} is missing or out of range")]
-    Field(&'static str),
-}
-
-/// One message of the autopilot.
-#[derive(Clone, PartialEq, prost::Message)]
-pub struct Said {
-    /// Its MAVLink message id.
-    #[prost(uint32, tag = "1")]
-    pub message_id: u32,
-    /// Its MAVLink 2 payload, without the zeros at its end.
-    #[prost(bytes = "vec", tag = "2")]
-    pub payload: Vec<u8>,
-    /// How long before the sample was made it came, ms.
-    #[prost(uint32, tag = "3")]
-    pub age_ms: u32,
-}
-
-impl Said {
-    /// A message as it came, `age_ms` ago. A payload that came by MAVLink 1 is told by the 2 as well: it has the same fields first.
-    #[must_use]
-    pub fn of(frame: &Frame, age_ms: u32) -> Self {
-        let payload = frame.payload();
-        let used = payload.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
-        Self { message_id: frame.message_id(), payload: payload[..used].to_vec(), age_ms }
-    }
-
-    /// The message, if it can be decoded.
-    #[must_use]
-    pub fn message(&self) -> Option<Message> {
-        Message::from_payload(MavVersion::V2, self.message_id, &self.payload).ok()
-    }
-}
+use crate::content::Part;
+use crate::deed::{Act, Nothing};
+use crate::outcome::Outcome;
+use crate::plans::PlanTold;
+pub use crate::wire::{BadPayload, MAX_BYTES, MAX_MESSAGES, MAX_TEXT, Said, VERSION};
 
 /// Who may act on the aircraft.
 #[derive(Clone, PartialEq, prost::Message)]
@@ -113,6 +57,29 @@ pub struct State {
     /// What the autopilot said.
     #[prost(message, repeated, tag = "8")]
     pub said: Vec<Said>,
+    /// Grows with what is known of the plans on board.
+    #[prost(uint32, tag = "9")]
+    pub plans_version: u32,
+    /// What is known of them, where that is new.
+    #[prost(message, repeated, tag = "10")]
+    pub plans: Vec<PlanTold>,
+    /// How far orders have come that take their time.
+    #[prost(message, repeated, tag = "11")]
+    pub under_way: Vec<UnderWay>,
+}
+
+/// How far an order has come.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct UnderWay {
+    /// The order's id.
+    #[prost(bytes = "vec", tag = "1")]
+    pub id: Vec<u8>,
+    /// How much is done, in units of `total`.
+    #[prost(uint32, tag = "2")]
+    pub done: u32,
+    /// How much there is; 0 when not known yet.
+    #[prost(uint32, tag = "3")]
+    pub total: u32,
 }
 
 /// What must not be lost: a message of the autopilot, numbered from 1.
@@ -163,7 +130,7 @@ pub struct Order {
     #[prost(string, tag = "8")]
     pub operator: String,
     /// What.
-    #[prost(oneof = "Want", tags = "9, 10, 11, 12, 13")]
+    #[prost(oneof = "Want", tags = "9, 10, 11, 12, 13, 14, 15")]
     pub want: Option<Want>,
 }
 
@@ -185,132 +152,12 @@ pub enum Want {
     /// To do something.
     #[prost(message, tag = "13")]
     Act(Act),
-}
-
-/// Nothing more to say.
-#[derive(Clone, Copy, PartialEq, prost::Message)]
-pub struct Nothing {}
-
-/// A [`Request`](vencejo_vehicle::Request). Numbers are as exact as they were given: what was confirmed is what is done.
-#[derive(Clone, PartialEq, prost::Message)]
-pub struct Act {
-    /// To be done although the mission on board may be a mixture.
-    #[prost(bool, tag = "1")]
-    pub despite_mixed_plan: bool,
-    /// The danger that a person has confirmed, by its code; empty: none.
-    #[prost(string, tag = "2")]
-    pub confirmed: String,
-    /// What.
-    #[prost(oneof = "Deed", tags = "3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20")]
-    pub deed: Option<Deed>,
-}
-
-/// The acts that go over a network. Not among them: what has to be repeated to go on (a velocity), what nobody can check (raw
-/// commands and messages), plans and parameters.
-#[derive(Clone, PartialEq, prost::Oneof)]
-pub enum Deed {
-    /// Arm; true: by force.
-    #[prost(bool, tag = "3")]
-    Arm(bool),
-    /// Disarm; true: by force.
-    #[prost(bool, tag = "4")]
-    Disarm(bool),
-    /// Change to the mode of this name.
-    #[prost(string, tag = "5")]
-    Mode(String),
-    /// Change to the mode of this number.
-    #[prost(uint32, tag = "6")]
-    ModeNumber(u32),
-    /// Take off and climb to this height above home, m.
-    #[prost(double, tag = "7")]
-    Takeoff(f64),
-    /// Fly to a position.
-    #[prost(message, tag = "8")]
-    Reposition(Reposition),
-    /// Change the airspeed, m/s.
-    #[prost(double, tag = "9")]
-    Airspeed(f64),
-    /// Change the speed over ground, m/s.
-    #[prost(double, tag = "10")]
-    Groundspeed(f64),
-    /// Change the height.
-    #[prost(message, tag = "11")]
-    Altitude(Altitude),
-    /// Circle here.
-    #[prost(message, tag = "12")]
-    LoiterHere(Nothing),
-    /// Return to launch.
-    #[prost(message, tag = "13")]
-    ReturnToLaunch(Nothing),
-    /// Land.
+    /// To take a part of a list that an order will be about.
     #[prost(message, tag = "14")]
-    Land(Nothing),
-    /// Abort a landing.
-    #[prost(message, tag = "15")]
-    AbortLanding(AbortLanding),
-    /// Prepare a flight.
-    #[prost(message, tag = "16")]
-    PrepareFlight(Nothing),
-    /// Start the mission, from this item on the wire less one; 0: where it stands.
-    #[prost(uint32, tag = "17")]
-    MissionStart(u32),
-    /// Interrupt the mission.
-    #[prost(message, tag = "18")]
-    MissionPause(Nothing),
-    /// Go on with the mission.
-    #[prost(message, tag = "19")]
-    MissionResume(Nothing),
-    /// Make an item on the wire the current one.
-    #[prost(uint32, tag = "20")]
-    CurrentItem(u32),
-}
-
-/// Where to fly.
-#[derive(Clone, Copy, PartialEq, prost::Message)]
-pub struct Reposition {
-    /// WGS-84.
-    #[prost(double, tag = "1")]
-    pub lat_deg: f64,
-    /// WGS-84.
-    #[prost(double, tag = "2")]
-    pub lon_deg: f64,
-    /// Height, counted as `frame` says.
-    #[prost(double, tag = "3")]
-    pub alt_m: f64,
-    /// `MAV_FRAME`: 0, 3 or 10.
-    #[prost(uint32, tag = "4")]
-    pub frame: u32,
-    /// Radius of the circle.
-    #[prost(double, optional, tag = "5")]
-    pub radius_m: Option<f64>,
-    /// Sense of the circle.
-    #[prost(bool, tag = "6")]
-    pub counter_clockwise: bool,
-    /// Ground speed.
-    #[prost(double, optional, tag = "7")]
-    pub speed_m_s: Option<f64>,
-    /// Whether to enter GUIDED for it.
-    #[prost(bool, tag = "8")]
-    pub change_mode: bool,
-}
-
-/// How high to fly.
-#[derive(Clone, Copy, PartialEq, prost::Message)]
-pub struct Altitude {
-    /// Height, counted as `frame` says.
-    #[prost(double, tag = "1")]
-    pub alt_m: f64,
-    /// `MAV_FRAME`: 0, 3 or 10.
-    #[prost(uint32, tag = "2")]
-    pub frame: u32,
-}
-
-/// How to abort a landing.
-#[derive(Clone, Copy, PartialEq, prost::Message)]
-pub struct AbortLanding {
-    /// Height to climb to, above home.
-    #[prost(double, optional, tag = "1")]
-    pub alt_rel_home_m: Option<f64>,
+    Part(Part),
+    /// To give up an order of this id.
+    #[prost(bytes = "vec", tag = "15")]
+    Recall(Vec<u8>),
 }
 
 /// An order and who signed it.
@@ -349,6 +196,10 @@ pub enum End {
     CommandRefused = 7,
     /// The autopilot was asked and did not answer, or does not show it: it may or may not have been done.
     Unknown = 8,
+    /// A transfer failed: the outcome tells how.
+    Failed = 9,
+    /// Not done: the list that it is about has not arrived whole.
+    ListMissing = 10,
 }
 
 /// What became of an order.
@@ -384,6 +235,9 @@ pub struct Answer {
     /// Number of the mode that cures it, where one does, and one more; 0: none.
     #[prost(uint64, tag = "10")]
     pub cure: u64,
+    /// What it yields.
+    #[prost(oneof = "Outcome", tags = "11, 12, 13, 14, 15, 16")]
+    pub outcome: Option<Outcome>,
 }
 
 /// A message with a version.
@@ -431,7 +285,7 @@ impl State {
         if state.component > 255 {
             return Err(BadPayload::Field("component"));
         }
-        if state.said.len() > MAX_MESSAGES {
+        if [state.said.len(), state.plans.len(), state.under_way.len()].into_iter().any(|count| count > MAX_MESSAGES) {
             return Err(BadPayload::Field("said"));
         }
         if state.held.as_ref().is_some_and(|held| !name_is_short(&held.holder) || !name_is_short(&held.asking)) {
@@ -512,9 +366,10 @@ impl Answer {
 #[cfg(test)]
 mod tests {
     use prost::Message as _;
-    use vencejo_proto::{Address, Header, Heartbeat};
+    use vencejo_proto::{Address, Header, Heartbeat, MavVersion, Message};
 
     use super::*;
+    use crate::deed::Deed;
 
     #[test]
     fn a_message_comes_out_as_it_went_in() {

@@ -91,6 +91,7 @@ impl Speaker {
             component: self.autopilot.component.0.into(),
             held: Some(held),
             said,
+            ..State::default()
         }
     }
 

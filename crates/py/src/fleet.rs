@@ -243,10 +243,10 @@ impl PyReplay {
     }
 
     /// System id, where it is and how long it is in s, whether it is over.
-    fn status(&self) -> (Option<u8>, f64, f64, bool) {
+    fn status(&self) -> (Option<u16>, f64, f64, bool) {
         let status = self.0.status();
         let (position, duration) = (status.position.as_secs_f64(), status.duration.as_secs_f64());
-        (status.system.map(|system| system.0), position, duration, status.is_over)
+        (status.id.map(VehicleId::number), position, duration, status.is_over)
     }
 
     fn seek(&self, position_s: f64) -> PyResult<()> {

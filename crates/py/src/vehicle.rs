@@ -514,13 +514,13 @@ impl PyVehicle {
         }))
     }
 
-    fn upload(&self, py: Python<'_>, kind: &str, plan: PlanTuple) -> PyResult<PyPending> {
+    fn upload(&self, py: Python<'_>, kind: &str, plan: PlanTuple, despite_findings: bool) -> PyResult<PyPending> {
         let kind = kind_of(kind)?;
         let (items, home) = plan_from_tuple(plan)?.into_list(kind).map_err(invalid)?;
         if items.is_empty() {
             return Err(invalid(format!("the plan has nothing for the {kind}; clear() removes what is on board")));
         }
-        Ok(self.start(py, Request::UploadPlan { kind, items, home }))
+        Ok(self.start(py, Request::UploadPlan { kind, items, home, despite_findings }))
     }
 
     fn download(&self, py: Python<'_>, kind: &str) -> PyResult<PyPending> {

@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
-use vencejo_proto::{Address, Message, MonoTime};
-use vencejo_vehicle::{VehicleError, VehicleId};
+use vencejo_flight::plan::{Mission, PlanKind};
+use vencejo_proto::{Address, Header, MavVersion, Message, MonoTime};
+use vencejo_vehicle::registry::RegistryEvent;
+use vencejo_vehicle::{Param, PlanState, Vehicle, VehicleError, VehicleId};
 
 use crate::error::StationError;
 use crate::pending::Pending;
-use crate::remote::{Adopted, Carried, Remote};
-use crate::station::{RequestResult, Shared, Station, VehicleHandle};
+use crate::remote::{Adopted, Carried, Remote, Telling};
+use crate::station::{Core, RequestResult, Shared, Station, VehicleHandle};
 
 impl Station {
     /// Takes on a vehicle far away, whose autopilot has this address on board. It gets an id from 256 up, by its name
@@ -38,15 +40,48 @@ impl Station {
         // A vehicle's time does not go back, whatever the network does.
         let (began, last) = (adopted.said_at, said.iter().map(|(_, at)| *at).max());
         adopted.said_at = began.max(last.unwrap_or(began));
+        let Some(address) = core.vehicles.get(id).map(Vehicle::address) else { return false };
         for (message, at) in said {
             core.vehicles.on_hosted(id, message, (*at).clamp(began, now.max(began)));
         }
         if let Some(watchers) = core.watchers.get(&id) {
+            // Its own readers alone: by its address on board it cannot be told from another vehicle.
+            if watchers.subscriptions.has_readers() {
+                let header = Header { sequence: 0, source: address, version: MavVersion::V2 };
+                for (message, at) in said {
+                    watchers.subscriptions.on_message(None, &message.encode(header), *at);
+                }
+            }
             watchers.changes.notify();
         }
         self.shared.greet(&mut core, id);
         self.shared.settle(&mut core, now);
         true
+    }
+
+    /// A station on board tells what is known of a plan of a vehicle far away, and its list where that is known and not empty.
+    pub fn on_remote_plan(&self, id: VehicleId, kind: PlanKind, state: PlanState, list: Option<Mission>) {
+        self.on_remote_told(id, |vehicle| vehicle.on_plan_told(kind, state, list));
+    }
+
+    /// A station on board has read these parameters of a vehicle far away.
+    pub fn on_remote_parameters(&self, id: VehicleId, params: &[Param]) {
+        self.on_remote_told(id, |vehicle| vehicle.on_parameters_told(params));
+    }
+
+    fn on_remote_told(&self, id: VehicleId, tell: impl FnOnce(&mut Vehicle)) {
+        let now = self.now();
+        let mut core = self.shared.core();
+        if !core.adopted.contains_key(&id) {
+            return;
+        }
+        if let Some(vehicle) = core.vehicles.get_mut(id) {
+            tell(vehicle);
+        }
+        if let Some(watchers) = core.watchers.get(&id) {
+            watchers.changes.notify();
+        }
+        self.shared.settle(&mut core, now);
     }
 }
 
@@ -64,19 +99,31 @@ impl Shared {
     }
 
     /// Starts a request to a vehicle far away.
-    pub(crate) fn carry(self: &Arc<Self>, carried: Carried) -> Pending<RequestResult> {
+    pub(crate) fn carry(self: &Arc<Self>, start: impl FnOnce(Telling) -> Carried) -> Pending<RequestResult> {
+        let (tell, mut told) = tokio::sync::watch::channel((0, 0));
+        let mut carried = start(Arc::new(move |done, total| {
+            // Nobody listens any more when it has ended.
+            let _ = tell.send((done, total));
+        }));
         let (cancel, mut cancelled) = tokio::sync::watch::channel(false);
         let (finisher, pending) = Pending::new(move || {
             cancel.send_replace(true);
         });
         let mut closing = self.closing();
         self.runtime().spawn(async move {
-            let end = tokio::select! {
-                end = carried => end,
-                // An error means that nobody can cancel it any more, which ends nothing.
-                Ok(_) = cancelled.wait_for(|cancelled| *cancelled) => Err(VehicleError::Cancelled.into()),
-                _ = closing.wait_for(|closing| *closing) => Err(StationError::Closed),
+            let end = loop {
+                tokio::select! {
+                    end = &mut carried => break end,
+                    Ok(()) = told.changed() => {
+                        let (done, total) = *told.borrow_and_update();
+                        finisher.progress(done, total);
+                    }
+                    // An error means that nobody can cancel it any more, which ends nothing.
+                    Ok(_) = cancelled.wait_for(|cancelled| *cancelled) => break Err(VehicleError::Cancelled.into()),
+                    _ = closing.wait_for(|closing| *closing) => break Err(StationError::Closed),
+                }
             };
+            drop(carried);
             finisher.finish(end);
         });
         pending
@@ -88,12 +135,14 @@ mod tests {
     use std::sync::{Mutex, PoisonError};
 
     use tokio::runtime::Handle;
+    use vencejo_flight::plan::MissionItem;
     use vencejo_link::{LinkId, Origin, PeerId};
-    use vencejo_proto::{ComponentId, Header, Heartbeat, MavVersion, SystemId};
-    use vencejo_vehicle::{Danger, Reply, Request};
+    use vencejo_proto::dialect::{MISSION_CURRENT_DATA, MavMessage};
+    use vencejo_proto::{ComponentId, Heartbeat, SystemId};
+    use vencejo_vehicle::{Danger, ParamName, ParamValue, Reply, Request};
 
     use super::*;
-    use crate::{FarHeld, StationConfig};
+    use crate::{FarHeld, StationConfig, Taken};
 
     const OWN: Address = Address::new(1, 1);
 
@@ -102,7 +151,14 @@ mod tests {
     struct Far(Mutex<Vec<(Request, Option<Danger>, String)>>);
 
     impl Remote for Far {
-        fn request(self: Arc<Self>, request: Request, confirmed: Option<Danger>, operator: String) -> Carried {
+        fn request(
+            self: Arc<Self>,
+            request: Request,
+            confirmed: Option<Danger>,
+            operator: String,
+            telling: Telling,
+        ) -> Carried {
+            telling(1, 4);
             let is_endless = request == Request::Land;
             self.0.lock().unwrap_or_else(PoisonError::into_inner).push((request, confirmed, operator));
             Box::pin(async move { if is_endless { std::future::pending().await } else { Ok(Reply::Done) } })
@@ -146,6 +202,11 @@ mod tests {
             assert!(waited.end().is_some_and(|found| found.is_ok_and(|found| found.id() == system)));
         }
         assert_eq!(plane.telemetry().0.mode().map(|mode| mode.to_string()), Some("FBWA".into()));
+        let heard = plane.subscribe_messages(None, 8);
+        assert!(station.on_remote(system, &[(heartbeat(5), station.now())]));
+        assert!(
+            matches!(heard.take_ready(), Taken::Item(heard) if heard.link.is_none() && heard.frame.message_id() == 0)
+        );
         assert_eq!(plane.request(Request::ReturnToLaunch).wait().await, Some(Ok(Reply::Done)));
 
         let forced = plane.request(Request::Disarm { force: true });
@@ -159,6 +220,31 @@ mod tests {
         let raw = plane.send(&heartbeat(0), false, None);
         assert!(matches!(raw, Err(StationError::RemoteRefused { .. })), "{raw:?}");
         assert_eq!(plane.is_reached(), None, "nothing of ours goes there, so nothing tells");
+        station.close().await;
+    }
+
+    #[tokio::test]
+    async fn what_is_known_on_board_of_plans_and_parameters_is_known_here() {
+        let (station, far) = (station(), Arc::new(Far::default()));
+        let system = station.adopt("plane7", OWN, far).expect("there is room");
+        station.on_remote(system, &[(heartbeat(10), station.now())]);
+        let plane = station.vehicle(system).expect("adopted");
+        let events = plane.subscribe_events(8);
+        let list = Mission { home: None, items: vec![MissionItem::waypoint(40.1, -3.7, 80.0)] };
+        let verified = PlanState::Verified { count: 1, hash: 7 };
+        station.on_remote_plan(system, PlanKind::Mission, verified, Some(list.clone()));
+        assert_eq!(plane.plan_on_board(PlanKind::Mission), Some((verified, Some(Arc::new(list)))));
+        assert!(matches!(events.take_ready(), Taken::Item(observed)
+            if observed.event == vencejo_vehicle::VehicleEvent::PlanStateChanged { kind: PlanKind::Mission, state: verified }));
+        // Another number of items than what was read: on board they know, and say so.
+        let current = MISSION_CURRENT_DATA { seq: 1, total: 9, ..Default::default() };
+        station.on_remote(system, &[(Message::Dialect(MavMessage::MISSION_CURRENT(current)), station.now())]);
+        assert_eq!(plane.plan_state(PlanKind::Mission), Some(verified));
+        station.on_remote_plan(system, PlanKind::Mission, PlanState::Empty, None);
+        assert_eq!(plane.plan_on_board(PlanKind::Mission), Some((PlanState::Empty, None)));
+        let name = ParamName::new("WP_LOITER_RAD").expect("a name");
+        station.on_remote_parameters(system, &[Param { name, value: ParamValue::F32(60.0) }]);
+        assert_eq!(plane.flight_parameters().loiter_radius_m, Some(60.0));
         station.close().await;
     }
 
@@ -186,6 +272,7 @@ mod tests {
         let system = station.adopt("plane7", OWN, Arc::new(Far::default())).expect("there is room");
         let plane = station.vehicle(system).expect("adopted");
         let given_up = plane.request(Request::Land);
+        assert_eq!(given_up.next_progress(0).await.map(|told| (told.done, told.total)), Some((1, 4)));
         given_up.cancel();
         assert_eq!(given_up.wait().await, Some(Err(VehicleError::Cancelled.into())));
         let closed = plane.request(Request::Land);

@@ -48,7 +48,7 @@ pub use error::StationError;
 pub use pending::{Pending, Progress};
 pub use queue::{DropOldest, Taken};
 pub use recording::{MAX_FLIGHT_BYTES, RecordedEvent, RecordingSummary, Sender, recorded_flight, summarize_recording};
-pub use remote::{Carried, FarHeld, Remote};
+pub use remote::{Carried, FarHeld, Remote, Telling};
 pub use signing::{KeyInfo, SigningChange, SigningError, SigningInfo};
 pub use spread::{Runs, rehearse_many};
 pub use station::{RequestResult, Station, VehicleHandle};

@@ -12,10 +12,20 @@ use crate::error::StationError;
 /// A request on its way to a vehicle far away.
 pub type Carried = Pin<Box<dyn Future<Output = Result<Reply, StationError>> + Send>>;
 
+/// Takes how far a request has come: how much is done, and how much there is (0 when not known).
+pub type Telling = Arc<dyn Fn(u32, u32) + Send + Sync>;
+
 /// What carries requests to one vehicle far away.
 pub trait Remote: Send + Sync {
-    /// Carries a request there, in the name of `operator`, with the danger that a person has confirmed; ends with what became of it.
-    fn request(self: Arc<Self>, request: Request, confirmed: Option<Danger>, operator: String) -> Carried;
+    /// Carries a request there, in the name of `operator`, with the danger that a person has confirmed; ends with what became of it. Whoever
+    /// gives it up drops it.
+    fn request(
+        self: Arc<Self>,
+        request: Request,
+        confirmed: Option<Danger>,
+        operator: String,
+        telling: Telling,
+    ) -> Carried;
 
     /// Who has control of it, as far as it was told.
     fn held(&self) -> FarHeld;

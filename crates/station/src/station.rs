@@ -116,7 +116,7 @@ pub(crate) struct Core {
     /// Those that are far away.
     pub(crate) adopted: HashMap<VehicleId, Adopted>,
     /// Of those who watch all vehicles at once.
-    subscriptions: Subscriptions,
+    pub(crate) subscriptions: Subscriptions,
     /// Another station with our address.
     namesake: Namesake,
 }
@@ -579,11 +579,11 @@ impl Shared {
         }
         let version = core.vehicles.get(from.system).map(Vehicle::protocol_version);
         if version.is_some() {
-            core.subscriptions.on_message(link, frame, now);
+            core.subscriptions.on_message(Some(link), frame, now);
         }
         if let Some(watchers) = core.watchers.get_mut(&from.system.into()) {
             watchers.version = version.unwrap_or_default();
-            watchers.subscriptions.on_message(link, frame, now);
+            watchers.subscriptions.on_message(Some(link), frame, now);
             watchers.changes.notify();
         }
         self.settle(&mut core, now);

@@ -12,8 +12,8 @@ use crate::queue::DropOldest;
 /// A message as it was received.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Received {
-    /// The link that it came over.
-    pub link: LinkId,
+    /// The link that it came over; `None`: from far away.
+    pub link: Option<LinkId>,
     /// The whole frame; it shares its memory.
     pub frame: Frame,
     /// When it came.
@@ -56,8 +56,13 @@ impl Subscriptions {
         queue
     }
 
+    /// Whether somebody reads messages.
+    pub(crate) fn has_readers(&self) -> bool {
+        !self.messages.lock().unwrap_or_else(PoisonError::into_inner).is_empty()
+    }
+
     /// Passes a message on to those who want it.
-    pub(crate) fn on_message(&self, link: LinkId, frame: &Frame, at: MonoTime) {
+    pub(crate) fn on_message(&self, link: Option<LinkId>, frame: &Frame, at: MonoTime) {
         let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
         if messages.is_empty() {
             return;

@@ -306,7 +306,8 @@ impl VehicleHandle {
         match self.station.shared.remote(self.id) {
             // A note goes nowhere: it is for those who look at it here.
             Some(remote) if !matches!(request, Request::Note { .. }) => {
-                self.station.shared.carry(remote.request(request, confirmed, self.operator().name()))
+                let operator = self.operator().name();
+                self.station.shared.carry(|telling| remote.request(request, confirmed, operator, telling))
             }
             _ => self.station.shared.request(self.id, request),
         }
@@ -356,7 +357,9 @@ impl VehicleHandle {
     ) -> Result<SendReport, StationError> {
         let Some(system) = self.system() else {
             let name = self.remote_name().unwrap_or_default();
-            let why = "messages as they are do not go there; use a command of its own".to_owned();
+            let why = "a message as it is has no answer, so nobody far away could know what became of it: use a command by its number \
+                       (COMMAND_LONG, COMMAND_INT), or send it from a station on board or at a direct link"
+                .to_owned();
             return Err(StationError::RemoteRefused { name, why });
         };
         let danger = |telemetry: &Telemetry, now| Danger::of_message(message, system, telemetry, now);

@@ -440,7 +440,12 @@ mod tests {
     #[test]
     fn requests_messages_and_parameters_that_clear_or_switch_off() {
         let of = |request: Request| Danger::of_request(&request, &flying(), NOW);
-        let upload = |items: Vec<MissionItem>| Request::UploadPlan { kind: PlanKind::Fence, items, home: None };
+        let upload = |items: Vec<MissionItem>| Request::UploadPlan {
+            kind: PlanKind::Fence,
+            items,
+            home: None,
+            despite_findings: false,
+        };
         assert_eq!(of(Request::Arm { force: true }), Some(Danger::ForceArm));
         assert_eq!(of(Request::Arm { force: false }), None);
         assert_eq!(of(Request::Reboot), Some(Danger::Reboot));

@@ -215,6 +215,7 @@ impl Vehicles {
         let silent = VehicleConfig {
             streams: StreamConfig::listen_only(),
             reads_back: false,
+            is_hosted: true,
             keeps_records: false,
             ..self.config.clone()
         };

@@ -220,6 +220,9 @@ pub enum Request {
         items: Vec<MissionItem>,
         /// Home to send with a mission; `None`: the vehicle's own.
         home: Option<Home>,
+        /// Whether a mission is sent in spite of errors that the checks find. Whoever asks has checked it; a station on board, which knows
+        /// more of its vehicle, checks once more what comes to it from far away.
+        despite_findings: bool,
     },
     /// Reads a plan.
     DownloadPlan {

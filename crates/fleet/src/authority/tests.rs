@@ -187,3 +187,32 @@ fn a_flood_is_refused_and_forgets_nothing_that_is_fresh() {
     let again = bench.authority.on_order(&ana, &first, bench.now);
     assert!(matches!(again, Verdict::Answer(answer) if answer.end() == End::Done));
 }
+
+#[test]
+fn to_read_nobody_needs_control_and_its_end_stops_no_reading() {
+    let (mut bench, ana, chief) = (Bench::new(), caller(1, Role::Operator), caller(9, Role::Chief));
+    let read = bench.claim(Wish::Read, 0);
+    assert_eq!(bench.authority.on_order(&ana, &read, bench.now), Verdict::Execute);
+    assert_eq!(bench.authority.on_order(&ana, &read, bench.now), Verdict::UnderWay, "once, as everything");
+    assert_eq!((bench.authority.lease(), bench.authority.is_manned()), (None, false));
+    bench.granted(&ana);
+    bench.granted(&chief);
+    assert!(bench.authority.take_fenced().is_empty());
+}
+
+#[test]
+fn an_order_is_given_up_by_its_sender_alone() {
+    let (mut bench, ana, ben) = (Bench::new(), caller(1, Role::Operator), caller(2, Role::Operator));
+    let epoch = bench.granted(&ana);
+    let act = bench.claim(Wish::Act, epoch);
+    bench.authority.on_order(&ana, &act, bench.now);
+    assert_eq!(bench.end(&ben, Wish::Recall(act.id), 0).0, End::Done);
+    assert_eq!(bench.end(&ana, Wish::Recall(77), 0).0, End::Done);
+    assert!(bench.authority.take_recalled().is_empty());
+    bench.pass(30.0);
+    assert_eq!(bench.end(&ana, Wish::Recall(act.id), 0).0, End::Done, "whoever has control meanwhile");
+    assert_eq!(bench.authority.take_recalled(), [act.id]);
+    bench.authority.on_ended(act.id, answer(&act, End::Done, ""), bench.now);
+    bench.end(&ana, Wish::Recall(act.id), 0);
+    assert!(bench.authority.take_recalled().is_empty());
+}

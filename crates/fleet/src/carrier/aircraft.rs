@@ -10,12 +10,13 @@ use tokio::runtime::Handle;
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
 use vencejo_proto::MonoTime;
-use vencejo_station::{DropOldest, Operator, Pending, Received, RequestResult, Station, Taken, VehicleHandle};
-use vencejo_vehicle::Request;
+use vencejo_station::{DropOldest, Operator, Received, RequestResult, Station, Taken, VehicleHandle};
 use zenoh::Session;
 use zenoh::qos::Priority;
 use zenoh::query::Query;
 
+use self::holdings::{Holdings, PARAM_VALUE};
+use self::work::UnderWay;
 use super::endpoint::{Endpoint, Way};
 use super::history::{Board, HistoryConfig, Told};
 use super::membership::{self, Membership};
@@ -27,9 +28,15 @@ use crate::budget::{Budget, ECHO_INTERVAL, ECHO_LOST};
 use crate::error::FleetError;
 use crate::key::{Kind, Name, echo_key, key_of};
 use crate::operator::random;
-use crate::payload::{Answer, End, Event, Order, Signed, Want};
+use crate::payload::{Answer, End, Event, Order, Signed, State, Want};
 use crate::signature::PublicKey;
 use crate::speech::{EACH, NEWEST, Speaker};
+
+mod doing;
+mod holdings;
+#[cfg(test)]
+mod tests;
+mod work;
 
 /// How often what the autopilot said is looked at: twice as often as it is told at most.
 const TICK: Duration = Duration::from_millis(50);
@@ -155,7 +162,7 @@ async fn live(
     let Some(address) = vehicle.address() else { return };
     let mut speaker = Speaker::new(boot, address);
     let mut authority = Authority::new(boot);
-    let ids: BTreeSet<u32> = NEWEST.iter().chain(&EACH).copied().collect();
+    let ids: BTreeSet<u32> = NEWEST.iter().chain(&EACH).chain(&[PARAM_VALUE]).copied().collect();
     let heard = vehicle.subscribe_messages(Some(ids), WAITING);
     let frames = history.is_some_and(|history| history.has_frames).then(|| vehicle.subscribe_messages(None, WAITING));
     let mut post = Post::new(station, &vehicle, config, status);
@@ -197,15 +204,6 @@ enum Ended {
     Renewed,
 }
 
-/// An order that is being done.
-struct UnderWay {
-    pending: Pending<RequestResult>,
-    /// Who wants it, and what.
-    order: (PublicKey, Order),
-    /// Who waits for its end.
-    queries: Vec<Query>,
-}
-
 /// What is done for those far away, from session to session.
 struct Post<'a> {
     station: &'a Station,
@@ -221,6 +219,9 @@ struct Post<'a> {
     router: Option<&'a Endpoint>,
     order_key: String,
     under_way: HashMap<u128, UnderWay>,
+    holdings: Holdings,
+    /// The order for which the parameters are being read, and those that wait for the same.
+    reading: Option<(u128, Vec<Claim>)>,
     ended: mpsc::Sender<(Claim, RequestResult)>,
     ends: mpsc::Receiver<(Claim, RequestResult)>,
     /// In whose name orders are done here: whoever has the lease.
@@ -256,6 +257,8 @@ impl<'a> Post<'a> {
             router: None,
             order_key,
             under_way,
+            holdings: Holdings::new(vehicle, config.uplink_bit_s),
+            reading: None,
             ended,
             ends,
             acting: None,
@@ -267,9 +270,12 @@ impl<'a> Post<'a> {
     }
 
     /// Takes in what the autopilot said; gives the events.
-    fn listen(&self, speaker: &mut Speaker, heard: &DropOldest<Received>) -> Vec<Event> {
+    fn listen(&mut self, speaker: &mut Speaker, heard: &DropOldest<Received>) -> Vec<Event> {
         let mut events = Vec::new();
         while let Taken::Item(received) = heard.take_ready() {
+            if received.frame.message_id() == PARAM_VALUE {
+                self.holdings.on_param(&received.frame);
+            }
             events.extend(speaker.on_frame(&received.frame, received.at));
         }
         events.iter().for_each(|event| self.keep(&Told::Event(event)));
@@ -285,12 +291,19 @@ impl<'a> Post<'a> {
         }
     }
 
+    /// The next state of the numbered series, with what is known of plans and orders.
+    fn sample(&mut self, speaker: &mut Speaker, authority: &Authority) -> State {
+        let mut state = self.holdings.dress(speaker.sample(authority.held(), self.station.now()), true);
+        state.under_way = self.progress();
+        self.keep(&Told::State(&state));
+        self.unheard_due = self.station.now() + UNHEARD;
+        state
+    }
+
     /// Makes a state that nobody hears, for the history, where it is time.
     fn unheard(&mut self, speaker: &mut Speaker, authority: &Authority) {
-        let now = self.station.now();
-        if self.history.is_some() && now >= self.unheard_due {
-            self.unheard_due = now + UNHEARD;
-            self.keep(&Told::State(&speaker.sample(authority.held(), now)));
+        if self.history.is_some() && self.station.now() >= self.unheard_due {
+            self.sample(speaker, authority);
         }
     }
 
@@ -310,6 +323,7 @@ impl<'a> Post<'a> {
                 done = &mut what => return done,
                 _ = tick.tick() => {
                     self.listen(speaker, heard);
+                    self.holdings.look(self.vehicle);
                     authority.on_time(self.station.now());
                     self.keep_order(authority);
                     self.unheard(speaker, authority);
@@ -327,11 +341,12 @@ impl<'a> Post<'a> {
         heard: &DropOldest<Received>,
     ) -> Result<Ended, FleetError> {
         let key = |kind| key_of(&self.config.org, &self.config.name, kind);
-        let (state_key, event_key) = (key(Kind::State), key(Kind::Event));
+        let (state_key, event_key, list_key) = (key(Kind::State), key(Kind::Event), key(Kind::List));
         let declared = network::failed;
         let orders = session.declare_queryable(self.order_key.clone()).complete(true).await.map_err(declared)?;
         let states = session.declare_queryable(state_key.clone()).complete(true).await.map_err(declared)?;
         let events = session.declare_queryable(event_key.clone()).complete(true).await.map_err(declared)?;
+        let lists = session.declare_queryable(list_key.clone()).complete(true).await.map_err(declared)?;
         let _answering = match self.history {
             Some(history) => Some(history.answer(session).await?),
             None => None,
@@ -353,16 +368,15 @@ impl<'a> Post<'a> {
                     if self.station.is_closed() {
                         return Ok(Ended::Closed);
                     }
+                    self.holdings.look(self.vehicle);
                     authority.on_time(now);
                     self.keep_order(authority);
                     let watched = authority.lease().is_some();
                     if now >= sample_due {
-                        let state = speaker.sample(authority.held(), now);
+                        let state = self.sample(speaker, authority);
                         budget.on_sample(state.encoded_len());
-                        self.keep(&Told::State(&state));
                         network::tell(session, &state_key, &state, Priority::Data).await;
                         sample_due = now + budget.interval(watched);
-                        self.unheard_due = now + UNHEARD;
                     } else if lost >= TELL_AFTER {
                         self.unheard(speaker, authority);
                     }
@@ -387,6 +401,7 @@ impl<'a> Post<'a> {
                 Ok(query) = orders.recv_async() => self.on_order(query, authority),
                 Ok(query) = states.recv_async() => {
                     let state = speaker.everything(authority.held(), self.station.now());
+                    let state = self.holdings.dress(state, false);
                     network::reply(query, state_key.clone(), vec![state.encode_to_vec()]);
                 }
                 Ok(query) = events.recv_async() => {
@@ -394,6 +409,7 @@ impl<'a> Post<'a> {
                     let kept = speaker.events_from(from).map(Message::encode_to_vec).collect();
                     network::reply(query, event_key.clone(), kept);
                 }
+                Ok(query) = lists.recv_async() => self.holdings.on_asked(query, list_key.clone(), self.station),
                 Some((claim, result)) = self.ends.recv() => self.on_end(&claim, &result, authority),
                 Some(took) = echoes.recv() => {
                     lost = if took.is_some() { 0 } else { lost + 1 };
@@ -442,9 +458,12 @@ impl<'a> Post<'a> {
             None => self.acting = None,
         }
         self.station.set_heartbeat(authority.is_manned());
-        for id in authority.take_fenced() {
-            if let Some(under_way) = self.under_way.get(&id) {
-                under_way.pending.cancel();
+        let recalled = authority.take_recalled();
+        for id in recalled.iter().chain(&authority.take_fenced()) {
+            // A plan that is being written is written to its end, unless its sender gives it up: half of it would be worse.
+            let may_stop = |under_way: &&UnderWay| !under_way.writes_plan() || recalled.contains(id);
+            if let Some(under_way) = self.under_way.get(id).filter(may_stop) {
+                under_way.cancel();
             }
         }
     }
@@ -493,12 +512,15 @@ impl<'a> Post<'a> {
                 return self.refuse(query, &[], &answer(&nobody, End::Refused, &error.to_string()));
             }
         };
-        let (wish, deed) = match order.want.as_ref() {
+        let (mut wish, mut deed) = match order.want.clone() {
             Some(Want::Ask(_)) => (Wish::Ask, None),
             Some(Want::Renew(_)) => (Wish::Renew, None),
             Some(Want::Release(_)) => (Wish::Release, None),
             Some(Want::Grant(key)) => (Wish::Grant(PublicKey(key.as_slice().try_into().unwrap_or_default())), None),
             Some(Want::Act(act)) => (Wish::Act, Some(act)),
+            Some(Want::Recall(id)) => (Wish::Recall(id.as_slice().try_into().map_or(0, u128::from_be_bytes)), None),
+            // Taking it does nothing, and may be done twice.
+            Some(Want::Part(_)) => (Wish::Read, None),
             None => (Wish::Act, None),
         };
         let based_on = MonoTime::from_millis(order.based_on_ms);
@@ -517,12 +539,23 @@ impl<'a> Post<'a> {
         if (order.org.as_str(), order.aircraft.as_str()) != (self.config.org.as_str(), self.config.name.as_str()) {
             return self.end(query, &key, &order, &refuse("it is for another aircraft"));
         }
-        let request = deed.map(act::request_of).transpose();
+        if let Some(Want::Part(part)) = &order.want {
+            let taken = self.holdings.on_part(key, part);
+            return self.answer(query, &taken.map_or_else(|error| refuse(&error.to_string()), |()| done(&claim)));
+        }
+        if !deed.as_mut().is_none_or(|deed| self.holdings.fill(deed)) {
+            return self.answer(query, &answer(&claim, End::ListMissing, ""));
+        }
+        let request = deed.as_ref().map(act::request_of).transpose();
         let request = match request {
             Ok(None) if wish == Wish::Act => return self.end(query, &key, &order, &refuse("it says nothing to do")),
             Ok(request) => request,
             Err(error) => return self.end(query, &key, &order, &refuse(&error.to_string())),
         };
+        if request.as_ref().is_some_and(|(request, _)| !request.is_act()) {
+            wish = Wish::Read;
+        }
+        let claim = Claim { wish, ..claim };
         let caller = Caller { key, name: order.operator.clone(), role };
         match authority.on_order(&caller, &claim, self.station.now()) {
             Verdict::Answer(answer) => {
@@ -536,47 +569,21 @@ impl<'a> Post<'a> {
                 }
             }
             Verdict::Execute => {
-                tracing::info!(operator = caller.name, order = ?request, "an order from far away");
-                if let Some((request, confirmed)) = request {
-                    self.execute(query, (key, order), claim, request, confirmed);
+                tracing::info!(operator = caller.name, order = deed.as_ref().map(act::brief), "an order from far away");
+                // What it is based on is looked at now: in the last tick it may have been another plan.
+                self.holdings.look(self.vehicle);
+                let admitted = deed.as_ref().map_or(Ok(()), |deed| self.holdings.admit(deed));
+                match (request, admitted) {
+                    (Some((request, confirmed)), Ok(())) => {
+                        self.execute(query, (key, order), claim, request, confirmed);
+                    }
+                    (_, Err(why)) => {
+                        let refused = refuse(&why);
+                        authority.on_ended(claim.id, refused.clone(), self.station.now());
+                        self.end(query, &key, &order, &refused);
+                    }
+                    (None, Ok(())) => {}
                 }
-            }
-        }
-    }
-
-    fn execute(
-        &mut self,
-        query: Query,
-        order: (PublicKey, Order),
-        claim: Claim,
-        request: Request,
-        confirmed: Option<vencejo_vehicle::Danger>,
-    ) {
-        let vehicle = match &self.acting {
-            Some((_, operator)) => self.vehicle.acting_as(operator.clone()),
-            None => self.vehicle.clone(),
-        };
-        let pending = match confirmed {
-            Some(danger) => vehicle.request_naming(request, danger),
-            None => vehicle.request(request),
-        };
-        self.under_way.insert(claim.id, UnderWay { pending: pending.clone(), order, queries: vec![query] });
-        let ended = self.ended.clone();
-        tokio::spawn(async move {
-            let result = pending.wait().await.unwrap_or(Err(vencejo_station::StationError::Closed));
-            // Without a reader the session is at its end; whoever asked hears nothing, which is the truth.
-            let _ = ended.send((claim, result)).await;
-        });
-    }
-
-    fn on_end(&mut self, claim: &Claim, result: &RequestResult, authority: &mut Authority) {
-        let answer = act::answer_of(claim, result);
-        authority.on_ended(claim.id, answer.clone(), self.station.now());
-        if let Some(under_way) = self.under_way.remove(&claim.id) {
-            let (key, order) = &under_way.order;
-            self.keep(&Told::Order(&key.0, Some(order), &answer));
-            for query in under_way.queries {
-                self.answer(query, &answer);
             }
         }
     }
@@ -600,4 +607,8 @@ impl<'a> Post<'a> {
     fn answer(&self, query: Query, answer: &Answer) {
         network::reply(query, self.order_key.clone(), vec![answer.encode_to_vec()]);
     }
+}
+
+fn done(claim: &Claim) -> Answer {
+    answer(claim, End::Done, "")
 }

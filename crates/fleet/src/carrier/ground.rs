@@ -5,16 +5,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
-use prost::Message;
 use serde_json::Value;
 use tokio::runtime::Handle;
 use tokio::sync::{Notify, watch};
 use tokio::task::JoinHandle;
-use vencejo_proto::{Address, ComponentId, SystemId};
-use vencejo_station::{Carried, FarHeld, Remote, RequestResult, Station, StationError};
-use vencejo_vehicle::modes::ModeFamily;
+use vencejo_proto::{Address, ComponentId, MonoTime, SystemId};
+use vencejo_station::{Station, Telling};
+use vencejo_vehicle::VehicleId;
 use vencejo_vehicle::telemetry::LOST_AFTER;
-use vencejo_vehicle::{Danger, Request, VehicleError, VehicleId};
 use zenoh::Session;
 use zenoh::sample::SampleKind;
 
@@ -24,22 +22,22 @@ use super::history::{Archive, HistoryConfig};
 use super::network::{self, Heard, Part};
 use super::organisation::Organisation;
 use super::unix_now;
-use crate::act;
-use crate::authority::{FRESH, RENEW_EVERY};
-use crate::errand::{AGAIN_AFTER, Errand, Outcome, Step};
+use crate::authority::RENEW_EVERY;
+use crate::content::Shelf;
 use crate::error::FleetError;
 use crate::key::{Kind, Name, aircraft_of, echo_key, key_of, keys_of_all};
-use crate::operator::random;
 use crate::papers::certificate::Identity;
-use crate::payload::{Answer, End, Event, Nothing, Order, Signed, State, VERSION, Want};
+use crate::payload::{Event, State, UnderWay};
+use crate::plans::{PlanTold, PlansHeard};
 use crate::signature::{PublicKey, Signer};
-use crate::speech::{Listener, News, millis};
+use crate::speech::{Listener, News};
+
+mod orders;
+mod plans;
 
 /// Aircraft that are followed at most: as many as a station follows far away.
 const MAX_AIRCRAFT: usize = vencejo_vehicle::registry::MAX_FAR;
-/// How long an act may take before nobody waits for it any more.
-const ACT_PATIENCE: Duration = Duration::from_secs(20);
-/// The same of control.
+/// How long control may take before nobody waits for it any more.
 const CONTROL_PATIENCE: Duration = Duration::from_secs(5);
 /// How long is waited for what is only read.
 const READ_WITHIN: Duration = Duration::from_secs(5);
@@ -128,6 +126,10 @@ struct FarAircraft {
     known: Mutex<Known>,
     /// One order for control at a time.
     asking: tokio::sync::Mutex<()>,
+    /// Lists of it that are here.
+    shelf: Mutex<Shelf>,
+    /// One list on its way here at a time.
+    fetching: tokio::sync::Mutex<()>,
 }
 
 #[derive(Default)]
@@ -142,6 +144,32 @@ struct Known {
     lease: Option<(u64, u64)>,
     /// Whether its missed events are being asked for.
     is_catching_up: bool,
+    /// What it told of its plans, and what of that is shown here.
+    plans: PlansHeard,
+    plans_shown: [Option<PlanTold>; 3],
+    /// Whether plans are being asked for.
+    is_asking_plans: bool,
+    /// Orders on their way whose progress is told, by id.
+    followed: BTreeMap<Vec<u8>, Followed>,
+}
+
+/// An order whose progress is told.
+struct Followed {
+    telling: Telling,
+    /// When it was heard of last.
+    heard_at: MonoTime,
+}
+
+impl Known {
+    /// A state told how far orders have come.
+    fn follow(&mut self, under_way: &[UnderWay], now: MonoTime) {
+        for told in under_way {
+            if let Some(followed) = self.followed.get_mut(&told.id) {
+                followed.heard_at = now;
+                (followed.telling)(told.done, told.total);
+            }
+        }
+    }
 }
 
 impl Ground {
@@ -456,6 +484,8 @@ impl Fleet {
                 fleet: Arc::downgrade(self),
                 known: Mutex::default(),
                 asking: tokio::sync::Mutex::default(),
+                shelf: Mutex::default(),
+                fetching: tokio::sync::Mutex::default(),
             })
         });
         Some(aircraft.clone())
@@ -486,7 +516,7 @@ impl FarAircraft {
             Err(error) => return tracing::warn!(aircraft = %self.name, %error, "what it says cannot be read"),
         };
         let now = fleet.station.now();
-        let news = {
+        let (news, plans) = {
             let mut known = self.known();
             let system = u8::try_from(state.system).map_or(SystemId::BROADCAST, SystemId);
             let component = u8::try_from(state.component).map_or(ComponentId::AUTOPILOT, ComponentId);
@@ -494,12 +524,14 @@ impl FarAircraft {
             if known.lease.is_some_and(|(boot, _)| boot != state.boot) {
                 known.lease = None;
             }
-            known.listener.on_state(&state, now)
+            known.follow(&state.under_way, now);
+            (known.listener.on_state(&state, now), known.plans.on_state(state.boot, state.plans_version, &state.plans))
         };
         if let Some(archive) = fleet.archive.as_ref().filter(|_| is_told) {
             archive.on_state(&self.name, &state, bytes, now);
         }
         self.tell(&fleet, news);
+        self.on_plans(&fleet, plans);
     }
 
     fn on_event(self: &Arc<Self>, bytes: &[u8]) {
@@ -535,10 +567,7 @@ impl FarAircraft {
     async fn catch_up(self: &Arc<Self>, from: u64) {
         let Some(fleet) = self.fleet.upgrade() else { return };
         if from == 1 {
-            let key = key_of(&fleet.org, &self.name, Kind::State);
-            if let Heard::Answers(states) = network::ask(&fleet.session(), &key, Vec::new(), READ_WITHIN).await {
-                states.iter().for_each(|state| self.on_state(state, false));
-            }
+            self.ask_everything(&fleet).await;
         }
         let key = format!("{}?from={from}", key_of(&fleet.org, &self.name, Kind::Event));
         let Heard::Answers(events) = network::ask(&fleet.session(), &key, Vec::new(), READ_WITHIN).await else {
@@ -575,158 +604,5 @@ impl FarAircraft {
     /// The address of its autopilot, on board.
     fn address(&self) -> Address {
         self.known().autopilot.unwrap_or(Address { system: SystemId::BROADCAST, component: ComponentId::AUTOPILOT })
-    }
-
-    /// Does one errand: the same order until it is answered, or given up.
-    async fn send(&self, want: Want, operator: &str, epoch: u64, patience: Duration) -> Result<Outcome, StationError> {
-        let fleet = self.fleet.upgrade().ok_or(StationError::Closed)?;
-        let now = fleet.station.now();
-        let (boot, based_on) = {
-            let known = self.known();
-            let age = known.listener.age(now);
-            let picture = known.listener.picture().filter(|_| age < FRESH);
-            picture.ok_or(StationError::Vehicle(VehicleError::NotHeard { age }))?
-        };
-        let id = random::<16>()
-            .map_err(|error| StationError::RemoteRefused { name: self.name.to_string(), why: error.to_string() })?;
-        let order = Order {
-            version: VERSION,
-            org: fleet.org.to_string(),
-            aircraft: self.name.to_string(),
-            boot,
-            epoch,
-            id: id.to_vec(),
-            based_on_ms: millis(based_on.as_duration()),
-            operator: operator.to_owned(),
-            want: Some(want),
-        }
-        .encode_to_vec();
-        let signature = fleet.signer.sign(&order);
-        let signed = Signed { key: fleet.signer.public().0.to_vec(), order, signature }.encode_to_vec();
-        let key = key_of(&fleet.org, &self.name, Kind::Order);
-        let mut errand = Errand::new(patience, now);
-        let mut step = errand.start();
-        loop {
-            let (after, wait) = match step {
-                Step::Send { after, wait } => (after, wait),
-                Step::End(outcome) => return Ok(outcome),
-            };
-            tokio::time::sleep(after).await;
-            let was_present = self.known().is_present;
-            let heard = network::ask(&fleet.session(), &key, signed.clone(), wait).await;
-            let now = fleet.station.now();
-            let answers = match heard {
-                Heard::Answers(answers) => answers,
-                // Where somebody was there when it was sent, it may have arrived, whatever the network says when it loses the way.
-                Heard::Nobody if was_present => {
-                    tokio::time::sleep(AGAIN_AFTER).await;
-                    step = errand.on_silence(now);
-                    continue;
-                }
-                Heard::Nobody => {
-                    step = errand.on_nobody(now);
-                    continue;
-                }
-                Heard::Silence => {
-                    step = errand.on_silence(now);
-                    continue;
-                }
-            };
-            let read = answers.iter().filter_map(|bytes| Answer::read(bytes).ok());
-            match read.into_iter().find(|answer| answer.id == id) {
-                Some(answer) => return Ok(errand.on_answer(answer)),
-                None => step = errand.on_silence(now),
-            }
-        }
-    }
-
-    /// The epoch in which we have control; asks for it where we have not.
-    async fn control(&self, operator: &str) -> Result<u64, StationError> {
-        let _one = self.asking.lock().await;
-        if let Some((_, epoch)) = self.known().lease {
-            return Ok(epoch);
-        }
-        match self.send(Want::Ask(Nothing {}), operator, 0, CONTROL_PATIENCE).await? {
-            Outcome::Answered(answer) if answer.end() == End::Granted => {
-                let mut known = self.known();
-                let boot = known.listener.picture().map_or(0, |(boot, _)| boot);
-                known.lease = Some((boot, answer.epoch));
-                Ok(answer.epoch)
-            }
-            // Whatever became of it, it was no act.
-            Outcome::Answered(answer) => match self.result_of(&answer, &Request::LoiterHere) {
-                Err(error) => Err(error),
-                Ok(_) => Err(self.unreached()),
-            },
-            Outcome::Unreached | Outcome::Unknown { .. } => Err(self.unreached()),
-        }
-    }
-
-    fn unreached(&self) -> StationError {
-        let age = self.fleet.upgrade().map_or(FRESH, |fleet| self.known().listener.age(fleet.station.now()));
-        StationError::Vehicle(VehicleError::NotHeard { age })
-    }
-
-    fn result_of(&self, answer: &Answer, request: &Request) -> RequestResult {
-        let id = self.known().id;
-        let mode = self.fleet.upgrade().and_then(|fleet| fleet.station.vehicle(id?)?.telemetry().0.mode());
-        let family = mode.map_or(ModeFamily::Other, |mode| mode.family);
-        act::result_of(answer, request, self.name.as_str(), self.address(), family)
-    }
-
-    async fn carry(self: Arc<Self>, request: Request, confirmed: Option<Danger>, operator: String) -> RequestResult {
-        let Some(act) = act::act_of(&request, confirmed) else {
-            let why = "this does not go over a network yet; ask for it at a direct link".to_owned();
-            return Err(StationError::RemoteRefused { name: self.name.to_string(), why });
-        };
-        let mut has_asked_again = false;
-        loop {
-            let epoch = self.control(&operator).await?;
-            let outcome = self.send(Want::Act(act.clone()), &operator, epoch, ACT_PATIENCE).await?;
-            let answer = match outcome {
-                Outcome::Answered(answer) => answer,
-                Outcome::Unreached => return Err(self.unreached()),
-                Outcome::Unknown { attempts } => {
-                    return Err(act::unknown(act::command_of(&request), self.address(), attempts));
-                }
-            };
-            if answer.end() == End::Held {
-                self.known().lease.take_if(|(_, held)| *held == epoch);
-                // The lease ran out, and nobody has taken it since.
-                if answer.holder.is_empty() && !has_asked_again {
-                    has_asked_again = true;
-                    continue;
-                }
-            }
-            return self.result_of(&answer, &request);
-        }
-    }
-
-    async fn renew(&self) {
-        let Some((_, epoch)) = self.known().lease else { return };
-        let renewed = self.send(Want::Renew(Nothing {}), "", epoch, Duration::ZERO).await;
-        if let Ok(Outcome::Answered(answer)) = renewed
-            && answer.end() == End::Held
-        {
-            self.known().lease.take_if(|(_, held)| *held == epoch);
-        }
-    }
-
-    async fn release(&self, patience: Duration) {
-        let Some((_, epoch)) = self.known().lease.take() else { return };
-        // Unheard, it ends by itself.
-        let _ = self.send(Want::Release(Nothing {}), "", epoch, patience).await;
-    }
-}
-
-impl Remote for FarAircraft {
-    fn request(self: Arc<Self>, request: Request, confirmed: Option<Danger>, operator: String) -> Carried {
-        Box::pin(self.carry(request, confirmed, operator))
-    }
-
-    fn held(&self) -> FarHeld {
-        let known = self.known();
-        let holder = Some(known.listener.held().holder.clone()).filter(|holder| !holder.is_empty());
-        FarHeld { is_ours: holder.is_some() && known.lease.is_some(), holder }
     }
 }

@@ -166,15 +166,27 @@ pub(super) enum Heard {
     Silence,
 }
 
-/// Asks, and waits for all the answers: as many as there can be events, each no longer than a payload. What is more, nobody meant.
+/// Asks at once, and waits for all the answers.
 pub(super) async fn ask(session: &Session, selector: &str, payload: Vec<u8>, wait: Duration) -> Heard {
+    ask_at(Priority::RealTime, session, selector, payload, wait).await
+}
+
+/// Asks, and waits for all the answers: as many as there can be events, each no longer than a payload. What is more, nobody meant. Answers go at
+/// the question's priority.
+pub(super) async fn ask_at(
+    priority: Priority,
+    session: &Session,
+    selector: &str,
+    payload: Vec<u8>,
+    wait: Duration,
+) -> Heard {
     let get = session
         .get(selector)
         .payload(payload)
         .target(QueryTarget::All)
         .consolidation(ConsolidationMode::None)
         .congestion_control(CongestionControl::Drop)
-        .priority(Priority::RealTime)
+        .priority(priority)
         .express(true)
         .timeout(wait);
     let Ok(replies) = get.await else { return Heard::Nobody };

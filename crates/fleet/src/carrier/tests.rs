@@ -16,11 +16,12 @@ use super::network::{self, Heard, Part, try_address};
 use super::organisation::Organisation;
 use super::tls::Known;
 use super::unix_now;
+use crate::deed::Nothing;
 use crate::error::FleetError;
 use crate::key::{Kind, Name, echo_key, key_of, keys_of_all};
 use crate::papers::DAY_S;
 use crate::papers::certificate::{Ca, Identity, new_key, request};
-use crate::payload::{Nothing, Order};
+use crate::payload::Order;
 
 /// How long a router is waited for here.
 const WAIT: Duration = Duration::from_secs(10);

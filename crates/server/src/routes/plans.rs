@@ -80,7 +80,7 @@ fn start(
 }
 
 /// The request that puts one part of a plan on board.
-fn upload(kind: PlanKind, plan: &Plan) -> Result<Request, Problem> {
+fn upload(kind: PlanKind, plan: &Plan, despite_findings: bool) -> Result<Request, Problem> {
     let (items, home) = convert::core_plan(plan)?.into_list(convert::core_plan_kind(kind))?;
     // Nothing given is no wish to have nothing on board.
     if items.is_empty() {
@@ -92,7 +92,7 @@ fn upload(kind: PlanKind, plan: &Plan) -> Result<Request, Problem> {
         let expected = format!("at least one; DELETE on this path removes the {part} on board");
         return Err(Problem::invalid_value(field, "empty", &expected));
     }
-    Ok(Request::UploadPlan { kind: convert::core_plan_kind(kind), items, home })
+    Ok(Request::UploadPlan { kind: convert::core_plan_kind(kind), items, home, despite_findings })
 }
 
 /// Whether to look for errors first.
@@ -146,10 +146,11 @@ macro_rules! plan_routes {
             asked: Result<Query<Checked>, QueryRejection>,
             Body(plan): Body<Plan>,
         ) -> Result<Accepted, Problem> {
-            if asked?.check.unwrap_or(true) {
+            let check = asked?.check.unwrap_or(true);
+            if check {
                 require_sound(&vehicle, PlanKind::$kind, &plan).await?;
             }
-            let pending = pilot.request(&vehicle, upload(PlanKind::$kind, &plan)?);
+            let pending = pilot.request(&vehicle, upload(PlanKind::$kind, &plan, !check)?);
             start(&app, pilot.session, &vehicle, OperationKind::$upload_kind, pending)
         }
 

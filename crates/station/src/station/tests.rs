@@ -76,7 +76,7 @@ async fn of_two_operators_one_acts_and_the_other_is_told() {
     let vehicle = station.vehicle(VehicleId::new(1)).expect("heard");
     let operators = ["Ana", "Luis"].map(|name| Arc::new(station.enlist(name)));
     let item = MissionItem::at(Command(5001), [4.0, 0.0, 0.0, 0.0], 40.0, -3.0, 0.0);
-    let upload = Request::UploadPlan { kind: PlanKind::Fence, items: vec![item], home: None };
+    let upload = Request::UploadPlan { kind: PlanKind::Fence, items: vec![item], home: None, despite_findings: false };
     let set = Request::ParamSet { name: "WP_RADIUS".into(), value: 90.0 };
     let mut told = 0;
     for race in 0..500 {

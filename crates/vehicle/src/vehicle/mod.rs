@@ -14,6 +14,7 @@
 //! | `target` | whether the plane flies to where its plan says |
 //! | `lane` | the transfer that runs |
 //! | `hearing` | whether it hears us: what is an answer, and what ends when nothing is |
+//! | `hosted` | what a station on board tells of one that no link reaches |
 //! | `tell` | messages without COMMAND_ACK that stand in for a command on old firmware |
 //! | `age` | what the firmware is too old for |
 
@@ -21,6 +22,7 @@ mod age;
 mod board;
 mod guard;
 mod hearing;
+mod hosted;
 mod lane;
 mod listen;
 mod onboard;
@@ -76,6 +78,9 @@ pub struct VehicleConfig {
     pub seed: u32,
     /// Whether plans that are not known, and the [`FlightParameters`] of an ArduPlane, are read without being asked for. Default no.
     pub reads_back: bool,
+    /// Whether no link reaches it: what is known of its plans is what a station on board tells ([`Vehicle::on_plan_told`]), whatever its own
+    /// messages seem to say. Default no.
+    pub is_hosted: bool,
     /// Whether the owner writes down what [`Output::Keep`] asks for, and answers with [`Vehicle::on_kept`]. Default no.
     pub keeps_records: bool,
 }
@@ -88,6 +93,7 @@ impl Default for VehicleConfig {
             item_window: 1,
             seed: 0,
             reads_back: false,
+            is_hosted: false,
             keeps_records: false,
         }
     }
@@ -456,9 +462,16 @@ impl Vehicle {
     }
 
     fn set_plan(&mut self, kind: PlanKind, state: PlanState) {
+        if self.config.is_hosted {
+            return;
+        }
         if !matches!(state, PlanState::Verified { .. } | PlanState::Differs { .. }) {
             self.copies[kind as usize] = None;
         }
+        self.tell_plan(kind, state);
+    }
+
+    fn tell_plan(&mut self, kind: PlanKind, state: PlanState) {
         if self.plans.set(kind, state) {
             self.on_board.on_state(kind, state);
             self.event(VehicleEvent::PlanStateChanged { kind, state });

@@ -570,7 +570,7 @@ impl Context<'_> {
                 Step::command(command).waiting(Effect::Acknowledged)
             }
             Request::UploadPlan { kind, items, .. } if items.is_empty() => Step::Clear(kind),
-            Request::UploadPlan { kind: PlanKind::Mission, items, home } => {
+            Request::UploadPlan { kind: PlanKind::Mission, items, home, .. } => {
                 let home = home.or(self.telemetry.home.map(|home| home.value));
                 let wire = Mission { home, items }.to_wire(self.vehicle, self.is_ardupilot())?;
                 Step::Upload(PlanKind::Mission, wire)

@@ -435,7 +435,7 @@ fn mission() -> Vec<MissionItem> {
 }
 
 fn upload() -> Request {
-    Request::UploadPlan { kind: PlanKind::Mission, items: mission(), home: None }
+    Request::UploadPlan { kind: PlanKind::Mission, items: mission(), home: None, despite_findings: false }
 }
 
 fn count(world: &Pair, command: u16) -> usize {
@@ -657,11 +657,11 @@ fn an_upload_is_known_only_when_it_was_read_back() {
     // The other kinds are kept too.
     let rally =
         vec![MissionItem { command: Command::NAV_RALLY_POINT, ..MissionItem::waypoint(40.3432, -3.7978, 80.0) }];
-    let request = Request::UploadPlan { kind: PlanKind::Rally, items: rally, home: None };
+    let request = Request::UploadPlan { kind: PlanKind::Rally, items: rally, home: None, despite_findings: false };
     let Ok(Reply::Plan { items, .. }) = ask(&mut world, request) else { panic!("not uploaded") };
     assert_eq!(world.station.vehicle.plan_on_board(PlanKind::Rally).map(|list| &list.items), Some(&items));
     // An empty upload is the same.
-    let empty = Request::UploadPlan { kind: PlanKind::Rally, items: vec![], home: None };
+    let empty = Request::UploadPlan { kind: PlanKind::Rally, items: vec![], home: None, despite_findings: false };
     assert!(ask(&mut world, empty).is_ok());
     assert_eq!(world.station.vehicle.plan_state(PlanKind::Rally), PlanState::Empty);
 }
@@ -680,7 +680,8 @@ fn an_arc_counts_where_it_is_flown() {
         plane.mav_type = mav_type;
         let mut world = World::new(Station::new(), plane, Faults::default(), 1);
         wait(&mut world, 2_000);
-        let request = Request::UploadPlan { kind: PlanKind::Mission, items: items.clone(), home: None };
+        let request =
+            Request::UploadPlan { kind: PlanKind::Mission, items: items.clone(), home: None, despite_findings: false };
         assert!(ask(&mut world, request).is_ok());
         wait(&mut world, 500);
         let to_go_m = world.station.vehicle.progress().distance_to_go_m.expect("known");
@@ -722,7 +723,8 @@ fn a_mission_stands_at_what_the_table_calls_navigation() {
         MissionItem::action(Command::NAV_SCRIPT_TIME, [1.0, 5.0, 0.0, 0.0]),
         MissionItem::action(Command::DO_SET_SERVO, [7.0, 1_100.0, 0.0, 0.0]),
     ];
-    ask(&mut world, Request::UploadPlan { kind: PlanKind::Mission, items, home: None }).expect("uploaded");
+    ask(&mut world, Request::UploadPlan { kind: PlanKind::Mission, items, home: None, despite_findings: false })
+        .expect("uploaded");
     assert_eq!((world.station.vehicle.first_nav(), world.station.vehicle.last_nav()), (2, Some(3)));
 }
 

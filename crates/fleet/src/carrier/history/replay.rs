@@ -10,9 +10,9 @@ use tokio::runtime::Handle;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio::time::Instant;
-use vencejo_proto::{ComponentId, SystemId};
-use vencejo_station::{Carried, Remote, Station, StationError};
-use vencejo_vehicle::{Danger, Request};
+use vencejo_proto::{Address, ComponentId, SystemId};
+use vencejo_station::{Carried, FarHeld, Remote, Station, StationError, Telling};
+use vencejo_vehicle::{Danger, Request, VehicleId};
 
 use super::shelf::Shelf;
 use crate::history::{Ranges, Record, Stream};
@@ -110,8 +110,8 @@ impl Contents {
 /// How a replay goes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReplayStatus {
-    /// Its system id in the station; `None` before it has said anything.
-    pub system: Option<SystemId>,
+    /// Its id in the station; `None` before it has said anything.
+    pub id: Option<VehicleId>,
     /// Where it is in the file.
     pub position: Duration,
     /// How long the file is.
@@ -139,9 +139,13 @@ impl Shared {
 }
 
 impl Remote for Shared {
-    fn request(self: Arc<Self>, _: Request, _: Option<Danger>, _: String) -> Carried {
+    fn request(self: Arc<Self>, _: Request, _: Option<Danger>, _: String, _: Telling) -> Carried {
         let why = "it is a recording, which takes no orders".to_owned();
         Box::pin(async move { Err(StationError::RemoteRefused { name: self.name.clone(), why }) })
+    }
+
+    fn held(&self) -> FarHeld {
+        FarHeld::default()
     }
 }
 
@@ -162,17 +166,20 @@ impl Replay {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let read = runtime.spawn_blocking(move || Contents::read(&path));
         let contents = read.await.map_err(io::Error::other)??;
-        let component = contents.timeline.iter().find_map(|(_, shown)| match shown {
-            Shown::State(state) => u8::try_from(state.component).ok().map(ComponentId),
+        let autopilot = contents.timeline.iter().find_map(|(_, shown)| match shown {
+            Shown::State(state) => Some(Address {
+                system: SystemId(u8::try_from(state.system).ok()?),
+                component: ComponentId(u8::try_from(state.component).ok()?),
+            }),
             Shown::Event(_) => None,
         });
-        let component = component
+        let autopilot = autopilot
             .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "there is no state of an aircraft in it"))?;
         let name = format!("{} (replay)", contents.aircraft.clone().unwrap_or(name));
-        let status = ReplayStatus { system: None, position: start, duration: contents.duration, is_over: false };
+        let status = ReplayStatus { id: None, position: start, duration: contents.duration, is_over: false };
         let shared = Arc::new(Shared { name, status: Mutex::new(status) });
         let (seek, sought) = watch::channel(start);
-        let task = runtime.spawn(play(station, contents, component, speed, repeat, shared.clone(), sought));
+        let task = runtime.spawn(play(station, contents, autopilot, speed, repeat, shared.clone(), sought));
         Ok(Self { shared, seek, task: Mutex::new(Some(task)) })
     }
 
@@ -208,29 +215,29 @@ impl Drop for Replay {
 async fn play(
     station: Station,
     contents: Contents,
-    component: ComponentId,
+    autopilot: Address,
     speed: f64,
     repeat: bool,
     shared: Arc<Shared>,
     mut sought: watch::Receiver<Duration>,
 ) {
-    let mut system = None;
+    let mut id = None;
     let mut show = |news: News| {
         for _ in 0..2 {
-            let known = match system {
+            let known = match id {
                 Some(known) => known,
-                None => match station.adopt(&shared.name, component, shared.clone()) {
+                None => match station.adopt(&shared.name, autopilot, shared.clone()) {
                     Some(adopted) => adopted,
                     None => return,
                 },
             };
-            system = Some(known);
-            shared.status().system = system;
+            id = Some(known);
+            shared.status().id = id;
             if station.on_remote(known, &news.said) {
                 return;
             }
             // It made room for another vehicle, and is adopted again.
-            system = None;
+            id = None;
         }
     };
     let millis = |time: Duration| u64::try_from(time.as_millis()).unwrap_or(u64::MAX);

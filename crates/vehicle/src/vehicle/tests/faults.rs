@@ -241,8 +241,12 @@ fn of_two_who_send_at_once_one_has_a_whole_plan_on_board_and_the_other_is_told()
     let route = |north_deg: f64, count: usize| -> Vec<MissionItem> {
         (0..count).map(|index| MissionItem::waypoint(40.33 + north_deg, -3.8 + index as f64 * 1e-3, 80.0)).collect()
     };
-    let send =
-        |items: &[MissionItem]| Request::UploadPlan { kind: PlanKind::Mission, items: items.to_vec(), home: None };
+    let send = |items: &[MissionItem]| Request::UploadPlan {
+        kind: PlanKind::Mission,
+        items: items.to_vec(),
+        home: None,
+        despite_findings: false,
+    };
     let set = |value| Request::ParamSet { name: "TKOFF_ALT".into(), value };
     let mut rng = SmallRng::seed_from_u64(31);
     let (mut refused, mut both) = (0, 0);

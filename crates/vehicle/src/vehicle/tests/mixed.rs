@@ -21,7 +21,7 @@ fn route(count: usize, north_deg: f64) -> Vec<MissionItem> {
 }
 
 fn send(items: Vec<MissionItem>) -> Request {
-    Request::UploadPlan { kind: MISSION, items, home: None }
+    Request::UploadPlan { kind: MISSION, items, home: None, despite_findings: false }
 }
 
 fn reading() -> VehicleConfig {
@@ -460,7 +460,8 @@ fn what_is_not_known_is_read_by_itself_and_gives_way() {
     let reply = ask(&mut world, Request::ParamRead { name: "WP_LOITER_RAD".into() });
     assert!(reply.is_ok(), "{reply:?}");
     let began = world.now;
-    ask(&mut world, Request::UploadPlan { kind: PlanKind::Rally, items: vec![], home: None }).expect("before it");
+    ask(&mut world, Request::UploadPlan { kind: PlanKind::Rally, items: vec![], home: None, despite_findings: false })
+        .expect("before it");
     assert!(world.now.since(began) < Duration::from_secs(5), "{:?}", world.now.since(began));
     world.faults.bytes_per_s = None;
     wait(&mut world, 20_000);

@@ -66,7 +66,7 @@ fn mission() -> Vec<MissionItem> {
 }
 
 fn upload(kind: PlanKind, items: Vec<MissionItem>) -> Request {
-    Request::UploadPlan { kind, items, home: None }
+    Request::UploadPlan { kind, items, home: None, despite_findings: false }
 }
 
 fn go_to(change_mode: bool) -> Request {

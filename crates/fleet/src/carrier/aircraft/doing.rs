@@ -1,0 +1,81 @@
+//! Doing orders on board: begun, told of while they go on, answered at their end.
+
+use vencejo_station::RequestResult;
+use vencejo_vehicle::{Danger, Reply, Request};
+use zenoh::query::Query;
+
+use super::super::history::Told;
+use super::Post;
+use super::work::UnderWay;
+use crate::act;
+use crate::authority::{Authority, Claim};
+use crate::payload::{self, MAX_MESSAGES, Order};
+use crate::signature::PublicKey;
+
+impl Post<'_> {
+    /// How far the orders have come that tell.
+    pub(super) fn progress(&self) -> Vec<payload::UnderWay> {
+        let told = self.under_way.iter().filter_map(|(id, under_way)| {
+            let progress = under_way.progress()?;
+            let id = id.to_be_bytes().to_vec();
+            Some(payload::UnderWay { id, done: progress.done, total: progress.total })
+        });
+        told.take(MAX_MESSAGES).collect()
+    }
+
+    pub(super) fn execute(
+        &mut self,
+        query: Query,
+        order: (PublicKey, Order),
+        claim: Claim,
+        request: Request,
+        confirmed: Option<Danger>,
+    ) {
+        let vehicle = match &self.acting {
+            Some((_, operator)) => self.vehicle.acting_as(operator.clone()),
+            None => self.vehicle.clone(),
+        };
+        let under_way = UnderWay::new(&request, order, query);
+        let slot = under_way.slot();
+        self.under_way.insert(claim.id, under_way);
+        if request == Request::ParamList {
+            let known = self.holdings.known_params(self.station.now());
+            match &mut self.reading {
+                _ if known.is_some() => {}
+                Some((_, others)) => return others.push(claim),
+                none => *none = Some((claim.id, Vec::new())),
+            }
+            slot.end_with(known);
+        }
+        let ended = self.ended.clone();
+        let doing = slot.start(vehicle, request, confirmed);
+        tokio::spawn(async move {
+            let result = doing.await;
+            // Without a reader the session is at its end; whoever asked hears nothing, which is the truth.
+            let _ = ended.send((claim, result)).await;
+        });
+    }
+
+    pub(super) fn on_end(&mut self, claim: &Claim, result: &RequestResult, authority: &mut Authority) {
+        let mut ended = vec![*claim];
+        if let Some((_, others)) = self.reading.take_if(|(id, _)| *id == claim.id) {
+            ended.extend(others);
+            if let Ok(Reply::Parameters(params)) = result {
+                self.holdings.on_params_read(params, self.station.now());
+            }
+        }
+        self.holdings.look(self.vehicle);
+        for claim in ended {
+            let under_way = self.under_way.remove(&claim.id);
+            let plan = under_way.as_ref().and_then(|under_way| under_way.plan);
+            let answer = self.holdings.complete(act::answer_of(&claim, result), plan);
+            authority.on_ended(claim.id, answer.clone(), self.station.now());
+            if let Some((key, order)) = under_way.as_ref().map(|under_way| &under_way.order) {
+                self.keep(&Told::Order(&key.0, Some(order), &answer));
+            }
+            for query in under_way.into_iter().flat_map(|under_way| under_way.queries) {
+                self.answer(query, &answer);
+            }
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! What a station on board keeps for those far away: lists that arrive and that they ask for, what is known of the plans, and the parameters as
+//! they were read.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use vencejo_flight::plan::PlanKind;
+use vencejo_proto::dialect::MavMessage;
+use vencejo_proto::param::{Param, ParamEncoding, ParamName};
+use vencejo_proto::{Frame, Message, MonoTime};
+use vencejo_station::{DropOldest, Observed, Station, Taken, VehicleHandle};
+use vencejo_vehicle::{Reply, VehicleEvent};
+use zenoh::query::Query;
+
+use crate::budget::Pacer;
+use crate::content::{Content, Digest, Part, Shelf, Tray, pack_items};
+use crate::deed::{Act, Deed};
+use crate::outcome::Outcome;
+use crate::payload::{Answer, BadPayload, State};
+use crate::plans::Plans;
+use crate::pull::PIECE_BYTES;
+use crate::signature::PublicKey;
+
+/// `PARAM_VALUE`: a parameter changed, or was asked for.
+pub(super) const PARAM_VALUE: u32 = 22;
+/// Parameters that were read so long ago are read again for who asks: an autopilot does not tell all that it changes.
+const READ_AGAIN: Duration = Duration::from_secs(600);
+/// Events of the vehicle that wait for a tick at most.
+const WAITING: usize = 64;
+
+pub(super) struct Holdings {
+    shelf: Shelf,
+    tray: Tray,
+    plans: Plans,
+    /// What was told of them last.
+    told_version: u32,
+    pacer: Pacer,
+    params: Option<(Vec<Param>, MonoTime)>,
+    events: Arc<DropOldest<Observed>>,
+}
+
+impl Holdings {
+    pub(super) fn new(vehicle: &VehicleHandle, uplink_bit_s: Option<f64>) -> Self {
+        Self {
+            shelf: Shelf::default(),
+            tray: Tray::default(),
+            plans: Plans::default(),
+            told_version: 0,
+            pacer: Pacer::new(uplink_bit_s),
+            params: None,
+            events: vehicle.subscribe_events(WAITING),
+        }
+    }
+
+    /// Looks at what has changed.
+    pub(super) fn look(&mut self, vehicle: &VehicleHandle) {
+        while let Taken::Item(observed) = self.events.take_ready() {
+            if observed.event == VehicleEvent::Rebooted {
+                self.params = None;
+            }
+        }
+        for kind in PlanKind::ALL {
+            let Some((state, list)) = vehicle.plan_on_board(kind) else { continue };
+            let shelf = &mut self.shelf;
+            self.plans.on_state(kind, state, || {
+                let packed = pack_items(list.as_deref()?);
+                shelf.put(&packed);
+                Some(Content::of(packed)).filter(|list| list.name().is_ok())
+            });
+        }
+    }
+
+    /// The autopilot told a parameter: where it is another than what was read, nothing of that is believed any more.
+    pub(super) fn on_param(&mut self, frame: &Frame) {
+        let Ok(Message::Dialect(MavMessage::PARAM_VALUE(told))) = frame.decode() else { return };
+        let Some(name) = ParamName::from_field(&told.param_id) else { return };
+        let is_same = |param: &Param| {
+            param.name == name
+                && [ParamEncoding::CCast, ParamEncoding::Bytewise]
+                    .into_iter()
+                    .any(|encoding| param.value.to_wire(encoding).to_bits() == told.param_value.to_bits())
+        };
+        self.params.take_if(|(params, _)| !params.iter().any(is_same));
+    }
+
+    pub(super) fn on_params_read(&mut self, params: &[Param], now: MonoTime) {
+        self.params = Some((params.to_vec(), now));
+    }
+
+    /// The parameters as they were read, where that is good still.
+    pub(super) fn known_params(&self, now: MonoTime) -> Option<Reply> {
+        let (params, at) = self.params.as_ref()?;
+        (now.since(*at) < READ_AGAIN).then(|| Reply::Parameters(params.clone()))
+    }
+
+    /// Says in a sample what is new of plans; in one for whoever has just come, everything.
+    pub(super) fn dress(&mut self, mut state: State, is_sample: bool) -> State {
+        state.plans_version = self.plans.version();
+        if !is_sample || self.told_version != self.plans.version() {
+            state.plans = self.plans.told().to_vec();
+        }
+        if is_sample {
+            self.told_version = self.plans.version();
+        }
+        state
+    }
+
+    pub(super) fn on_part(&mut self, of: PublicKey, part: &Part) -> Result<(), BadPayload> {
+        if let Some(packed) = self.tray.on_part(of, part)? {
+            self.shelf.put(&packed);
+        }
+        Ok(())
+    }
+
+    /// Puts the list into an order that has it by its name alone; whether it is there.
+    pub(super) fn fill(&mut self, act: &mut Act) -> bool {
+        let Some(Deed::PlanPut(put)) = &mut act.deed else { return true };
+        let Some(list) = put.list.as_mut().filter(|list| list.here.is_empty()) else { return true };
+        let Some(packed) = list.name().ok().and_then(|(name, _)| self.shelf.get(&name)) else { return false };
+        list.here = packed.to_vec();
+        true
+    }
+
+    /// Whether the plan that an order is to replace or remove is the one that its sender has seen.
+    pub(super) fn admit(&self, act: &Act) -> Result<(), String> {
+        let (kind, revision) = match &act.deed {
+            Some(Deed::PlanPut(put)) => (put.kind, put.revision),
+            Some(Deed::PlanClear(clear)) => (clear.kind, clear.revision),
+            _ => return Ok(()),
+        };
+        let kind = crate::plans::kind_of(kind).map_err(|error| error.to_string())?;
+        self.plans.admit(kind, revision)
+    }
+
+    /// Makes an answer as short as an answer is: its list goes to the shelf.
+    pub(super) fn complete(&mut self, mut answer: Answer, kind: Option<PlanKind>) -> Answer {
+        if let Some(content) = answer.outcome.as_mut().and_then(Outcome::content) {
+            self.shelf.put(&content.here);
+        }
+        if let (Some(Outcome::Plan(plan)), Some(kind)) = (&mut answer.outcome, kind) {
+            plan.told = Some(self.plans.told()[kind as usize].clone());
+        }
+        answer.outcome = answer.outcome.map(Outcome::short);
+        answer
+    }
+
+    /// Gives a piece of a list to whoever asks for it, when the uplink has room; nothing, where there is no such list.
+    pub(super) fn on_asked(&mut self, query: Query, key: String, station: &Station) {
+        let parameters = query.parameters();
+        let name = parameters.get("list").and_then(Digest::from_text);
+        let from = parameters.get("from").and_then(|from| from.parse::<usize>().ok()).unwrap_or(0);
+        let packed = name.and_then(|name| self.shelf.get(&name));
+        let piece = packed.and_then(|packed| {
+            let end = packed.len().min(from.checked_add(PIECE_BYTES)?);
+            packed.get(from..end).map(<[u8]>::to_vec)
+        });
+        let piece = piece.unwrap_or_default();
+        let wait = self.pacer.wait(piece.len(), station.now());
+        tokio::spawn(async move {
+            tokio::time::sleep(wait).await;
+            if let Err(error) = query.reply(key.clone(), piece).await {
+                // Whoever asked asks again.
+                tracing::debug!(%error, key, "not answered");
+            }
+        });
+    }
+}

@@ -1,0 +1,146 @@
+//! Lists and orders about them at a station on board, over real sessions: what arrives in parts, what is refused, what is given to who asks.
+
+use std::time::Duration;
+
+use prost::Message as _;
+use tokio::runtime::Handle;
+use tokio::time::timeout;
+use vencejo_flight::plan::{Mission, MissionItem};
+use vencejo_link::LinkOptions;
+use vencejo_proto::{Address, Header, Heartbeat, MavVersion, Message};
+use vencejo_station::StationConfig;
+
+use super::*;
+use crate::carrier::network::Part as Place;
+use crate::content::{Content, Part, pack_items};
+use crate::deed::{Act, Deed, Nothing, PlanPut};
+use crate::payload::{State, VERSION};
+use crate::signature::Signer;
+
+const WAIT: Duration = Duration::from_secs(20);
+
+/// A ground station that says what a test wants it to say.
+struct Bench {
+    session: Session,
+    state: State,
+    epoch: u64,
+    next: u128,
+}
+
+impl Bench {
+    async fn tell(&mut self, signer: &Signer, want: Want) -> Answer {
+        self.next += 1;
+        let order = Order {
+            version: VERSION,
+            org: "acme".into(),
+            aircraft: "plane7".into(),
+            boot: self.state.boot,
+            epoch: self.epoch,
+            id: self.next.to_be_bytes().to_vec(),
+            based_on_ms: self.state.clock_ms,
+            operator: "Ana".into(),
+            want: Some(want),
+        }
+        .encode_to_vec();
+        let signature = signer.sign(&order);
+        let signed = Signed { key: signer.public().0.to_vec(), order, signature }.encode_to_vec();
+        match network::ask(&self.session, "vencejo/1/acme/plane7/order", signed, WAIT).await {
+            Heard::Answers(answers) => Answer::read(&answers[0]).expect("an answer"),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Looks until there is something to see.
+    async fn look(&mut self) {
+        let looked = timeout(WAIT, async {
+            loop {
+                let key = "vencejo/1/acme/plane7/state";
+                if let Heard::Answers(states) = network::ask(&self.session, key, Vec::new(), WAIT).await {
+                    return State::read(&states[0]).expect("a state");
+                }
+                tokio::time::sleep(Duration::from_millis(20)).await;
+            }
+        });
+        self.state = looked.await.expect("the aircraft is there");
+    }
+
+    async fn piece(&self, digest: &str) -> Vec<Vec<u8>> {
+        let key = format!("vencejo/1/acme/plane7/list?list={digest};from=0");
+        match network::ask(&self.session, &key, Vec::new(), WAIT).await {
+            Heard::Answers(answers) => answers,
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_list_arrives_in_parts_and_an_order_that_is_about_another_plan_is_refused() {
+    let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
+    let link = station.open_link("udpin:127.0.0.1:0", LinkOptions::default()).expect("a link");
+    let plane = tokio::net::UdpSocket::bind("127.0.0.1:0").await.expect("a socket");
+    let heartbeat = Message::Heartbeat(Heartbeat { mav_type: 1, autopilot: 3, ..Heartbeat::default() });
+    let frame = heartbeat.encode(Header { sequence: 0, source: Address::new(1, 1), version: MavVersion::V2 });
+    let heard = station.wait_vehicle(None);
+    let found = timeout(WAIT, async {
+        while heard.end().is_none() {
+            if let Some(at) = station.local_address(link) {
+                plane.send_to(frame.bytes(), at).await.expect("sent");
+            }
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    });
+    found.await.expect("it is heard");
+
+    let (ana, eve) = (Signer::from_seed(&[1; 32]), Signer::from_seed(&[2; 32]));
+    let router: Endpoint = "tcp/127.0.0.1:0".parse().expect("an address");
+    let router = router.with_port().expect("a port");
+    let session = network::open(Place::Router(&router, None), None).await.expect("a router");
+    let config = AircraftConfig {
+        org: "acme".parse().expect("a name"),
+        name: "plane7".parse().expect("a name"),
+        dial: vec![router],
+        member: None,
+        trust: [(ana.public(), Role::Operator)].into(),
+        uplink_bit_s: None,
+    };
+    let aircraft = Aircraft::start(station.clone(), config, &Handle::current()).expect("an aircraft");
+    let mut bench = Bench { session, state: State::default(), epoch: 0, next: 0 };
+    bench.look().await;
+    assert_eq!(bench.state.plans.len(), 3, "whoever has just come is told all");
+    assert!(bench.state.plans.iter().all(|told| told.read().is_ok()));
+    let granted = bench.tell(&ana, Want::Ask(Nothing {})).await;
+    bench.epoch = granted.epoch;
+
+    // A list of more than a part, of which no bytes are alike.
+    let item =
+        |n: i32| MissionItem::waypoint(f64::from(n).sin() * 80.0, f64::from(n).cos() * 170.0, f64::from(n) * 0.37);
+    let packed = pack_items(&Mission { home: None, items: (0..900).map(item).collect() });
+    let (parts, name) = (Part::all_of(&packed), Content::of(packed.clone()).at_most(0));
+    assert!(parts.len() > 1);
+    let put = |revision| {
+        let list = Some(name.clone());
+        let deed = Deed::PlanPut(PlanPut { kind: 0, revision, list, despite_findings: true });
+        Want::Act(Act { deed: Some(deed), ..Act::default() })
+    };
+    assert_eq!(bench.tell(&ana, put(1)).await.end(), End::ListMissing);
+    assert_eq!(bench.tell(&eve, Want::Part(parts[0].clone())).await.end(), End::Refused, "of somebody else");
+    for part in parts.iter().rev().chain(&parts[..1]) {
+        assert_eq!(bench.tell(&ana, Want::Part(part.clone())).await.end(), End::Done);
+    }
+    let refused = bench.tell(&ana, put(99)).await;
+    assert_eq!(refused.end(), End::Refused);
+    assert!(refused.why.contains("mission on board has changed"), "{}", refused.why);
+    let digest = name.name().expect("a name").0.to_string();
+    assert_eq!(bench.piece(&digest).await, [packed[..crate::pull::PIECE_BYTES].to_vec()], "what lies there is given");
+    assert_eq!(bench.piece(&"0".repeat(64)).await, [Vec::<u8>::new()], "and nothing else");
+
+    let read = Want::Act(Act { deed: Some(Deed::ParamRead("a b".into())), ..Act::default() });
+    assert_eq!(bench.tell(&eve, read.clone()).await.end(), End::Refused, "to read a key has to be trusted");
+    bench.epoch = 0;
+    let read = bench.tell(&ana, read).await;
+    assert_eq!(read.end(), End::Refused, "without control, and for its own reason: {read:?}");
+    assert!(read.why.contains("no parameter name"), "{}", read.why);
+    aircraft.close().await;
+    bench.session.close().await.expect("closed");
+    station.close().await;
+}

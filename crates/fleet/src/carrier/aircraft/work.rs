@@ -1,0 +1,162 @@
+//! One order that is being done on board: who waits for its end, how far it has come, and how it is given up.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use vencejo_flight::checks::Severity;
+use vencejo_flight::plan::{Mission, Plan, PlanKind};
+use vencejo_station::{Pending, Progress, RequestResult, StationError, VehicleHandle};
+use vencejo_vehicle::{Danger, Reply, Request, VehicleError};
+use zenoh::query::Query;
+
+use crate::payload::Order;
+use crate::signature::PublicKey;
+
+/// Findings that are told; of more, their number.
+const MAX_FINDINGS: usize = 5;
+
+/// The plan that a request reads, replaces or removes.
+pub(super) fn plan_of(request: &Request) -> Option<PlanKind> {
+    match request {
+        Request::UploadPlan { kind, .. } | Request::ClearPlan { kind } | Request::DownloadPlan { kind } => Some(*kind),
+        _ => None,
+    }
+}
+
+/// An order that is being done.
+pub(super) struct UnderWay {
+    slot: Slot,
+    /// The plan that it is about.
+    pub(super) plan: Option<PlanKind>,
+    is_act: bool,
+    /// The key of its sender, and the order itself.
+    pub(super) order: (PublicKey, Order),
+    /// Who waits for its end.
+    pub(super) queries: Vec<Query>,
+}
+
+impl UnderWay {
+    pub(super) fn new(request: &Request, order: (PublicKey, Order), query: Query) -> Self {
+        let slot = Slot::default();
+        Self { slot, plan: plan_of(request), is_act: request.is_act(), order, queries: vec![query] }
+    }
+
+    pub(super) fn slot(&self) -> Slot {
+        self.slot.clone()
+    }
+
+    pub(super) fn writes_plan(&self) -> bool {
+        self.plan.is_some() && self.is_act
+    }
+
+    /// How far it has come; `None` before it tells.
+    pub(super) fn progress(&self) -> Option<Progress> {
+        let progress = self.slot.lock().pending.as_ref()?.progress();
+        (progress.report > 0).then_some(progress)
+    }
+
+    /// Gives it up; it still ends.
+    pub(super) fn cancel(&self) {
+        let pending = {
+            let mut state = self.slot.lock();
+            state.is_cancelled = true;
+            state.pending.clone()
+        };
+        if let Some(pending) = pending {
+            pending.cancel();
+        }
+    }
+}
+
+/// Where the request is, once it has begun.
+#[derive(Clone, Default)]
+pub(super) struct Slot(Arc<Mutex<State>>);
+
+#[derive(Default)]
+struct State {
+    pending: Option<Pending<RequestResult>>,
+    is_cancelled: bool,
+    known: Option<Reply>,
+}
+
+impl Slot {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// It is known already, if it is.
+    pub(super) fn end_with(&self, known: Option<Reply>) {
+        self.lock().known = known;
+    }
+
+    /// Begins: at once, so that orders are done in the order in which they come; but a mission is checked before, which takes its time.
+    pub(super) fn start(
+        &self,
+        vehicle: VehicleHandle,
+        request: Request,
+        confirmed: Option<Danger>,
+    ) -> impl Future<Output = RequestResult> + Send + use<> {
+        let slot = self.clone();
+        let known = slot.lock().known.take();
+        let unchecked = mission_to_check(&request);
+        if known.is_none() && unchecked.is_none() {
+            slot.begin(&vehicle, request.clone(), confirmed);
+        }
+        async move {
+            if let Some(known) = known {
+                return Ok(known);
+            }
+            if let Some(mission) = unchecked {
+                let checked = vehicle.clone();
+                let checks = tokio::task::spawn_blocking(move || find_errors(&checked, mission));
+                checks.await.map_err(|_| StationError::Closed)??;
+                slot.begin(&vehicle, request, confirmed);
+            }
+            let pending = slot.lock().pending.clone();
+            match pending {
+                Some(pending) => pending.wait().await.unwrap_or(Err(StationError::Closed)),
+                None => Err(VehicleError::Cancelled.into()),
+            }
+        }
+    }
+
+    fn begin(&self, vehicle: &VehicleHandle, request: Request, confirmed: Option<Danger>) {
+        let mut state = self.lock();
+        if !state.is_cancelled {
+            state.pending = Some(match confirmed {
+                Some(danger) => vehicle.request_naming(request, danger),
+                None => vehicle.request(request),
+            });
+        }
+    }
+}
+
+/// The mission whose errors keep it from being sent.
+fn mission_to_check(request: &Request) -> Option<Mission> {
+    match request {
+        Request::UploadPlan { kind: PlanKind::Mission, items, home, despite_findings: false } if !items.is_empty() => {
+            Some(Mission { home: *home, items: items.clone() })
+        }
+        _ => None,
+    }
+}
+
+/// Looks for what would make a mission fail, with what is known on board: its parameters, the wind.
+fn find_errors(vehicle: &VehicleHandle, mission: Mission) -> Result<(), StationError> {
+    let found = vehicle.check_upload(&Plan::from_mission(mission));
+    let errors: Vec<_> =
+        found.iter().filter(|finding| finding.severity == Severity::Error).map(ToString::to_string).collect();
+    if errors.is_empty() {
+        return Ok(());
+    }
+    let more = match errors.len().saturating_sub(MAX_FINDINGS) {
+        0 => String::new(),
+        more => format!("; and {more} more"),
+    };
+    let why = format!(
+        "by what is known on board the mission has {} errors ({}{more}); nothing was sent: mend it, or send it unchecked",
+        errors.len(),
+        errors[..errors.len().min(MAX_FINDINGS)].join("; ")
+    );
+    // Told far away as what the station on board says.
+    Err(StationError::RemoteRefused { name: vehicle.id().to_string(), why })
+}

@@ -1,0 +1,387 @@
+//! Orders of a ground station on their way to one aircraft: sent until they are answered or given up, followed, recalled.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use prost::Message;
+use tokio::task::JoinSet;
+use vencejo_flight::plan::Mission;
+use vencejo_proto::MonoTime;
+use vencejo_station::{Carried, FarHeld, Remote, RequestResult, StationError, Telling};
+use vencejo_vehicle::modes::ModeFamily;
+use vencejo_vehicle::{Danger, PlanState, Reply, Request, VehicleError};
+
+use super::super::network::{self, Heard};
+use super::{CONTROL_PATIENCE, FarAircraft, Followed};
+use crate::act;
+use crate::authority::FRESH;
+use crate::content::{MAX_WITH_ORDER, Part, unpack_items, unpack_params};
+use crate::deed::{Act, Deed, Nothing};
+use crate::errand::{self, AGAIN_AFTER, Errand, Step};
+use crate::key::{Kind, key_of};
+use crate::operator::random;
+use crate::outcome::{Outcome, PlanOutcome};
+use crate::payload::{Answer, BadPayload, End, Order, Signed, VERSION, Want};
+use crate::speech::millis;
+
+/// How long an act may take before nobody waits for it any more.
+const ACT_PATIENCE: Duration = Duration::from_secs(20);
+/// The same of a transfer of which nothing is heard: as long as its answer is kept on board.
+const TRANSFER_PATIENCE: Duration = Duration::from_secs(60);
+/// Parts of a list on their way at once.
+const PARTS_AT_ONCE: usize = 3;
+
+type OrderId = [u8; 16];
+
+/// One order for which somebody waits: when he gives it up, so does the station on board.
+struct Waited {
+    far: Arc<FarAircraft>,
+    id: OrderId,
+    operator: String,
+    has_ended: bool,
+}
+
+impl Waited {
+    fn new(far: &Arc<FarAircraft>, id: OrderId, operator: &str, telling: &Telling) -> Self {
+        let followed = Followed { telling: telling.clone(), heard_at: MonoTime::ZERO };
+        far.known().followed.insert(id.to_vec(), followed);
+        Self { far: far.clone(), id, operator: operator.to_owned(), has_ended: false }
+    }
+}
+
+impl Drop for Waited {
+    fn drop(&mut self) {
+        self.far.known().followed.remove(self.id.as_slice());
+        // A station that is closed is like a cut: what it ordered goes on.
+        let is_open = self.far.fleet.upgrade().is_some_and(|fleet| !fleet.station.is_closed());
+        if let (false, true, Ok(runtime)) = (self.has_ended, is_open, tokio::runtime::Handle::try_current()) {
+            let (far, id, operator) = (self.far.clone(), self.id.to_vec(), self.operator.clone());
+            runtime.spawn(async move {
+                // Unheard, it goes to its end.
+                let _ = far.send(Want::Recall(id), &operator, 0, CONTROL_PATIENCE).await;
+            });
+        }
+    }
+}
+
+fn is_transfer(request: &Request) -> bool {
+    matches!(
+        request,
+        Request::UploadPlan { .. } | Request::ClearPlan { .. } | Request::DownloadPlan { .. } | Request::ParamList
+    )
+}
+
+impl FarAircraft {
+    fn new_id(&self) -> Result<OrderId, StationError> {
+        random::<16>().map_err(|error| self.refused(&error.to_string()))
+    }
+
+    /// Does one errand: the same order until it is answered, or given up.
+    pub(super) async fn send(
+        &self,
+        want: Want,
+        operator: &str,
+        epoch: u64,
+        patience: Duration,
+    ) -> Result<errand::Outcome, StationError> {
+        self.send_as(self.new_id()?, want, operator, epoch, patience).await
+    }
+
+    async fn send_as(
+        &self,
+        id: OrderId,
+        want: Want,
+        operator: &str,
+        epoch: u64,
+        patience: Duration,
+    ) -> Result<errand::Outcome, StationError> {
+        let fleet = self.fleet.upgrade().ok_or(StationError::Closed)?;
+        let now = fleet.station.now();
+        let (boot, based_on) = {
+            let known = self.known();
+            let age = known.listener.age(now);
+            let picture = known.listener.picture().filter(|_| age < FRESH);
+            picture.ok_or(StationError::Vehicle(VehicleError::NotHeard { age }))?
+        };
+        let order = Order {
+            version: VERSION,
+            org: fleet.org.to_string(),
+            aircraft: self.name.to_string(),
+            boot,
+            epoch,
+            id: id.to_vec(),
+            based_on_ms: millis(based_on.as_duration()),
+            operator: operator.to_owned(),
+            want: Some(want),
+        }
+        .encode_to_vec();
+        let signature = fleet.signer.sign(&order);
+        let signed = Signed { key: fleet.signer.public().0.to_vec(), order, signature }.encode_to_vec();
+        let key = key_of(&fleet.org, &self.name, Kind::Order);
+        let mut errand = Errand::new(patience, now);
+        let mut step = errand.start();
+        loop {
+            let (after, wait) = match step {
+                Step::Send { after, wait } => (after, wait),
+                Step::End(outcome) => return Ok(outcome),
+            };
+            tokio::time::sleep(after).await;
+            let was_present = self.known().is_present;
+            let heard = network::ask(&fleet.session(), &key, signed.clone(), wait).await;
+            let now = fleet.station.now();
+            if let Some(followed) = self.known().followed.get(id.as_slice()) {
+                errand.on_sign(followed.heard_at);
+            }
+            let answers = match heard {
+                Heard::Answers(answers) => answers,
+                // Where somebody was there when it was sent, it may have arrived, whatever the network says when it loses the way.
+                Heard::Nobody if was_present => {
+                    tokio::time::sleep(AGAIN_AFTER).await;
+                    step = errand.on_silence(now);
+                    continue;
+                }
+                Heard::Nobody => {
+                    step = errand.on_nobody(now);
+                    continue;
+                }
+                Heard::Silence => {
+                    step = errand.on_silence(now);
+                    continue;
+                }
+            };
+            let read = answers.iter().filter_map(|bytes| Answer::read(bytes).ok());
+            match read.into_iter().find(|answer| answer.id == id) {
+                Some(answer) => return Ok(errand.on_answer(answer)),
+                None => step = errand.on_silence(now),
+            }
+        }
+    }
+
+    /// The epoch in which we have control; asks for it where we have not.
+    async fn control(&self, operator: &str) -> Result<u64, StationError> {
+        let _one = self.asking.lock().await;
+        if let Some((_, epoch)) = self.known().lease {
+            return Ok(epoch);
+        }
+        match self.send(Want::Ask(Nothing {}), operator, 0, CONTROL_PATIENCE).await? {
+            errand::Outcome::Answered(answer) if answer.end() == End::Granted => {
+                let mut known = self.known();
+                let boot = known.listener.picture().map_or(0, |(boot, _)| boot);
+                known.lease = Some((boot, answer.epoch));
+                Ok(answer.epoch)
+            }
+            outcome => Err(self.not_done(outcome)),
+        }
+    }
+
+    /// Why something was not done that is no act, whatever became of it.
+    fn not_done(&self, outcome: errand::Outcome) -> StationError {
+        match outcome {
+            errand::Outcome::Answered(answer) => match self.result_of(&answer, &Request::LoiterHere) {
+                Err(error) => error,
+                Ok(_) => self.unreached(),
+            },
+            errand::Outcome::Unreached | errand::Outcome::Unknown { .. } => self.unreached(),
+        }
+    }
+
+    pub(super) fn unreached(&self) -> StationError {
+        let age = self.fleet.upgrade().map_or(FRESH, |fleet| self.known().listener.age(fleet.station.now()));
+        StationError::Vehicle(VehicleError::NotHeard { age })
+    }
+
+    pub(super) fn refused(&self, why: &str) -> StationError {
+        StationError::RemoteRefused { name: self.name.to_string(), why: why.to_owned() }
+    }
+
+    fn result_of(&self, answer: &Answer, request: &Request) -> RequestResult {
+        let id = self.known().id;
+        let mode = self.fleet.upgrade().and_then(|fleet| fleet.station.vehicle(id?)?.telemetry().0.mode());
+        let family = mode.map_or(ModeFamily::Other, |mode| mode.family);
+        act::result_of(answer, request, self.name.as_str(), self.address(), family)
+    }
+
+    async fn carry(
+        self: Arc<Self>,
+        request: Request,
+        confirmed: Option<Danger>,
+        operator: String,
+        telling: Telling,
+    ) -> RequestResult {
+        let mut act = act::act_of(&request, confirmed).map_err(|why| self.refused(why))?;
+        let mut list = self.prepare(&mut act).await?;
+        let patience = if is_transfer(&request) { TRANSFER_PATIENCE } else { ACT_PATIENCE };
+        let (mut has_asked_again, mut has_sent_again) = (false, false);
+        loop {
+            let control = async { if request.is_act() { self.control(&operator).await } else { Ok(0) } };
+            let parts = std::mem::take(&mut list);
+            let kept = parts.clone();
+            let (epoch, ()) = tokio::try_join!(control, self.deliver(parts, &operator))?;
+            let mut waited = Waited::new(&self, self.new_id()?, &operator, &telling);
+            let outcome = self.send_as(waited.id, Want::Act(act.clone()), &operator, epoch, patience).await;
+            waited.has_ended = true;
+            drop(waited);
+            let answer = match outcome? {
+                errand::Outcome::Answered(answer) => answer,
+                errand::Outcome::Unreached => return Err(self.unreached()),
+                errand::Outcome::Unknown { attempts } => {
+                    return Err(act::unknown_end(&request, self.address(), attempts, patience));
+                }
+            };
+            match answer.end() {
+                End::Held => {
+                    self.known().lease.take_if(|(_, held)| *held == epoch);
+                    // The lease ran out, and nobody has taken it since.
+                    if answer.holder.is_empty() && !std::mem::replace(&mut has_asked_again, true) {
+                        continue;
+                    }
+                }
+                End::ListMissing if !std::mem::replace(&mut has_sent_again, true) => {
+                    list = kept;
+                    continue;
+                }
+                _ => {}
+            }
+            self.result_of(&answer, &request)?;
+            return self.reply(request, *answer, &telling).await;
+        }
+    }
+
+    /// Fills in which plan an order is based on; the parts of its list, where that does not go with it.
+    async fn prepare(self: &Arc<Self>, act: &mut Act) -> Result<Vec<Part>, StationError> {
+        let (kind, revision) = match &mut act.deed {
+            Some(Deed::PlanPut(put)) => (put.kind, &mut put.revision),
+            Some(Deed::PlanClear(clear)) => (clear.kind, &mut clear.revision),
+            _ => return Ok(Vec::new()),
+        };
+        let kind = crate::plans::kind_of(kind).map_err(|error| self.unreadable(&error))?;
+        let seen = || self.known().plans.told(kind).map(|told| told.revision);
+        if seen().is_none() {
+            let fleet = self.fleet.upgrade().ok_or(StationError::Closed)?;
+            self.ask_everything(&fleet).await;
+        }
+        *revision = seen().ok_or_else(|| self.unreached())?;
+        let Some(Deed::PlanPut(put)) = &mut act.deed else { return Ok(Vec::new()) };
+        let Some(list) = put.list.as_mut().filter(|list| list.here.len() > MAX_WITH_ORDER) else {
+            return Ok(Vec::new());
+        };
+        Ok(Part::all_of(&std::mem::take(&mut list.here)))
+    }
+
+    /// Brings the parts of a list there.
+    async fn deliver(self: &Arc<Self>, parts: Vec<Part>, operator: &str) -> Result<(), StationError> {
+        let (mut parts, mut on_their_way) = (parts.into_iter(), JoinSet::new());
+        loop {
+            while on_their_way.len() < PARTS_AT_ONCE
+                && let Some(part) = parts.next()
+            {
+                let (far, operator) = (self.clone(), operator.to_owned());
+                on_their_way.spawn(async move { far.send(Want::Part(part), &operator, 0, TRANSFER_PATIENCE).await });
+            }
+            match on_their_way.join_next().await {
+                None => return Ok(()),
+                Some(Ok(outcome)) => match outcome? {
+                    errand::Outcome::Answered(answer) if answer.end() == End::Done => {}
+                    outcome => return Err(self.not_done(outcome)),
+                },
+                Some(Err(_)) => return Err(StationError::Closed),
+            }
+        }
+    }
+
+    /// What an order yielded.
+    async fn reply(self: &Arc<Self>, request: Request, answer: Answer, telling: &Telling) -> RequestResult {
+        let unreadable = |error: BadPayload| self.unreadable(&error);
+        Ok(match answer.outcome {
+            None | Some(Outcome::Fault(_)) => Reply::Done,
+            Some(Outcome::Acknowledged(result_param2)) => Reply::Acknowledged { result_param2 },
+            Some(Outcome::Message(said)) => {
+                let message = said.message().ok_or_else(|| unreadable(BadPayload::Field("message")))?;
+                Reply::Message(Box::new(message))
+            }
+            Some(Outcome::Param(param)) => {
+                let param = param.read().map_err(unreadable)?;
+                self.on_params(&[param]);
+                Reply::Parameter(param)
+            }
+            Some(Outcome::Params(content)) => {
+                let packed = self.fetch(&content, Some(telling)).await?;
+                let params = unpack_params(&packed).map_err(unreadable)?;
+                self.on_params(&params);
+                Reply::Parameters(params)
+            }
+            Some(Outcome::Plan(plan)) => self.plan_reply(request, plan, telling).await?,
+        })
+    }
+
+    fn on_params(&self, params: &[vencejo_vehicle::Param]) {
+        let id = self.known().id;
+        if let (Some(fleet), Some(id)) = (self.fleet.upgrade(), id) {
+            fleet.station.on_remote_parameters(id, params);
+        }
+    }
+
+    /// A plan as the vehicle has it; shown here before whoever waits for it goes on.
+    async fn plan_reply(self: &Arc<Self>, request: Request, plan: PlanOutcome, telling: &Telling) -> RequestResult {
+        let told = plan.told.ok_or_else(|| self.unreadable(&BadPayload::Field("told")))?;
+        let (kind, state) = told.read().map_err(|error| self.unreadable(&error))?;
+        let list = match &plan.list {
+            None => Ok(Mission::default()),
+            Some(content) => self
+                .fetch(content, Some(telling))
+                .await
+                .and_then(|packed| unpack_items(&packed).map_err(|error| self.unreadable(&error))),
+        };
+        let Mission { items, home } = match (list, request) {
+            (Ok(list), _) => {
+                let (id, is_known) = {
+                    let known = self.known();
+                    (known.id, known.plans.told(kind).is_some_and(|known| known.revision > told.revision))
+                };
+                if let (false, Some(fleet), Some(id)) = (is_known, self.fleet.upgrade(), id) {
+                    let has_list = !matches!(state, PlanState::Empty | PlanState::Unknown(_));
+                    fleet.station.on_remote_plan(id, kind, state, has_list.then(|| list.clone()));
+                }
+                list
+            }
+            // The vehicle has it, as it keeps it: that was compared on board.
+            (Err(_), Request::UploadPlan { items, home, .. }) => Mission { items, home },
+            (Err(error), _) => return Err(error),
+        };
+        Ok(Reply::Plan { kind, items, home, state, position_error_m: plan.position_error_m })
+    }
+
+    pub(super) async fn renew(&self) {
+        let Some((_, epoch)) = self.known().lease else { return };
+        let renewed = self.send(Want::Renew(Nothing {}), "", epoch, Duration::ZERO).await;
+        if let Ok(errand::Outcome::Answered(answer)) = renewed
+            && answer.end() == End::Held
+        {
+            self.known().lease.take_if(|(_, held)| *held == epoch);
+        }
+    }
+
+    pub(super) async fn release(&self, patience: Duration) {
+        let Some((_, epoch)) = self.known().lease.take() else { return };
+        // Unheard, it ends by itself.
+        let _ = self.send(Want::Release(Nothing {}), "", epoch, patience).await;
+    }
+}
+
+impl Remote for FarAircraft {
+    fn request(
+        self: Arc<Self>,
+        request: Request,
+        confirmed: Option<Danger>,
+        operator: String,
+        telling: Telling,
+    ) -> Carried {
+        Box::pin(self.carry(request, confirmed, operator, telling))
+    }
+
+    fn held(&self) -> FarHeld {
+        let known = self.known();
+        let holder = Some(known.listener.held().holder.clone()).filter(|holder| !holder.is_empty());
+        FarHeld { is_ours: holder.is_some() && known.lease.is_some(), holder }
+    }
+}

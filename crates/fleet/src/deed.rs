@@ -1,0 +1,287 @@
+//! What an order can be about: a [`Request`](vencejo_vehicle::Request) with its numbers as exact as they were given.
+
+use crate::content::Content;
+
+/// Nothing more to say.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct Nothing {}
+
+/// A [`Request`](vencejo_vehicle::Request). Numbers are as exact as they were given: what was confirmed is what is done.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct Act {
+    /// To be done although the mission on board may be a mixture.
+    #[prost(bool, tag = "1")]
+    pub despite_mixed_plan: bool,
+    /// The danger that a person has confirmed, by its code; empty: none.
+    #[prost(string, tag = "2")]
+    pub confirmed: String,
+    /// What.
+    #[prost(
+        oneof = "Deed",
+        tags = "3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 32, 33, 34"
+    )]
+    pub deed: Option<Deed>,
+}
+
+/// What goes over a network. Not among it: what has to be repeated to go on (a velocity), and what has no answer (messages as they are).
+#[derive(Clone, PartialEq, prost::Oneof)]
+pub enum Deed {
+    /// Arm; true: by force.
+    #[prost(bool, tag = "3")]
+    Arm(bool),
+    /// Disarm; true: by force.
+    #[prost(bool, tag = "4")]
+    Disarm(bool),
+    /// Change to the mode of this name.
+    #[prost(string, tag = "5")]
+    Mode(String),
+    /// Change to the mode of this number.
+    #[prost(uint32, tag = "6")]
+    ModeNumber(u32),
+    /// Take off and climb to this height above home, m.
+    #[prost(double, tag = "7")]
+    Takeoff(f64),
+    /// Fly to a position.
+    #[prost(message, tag = "8")]
+    Reposition(Reposition),
+    /// Change the airspeed, m/s.
+    #[prost(double, tag = "9")]
+    Airspeed(f64),
+    /// Change the speed over ground, m/s.
+    #[prost(double, tag = "10")]
+    Groundspeed(f64),
+    /// Change the height.
+    #[prost(message, tag = "11")]
+    Altitude(Altitude),
+    /// Circle here.
+    #[prost(message, tag = "12")]
+    LoiterHere(Nothing),
+    /// Return to launch.
+    #[prost(message, tag = "13")]
+    ReturnToLaunch(Nothing),
+    /// Land.
+    #[prost(message, tag = "14")]
+    Land(Nothing),
+    /// Abort a landing.
+    #[prost(message, tag = "15")]
+    AbortLanding(AbortLanding),
+    /// Prepare a flight.
+    #[prost(message, tag = "16")]
+    PrepareFlight(Nothing),
+    /// Start the mission, from this item on the wire less one; 0: where it stands.
+    #[prost(uint32, tag = "17")]
+    MissionStart(u32),
+    /// Interrupt the mission.
+    #[prost(message, tag = "18")]
+    MissionPause(Nothing),
+    /// Go on with the mission.
+    #[prost(message, tag = "19")]
+    MissionResume(Nothing),
+    /// Make an item on the wire the current one.
+    #[prost(uint32, tag = "20")]
+    CurrentItem(u32),
+    /// A command by COMMAND_LONG.
+    #[prost(message, tag = "21")]
+    Long(Long),
+    /// A command by COMMAND_INT.
+    #[prost(message, tag = "22")]
+    Int(Int),
+    /// Move home.
+    #[prost(message, tag = "23")]
+    SetHome(NewHome),
+    /// Turn to a course.
+    #[prost(message, tag = "24")]
+    Course(Course),
+    /// Climb or sink to a height at a rate.
+    #[prost(message, tag = "25")]
+    Climb(Climb),
+    /// Restart the autopilot.
+    #[prost(message, tag = "26")]
+    Reboot(Nothing),
+    /// Ask for this message.
+    #[prost(uint32, tag = "27")]
+    AskMessage(u32),
+    /// Set the rate of a message.
+    #[prost(message, tag = "28")]
+    MessageRate(MessageRate),
+    /// Replace a plan.
+    #[prost(message, tag = "29")]
+    PlanPut(PlanPut),
+    /// Remove a plan.
+    #[prost(message, tag = "30")]
+    PlanClear(PlanClear),
+    /// Read a plan of this kind from the vehicle.
+    #[prost(uint32, tag = "31")]
+    PlanRead(u32),
+    /// Read all parameters.
+    #[prost(message, tag = "32")]
+    ParamList(Nothing),
+    /// Read the parameter of this name.
+    #[prost(string, tag = "33")]
+    ParamRead(String),
+    /// Write a parameter.
+    #[prost(message, tag = "34")]
+    ParamSet(NewParam),
+}
+
+/// Where to fly.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct Reposition {
+    /// WGS-84.
+    #[prost(double, tag = "1")]
+    pub lat_deg: f64,
+    /// WGS-84.
+    #[prost(double, tag = "2")]
+    pub lon_deg: f64,
+    /// Height, counted as `frame` says.
+    #[prost(double, tag = "3")]
+    pub alt_m: f64,
+    /// `MAV_FRAME`: 0, 3 or 10.
+    #[prost(uint32, tag = "4")]
+    pub frame: u32,
+    /// Radius of the circle.
+    #[prost(double, optional, tag = "5")]
+    pub radius_m: Option<f64>,
+    /// Sense of the circle.
+    #[prost(bool, tag = "6")]
+    pub counter_clockwise: bool,
+    /// Ground speed.
+    #[prost(double, optional, tag = "7")]
+    pub speed_m_s: Option<f64>,
+    /// Whether to enter GUIDED for it.
+    #[prost(bool, tag = "8")]
+    pub change_mode: bool,
+}
+
+/// How high to fly.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct Altitude {
+    /// Height, counted as `frame` says.
+    #[prost(double, tag = "1")]
+    pub alt_m: f64,
+    /// `MAV_FRAME`: 0, 3 or 10.
+    #[prost(uint32, tag = "2")]
+    pub frame: u32,
+}
+
+/// How to abort a landing.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct AbortLanding {
+    /// Height to climb to, above home.
+    #[prost(double, optional, tag = "1")]
+    pub alt_rel_home_m: Option<f64>,
+}
+
+/// A command by COMMAND_LONG, to the autopilot.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct Long {
+    /// `MAV_CMD`.
+    #[prost(uint32, tag = "1")]
+    pub command: u32,
+    /// Parameters 1 to 7.
+    #[prost(float, repeated, tag = "2")]
+    pub params: Vec<f32>,
+}
+
+/// A command by COMMAND_INT, to the autopilot.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct Int {
+    /// `MAV_CMD`.
+    #[prost(uint32, tag = "1")]
+    pub command: u32,
+    /// `MAV_FRAME`.
+    #[prost(uint32, tag = "2")]
+    pub frame: u32,
+    /// Parameters 1 to 4 and z.
+    #[prost(float, repeated, tag = "3")]
+    pub params: Vec<f32>,
+    /// Latitude in degE7 in a global frame.
+    #[prost(sint32, tag = "4")]
+    pub x: i32,
+    /// Longitude in degE7 in a global frame.
+    #[prost(sint32, tag = "5")]
+    pub y: i32,
+}
+
+/// Where home is to be; nothing: where the vehicle is.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct NewHome {
+    /// Latitude, longitude (WGS-84, degrees), height above mean sea level (m); or nothing.
+    #[prost(double, repeated, tag = "1")]
+    pub place: Vec<f64>,
+}
+
+/// A course to fly.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct Course {
+    /// Degrees from true north, over ground.
+    #[prost(double, tag = "1")]
+    pub course_deg: f64,
+    /// Centripetal acceleration at most.
+    #[prost(double, tag = "2")]
+    pub accel_m_s2: f64,
+}
+
+/// A climb or descent.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct Climb {
+    /// Height, counted as `frame` says.
+    #[prost(double, tag = "1")]
+    pub alt_m: f64,
+    /// `MAV_FRAME`: 0, 3 or 10.
+    #[prost(uint32, tag = "2")]
+    pub frame: u32,
+    /// How fast.
+    #[prost(double, tag = "3")]
+    pub rate_m_s: f64,
+}
+
+/// The rate of a message.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct MessageRate {
+    /// Message id.
+    #[prost(uint32, tag = "1")]
+    pub message_id: u32,
+    /// Messages a second; absent: none.
+    #[prost(double, optional, tag = "2")]
+    pub rate_hz: Option<f64>,
+}
+
+/// A plan that is to be on board.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct PlanPut {
+    /// `MAV_MISSION_TYPE`.
+    #[prost(uint32, tag = "1")]
+    pub kind: u32,
+    /// Revision of the plan on board that it is to replace.
+    #[prost(uint64, tag = "2")]
+    pub revision: u64,
+    /// Its items.
+    #[prost(message, optional, tag = "3")]
+    pub list: Option<Content>,
+    /// To be sent in spite of errors that checks find.
+    #[prost(bool, tag = "4")]
+    pub despite_findings: bool,
+}
+
+/// A plan that is not to be on board any more.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct PlanClear {
+    /// `MAV_MISSION_TYPE`.
+    #[prost(uint32, tag = "1")]
+    pub kind: u32,
+    /// Revision of the plan on board that is meant.
+    #[prost(uint64, tag = "2")]
+    pub revision: u64,
+}
+
+/// A parameter's new value.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct NewParam {
+    /// Its name.
+    #[prost(string, tag = "1")]
+    pub name: String,
+    /// Its value.
+    #[prost(double, tag = "2")]
+    pub value: f64,
+}
