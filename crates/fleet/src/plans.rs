@@ -208,11 +208,18 @@ impl PlansHeard {
         }
         self.version = version;
         for told in plans {
-            if let Ok((kind, _)) = told.read() {
-                self.told[kind as usize] = Some(told.clone());
-            }
+            self.on_told(told);
         }
         Heard::News
+    }
+
+    /// A state or an answer told this of a plan: what is newer counts, whichever comes first.
+    pub fn on_told(&mut self, told: &PlanTold) {
+        let Ok((kind, _)) = told.read() else { return };
+        let known = &mut self.told[kind as usize];
+        if known.as_ref().is_none_or(|known| known.revision <= told.revision) {
+            *known = Some(told.clone());
+        }
     }
 
     /// What was told of a plan last.
@@ -312,6 +319,11 @@ mod tests {
         assert_eq!(tell(&plans, &mut heard, true), Heard::News);
         assert_eq!(heard.on_state(5, first.0, &first.1), Heard::Nothing);
         assert_eq!(heard.told(MISSION).map(PlanTold::read), Some(Ok((MISSION, verified(1)))));
+        plans.on_state(MISSION, verified(2), list);
+        let answered = plans.told()[0].clone();
+        heard.on_told(&answered);
+        heard.on_told(&first.1[0]);
+        assert_eq!(heard.told(MISSION), Some(&answered), "an answer may be faster than the state");
         assert_eq!(heard.on_state(6, 1, &[]), Heard::Missed, "another boot begins anew");
         assert_eq!(heard.told(MISSION), None);
         assert_eq!(heard.on_state(7, 0, &[]), Heard::Nothing, "an older version's");

@@ -242,7 +242,13 @@ impl FarAircraft {
                 }
                 _ => {}
             }
-            self.result_of(&answer, &request)?;
+            if let Err(error) = self.result_of(&answer, &request) {
+                // What became of the plan is not in the answer: whoever tries again has to have seen it.
+                if let (true, Some(fleet)) = (is_transfer(&request), self.fleet.upgrade()) {
+                    self.ask_everything(&fleet).await;
+                }
+                return Err(error);
+            }
             return self.reply(request, *answer, &telling).await;
         }
     }
@@ -325,6 +331,7 @@ impl FarAircraft {
     async fn plan_reply(self: &Arc<Self>, request: Request, plan: PlanOutcome, telling: &Telling) -> RequestResult {
         let told = plan.told.ok_or_else(|| self.unreadable(&BadPayload::Field("told")))?;
         let (kind, state) = told.read().map_err(|error| self.unreadable(&error))?;
+        self.known().plans.on_told(&told);
         let list = match &plan.list {
             None => Ok(Mission::default()),
             Some(content) => self
