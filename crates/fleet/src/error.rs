@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use crate::key::BadName;
+use crate::ros2::name::BadRosName;
 use crate::signature::BadKey;
 
 /// Why a fleet cannot be joined.
@@ -18,6 +19,17 @@ pub enum FleetError {
     /// An address that cannot be read.
     #[error("'{0}' is no address here: one is like tls/ground.local:7447, quic/192.168.1.2:7447 or tcp/127.0.0.1:7447")]
     Address(String),
+    /// The same of a router of ROS 2.
+    #[error("'{0}' is no router of ROS 2: one is like tcp/127.0.0.1:7447")]
+    RosRouter(String),
+    /// A name or a domain of ROS 2.
+    #[error(transparent)]
+    Ros(#[from] BadRosName),
+    /// Services that act, for whoever reaches a router elsewhere.
+    #[error(
+        "{0} is not of this machine, and whoever reaches that router could command the plane: act by a router on this machine, or only read"
+    )]
+    RosOperator(String),
     /// A name or address of a machine that cannot be read.
     #[error("'{0}' is no name or address of a machine: one is like ground.example.org or 192.168.1.2")]
     Host(String),

@@ -21,6 +21,7 @@
 //! | [`budget`] | how often an aircraft speaks |
 //! | [`act`] | requests as orders, results as answers |
 //! | [`history`] | what was said and done, kept on board and on the ground |
+//! | [`ros2`] | a plane as ROS 2 sees it |
 //! | [`operator`] | a ground station's own key |
 //! | `papers` | certificates, tokens, who is enrolled and what each may do (feature `carrier`) |
 //! | `carrier` | the network: Eclipse Zenoh, named nowhere else (feature `carrier`) |
@@ -45,6 +46,7 @@ pub mod papers;
 pub mod payload;
 pub mod plans;
 pub mod pull;
+pub mod ros2;
 pub mod signature;
 pub mod speech;
 pub mod wire;

@@ -79,6 +79,13 @@ impl fmt::Display for Endpoint {
 }
 
 impl Endpoint {
+    /// An address in the clear, `tcp/HOST:PORT`, of this or another machine: for what is no fleet's.
+    pub(super) fn in_the_clear(text: &str) -> Result<Self, FleetError> {
+        let bad = || FleetError::RosRouter(text.chars().filter(|c| !c.is_control()).take(80).collect());
+        let (host, port) = text.strip_prefix("tcp/").and_then(split).filter(|(_, port)| *port != 0).ok_or_else(bad)?;
+        Ok(Self { way: Way::Tcp, host: host.to_owned(), port })
+    }
+
     /// What goes over it.
     #[must_use]
     pub fn way(&self) -> Way {

@@ -8,6 +8,7 @@ mod history;
 mod membership;
 mod network;
 mod organisation;
+mod ros2;
 #[cfg(test)]
 mod tests;
 mod tls;
@@ -19,10 +20,18 @@ pub use history::{Contents, HistoryConfig, Replay, ReplayStatus};
 pub use membership::{Membership, join, renew, standing};
 pub use network::try_address;
 pub use organisation::{DOOR_PORT, Made, Organisation};
+pub use ros2::{Examined, Gateway, GatewayConfig, GatewayStatus, RosRouter, examine};
 
 /// Seconds since 1970, as the clock of this machine has it.
 #[must_use]
 pub fn unix_now() -> u64 {
     let now = std::time::SystemTime::now();
     now.duration_since(std::time::UNIX_EPOCH).map_or(0, |since| since.as_secs())
+}
+
+/// UTC since 1970 by this machine's clock, ns.
+#[must_use]
+pub(crate) fn utc_ns() -> i64 {
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+    i64::try_from(now.as_nanos()).unwrap_or(i64::MAX)
 }

@@ -429,6 +429,8 @@ fn gps(m: &GPS_RAW_INT_DATA, check: &mut Check) -> Gps {
     // Without a fix the coordinates are what was known once, or nothing.
     let (lat_deg, lon_deg) = check.lat_lon(m.lat, m.lon).filter(|_| fix.0 >= 2).unzip();
     let alt_amsl_m = check.height_mm(m.alt).filter(|_| fix.is_3d());
+    // An extension field: 0 is what a vehicle without it sends.
+    let alt_ellipsoid_m = check.height_mm(m.alt_ellipsoid).filter(|_| fix.is_3d() && m.alt_ellipsoid != 0);
     // Accuracies are extension fields: 0 is what a vehicle without them sends.
     let mut accuracy_m = |raw: u32| check.scaled(raw, 0, 1e3, 0.0..=4_000_000.0).filter(|_| raw != u32::MAX);
     Gps {
@@ -442,6 +444,7 @@ fn gps(m: &GPS_RAW_INT_DATA, check: &mut Check) -> Gps {
         lat_deg,
         lon_deg,
         alt_amsl_m,
+        alt_ellipsoid_m,
         groundspeed_m_s: check.scaled(m.vel, u16::MAX, 1e2, SPEED_M_S),
         course_deg: check.direction_cdeg(m.cog),
     }

@@ -117,6 +117,8 @@ groups! {
         pub lon_deg: Option<f64>,
         /// Altitude above mean sea level.
         pub alt_amsl_m: Option<f64>,
+        /// Altitude above the WGS-84 ellipsoid, where the receiver tells it.
+        pub alt_ellipsoid_m: Option<f64>,
         /// Speed over ground.
         pub groundspeed_m_s: Option<f64>,
         /// Course over ground, 0 to 360.

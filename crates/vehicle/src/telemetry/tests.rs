@@ -76,6 +76,7 @@ fn values_are_those_that_an_independent_reader_finds() {
     near(gps.lat_deg, 40.333_201_5);
     near(gps.lon_deg, -3.797_032_6);
     near(gps.alt_amsl_m, 600.1);
+    near(gps.alt_ellipsoid_m, 600.1);
     near(gps.hdop, 1.21);
     near(gps.course_deg, 269.85);
     near(gps.horizontal_accuracy_m, 0.3);

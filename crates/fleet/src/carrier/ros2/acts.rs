@@ -1,0 +1,124 @@
+//! What ROS 2 asks of a plane, done through the station's lease like everybody else's acts.
+
+use std::sync::Arc;
+
+use tokio::runtime::Handle;
+use tokio::sync::{Semaphore, mpsc};
+use vencejo_flight::plan::PlanKind;
+use vencejo_station::{Operator, Pending, RequestResult, Station, VehicleHandle};
+use vencejo_vehicle::telemetry::Freshness;
+use vencejo_vehicle::{Danger, ModeChoice, Reply, Request};
+use zenoh::query::Query;
+
+use crate::carrier::network::bytes_of;
+use crate::carrier::utc_ns;
+use crate::ros2::services::{Ended, Offer, Wish};
+use crate::ros2::token::Attachment;
+
+/// Requests that are under way at most, of all who ask.
+const AT_ONCE: usize = 16;
+/// What a gateway says that only reads.
+const READS: &str = "this gateway only reads; it acts when it is started with --ros2-role operator";
+
+/// In whose name it is acted.
+pub(super) struct Acting {
+    /// `None`: it only reads.
+    operator: Option<Arc<Operator>>,
+    places: Arc<Semaphore>,
+    runtime: Handle,
+}
+
+impl Acting {
+    /// An operator of its own, that gives control to whoever asks for it, and asks for it when it is refused.
+    pub(super) fn new(station: &Station, is_operator: bool) -> Arc<Self> {
+        Arc::new(Self {
+            operator: is_operator.then(|| Arc::new(station.enlist("ROS 2").asking())),
+            places: Arc::new(Semaphore::new(AT_ONCE)),
+            runtime: Handle::current(),
+        })
+    }
+
+    /// Somebody asks. Never waits: a thread of the network calls.
+    pub(super) fn on_query(
+        self: &Arc<Self>,
+        query: Query,
+        key: &str,
+        offer: Offer,
+        vehicle: &VehicleHandle,
+        lines: &mpsc::Sender<(bool, String)>,
+    ) {
+        let attachment = query.attachment().map(|bytes| bytes.to_bytes().into_owned());
+        // What does not say who asks is nobody of ROS.
+        let Some(asked) = attachment.as_deref().and_then(Attachment::read) else { return };
+        let Ok(place) = self.places.clone().try_acquire_owned() else {
+            tracing::warn!(service = key, "more is asked by ROS 2 than can be done at once; this is not answered");
+            return;
+        };
+        let (acting, key, vehicle, lines) = (self.clone(), key.to_owned(), vehicle.clone(), lines.clone());
+        self.runtime.spawn(async move {
+            let ended = match (offer.read)(&bytes_of(query.payload())) {
+                Ok(wish) => acting.done(&vehicle, wish).await,
+                Err(error) => Err(error.to_string()),
+            };
+            drop(place);
+            let line = match &ended {
+                Ok((words, _)) => format!("{}: done{}{words}", offer.name, if words.is_empty() { "" } else { ": " }),
+                Err(why) => format!("{}: {why}", offer.name),
+            };
+            tracing::info!(system = %vehicle.system(), line, "asked by ROS 2");
+            // Nobody has to read it.
+            let _ = lines.try_send((ended.is_ok(), line));
+            let attachment = Attachment { sent_ns: utc_ns(), ..asked };
+            if let Err(error) = query.reply(key, (offer.write)(&ended)).attachment(attachment.to_bytes()).await {
+                // Whoever asked asks again.
+                tracing::debug!(%error, "not answered");
+            }
+        });
+    }
+
+    async fn done(&self, vehicle: &VehicleHandle, wish: Wish) -> Ended {
+        if wish == Wish::IsReady {
+            let (telemetry, now) = vehicle.telemetry();
+            let fresh = telemetry.sys_status.filter(|status| status.freshness(now) == Freshness::Fresh);
+            return match fresh.and_then(|status| status.value.is_ready_to_arm()) {
+                Some(true) => Ok(("it is ready to arm".to_owned(), 0)),
+                Some(false) => Err("its pre-arm checks fail".to_owned()),
+                None => Err("it does not say whether it is ready to arm".to_owned()),
+            };
+        }
+        let operator = self.operator.clone().ok_or_else(|| READS.to_owned())?;
+        let vehicle = vehicle.acting_as(operator);
+        let pending = Self::asked(&vehicle, wish)?;
+        match pending.wait().await {
+            Some(Ok(Reply::Plan { items, .. })) => {
+                let count = u32::try_from(items.len()).unwrap_or(u32::MAX);
+                Ok((format!("{count} items"), count))
+            }
+            Some(Ok(_)) => Ok((String::new(), 0)),
+            Some(Err(error)) => Err(error.to_string()),
+            None => Err("the station was closed; whether it was done is not known".to_owned()),
+        }
+    }
+
+    fn asked(vehicle: &VehicleHandle, wish: Wish) -> Result<Pending<RequestResult>, String> {
+        let kind = PlanKind::Mission;
+        Ok(match wish {
+            Wish::Arm(true) => vehicle.request(Request::Arm { force: false }),
+            Wish::Arm(false) => vehicle.request(Request::Disarm { force: false }),
+            Wish::Mode(name) if name.is_empty() => {
+                return Err("a mode is named in custom_mode, such as AUTO; base_mode alone says too little".to_owned());
+            }
+            Wish::Mode(name) => {
+                let mode = name.parse().map_or_else(|_| ModeChoice::Name(name), ModeChoice::Custom);
+                vehicle.request(Request::SetMode(mode))
+            }
+            Wish::Return => vehicle.request(Request::ReturnToLaunch),
+            Wish::Loiter => vehicle.request(Request::LoiterHere),
+            Wish::Start => vehicle.request(Request::MissionStart { from: None }),
+            // Who calls it names what is dangerous: that is what it is for.
+            Wish::Clear => vehicle.request_naming(Request::ClearPlan { kind }, Danger::Clear(kind)),
+            Wish::Pull => vehicle.request(Request::DownloadPlan { kind }),
+            Wish::IsReady => return Err("it is not an act".to_owned()),
+        })
+    }
+}

@@ -1,0 +1,13 @@
+//! Planes of a station in ROS 2, by way of a Zenoh router.
+
+mod acts;
+mod doctor;
+mod gateway;
+mod plane;
+mod router;
+#[cfg(test)]
+mod tests;
+
+pub use doctor::{Examined, examine};
+pub use gateway::{Gateway, GatewayConfig, GatewayStatus};
+pub use router::RosRouter;

@@ -1,0 +1,155 @@
+//! One plane in ROS 2: its node, its topics and its services, for as long as this lives.
+
+use std::sync::Arc;
+
+use tokio::sync::mpsc;
+use vencejo_flight::plan::{Mission, PlanKind};
+use vencejo_proto::MonoTime;
+use vencejo_station::VehicleHandle;
+use zenoh::Session;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::Publisher;
+use zenoh::qos::CongestionControl;
+use zenoh::query::Queryable;
+
+use super::acts::Acting;
+use crate::carrier::{network, utc_ns};
+use crate::error::FleetError;
+use crate::ros2::cdr::Cdr;
+use crate::ros2::message::{Log, Message};
+use crate::ros2::moment::{Moment, time};
+use crate::ros2::name::{Names, Place};
+use crate::ros2::services::offers;
+use crate::ros2::token::{Attachment, Kind, Node, gid, key};
+use crate::ros2::topics::{Speaker, topics};
+
+/// Lines of the log that wait for a tick at most.
+const LINES: usize = 16;
+/// Where nodes write their log.
+const ROSOUT: &str = "/rosout";
+
+/// A plane.
+pub(super) struct Plane {
+    vehicle: VehicleHandle,
+    place: Place,
+    speaker: Speaker,
+    voices: Vec<Voice>,
+    log: Voice,
+    lines: mpsc::Receiver<(bool, String)>,
+    ids: u32,
+    // What ends with it.
+    _tokens: Vec<LivelinessToken>,
+    _services: Vec<Queryable<()>>,
+}
+
+/// Who sends one topic.
+struct Voice {
+    publisher: Publisher<'static>,
+    gid: [u8; 16],
+    sequence: i64,
+}
+
+impl Voice {
+    async fn declare(session: &Session, key: String, token: &str) -> Result<Self, FleetError> {
+        let publisher = session.declare_publisher(key).congestion_control(CongestionControl::Drop).await;
+        Ok(Self { publisher: publisher.map_err(network::failed)?, gid: gid(token), sequence: 0 })
+    }
+
+    async fn send(&mut self, bytes: Vec<u8>) {
+        self.sequence += 1;
+        let attachment = Attachment { sequence: self.sequence, sent_ns: utc_ns(), gid: self.gid };
+        if let Err(error) = self.publisher.put(bytes).attachment(attachment.to_bytes()).await {
+            // The next one tells the same.
+            tracing::debug!(%error, key = %self.publisher.key_expr(), "not sent");
+        }
+    }
+}
+
+impl Plane {
+    /// Makes a vehicle known.
+    pub(super) async fn declare(
+        session: &Session,
+        vehicle: VehicleHandle,
+        place: Place,
+        names: Names,
+        node: Node,
+        acting: &Arc<Acting>,
+    ) -> Result<Self, FleetError> {
+        let mut tokens = vec![node.token()];
+        let mut id = node.id;
+        let mut next = |kind, name: &str, of: &str, hash: &str| {
+            id += 1;
+            let token = node.token_of(id, kind, name, of, hash);
+            tokens.push(token.clone());
+            (key(node.domain, name, of, hash), token)
+        };
+        let speaker = Speaker::new(topics(names));
+        let mut voices = Vec::new();
+        for topic in speaker.topics() {
+            let (key, token) = next(Kind::Publisher, &place.topic(topic.name), topic.kind, topic.hash);
+            voices.push(Voice::declare(session, key, &token).await?);
+        }
+        let (key, token) = next(Kind::Publisher, ROSOUT, Log::TYPE, Log::HASH);
+        let log = Voice::declare(session, key, &token).await?;
+        let (line, lines) = mpsc::channel(LINES);
+        let mut services = Vec::new();
+        for offer in offers(names) {
+            let (key, _) = next(Kind::Service, &place.topic(offer.name), offer.kind, offer.hash);
+            let (acting, vehicle, line, reply_key) = (acting.clone(), vehicle.clone(), line.clone(), key.clone());
+            let asked = move |query| acting.on_query(query, &reply_key, offer, &vehicle, &line);
+            let declared = session.declare_queryable(key).complete(true).callback(asked).await;
+            services.push(declared.map_err(network::failed)?);
+        }
+        // Last, so that whoever sees it finds it there.
+        let mut declared = Vec::new();
+        for token in &tokens {
+            declared.push(session.liveliness().declare_token(token).await.map_err(network::failed)?);
+        }
+        let ids = id + 1 - node.id;
+        Ok(Self { vehicle, place, speaker, voices, log, lines, ids, _tokens: declared, _services: services })
+    }
+
+    /// How many numbers of the session it has.
+    pub(super) fn ids(&self) -> u32 {
+        self.ids
+    }
+
+    /// What its topics begin with.
+    pub(super) fn prefix(&self) -> &str {
+        self.place.prefix.trim_end_matches('/')
+    }
+
+    /// Says what is new; how much that was.
+    pub(super) async fn say(&mut self, now: MonoTime) -> u64 {
+        let (telemetry, _) = self.vehicle.telemetry();
+        let plan: Option<Arc<Mission>> = self.vehicle.plan_on_board(PlanKind::Mission).and_then(|(_, mission)| mission);
+        let moment = Moment {
+            telemetry: &telemetry,
+            now,
+            utc_ns: utc_ns(),
+            place: &self.place,
+            home: self.vehicle.home(),
+            mission: plan.as_deref(),
+        };
+        let mut said = 0;
+        for (index, bytes) in self.speaker.due(&moment) {
+            self.voices[index].send(bytes).await;
+            said += 1;
+        }
+        while let Ok((is_done, msg)) = self.lines.try_recv() {
+            let line = Log {
+                stamp: time(utc_ns()),
+                // INFO, WARN.
+                level: if is_done { 20 } else { 30 },
+                name: format!("{}.{}", self.place.namespace.trim_matches('/').replace('/', "."), self.place.node),
+                msg,
+                file: String::new(),
+                function: String::new(),
+                line: 0,
+            };
+            self.log.send(line.to_bytes()).await;
+            said += 1;
+        }
+        said
+    }
+}

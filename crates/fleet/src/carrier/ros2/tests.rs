@@ -1,0 +1,138 @@
+//! A plane in ROS 2, at a real router, seen and asked as a node of ROS would.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use tokio::runtime::Handle;
+use vencejo_proto::{ComponentId, Heartbeat, Message as Mavlink};
+use vencejo_station::{Carried, Remote, Station, StationConfig};
+use vencejo_vehicle::{Danger, Reply, Request};
+use zenoh::Session;
+
+use super::{Gateway, GatewayConfig, RosRouter, examine};
+use crate::carrier::endpoint::Endpoint;
+use crate::carrier::network::{self, Part};
+use crate::error::FleetError;
+use crate::ros2::cdr::Cdr;
+use crate::ros2::message::{CommandBool, Commanded, Empty, Message, Service, SetBool, State, Switch, Told, Trigger};
+use crate::ros2::name::{Names, Namespace};
+use crate::ros2::token::{Attachment, key};
+
+/// How long is waited for what comes at once.
+const WAIT: Duration = Duration::from_secs(30);
+
+/// A plane that does what it is asked.
+#[derive(Default)]
+struct Far(Mutex<Vec<(Request, String)>>);
+
+impl Remote for Far {
+    fn request(self: Arc<Self>, request: Request, _confirmed: Option<Danger>, operator: String) -> Carried {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push((request, operator));
+        Box::pin(async { Ok(Reply::Done) })
+    }
+}
+
+async fn router() -> (Session, Endpoint) {
+    let at: Endpoint = "tcp/127.0.0.1:0".parse::<Endpoint>().and_then(Endpoint::with_port).expect("a port");
+    (network::open(Part::Router(&at, None), None).await.expect("a router"), at)
+}
+
+fn config(at: &Endpoint, is_operator: bool) -> GatewayConfig {
+    GatewayConfig {
+        router: at.to_string().parse().expect("a router"),
+        domain: 0,
+        names: Names::Mavros,
+        namespace: Namespace::default(),
+        is_operator,
+    }
+}
+
+fn beat(station: &Station, system: vencejo_proto::SystemId) {
+    let heartbeat = Heartbeat { mav_type: 1, autopilot: 3, custom_mode: 5, ..Heartbeat::default() };
+    assert!(station.on_remote(system, &[(Mavlink::Heartbeat(heartbeat), station.now())]));
+}
+
+/// Asks as a client of ROS does, until the service is there.
+async fn call<S: Service>(session: &Session, name: &str, request: S::Request) -> S::Response {
+    let (key, asked) = (key(0, name, S::TYPE, S::HASH), Attachment { sequence: 3, sent_ns: 1, gid: [7; 16] });
+    let answered = async {
+        loop {
+            let get = session.get(&key).payload(request.to_bytes()).attachment(asked.to_bytes()).timeout(WAIT);
+            let replies = get.await.expect("asked");
+            if let Ok(reply) = replies.recv_async().await
+                && let Ok(sample) = reply.into_result()
+            {
+                let attachment = sample.attachment().map(|bytes| bytes.to_bytes().into_owned()).expect("attached");
+                let attachment = Attachment::read(&attachment).expect("an attachment");
+                assert_eq!((attachment.sequence, attachment.gid), (3, [7; 16]));
+                return S::Response::from_bytes(&sample.payload().to_bytes()).expect("an answer");
+            }
+            tokio::task::yield_now().await;
+        }
+    };
+    tokio::time::timeout(WAIT, answered).await.expect("the service")
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_plane_is_seen_and_acts_for_an_operator_alone() {
+    let (router, at) = router().await;
+    let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
+    let far = Arc::new(Far::default());
+    let system = station.adopt("plane-7", ComponentId(1), far.clone()).expect("there is room");
+    beat(&station, system);
+    let states =
+        router.declare_subscriber(key(0, "/plane_7/mavros/state", State::TYPE, State::HASH)).await.expect("declared");
+    let reader = Gateway::start(station.clone(), config(&at, false), &Handle::current()).expect("a gateway");
+    let state = tokio::time::timeout(WAIT, states.recv_async()).await.expect("in time").expect("a message");
+    let attachment = state.attachment().map(|bytes| bytes.to_bytes().into_owned()).expect("attached");
+    assert_eq!(Attachment::read(&attachment).map(|attachment| attachment.sequence), Some(1));
+    let state = State::from_bytes(&state.payload().to_bytes()).expect("a state");
+    assert_eq!((state.connected, state.armed, state.mode.as_str()), (true, false, "FBWA"));
+
+    let arm = "/plane_7/mavros/vencejo/arm";
+    let told: Told = call::<SetBool>(&router, arm, Switch { data: true }).await;
+    assert!(!told.success && told.message.contains("--ros2-role operator"), "{told:?}");
+    assert!(far.0.lock().unwrap_or_else(PoisonError::into_inner).is_empty(), "nothing was asked of it");
+    let found = examine(&config(&at, false).router, 0).await.expect("reached");
+    assert_eq!(found.nodes.len(), 1);
+    assert_eq!((found.nodes[0].name.as_str(), found.nodes[0].services), ("/plane_7/mavros", 9));
+    assert_eq!(found.nodes[0].publishers, 17, "its topics, and its log");
+    assert_eq!(found.findings, []);
+    assert_eq!(reader.status().planes, [(254, "/plane_7/mavros".to_owned())]);
+    reader.close().await;
+
+    beat(&station, system);
+    let gateway = Gateway::start(station.clone(), config(&at, true), &Handle::current()).expect("a gateway");
+    let armed: Commanded = call::<CommandBool>(&router, "/plane_7/mavros/cmd/arming", Switch { data: true }).await;
+    assert_eq!(armed, Commanded { success: true, result: 0 });
+    let home = Empty { structure_needs_at_least_one_member: 0 };
+    let told = call::<Trigger>(&router, "/plane_7/mavros/vencejo/return_to_launch", home).await;
+    assert!(told.success, "{told:?}");
+    let asked = far.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    let ros = || "ROS 2".to_owned();
+    assert_eq!(asked, [(Request::Arm { force: false }, ros()), (Request::ReturnToLaunch, ros())]);
+    // It gives control to whoever asks, and does not take it from them.
+    assert!(station.operator().request(station.now()));
+    let told = call::<SetBool>(&router, arm, Switch { data: false }).await;
+    assert!(!told.success && told.message.starts_with("program holds control"), "{told:?}");
+    assert_eq!(far.0.lock().unwrap_or_else(PoisonError::into_inner).len(), 2);
+    gateway.close().await;
+    station.close().await;
+}
+
+#[tokio::test]
+async fn what_cannot_be_reached_or_would_be_open_to_all_is_refused() {
+    let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
+    let elsewhere: RosRouter = "tcp/192.0.2.1:7447".parse().expect("for who only reads");
+    let open = GatewayConfig { router: elsewhere, ..config(&"tcp/127.0.0.1:1".parse().expect("an address"), true) };
+    let refused = Gateway::start(station.clone(), open, &Handle::current()).map(drop);
+    assert!(matches!(refused, Err(FleetError::RosOperator(_))), "{refused:?}");
+    for bad in ["tls/127.0.0.1:7447", "tcp/127.0.0.1", "tcp/0.0.0.0:7447", "127.0.0.1:7447", "tcp/a#b:1", "tcp/a:0"] {
+        assert!(bad.parse::<RosRouter>().is_err(), "{bad}");
+    }
+    let nobody = "tcp/127.0.0.1:1".parse().expect("an address");
+    let missed = examine(&nobody, 0).await.map_err(|error| error.to_string());
+    assert!(missed.is_err_and(|why| why.contains("no router is there")));
+    assert!(matches!(examine(&nobody, 233).await, Err(FleetError::Ros(_))));
+    station.close().await;
+}

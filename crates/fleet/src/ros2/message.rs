@@ -1,0 +1,276 @@
+//! The messages and services of ROS 2 that we speak: fields in the order of their definitions, and their type hashes (REP-2016).
+//!
+//! Hashes are those of Humble's, Jazzy's and Kilted's definitions, which are the same; `tests/fleet/test_ros2_types.py` works each of them
+//! out anew with rosbags. Those of `mavros_msgs` and `geographic_msgs` come from their fields; constants and comments do not count.
+
+use super::cdr::{BadCdr, Cdr, Reader, Writer};
+
+/// A message that can be a topic's.
+pub trait Message: Cdr {
+    /// Such as `sensor_msgs/msg/Imu`.
+    const TYPE: &'static str;
+    /// `RIHS01_…`.
+    const HASH: &'static str;
+}
+
+/// A service.
+pub trait Service {
+    /// Such as `std_srvs/srv/SetBool`.
+    const TYPE: &'static str;
+    /// `RIHS01_…`.
+    const HASH: &'static str;
+    /// What is asked.
+    type Request: Cdr;
+    /// What is answered.
+    type Response: Cdr;
+}
+
+macro_rules! structs {
+    ($($(#[$doc:meta])* $name:ident { $($field:ident: $kind:ty),* $(,)? })*) => {$(
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq)]
+        #[allow(missing_docs, reason = "the names are those of the definition")]
+        pub struct $name {
+            $(pub $field: $kind,)*
+        }
+
+        impl Cdr for $name {
+            fn put(&self, out: &mut Writer) {
+                $(self.$field.put(out);)*
+            }
+
+            fn take(from: &mut Reader<'_>) -> Result<Self, BadCdr> {
+                Ok(Self { $($field: Cdr::take(from)?,)* })
+            }
+        }
+    )*};
+}
+
+macro_rules! messages {
+    ($($name:ident = $package:literal / $hash:literal;)*) => {
+        $(impl Message for $name {
+            const TYPE: &'static str = concat!($package, "/msg/", stringify!($name));
+            const HASH: &'static str = concat!("RIHS01_", $hash);
+        })*
+        /// Type and hash of each message.
+        pub const MESSAGES: &[(&str, &str)] = &[$(($name::TYPE, $name::HASH),)*];
+    };
+}
+
+macro_rules! services {
+    ($($(#[$doc:meta])* $name:ident: $request:ty => $response:ty = $package:literal / $hash:literal;)*) => {
+        $($(#[$doc])*
+        #[derive(Debug, Clone, Copy)]
+        pub struct $name;
+
+        impl Service for $name {
+            const TYPE: &'static str = concat!($package, "/srv/", stringify!($name));
+            const HASH: &'static str = concat!("RIHS01_", $hash);
+            type Request = $request;
+            type Response = $response;
+        })*
+        /// Type and hash of each service.
+        pub const SERVICES: &[(&str, &str)] = &[$(($name::TYPE, $name::HASH),)*];
+    };
+}
+
+structs! {
+    /// `builtin_interfaces/Time`: UTC since 1970, s and ns.
+    Time { sec: i32, nanosec: u32 }
+    /// `std_msgs/Header`.
+    Header { stamp: Time, frame_id: String }
+    /// `geometry_msgs/Vector3`.
+    Vector3 { x: f64, y: f64, z: f64 }
+    /// `geometry_msgs/Quaternion`.
+    Quaternion { x: f64, y: f64, z: f64, w: f64 }
+    /// `geometry_msgs/Pose`; a `Point` has the fields of a vector.
+    Pose { position: Vector3, orientation: Quaternion }
+    /// `geometry_msgs/PoseStamped`.
+    PoseStamped { header: Header, pose: Pose }
+    /// `geometry_msgs/PoseWithCovariance`.
+    PoseWithCovariance { pose: Pose, covariance: [f64; 36] }
+    /// `geometry_msgs/Twist`.
+    Twist { linear: Vector3, angular: Vector3 }
+    /// `geometry_msgs/TwistStamped`.
+    TwistStamped { header: Header, twist: Twist }
+    /// `geometry_msgs/TwistWithCovariance`.
+    TwistWithCovariance { twist: Twist, covariance: [f64; 36] }
+    /// `geometry_msgs/TwistWithCovarianceStamped`.
+    TwistWithCovarianceStamped { header: Header, twist: TwistWithCovariance }
+    /// `geometry_msgs/Transform`.
+    Transform { translation: Vector3, rotation: Quaternion }
+    /// `geometry_msgs/TransformStamped`.
+    TransformStamped { header: Header, child_frame_id: String, transform: Transform }
+    /// `tf2_msgs/TFMessage`.
+    TFMessage { transforms: Vec<TransformStamped> }
+    /// `nav_msgs/Odometry`.
+    Odometry { header: Header, child_frame_id: String, pose: PoseWithCovariance, twist: TwistWithCovariance }
+    /// `nav_msgs/Path`.
+    Path { header: Header, poses: Vec<PoseStamped> }
+    /// `sensor_msgs/NavSatStatus`.
+    NavSatStatus { status: i8, service: u16 }
+    /// `sensor_msgs/NavSatFix`: height above the ellipsoid, m.
+    NavSatFix {
+        header: Header, status: NavSatStatus, latitude: f64, longitude: f64, altitude: f64,
+        position_covariance: [f64; 9], position_covariance_type: u8,
+    }
+    /// `sensor_msgs/Imu`.
+    Imu {
+        header: Header, orientation: Quaternion, orientation_covariance: [f64; 9], angular_velocity: Vector3,
+        angular_velocity_covariance: [f64; 9], linear_acceleration: Vector3, linear_acceleration_covariance: [f64; 9],
+    }
+    /// `sensor_msgs/BatteryState`: V, °C, A (negative while it discharges), Ah, 0 to 1.
+    BatteryState {
+        header: Header, voltage: f32, temperature: f32, current: f32, charge: f32, capacity: f32, design_capacity: f32,
+        percentage: f32, power_supply_status: u8, power_supply_health: u8, power_supply_technology: u8, present: bool,
+        cell_voltage: Vec<f32>, cell_temperature: Vec<f32>, location: String, serial_number: String,
+    }
+    /// `sensor_msgs/TimeReference`.
+    TimeReference { header: Header, time_ref: Time, source: String }
+    /// `diagnostic_msgs/KeyValue`.
+    KeyValue { key: String, value: String }
+    /// `diagnostic_msgs/DiagnosticStatus`.
+    DiagnosticStatus { level: u8, name: String, message: String, hardware_id: String, values: Vec<KeyValue> }
+    /// `diagnostic_msgs/DiagnosticArray`.
+    DiagnosticArray { header: Header, status: Vec<DiagnosticStatus> }
+    /// `std_msgs/Float64`.
+    Float64 { data: f64 }
+    /// `rcl_interfaces/Log`.
+    Log { stamp: Time, level: u8, name: String, msg: String, file: String, function: String, line: u32 }
+    /// `geographic_msgs/GeoPoint`.
+    GeoPoint { latitude: f64, longitude: f64, altitude: f64 }
+    /// `geographic_msgs/GeoPose`.
+    GeoPose { position: GeoPoint, orientation: Quaternion }
+    /// `geographic_msgs/GeoPoseStamped`.
+    GeoPoseStamped { header: Header, pose: GeoPose }
+    /// `mavros_msgs/State`.
+    State {
+        header: Header, connected: bool, armed: bool, guided: bool, manual_input: bool, mode: String, system_status: u8,
+    }
+    /// `mavros_msgs/VfrHud`.
+    VfrHud {
+        header: Header, airspeed: f32, groundspeed: f32, heading: i16, throttle: f32, altitude: f32, climb: f32,
+    }
+    /// What asks without saying anything has a byte in its place.
+    Empty { structure_needs_at_least_one_member: u8 }
+    /// `std_srvs/SetBool_Request`.
+    Switch { data: bool }
+    /// `std_srvs/SetBool_Response`, `std_srvs/Trigger_Response`.
+    Told { success: bool, message: String }
+    /// `mavros_msgs/SetMode_Request`.
+    ModeWanted { base_mode: u8, custom_mode: String }
+    /// `mavros_msgs/SetMode_Response`.
+    ModeSent { mode_sent: bool }
+    /// `mavros_msgs/CommandBool_Response`; the result is a `MAV_RESULT`.
+    Commanded { success: bool, result: u8 }
+    /// `mavros_msgs/WaypointClear_Response`.
+    Cleared { success: bool }
+    /// `mavros_msgs/WaypointPull_Response`.
+    Pulled { success: bool, wp_received: u32 }
+}
+
+messages! {
+    Time = "builtin_interfaces" / "b106235e25a4c5ed35098aa0a61a3ee9c9b18d197f398b0e4206cea9acf9c197";
+    PoseStamped = "geometry_msgs" / "10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8";
+    TwistStamped = "geometry_msgs" / "5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64";
+    TwistWithCovarianceStamped = "geometry_msgs" / "77b67434531e6529b7a0091357b186b6ebdb17fd9ffd3e0c7ce9d3fb11a44563";
+    TFMessage = "tf2_msgs" / "e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087";
+    Odometry = "nav_msgs" / "3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0";
+    Path = "nav_msgs" / "1957a5bb3cee5da65c4e52e52b65a93df227efce4c20f8458b36e73066ca334b";
+    NavSatFix = "sensor_msgs" / "62223ab3fe210a15976021da7afddc9e200dc9ec75231c1b6a557fc598a65404";
+    Imu = "sensor_msgs" / "7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b";
+    BatteryState = "sensor_msgs" / "4bee5dfce981c98faa6828b868307a0a73f992ed0789f374ee96c8f840e69741";
+    TimeReference = "sensor_msgs" / "dd66e84cf40bbb5d5a40472e6ecf2675a031334d4c426abdb2ad41801a8efc99";
+    DiagnosticArray = "diagnostic_msgs" / "5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e";
+    Float64 = "std_msgs" / "705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a";
+    Log = "rcl_interfaces" / "e28ce254ca8abc06abf92773b74602cdbf116ed34fbaf294fb9f81da9f318eac";
+    GeoPoseStamped = "geographic_msgs" / "a8e603c050fa992a74283bb462a96fe9d2b151b7a67b14d77250ed7cb4ed96b7";
+    State = "mavros_msgs" / "11ba7686163d22281871f1cb42557e8957407469b0be813bdb1a8922c66e3131";
+    VfrHud = "mavros_msgs" / "8a121968bf046a1f0f3e5074c8fed9db9ca5b6a8c0a2ee44c09c0f6a5fb88e8f";
+}
+
+services! {
+    /// Switches something on or off.
+    SetBool: Switch => Told = "std_srvs" / "abe9e4bb6b41b40e6789712c00ec8871923e089af3f667a79992a428cff2da0a";
+    /// Has something done.
+    Trigger: Empty => Told = "std_srvs" / "eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f";
+    /// Changes the mode.
+    SetMode: ModeWanted => ModeSent = "mavros_msgs" / "16fc7ce085f4d07d5dd677238b42ef922d2a8aef71fabe6ad18b2ea52c9124da";
+    /// Arms or disarms.
+    CommandBool: Bool => Commanded = "mavros_msgs" / "eba73829da4af65d1019131d82f8eccae15d38717bf21409ed5187dd9bae73dc";
+    /// Removes the mission.
+    WaypointClear: Empty => Cleared = "mavros_msgs" / "d77b775b7112320e4824747838a0a1412e9288e66cb14acbc581c3b84c22df6d";
+    /// Reads the mission.
+    WaypointPull: Empty => Pulled = "mavros_msgs" / "dba4ca9a44272d78ca9c6c0e0bbb8fdeb898b5bba9fbf2d47e6547cba7f7492a";
+}
+
+/// `mavros_msgs/CommandBool_Request`, which has the form of a switch.
+pub type Bool = Switch;
+
+#[cfg(test)]
+mod tests {
+    use rand::rngs::StdRng;
+    use rand::{Rng, SeedableRng};
+
+    use super::*;
+
+    /// Random bytes that are a message are the same message when they were written and read again; the others are refused, and nothing
+    /// falls over. How many there were that could be read.
+    fn survives<T: Cdr>(random: &mut StdRng) -> u32 {
+        let mut read = 0;
+        for _ in 0..300 {
+            let length = random.random_range(0..800);
+            // Mostly zeros: lengths that are not too long, strings that end.
+            let body = (0..length).map(|_| if random.random_bool(0.9) { 0 } else { random.random() });
+            let bytes: Vec<u8> = [0, 1, 0, 0].into_iter().chain(body).collect();
+            let Ok(message) = T::from_bytes(&bytes) else { continue };
+            read += 1;
+            let written = message.to_bytes();
+            let again = T::from_bytes(&written).expect("what we write can be read");
+            // By their bytes, as no NaN equals itself.
+            assert_eq!(again.to_bytes(), written);
+            for cut in 0..written.len().saturating_sub(1) {
+                assert!(T::from_bytes(&written[..cut]).is_err(), "{cut} of {}", written.len());
+            }
+        }
+        read
+    }
+
+    #[test]
+    fn each_message_comes_back_as_it_was_and_half_a_one_never() {
+        let mut random = StdRng::seed_from_u64(26);
+        let mut all = 0;
+        macro_rules! each {
+            ($($name:ident),*) => {$(
+                let read = survives::<$name>(&mut random);
+                assert!(read > 0, "none of {}", stringify!($name));
+                all += read;
+            )*};
+        }
+        each!(
+            Time,
+            PoseStamped,
+            TwistStamped,
+            TwistWithCovarianceStamped,
+            TFMessage,
+            Odometry,
+            Path,
+            NavSatFix,
+            Imu,
+            BatteryState,
+            TimeReference,
+            DiagnosticArray,
+            Float64,
+            Log,
+            GeoPoseStamped,
+            State,
+            VfrHud,
+            Switch,
+            Told,
+            ModeWanted,
+            Commanded,
+            Pulled
+        );
+        assert!(all > 1000, "{all}");
+    }
+}

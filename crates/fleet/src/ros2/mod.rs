@@ -1,0 +1,25 @@
+//! A plane as ROS 2 sees it, without ROS: names, types and hashes, what its topics say, and how others are found. Without I/O.
+//!
+//! | module | owns |
+//! |---|---|
+//! | [`name`] | names of topics, nodes and frames |
+//! | [`message`] | types, fields and hashes |
+//! | [`cdr`] | messages as bytes |
+//! | [`token`] | keys, liveliness tokens and attachments, as `rmw_zenoh_cpp` has them |
+//! | [`frames`] | from MAVLink's axes to those of ROS |
+//! | [`moment`] | a plane at a moment |
+//! | [`topics`] | what a plane says, and how often |
+//! | [`diagnosis`] | its health as a `DiagnosticArray` |
+//! | [`services`] | what a plane can be asked for |
+//! | [`doctor`] | why somebody sees nothing |
+
+pub mod cdr;
+pub mod diagnosis;
+pub mod doctor;
+pub mod frames;
+pub mod message;
+pub mod moment;
+pub mod name;
+pub mod services;
+pub mod token;
+pub mod topics;

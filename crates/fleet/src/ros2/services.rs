@@ -1,0 +1,144 @@
+//! What a plane can be asked for in ROS 2, service by service: what was wanted, and how an answer is told.
+
+use super::cdr::{BadCdr, Cdr};
+use super::message::{
+    Cleared, CommandBool, Commanded, Empty, ModeSent, ModeWanted, Pulled, Service, SetBool, SetMode, Switch, Told,
+    Trigger, WaypointClear, WaypointPull,
+};
+use super::name::Names;
+
+/// `MAV_RESULT_ACCEPTED`.
+const ACCEPTED: u8 = 0;
+/// `MAV_RESULT_FAILED`: the reason is told in words, in `/rosout`.
+const FAILED: u8 = 4;
+
+/// Something that is wanted of a plane.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Wish {
+    /// To be armed, or disarmed.
+    Arm(bool),
+    /// Another mode, by its name or number.
+    Mode(String),
+    /// To return to launch.
+    Return,
+    /// To circle where it is.
+    Loiter,
+    /// To start its mission.
+    Start,
+    /// Its mission removed.
+    Clear,
+    /// Its mission read.
+    Pull,
+    /// Whether it would let itself be armed.
+    IsReady,
+}
+
+/// How it ended: what there is to say and to count, or why not.
+pub type Ended = Result<(String, u32), String>;
+
+/// A service of a plane.
+#[derive(Debug, Clone, Copy)]
+pub struct Offer {
+    /// Its name below the plane's.
+    pub name: &'static str,
+    /// Such as `std_srvs/srv/SetBool`.
+    pub kind: &'static str,
+    /// `RIHS01_…`.
+    pub hash: &'static str,
+    /// Reads a request.
+    pub read: fn(&[u8]) -> Result<Wish, BadCdr>,
+    /// Writes the answer.
+    pub write: fn(&Ended) -> Vec<u8>,
+}
+
+fn told(ended: &Ended) -> Vec<u8> {
+    let (success, message) = match ended {
+        Ok((message, _)) => (true, message.clone()),
+        Err(why) => (false, why.clone()),
+    };
+    Told { success, message }.to_bytes()
+}
+
+fn trigger<const WISH: usize>(bytes: &[u8]) -> Result<Wish, BadCdr> {
+    Empty::from_bytes(bytes)?;
+    Ok([Wish::Return, Wish::Loiter, Wish::Start, Wish::Clear, Wish::Pull, Wish::IsReady][WISH].clone())
+}
+
+fn arm(bytes: &[u8]) -> Result<Wish, BadCdr> {
+    Ok(Wish::Arm(Switch::from_bytes(bytes)?.data))
+}
+
+const fn offer<S: Service>(
+    name: &'static str,
+    read: fn(&[u8]) -> Result<Wish, BadCdr>,
+    write: fn(&Ended) -> Vec<u8>,
+) -> Offer {
+    Offer { name, kind: S::TYPE, hash: S::HASH, read, write }
+}
+
+/// The services of a plane.
+#[must_use]
+pub fn offers(names: Names) -> Vec<Offer> {
+    match names {
+        Names::Mavros => vec![
+            offer::<CommandBool>("cmd/arming", arm, |ended| {
+                let result = if ended.is_ok() { ACCEPTED } else { FAILED };
+                Commanded { success: ended.is_ok(), result }.to_bytes()
+            }),
+            offer::<SetMode>("set_mode", mode, |ended| ModeSent { mode_sent: ended.is_ok() }.to_bytes()),
+            offer::<WaypointClear>("mission/clear", trigger::<3>, |ended| {
+                Cleared { success: ended.is_ok() }.to_bytes()
+            }),
+            offer::<WaypointPull>("mission/pull", trigger::<4>, |ended| {
+                let wp_received = ended.as_ref().map_or(0, |(_, count)| *count);
+                Pulled { success: ended.is_ok(), wp_received }.to_bytes()
+            }),
+            // The same without MAVROS's types, and with an answer in words.
+            offer::<SetBool>("vencejo/arm", arm, told),
+            offer::<Trigger>("vencejo/return_to_launch", trigger::<0>, told),
+            offer::<Trigger>("vencejo/loiter", trigger::<1>, told),
+            offer::<Trigger>("vencejo/mission_start", trigger::<2>, told),
+            offer::<Trigger>("vencejo/mission_clear", trigger::<3>, told),
+        ],
+        Names::ArduPilot => vec![offer::<Trigger>("prearm_check", trigger::<5>, told)],
+    }
+}
+
+fn mode(bytes: &[u8]) -> Result<Wish, BadCdr> {
+    Ok(Wish::Mode(ModeWanted::from_bytes(bytes)?.custom_mode))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_wanted_is_read_and_what_became_of_it_told() {
+        let offers = offers(Names::Mavros);
+        let find = |name: &str| *offers.iter().find(|offer| offer.name == name).expect("a service");
+        let on = Switch { data: true }.to_bytes();
+        assert_eq!((find("cmd/arming").read)(&on), Ok(Wish::Arm(true)));
+        assert!((find("cmd/arming").read)(b"\0\x01\0\0\x07").is_err());
+        let auto = ModeWanted { base_mode: 0, custom_mode: "AUTO".into() }.to_bytes();
+        assert_eq!((find("set_mode").read)(&auto), Ok(Wish::Mode("AUTO".into())));
+        let nothing = Empty { structure_needs_at_least_one_member: 0 }.to_bytes();
+        for (name, wish) in [
+            ("mission/clear", Wish::Clear),
+            ("mission/pull", Wish::Pull),
+            ("vencejo/return_to_launch", Wish::Return),
+            ("vencejo/loiter", Wish::Loiter),
+            ("vencejo/mission_start", Wish::Start),
+            ("vencejo/mission_clear", Wish::Clear),
+        ] {
+            assert_eq!((find(name).read)(&nothing), Ok(wish), "{name}");
+        }
+        let ready = super::offers(Names::ArduPilot)[0];
+        assert_eq!((ready.read)(&nothing), Ok(Wish::IsReady));
+        assert_eq!((find("cmd/arming").write)(&Err("no".into())), b"\0\x01\0\0\0\x04");
+        assert_eq!((find("mission/pull").write)(&Ok((String::new(), 7))), b"\0\x01\0\0\x01\0\0\0\x07\0\0\0");
+        assert_eq!(
+            Told::from_bytes(&(find("vencejo/arm").write)(&Err("no".into()))).map(|told| told.message),
+            Ok("no".into())
+        );
+    }
+}
