@@ -85,6 +85,14 @@ class Plane:
         assert address is not None, "Plane(camera=…) makes one"
         return address
 
+    def hold(self, roll_deg: float, pitch_deg: float, yaw_deg: float) -> None:
+        """Take the first plane in the hand: right wing down, nose up, degrees true."""
+        self._sim.hold(roll_deg, pitch_deg, yaw_deg)
+
+    def release(self) -> None:
+        """Put it on its wheels again."""
+        self._sim.release()
+
     def truth(self, number: int = 0) -> Truth:
         """The truth of this instant about a plane, the first by default."""
         return self._call(lambda world: _truth(world, number))

@@ -32,7 +32,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(fleet_try, module)?)
 }
 
-fn raise(error: FleetError) -> PyErr {
+pub fn raise(error: FleetError) -> PyErr {
     let class = match error {
         FleetError::Network { .. } => "LinkError",
         FleetError::Refused(_) => "NotPossibleNow",

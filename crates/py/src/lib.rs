@@ -19,6 +19,8 @@ mod pending;
 mod plan;
 mod recording;
 mod rehearsal;
+#[cfg(feature = "fleet")]
+mod ros2;
 mod runtime;
 mod serial;
 mod separation;
@@ -38,6 +40,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     errors::register(module)?;
     #[cfg(feature = "fleet")]
     fleet::register(module)?;
+    #[cfg(feature = "fleet")]
+    ros2::register(module)?;
     geodesy::register(module)?;
     guidance::register(module)?;
     landing::register(module)?;

@@ -137,6 +137,7 @@ export function telemetryAt(
         vdop: 1.3,
         ...place,
         alt_amsl_m: HOME.alt_amsl_m + alt_rel_home_m,
+        alt_ellipsoid_m: HOME.alt_amsl_m + alt_rel_home_m + 51.2,
         groundspeed_m_s,
         course_deg: ((((course_rad / DEG) % 360) + 360) % 360) * isMoving,
         horizontal_accuracy_m: 0.9,

@@ -24,6 +24,7 @@ from vencejo.cli.onboard import onboard
 from vencejo.cli.params import params_app
 from vencejo.cli.plan import plan_app
 from vencejo.cli.record import record, replay
+from vencejo.cli.ros import ros_app
 from vencejo.cli.serve import serve
 from vencejo.cli.signing import signing_app
 from vencejo.cli.sim import SIM_CONTEXT, sim
@@ -85,6 +86,7 @@ app.add_typer(params_app, name="params")
 app.command()(links)
 app.add_typer(fleet_app, name="fleet")
 fleet_app.command("history")(fleet_history)
+app.add_typer(ros_app, name="ros")
 app.add_typer(signing_app, name="signing")
 app.add_typer(maps_app, name="maps")
 app.command()(record)

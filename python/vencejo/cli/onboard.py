@@ -11,6 +11,18 @@ import typer
 
 from vencejo.cli.common import Exit, Failed, ForwardOption, HistoryOption, JsonOption, RecordOption, put_json, say
 from vencejo.cli.fleet import joined
+from vencejo.cli.ros import (
+    Names,
+    Role,
+    Ros2DomainOption,
+    Ros2NamesOption,
+    Ros2NamespaceOption,
+    Ros2News,
+    Ros2Option,
+    Ros2Options,
+    Ros2RoleOption,
+    Ros2RouterOption,
+)
 from vencejo.cli.serve import ON_BOARD_COMPONENT
 
 if TYPE_CHECKING:
@@ -92,6 +104,12 @@ def onboard(
             "--rate", metavar="HZ", min=4.0, max=50.0, help="How often the autopilot tells its state on board."
         ),
     ] = 10.0,
+    ros2: Ros2Option = False,
+    ros2_router: Ros2RouterOption = None,
+    ros2_domain: Ros2DomainOption = 0,
+    ros2_names: Ros2NamesOption = Names.MAVROS,
+    ros2_namespace: Ros2NamespaceOption = "{name}",
+    ros2_role: Ros2RoleOption = Role.READER,
     record: RecordOption = True,
     history: HistoryOption = True,
     history_frames: Annotated[
@@ -133,6 +151,7 @@ def onboard(
             "this computer is in no fleet yet: --join TOKEN, which `vencejo fleet enrol NAME` gives on the ground",
             Exit.USAGE,
         )
+    ros = Ros2Options(ros2, ros2_router, ros2_domain, ros2_names, ros2_namespace, ros2_role)
     with (
         Station(
             *link,
@@ -154,14 +173,17 @@ def onboard(
             history=history,
             history_frames=history_frames,
         ) as aircraft,
+        ros.gateway(station) as gateway,
     ):
         if not (trust or chief or json or is_member):
             say("It takes no orders: no --trust. It only tells where the plane is.")
         told: Told | None = None
+        news = Ros2News(gateway)
         forever = threading.Event()
         with contextlib.suppress(KeyboardInterrupt):
             while True:
                 told = tell_status(aircraft.status, told, json=json)
+                news.tell()
                 if forever.wait(0.5):
                     return
 

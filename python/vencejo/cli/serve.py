@@ -34,6 +34,18 @@ from vencejo.cli.ice import (
     tell_ice,
 )
 from vencejo.cli.listening import ListenOption, default_link
+from vencejo.cli.ros import (
+    Names,
+    Role,
+    Ros2DomainOption,
+    Ros2NamesOption,
+    Ros2NamespaceOption,
+    Ros2News,
+    Ros2Option,
+    Ros2Options,
+    Ros2RoleOption,
+    Ros2RouterOption,
+)
 
 if TYPE_CHECKING:
     from vencejo.fleet import Fleet
@@ -156,6 +168,12 @@ def serve(
     ] = None,
     history: HistoryOption = True,
     camera: CameraOption = None,
+    ros2: Ros2Option = False,
+    ros2_router: Ros2RouterOption = None,
+    ros2_domain: Ros2DomainOption = 0,
+    ros2_names: Ros2NamesOption = Names.MAVROS,
+    ros2_namespace: Ros2NamespaceOption = "{name}",
+    ros2_role: Ros2RoleOption = Role.READER,
     ice: IceOption = False,
     ice_host: IceHostOption = None,
     ice_missions: IceMissionsOption = None,
@@ -183,6 +201,8 @@ def serve(
 
     Example: vencejo serve --fleet acme
 
+    Example: vencejo serve --ros2
+
     Example: vencejo serve --camera nose=/dev/video0 --camera belly=rtsp://192.168.1.10/live
     """
     from vencejo import Floors, Station
@@ -193,6 +213,7 @@ def serve(
 
     options = IceOptions(ice, ice_host, ice_missions, ice_dialect, ice_allow or (), ice_config, ice_set or ())
     settings = options.settings()
+    ros = Ros2Options(ros2, ros2_router, ros2_domain, ros2_names, ros2_namespace, ros2_role)
     system_id, component_id = (255, 190) if on_board is None else (on_board, ON_BOARD_COMPONENT)
     # A key that cannot be looked at is told of when it is to be read.
     with contextlib.suppress(OSError):
@@ -227,13 +248,14 @@ def serve(
         joined_fleet(
             station, fleet, listen=fleet_listen, door=fleet_door, router=fleet_router, history=history
         ) as joined,
+        ros.gateway(station) as gateway,
         served_cameras(server, camera, floors) as cameras,
         ice_server(station, settings, server.tokens, **for_ice(cameras)) as interfaces,
     ):
         tell(server, json=json, ice=None if interfaces is None else interfaces.proxies, fleet=joined)
         if open_browser:
             open_page(server)
-        wait(server)
+        wait(server, Ros2News(gateway))
 
 
 def joined_fleet(
@@ -325,13 +347,14 @@ def open_page(server: Server) -> None:
         webbrowser.open(with_token(server.url, tokens.operator if tokens else None))
 
 
-def wait(server: Server) -> None:
-    """Until Ctrl-C or SIGTERM, with everything closed on the way out. What of the disk does not work is told at once."""
+def wait(server: Server, ros: Ros2News) -> None:
+    """Until Ctrl-C or SIGTERM, with everything closed on the way out. What of the disk or of ROS 2 does not work is told at once."""
     forever = threading.Event()
     told: Told = {}
     with contextlib.suppress(KeyboardInterrupt):
         while True:
             told = tell_storage(server.storage_problems, told)
+            ros.tell()
             if forever.wait(0.5):
                 return
 

@@ -4446,6 +4446,11 @@ export interface components {
             alt_amsl_m: number | null;
             /**
              * Format: double
+             * @description Height above the WGS-84 ellipsoid.
+             */
+            alt_ellipsoid_m: number | null;
+            /**
+             * Format: double
              * @description Course over ground, 0 to 360.
              */
             course_deg: number | null;

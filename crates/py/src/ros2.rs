@@ -1,0 +1,78 @@
+//! Planes in ROS 2, for Python.
+
+use pyo3::prelude::*;
+use vencejo_fleet::FleetError;
+use vencejo_fleet::carrier::{Gateway, GatewayConfig, RosRouter, examine};
+use vencejo_fleet::ros2::message::{MESSAGES, SERVICES};
+
+use crate::fleet::raise;
+use crate::station::PyStation;
+use crate::{errors, runtime};
+
+/// Adds this module's classes.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PyGateway>()?;
+    module.add_function(wrap_pyfunction!(ros2_examine, module)?)?;
+    module.add_function(wrap_pyfunction!(ros2_types, module)?)
+}
+
+/// Whether the router is reached, why not, planes with what their topics begin with, messages sent.
+type Status = (bool, Option<String>, Vec<(u8, String)>, u64);
+
+/// The planes of a station, in ROS 2.
+#[pyclass(frozen, name = "Ros2Gateway", module = "vencejo._native")]
+pub struct PyGateway(Gateway);
+
+#[pymethods]
+impl PyGateway {
+    #[new]
+    #[pyo3(signature = (station, *, router, domain, names, namespace, is_operator))]
+    fn new(
+        station: &PyStation,
+        router: &str,
+        domain: u32,
+        names: &str,
+        namespace: &str,
+        is_operator: bool,
+    ) -> PyResult<Self> {
+        let config = || -> Result<GatewayConfig, FleetError> {
+            let (names, namespace) = (names.parse()?, namespace.parse()?);
+            Ok(GatewayConfig { router: router.parse()?, domain, names, namespace, is_operator })
+        };
+        let config = config().map_err(raise)?;
+        Gateway::start(station.station(), config, runtime::handle()).map(Self).map_err(raise)
+    }
+
+    fn status(&self) -> Status {
+        let status = self.0.status();
+        (status.is_connected, status.problem, status.planes, status.messages)
+    }
+
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        runtime::wait(py, None, self.0.close()).map(drop)
+    }
+}
+
+/// Domain, name, how many topics it sends and hears, services that it answers.
+type Node = (u32, String, usize, usize, usize);
+/// Whether nothing arrives because of it, its stable name, in words.
+type Finding = (bool, &'static str, String);
+
+/// Who is at a router, and what is wrong.
+#[pyfunction]
+fn ros2_examine(py: Python<'_>, router: &str, domain: u32) -> PyResult<(Vec<Node>, Vec<Finding>)> {
+    let router: RosRouter = router.parse().map_err(raise)?;
+    let examined = runtime::wait(py, None, examine(&router, domain))?
+        .ok_or_else(|| errors::raise("ClosedError", "interrupted"))?;
+    let examined = examined.map_err(raise)?;
+    let nodes = examined.nodes.into_iter();
+    let nodes = nodes.map(|node| (node.domain, node.name, node.publishers, node.subscriptions, node.services));
+    let findings = examined.findings.into_iter().map(|finding| (finding.is_wrong, finding.code, finding.text));
+    Ok((nodes.collect(), findings.collect()))
+}
+
+/// Type and hash of each message and service.
+#[pyfunction]
+fn ros2_types() -> Vec<(&'static str, &'static str)> {
+    MESSAGES.iter().chain(SERVICES).copied().collect()
+}

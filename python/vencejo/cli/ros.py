@@ -1,0 +1,162 @@
+"""The commands `vencejo ros …`, and the options by which planes are shown in ROS 2."""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import asdict, dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from vencejo.cli.common import Exit, JsonOption, clean, put_json, say, stdout, table
+
+if TYPE_CHECKING:
+    from vencejo.ros2 import Gateway
+    from vencejo.station import Station
+
+ros_app = typer.Typer(
+    no_args_is_help=True, help="See who is there in ROS 2.\n\nExample: vencejo ros doctor --ros2-domain 0"
+)
+
+ROUTER: Final = "tcp/127.0.0.1:7447"
+
+
+class Names(str, Enum):
+    """By whose names topics go."""
+
+    MAVROS = "mavros"
+    AP = "ap"
+
+
+class Role(str, Enum):
+    """Whether services act."""
+
+    READER = "reader"
+    OPERATOR = "operator"
+
+
+Ros2Option = Annotated[
+    bool, typer.Option("--ros2", help="Show the planes in ROS 2 (rmw_zenoh_cpp), by a router on this machine.")
+]
+Ros2RouterOption = Annotated[
+    str | None,
+    typer.Option(
+        "--ros2-router",
+        metavar="ADDRESS",
+        help=f"The router of ROS 2 to use, with --ros2 or in its place; {ROUTER} when not given.",
+    ),
+]
+Ros2DomainOption = Annotated[int, typer.Option("--ros2-domain", metavar="N", min=0, max=232, help="ROS_DOMAIN_ID.")]
+Ros2NamesOption = Annotated[
+    Names, typer.Option("--ros2-names", help="Topics by the names of MAVROS or of ArduPilot's own ROS 2 interface.")
+]
+Ros2NamespaceOption = Annotated[
+    str,
+    typer.Option(
+        "--ros2-namespace",
+        metavar="TEXT",
+        help="Namespace of each plane: {name} stands for its name in a fleet or vencejo_SYSTEM, {system} for its system id.",
+    ),
+]
+Ros2RoleOption = Annotated[
+    Role,
+    typer.Option("--ros2-role", help="reader: services refuse. operator: they act, for whoever reaches the router."),
+]
+
+
+@dataclass(frozen=True)
+class Ros2Options:
+    """How planes are shown in ROS 2."""
+
+    is_on: bool
+    router: str | None
+    domain: int
+    names: Names
+    namespace: str
+    role: Role
+
+    def gateway(self, station: Station) -> contextlib.AbstractContextManager[Gateway | None]:
+        """The gateway that was asked for; none without."""
+        if not self.is_on and self.router is None:
+            return contextlib.nullcontext()
+        from vencejo.ros2 import Gateway
+
+        return Gateway(
+            station,
+            router=self.router or ROUTER,
+            domain=self.domain,
+            names=self.names.value,
+            namespace=self.namespace,
+            role=self.role.value,
+        )
+
+
+class Ros2News:
+    """Says what is new of a gateway."""
+
+    def __init__(self, gateway: Gateway | None) -> None:
+        self._gateway = gateway
+        self._told: tuple[str | None, frozenset[str]] = (None, frozenset())
+
+    def tell(self) -> None:
+        """Say on standard error what has changed since."""
+        if self._gateway is None:
+            return
+        status = self._gateway.status
+        problem, planes = self._told
+        if status.problem != problem:
+            say(f"ROS 2: {status.problem}" if status.problem else "ROS 2: the router is there")
+        for prefix in sorted(set(status.planes.values()) - planes):
+            say(f"ROS 2: a plane is at {prefix}")
+        self._told = (status.problem, planes | set(status.planes.values()))
+
+
+@ros_app.command()
+def doctor(
+    ros2_router: Annotated[
+        str, typer.Option("--ros2-router", metavar="ADDRESS", help="The router to look at.")
+    ] = ROUTER,
+    ros2_domain: Ros2DomainOption = 0,
+    json: JsonOption = False,
+) -> None:
+    """Look who is there in ROS 2, and why somebody sees nothing.
+
+    It asks the router for all nodes of all domains, and compares what each of ours hears with what is sent: domain, name, type, type
+    hash, and quality of service. It ends with 1 where something is wrong.
+
+    Example: vencejo ros doctor
+
+    Example: vencejo ros doctor --ros2-router tcp/192.168.1.10:7447 --ros2-domain 5 --json
+    """
+    from vencejo.errors import LinkError
+    from vencejo.ros2 import Examined, Finding, examine
+
+    try:
+        examined = examine(ros2_router, domain=ros2_domain)
+    except LinkError as error:
+        finding = Finding(is_wrong=True, code="no-router", text=str(error))
+        examined = Examined(nodes=[], findings=[finding])
+    is_wrong = any(finding.is_wrong for finding in examined.findings)
+    if json:
+        put_json({"is_well": not is_wrong, **asdict(examined)})
+    else:
+        if examined.nodes:
+            shown = table(
+                "domain",
+                "node",
+                "topics sent",
+                "heard",
+                "services",
+                right=("domain", "topics sent", "heard", "services"),
+            )
+            for node in examined.nodes:
+                counts = (node.publishers, node.subscriptions, node.services)
+                shown.add_row(str(node.domain), clean(node.name), *map(str, counts))
+            stdout().print(shown)
+        for finding in examined.findings:
+            print(f"{'Wrong' if finding.is_wrong else 'Note'}: {clean(finding.text)}")
+        if not examined.findings:
+            print("Nothing is wrong.")
+    if is_wrong:
+        raise typer.Exit(Exit.FAILED)

@@ -1,0 +1,76 @@
+"""A router of Zenoh, and somebody of ROS 2 at it, by Zenoh's own Python wheel: `python -m tests.fleet.ros2_witness PORT`.
+
+It is asked by lines of JSON, and answers each with one. A process of its own, for nothing may fork once Zenoh runs.
+"""
+
+from __future__ import annotations
+
+import json
+import queue
+import sys
+from typing import Any
+
+import zenoh
+
+PATIENCE_S = 60.0
+
+
+def config(port: int, mode: str) -> zenoh.Config:
+    """Settings of a session that looks for nobody else."""
+    made = zenoh.Config()
+    made.insert_json5("mode", json.dumps(mode))
+    made.insert_json5("scouting/multicast/enabled", "false")
+    made.insert_json5("listen/endpoints" if mode == "router" else "connect/endpoints", f'["tcp/127.0.0.1:{port}"]')
+    return made
+
+
+def sample(found: zenoh.Sample) -> dict[str, Any]:
+    """A message as text."""
+    attachment = found.attachment
+    return {
+        "key": str(found.key_expr),
+        "payload": found.payload.to_bytes().hex(),
+        "attachment": None if attachment is None else attachment.to_bytes().hex(),
+    }
+
+
+def answer(session: zenoh.Session, kept: list[object], do: str, **of: Any) -> Any:
+    """Does one thing."""
+    if do == "tokens":
+        replies = session.liveliness().get("@ros2_lv/**", timeout=3.0)
+        return sorted({str(reply.ok.key_expr) for reply in replies if reply.ok is not None})
+    if do == "declare":
+        kept.append(session.liveliness().declare_token(of["token"]))
+        return None
+    if do == "hear":
+        heard: queue.Queue[zenoh.Sample] = queue.Queue()
+        subscriber = session.declare_subscriber(of["key"], heard.put)
+        found = [sample(heard.get(timeout=PATIENCE_S)) for _ in range(of["count"])]
+        subscriber.undeclare()  # type: ignore[no-untyped-call]
+        return found
+    assert do == "call"
+    replies = session.get(
+        of["key"],
+        payload=bytes.fromhex(of["payload"]),
+        attachment=bytes.fromhex(of["attachment"]),
+        target=zenoh.QueryTarget.ALL_COMPLETE,
+        consolidation=zenoh.ConsolidationMode.NONE,
+        timeout=PATIENCE_S,
+    )
+    return [sample(reply.ok) for reply in replies if reply.ok is not None]
+
+
+def main() -> None:
+    """Answers until standard input ends."""
+    port = int(sys.argv[1])
+    kept: list[object] = []
+    with zenoh.open(config(port, "router")), zenoh.open(config(port, "client")) as session:
+        sys.stdout.write('"ready"\n')
+        sys.stdout.flush()
+        for line in sys.stdin:
+            sys.stdout.write(json.dumps(answer(session, kept, **json.loads(line))) + "\n")
+            sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
