@@ -31,7 +31,7 @@ class GatewayStatus:
     problem : str or None
         Why it is not.
     planes : dict of int to str
-        What the topics of each plane begin with, by system id.
+        What the topics of each plane begin with, by its id in this station.
     messages : int
         Messages that were sent.
     """

@@ -214,7 +214,7 @@ impl Plane {
             Want::Ask(_) => Wish::Ask,
             Want::Renew(_) => Wish::Renew,
             Want::Release(_) => Wish::Release,
-            Want::Grant(_) => return None,
+            Want::Grant(_) | Want::Part(_) | Want::Recall(_) => return None,
             Want::Act(_) => Wish::Act,
         };
         let based_on = MonoTime::from_millis(order.based_on_ms);
@@ -363,7 +363,7 @@ fn on_query(org: &Name, planes: &Planes, kind: Kind, query: &Query, now: MonoTim
             let from = query.parameters().get("from").and_then(|from| from.parse().ok()).unwrap_or(1);
             plane.speaker.events_from(from).map(Event::encode_to_vec).collect::<Vec<_>>()
         }
-        Kind::Alive => Vec::new(),
+        Kind::Alive | Kind::List | Kind::HistoryIndex | Kind::HistoryChunk => Vec::new(),
     };
     drop(plane);
     for bytes in answers {

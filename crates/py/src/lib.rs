@@ -22,8 +22,8 @@ mod rehearsal;
 #[cfg(feature = "fleet")]
 mod ros2;
 mod runtime;
-mod serial;
 mod separation;
+mod serial;
 mod server;
 mod station;
 mod storage;

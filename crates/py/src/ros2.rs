@@ -17,7 +17,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 }
 
 /// Whether the router is reached, why not, planes with what their topics begin with, messages sent.
-type Status = (bool, Option<String>, Vec<(u8, String)>, u64);
+type Status = (bool, Option<String>, Vec<(u16, String)>, u64);
 
 /// The planes of a station, in ROS 2.
 #[pyclass(frozen, name = "Ros2Gateway", module = "vencejo._native")]

@@ -66,7 +66,7 @@ pub(crate) fn assess(
 ///
 /// # Errors
 /// For what is no plan.
-pub(crate) fn laid_out(app: &App, vehicle: Option<u8>, plan: &Plan) -> Result<Way, Problem> {
+pub(crate) fn laid_out(app: &App, vehicle: Option<u16>, plan: &Plan) -> Result<Way, Problem> {
     let mission = convert::core_plan(plan)?.mission;
     let known = app.vehicle(vehicle).and_then(|vehicle| vehicle.way(&mission));
     Ok(known.unwrap_or_else(|| way(&mission, CheckContext::default().airspeed_m_s, &ProgressOptions::default())))

@@ -818,6 +818,7 @@ impl vencejo_station::Remote for Willing {
         _: vencejo_vehicle::Request,
         _: Option<vencejo_vehicle::Danger>,
         _: String,
+        _: vencejo_station::Telling,
     ) -> vencejo_station::Carried {
         Box::pin(std::future::ready(Ok(vencejo_vehicle::Reply::Done)))
     }

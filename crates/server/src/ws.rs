@@ -13,8 +13,8 @@ use tokio::sync::watch;
 use tokio::time::{Instant, Interval, MissedTickBehavior, interval, sleep_until, timeout};
 use vencejo_proto::message_id_of;
 use vencejo_station::{DropOldest, Received, Taken};
-use vencejo_vehicle::telemetry::{Sent, TelemetryGroups};
 use vencejo_vehicle::VehicleId;
+use vencejo_vehicle::telemetry::{Sent, TelemetryGroups};
 
 use crate::assess::assess;
 use crate::convert;

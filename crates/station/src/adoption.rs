@@ -4,13 +4,12 @@ use std::sync::Arc;
 
 use vencejo_flight::plan::{Mission, PlanKind};
 use vencejo_proto::{Address, Header, MavVersion, Message, MonoTime};
-use vencejo_vehicle::registry::RegistryEvent;
 use vencejo_vehicle::{Param, PlanState, Vehicle, VehicleError, VehicleId};
 
 use crate::error::StationError;
 use crate::pending::Pending;
 use crate::remote::{Adopted, Carried, Remote, Telling};
-use crate::station::{Core, RequestResult, Shared, Station, VehicleHandle};
+use crate::station::{RequestResult, Shared, Station, VehicleHandle};
 
 impl Station {
     /// Takes on a vehicle far away, whose autopilot has this address on board. It gets an id from 256 up, by its name

@@ -130,7 +130,7 @@ impl VehicleHandle {
 
     /// The way of a mission as it is drawn for this vehicle.
     pub fn way(&self, mission: &Mission) -> Option<Way> {
-        self.station.shared.with_vehicle(self.system, |vehicle| vehicle.way(mission))
+        self.station.shared.with_vehicle(self.id, |vehicle| vehicle.way(mission))
     }
 
     /// What the checks know of this vehicle.

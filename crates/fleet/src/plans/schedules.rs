@@ -192,16 +192,14 @@ impl World {
                 let why = if self.is_doubted { Unknown::TransferFailed } else { Unknown::NeverRead };
                 (self.state, self.read_at) = (PlanState::Unknown(why), self.now + Duration::from_secs(2));
             }
-            7 => {
+            7 if self.writing.is_none() => {
                 // Somebody beside the aircraft writes another one.
-                if self.writing.is_none() {
-                    self.vehicle = list_of(1_000_000 + self.next);
-                    self.next += 1;
-                    self.whole.insert(hash_of(&self.vehicle));
-                    self.is_doubted = false;
-                    self.state = PlanState::Unknown(Unknown::ChangedElsewhere);
-                    self.read_at = self.now + Duration::from_secs(1);
-                }
+                self.vehicle = list_of(1_000_000 + self.next);
+                self.next += 1;
+                self.whole.insert(hash_of(&self.vehicle));
+                self.is_doubted = false;
+                self.state = PlanState::Unknown(Unknown::ChangedElsewhere);
+                self.read_at = self.now + Duration::from_secs(1);
             }
             _ => {}
         }

@@ -47,7 +47,7 @@ pub fn of(moment: &Moment<'_>) -> Vec<DiagnosticStatus> {
         all.push(status("GPS", level, gps.fix.to_string(), values));
     }
     if let Some(power) = moment.fresh(moment.telemetry.sys_status).map(|power| power.value) {
-        let bad: Vec<&str> = power.unhealthy().filter(|name| *name != "pre-arm check").collect();
+        let bad: Vec<&str> = power.unhealthy_sensors.names().filter(|name| *name != "pre-arm check").collect();
         let values = vec![
             ("Voltage (V)", power.voltage_v.map(|volts| format!("{volts:.2}"))),
             ("Current (A)", power.current_a.map(|amperes| format!("{amperes:.2}"))),
@@ -58,7 +58,7 @@ pub fn of(moment: &Moment<'_>) -> Vec<DiagnosticStatus> {
             all.push(status("Battery", level, format!("{volts:.2} V"), values));
         }
         let values = vec![
-            ("Ready to arm", power.is_ready_to_arm().map(|is_ready| is_ready.to_string())),
+            ("Ready to arm", power.is_ready_to_arm.map(|is_ready| is_ready.to_string())),
             ("Load (%)", power.load_pct.map(|percent| format!("{percent:.0}"))),
         ];
         let (level, message) = if bad.is_empty() {

@@ -42,7 +42,7 @@ impl FromStr for Names {
     }
 }
 
-/// Which namespace each plane has: a text in which `{name}` stands for the plane's name and `{system}` for its system id.
+/// Which namespace each plane has: a text in which `{name}` stands for the plane's name and `{system}` for the id by which the station knows it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Namespace(String);
 
@@ -75,21 +75,21 @@ fn is_namespace(name: &str) -> bool {
 }
 
 impl Namespace {
-    /// The same with the system id behind it: where two planes would have the same.
+    /// The same with that id behind it: where two planes would have the same.
     #[must_use]
     pub fn with_system(&self) -> Self {
         Self(format!("{}_{{system}}", self.0))
     }
 
-    /// That of a plane: by its name in a fleet, else by `vencejo_` and its system id.
+    /// That of a plane: by its name in a fleet, else by `vencejo_` and that id.
     #[must_use]
-    pub fn of(&self, name: Option<&str>, system: u8) -> String {
+    pub fn of(&self, name: Option<&str>, id: u16) -> String {
         let name = match name.map(|name| name.replace('-', "_")) {
             Some(name) if name.starts_with(|first: char| first.is_ascii_digit()) => format!("vencejo_{name}"),
             Some(name) => name,
-            None => format!("vencejo_{system}"),
+            None => format!("vencejo_{id}"),
         };
-        format!("/{}", self.0.replace("{name}", &name).replace("{system}", &system.to_string()))
+        format!("/{}", self.0.replace("{name}", &name).replace("{system}", &id.to_string()))
     }
 }
 
@@ -111,8 +111,8 @@ pub struct Place {
 impl Place {
     /// That of a plane.
     #[must_use]
-    pub fn new(names: Names, namespace: &Namespace, name: Option<&str>, system: u8) -> Self {
-        let own = namespace.of(name, system);
+    pub fn new(names: Names, namespace: &Namespace, name: Option<&str>, id: u16) -> Self {
+        let own = namespace.of(name, id);
         let plane = name.map_or_else(|| own.trim_start_matches('/').to_owned(), str::to_owned);
         match names {
             Names::Mavros => Self {
@@ -123,8 +123,8 @@ impl Place {
                 plane,
             },
             Names::ArduPilot => Self {
-                prefix: format!("/ap/v{system}/"),
-                node: format!("v{system}"),
+                prefix: format!("/ap/v{id}/"),
+                node: format!("v{id}"),
                 frames: String::new(),
                 namespace: "/ap".into(),
                 plane,

@@ -51,6 +51,7 @@ const HOME: Home = Home { lat_deg: 40.0, lon_deg: -3.0, alt_amsl_m: 600.0 };
 fn gps(alt_ellipsoid_m: Option<f64>) -> Gps {
     Gps {
         fix: GpsFix(3),
+        fix_name: GpsFix(3).name(),
         satellites: Some(10),
         hdop: Some(1.0),
         vdop: None,
@@ -153,6 +154,7 @@ fn a_plane_that_is_lost_is_said_to_be() {
     telemetry.heartbeat = sampled(
         HeartbeatState {
             mode: FlightMode { family: ModeFamily::ArduPlane, custom_mode: 10 },
+            mode_number: 10,
             is_armed: true,
             system_status: SystemStatus::Active,
             mav_type: 1,

@@ -414,7 +414,8 @@ fn what_is_kept_and_what_another_process_writes_is_never_deleted() {
     let gives_up_at = std::time::Instant::now() + Duration::from_secs(20);
     while path.join(kept).exists() || path.join(current).exists() {
         assert!(std::time::Instant::now() < gives_up_at, "no longer kept, no longer written");
-        let (mut writer, _status) = Writer::new(Frames::default(), Box::new(Folder::new(&path)), config.clone(), clock.clone());
+        let (mut writer, _status) =
+            Writer::new(Frames::default(), Box::new(Folder::new(&path)), config.clone(), clock.clone());
         clock.advance_ms(1000);
         writer.on_items(&VecDeque::new(), 0);
         writer.close();

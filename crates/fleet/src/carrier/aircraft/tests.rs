@@ -102,6 +102,7 @@ async fn a_list_arrives_in_parts_and_an_order_that_is_about_another_plan_is_refu
         member: None,
         trust: [(ana.public(), Role::Operator)].into(),
         uplink_bit_s: None,
+        history: None,
     };
     let aircraft = Aircraft::start(station.clone(), config, &Handle::current()).expect("an aircraft");
     let mut bench = Bench { session, state: State::default(), epoch: 0, next: 0 };

@@ -65,7 +65,7 @@ impl Acting {
                 Ok((words, _)) => format!("{}: done{}{words}", offer.name, if words.is_empty() { "" } else { ": " }),
                 Err(why) => format!("{}: {why}", offer.name),
             };
-            tracing::info!(system = %vehicle.system(), line, "asked by ROS 2");
+            tracing::info!(vehicle = %vehicle.id(), line, "asked by ROS 2");
             // Nobody has to read it.
             let _ = lines.try_send((ended.is_ok(), line));
             let attachment = Attachment { sent_ns: utc_ns(), ..asked };
@@ -80,7 +80,7 @@ impl Acting {
         if wish == Wish::IsReady {
             let (telemetry, now) = vehicle.telemetry();
             let fresh = telemetry.sys_status.filter(|status| status.freshness(now) == Freshness::Fresh);
-            return match fresh.and_then(|status| status.value.is_ready_to_arm()) {
+            return match fresh.and_then(|status| status.value.is_ready_to_arm) {
                 Some(true) => Ok(("it is ready to arm".to_owned(), 0)),
                 Some(false) => Err("its pre-arm checks fail".to_owned()),
                 None => Err("it does not say whether it is ready to arm".to_owned()),

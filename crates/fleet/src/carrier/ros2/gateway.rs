@@ -7,8 +7,9 @@ use std::time::Duration;
 use tokio::runtime::Handle;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
-use vencejo_proto::{MonoTime, SystemId};
+use vencejo_proto::MonoTime;
 use vencejo_station::Station;
+use vencejo_vehicle::VehicleId;
 use zenoh::Session;
 
 use super::acts::Acting;
@@ -47,8 +48,8 @@ pub struct GatewayStatus {
     pub is_connected: bool,
     /// Why it was not.
     pub problem: Option<String>,
-    /// The planes that are shown, by system id, with what their topics begin with.
-    pub planes: Vec<(u8, String)>,
+    /// The planes that are shown, by their ids, with what their topics begin with.
+    pub planes: Vec<(u16, String)>,
     /// Messages that were sent.
     pub messages: u64,
 }
@@ -126,7 +127,7 @@ async fn show(
     status: &Mutex<GatewayStatus>,
 ) -> Result<(), FleetError> {
     let acting = Acting::new(station, config.is_operator);
-    let mut planes: BTreeMap<SystemId, Plane> = BTreeMap::new();
+    let mut planes: BTreeMap<VehicleId, Plane> = BTreeMap::new();
     let mut taken: BTreeSet<String> = BTreeSet::new();
     let (mut look_due, mut next_id) = (MonoTime::ZERO, 0);
     let mut tick = tokio::time::interval(TICK);
@@ -137,15 +138,15 @@ async fn show(
         if now >= look_due {
             look_due = MonoTime::from_origin(now.as_duration() + LOOK_EVERY);
             for vehicle in station.vehicles() {
-                let system = vehicle.system();
-                if planes.contains_key(&system) || vehicle.telemetry().0.heartbeat.is_none() {
+                let id = vehicle.id();
+                if planes.contains_key(&id) || vehicle.telemetry().0.heartbeat.is_none() {
                     continue;
                 }
                 let name = vehicle.remote_name();
-                let mut place = Place::new(config.names, &config.namespace, name.as_deref(), system.0);
+                let mut place = Place::new(config.names, &config.namespace, name.as_deref(), id.number());
                 // One namespace is one plane's, whatever was asked for.
                 if !taken.insert(place.prefix.clone()) {
-                    place = Place::new(config.names, &config.namespace.with_system(), name.as_deref(), system.0);
+                    place = Place::new(config.names, &config.namespace.with_system(), name.as_deref(), id.number());
                     taken.insert(place.prefix.clone());
                 }
                 let node = Node {
@@ -155,16 +156,16 @@ async fn show(
                     namespace: place.namespace.clone(),
                     name: place.node.clone(),
                 };
-                tracing::info!(%system, topics = place.prefix, "a plane in ROS 2");
+                tracing::info!(%id, topics = place.prefix, "a plane in ROS 2");
                 let plane = Plane::declare(session, vehicle, place, config.names, node, &acting).await?;
                 next_id += plane.ids();
-                planes.insert(system, plane);
+                planes.insert(id, plane);
             }
             let is_connected = session.info().routers_zid().await.next().is_some();
             let mut status = status.lock().unwrap_or_else(PoisonError::into_inner);
             status.is_connected = is_connected;
             status.problem = (!is_connected).then(|| format!("{} is gone; it is dialled again", config.router));
-            status.planes = planes.iter().map(|(system, plane)| (system.0, plane.prefix().to_owned())).collect();
+            status.planes = planes.iter().map(|(id, plane)| (id.number(), plane.prefix().to_owned())).collect();
         }
         let mut sent = 0;
         for plane in planes.values_mut() {

@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use tokio::runtime::Handle;
-use vencejo_proto::{ComponentId, Heartbeat, Message as Mavlink};
-use vencejo_station::{Carried, Remote, Station, StationConfig};
-use vencejo_vehicle::{Danger, Reply, Request};
+use vencejo_proto::{Address, Heartbeat, Message as Mavlink};
+use vencejo_station::{Carried, FarHeld, Remote, Station, StationConfig, Telling};
+use vencejo_vehicle::{Danger, Reply, Request, VehicleId};
 use zenoh::Session;
 
 use super::{Gateway, GatewayConfig, RosRouter, examine};
@@ -26,9 +26,19 @@ const WAIT: Duration = Duration::from_secs(30);
 struct Far(Mutex<Vec<(Request, String)>>);
 
 impl Remote for Far {
-    fn request(self: Arc<Self>, request: Request, _confirmed: Option<Danger>, operator: String) -> Carried {
+    fn request(
+        self: Arc<Self>,
+        request: Request,
+        _confirmed: Option<Danger>,
+        operator: String,
+        _telling: Telling,
+    ) -> Carried {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push((request, operator));
         Box::pin(async { Ok(Reply::Done) })
+    }
+
+    fn held(&self) -> FarHeld {
+        FarHeld::default()
     }
 }
 
@@ -47,9 +57,9 @@ fn config(at: &Endpoint, is_operator: bool) -> GatewayConfig {
     }
 }
 
-fn beat(station: &Station, system: vencejo_proto::SystemId) {
+fn beat(station: &Station, id: VehicleId) {
     let heartbeat = Heartbeat { mav_type: 1, autopilot: 3, custom_mode: 5, ..Heartbeat::default() };
-    assert!(station.on_remote(system, &[(Mavlink::Heartbeat(heartbeat), station.now())]));
+    assert!(station.on_remote(id, &[(Mavlink::Heartbeat(heartbeat), station.now())]));
 }
 
 /// Asks as a client of ROS does, until the service is there.
@@ -78,8 +88,8 @@ async fn a_plane_is_seen_and_acts_for_an_operator_alone() {
     let (router, at) = router().await;
     let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
     let far = Arc::new(Far::default());
-    let system = station.adopt("plane-7", ComponentId(1), far.clone()).expect("there is room");
-    beat(&station, system);
+    let id = station.adopt("plane-7", Address::new(1, 1), far.clone()).expect("there is room");
+    beat(&station, id);
     let states =
         router.declare_subscriber(key(0, "/plane_7/mavros/state", State::TYPE, State::HASH)).await.expect("declared");
     let reader = Gateway::start(station.clone(), config(&at, false), &Handle::current()).expect("a gateway");
@@ -98,10 +108,10 @@ async fn a_plane_is_seen_and_acts_for_an_operator_alone() {
     assert_eq!((found.nodes[0].name.as_str(), found.nodes[0].services), ("/plane_7/mavros", 9));
     assert_eq!(found.nodes[0].publishers, 17, "its topics, and its log");
     assert_eq!(found.findings, []);
-    assert_eq!(reader.status().planes, [(254, "/plane_7/mavros".to_owned())]);
+    assert_eq!(reader.status().planes, [(id.number(), "/plane_7/mavros".to_owned())]);
     reader.close().await;
 
-    beat(&station, system);
+    beat(&station, id);
     let gateway = Gateway::start(station.clone(), config(&at, true), &Handle::current()).expect("a gateway");
     let armed: Commanded = call::<CommandBool>(&router, "/plane_7/mavros/cmd/arming", Switch { data: true }).await;
     assert_eq!(armed, Commanded { success: true, result: 0 });
