@@ -23,8 +23,9 @@ from google.protobuf.descriptor_pb2 import (
 ROOT = Path(__file__).resolve().parent.parent
 FLEET = ROOT / "crates/fleet/src"
 #: What is made of what: a file of descriptors, its package, and the Rust files whose messages it has.
+SPOKEN = ("payload", "deed", "outcome", "content", "plans", "wire", "history/record")
 MADE = {
-    FLEET / "history/vencejo.binpb": ("vencejo.v1", (FLEET / "payload.rs", FLEET / "history/record.rs")),
+    FLEET / "history/vencejo.binpb": ("vencejo.v1", tuple(FLEET / f"{name}.rs" for name in SPOKEN)),
     FLEET / "history/location_fix.binpb": ("foxglove", (FLEET / "history/location.rs",)),
 }
 #: Messages of other packages.
@@ -34,7 +35,7 @@ BLOCK = re.compile(
     r"#\[derive\([^)]*prost::(Message|Oneof|Enumeration)\)\]\s*(?:#\[[^\]]*\]\s*)*pub (?:struct|enum) (\w+) \{(.*?)\n?\}\n",
     re.S,
 )
-FIELD = re.compile(r"#\[prost\(([^)]*)\)\]\s*(?:pub )?(\w+)(?:: ([^,\n]+|[^\n]+)|\(([^)]*)\)),")
+FIELD = re.compile(r"#\[prost\(\s*([^)]*)\)\]\s*(?:pub )?(\w+)(?:: ([^,\n]+|[^\n]+)|\(([^)]*)\)),")
 TAG = re.compile(r'\btag = "(\d+)"')
 
 
@@ -44,9 +45,9 @@ def snake(name: str) -> str:
 
 
 def inner(rust: str) -> str:
-    """The type in an `Option`, `Vec` or `Box`."""
+    """The type in an `Option`, `Vec` or `Box`, without its module."""
     found = re.fullmatch(r"(?:Option|Vec|Box)<(.+)>", rust.strip())
-    return inner(found[1]) if found else rust.strip()
+    return inner(found[1]) if found else rust.strip().rsplit("::", 1)[-1]
 
 
 class Reader:

@@ -566,6 +566,8 @@ class AsyncParameters:
         ParameterError
             When the vehicle does not have it.
         """
+        from vencejo.values import Parameter
+
         return Parameter(*await self._vehicle._wait(self._vehicle._native.param_read(name)))
 
     async def set(self, name: str, value: float, *, confirm: Danger | None = None) -> Parameter:
@@ -576,10 +578,14 @@ class AsyncParameters:
         ParameterError
             When the vehicle does not have it, or keeps another value.
         """
+        from vencejo.values import Parameter
+
         return Parameter(*await self._vehicle._wait(self._vehicle._native.param_set(name, float(value), confirm)))
 
     async def all(self, *, progress: ProgressCallback | None = None) -> dict[str, Parameter]:
         """Read all, by name."""
+        from vencejo.values import Parameter
+
         found = await self._vehicle._wait(self._vehicle._native.param_list(), progress)
         return {name: Parameter(name, value, kind) for name, value, kind in found}
 

@@ -205,6 +205,8 @@ class Gps(Group):
         WGS-84 longitude.
     alt_amsl_m : float or None
         Altitude above mean sea level.
+    alt_ellipsoid_m : float or None
+        Altitude above the WGS-84 ellipsoid, where the receiver tells it.
     groundspeed_m_s : float or None
         Speed over ground.
     course_deg : float or None
@@ -223,6 +225,7 @@ class Gps(Group):
     lat_deg: float | None
     lon_deg: float | None
     alt_amsl_m: float | None
+    alt_ellipsoid_m: float | None
     groundspeed_m_s: float | None
     course_deg: float | None
     horizontal_accuracy_m: float | None

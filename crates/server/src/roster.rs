@@ -35,6 +35,11 @@ impl Roster {
         Self { time_s: convert::seconds(station.now()), rows }
     }
 
+    /// Whether no vehicle is in it: none is there, or it was never made.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
     /// The same with those that have come since, and without those that went; nothing else is looked at.
     pub fn with_newcomers(&self, vehicles: &[VehicleHandle], now: MonoTime) -> Self {
         let kept = |vehicle: &VehicleHandle| {

@@ -397,9 +397,12 @@ impl App {
     /// The roster, as it is and as it changes.
     pub fn roster(&self) -> watch::Receiver<Arc<Roster>> {
         let mut newest = self.shared.roster.subscribe();
-        let age_s = convert::seconds(self.now()) - newest.borrow().time_s;
-        // Where nobody has looked at it for a while it is made anew, at most once for all who come meanwhile.
-        if age_s > (TICK * TELL_EVERY).as_secs_f64() {
+        let (age_s, is_empty) = {
+            let roster = newest.borrow();
+            (convert::seconds(self.now()) - roster.time_s, roster.is_empty())
+        };
+        // Where nobody has looked at it yet, or for a while, it is made anew, at most once for all who come meanwhile.
+        if is_empty || age_s > (TICK * TELL_EVERY).as_secs_f64() {
             self.shared.roster.send_replace(Arc::new(Roster::now(self.station())));
         } else {
             newest.mark_changed();

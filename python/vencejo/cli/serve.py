@@ -347,14 +347,15 @@ def open_page(server: Server) -> None:
         webbrowser.open(with_token(server.url, tokens.operator if tokens else None))
 
 
-def wait(server: Server, ros: Ros2News) -> None:
+def wait(server: Server, ros: Ros2News | None = None) -> None:
     """Until Ctrl-C or SIGTERM, with everything closed on the way out. What of the disk or of ROS 2 does not work is told at once."""
     forever = threading.Event()
     told: Told = {}
     with contextlib.suppress(KeyboardInterrupt):
         while True:
             told = tell_storage(server.storage_problems, told)
-            ros.tell()
+            if ros is not None:
+                ros.tell()
             if forever.wait(0.5):
                 return
 

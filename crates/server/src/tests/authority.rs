@@ -81,6 +81,7 @@ const ROUTES: &[(Needs, &[&str])] = &[
             "POST /plan/parse",
             "POST /plan/rehearse",
             "POST /plan/rehearse/spread",
+            "POST /plan/separation",
             "POST /plan/survey",
             "POST /plan/way",
             "POST /plan/what-if",

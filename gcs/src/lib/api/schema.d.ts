@@ -967,6 +967,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/plan/way": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** The way of a plan's mission as it is drawn: the line from place to place, circles, jumps, lengths and courses. Quick, for a point that is dragged. */
+        post: operations["way"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/plan/what-if": {
         parameters: {
             query?: never;
@@ -1965,7 +1982,7 @@ export interface components {
              */
             voltage_v: number | null;
         };
-        /** @description AIRSPEED of one sensor. */
+        /** @description AIRSPEED of the sensor heard last. */
         AirspeedSensor: {
             /**
              * Format: double
@@ -2081,7 +2098,7 @@ export interface components {
              */
             vehicle: number | null;
         };
-        /** @description ATTITUDE: body (forward, right, down) in the local north, east, down frame. */
+        /** @description ATTITUDE: body (forward, right, down) in the local frame (north, east, down), Tait-Bryan ZYX. */
         Attitude: {
             /**
              * Format: double
@@ -2092,7 +2109,7 @@ export interface components {
             has_invalid: boolean;
             /**
              * Format: double
-             * @description Nose up positive.
+             * @description Nose up positive, -pi/2 to pi/2.
              */
             pitch_rad: number | null;
             /**
@@ -2102,7 +2119,7 @@ export interface components {
             pitch_rate_rad_s: number | null;
             /**
              * Format: double
-             * @description Right wing down positive.
+             * @description Right wing down positive, -pi to pi.
              */
             roll_rad: number | null;
             /**
@@ -2112,7 +2129,7 @@ export interface components {
             roll_rate_rad_s: number | null;
             /**
              * Format: double
-             * @description Clockwise from true north.
+             * @description Clockwise from true north, -pi to pi.
              */
             yaw_rad: number | null;
             /**
@@ -2133,13 +2150,13 @@ export interface components {
              * @description `MAV_PROTOCOL_CAPABILITY` bits.
              */
             capabilities: number;
-            /** @description Version of the flight software. */
+            /** @description Version of the flight software, such as `"4.6.3"`. */
             flight_sw: string;
-            /** @description First characters of its git hash. */
+            /** @description First eight characters of the git hash of the flight software. */
             git_hash: string;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description Unique id of the hardware, in decimal: it has more digits than a JSON number keeps. */
+            /** @description Unique id of the hardware, 64 bits; in JSON its decimal digits, more than a number keeps there. */
             uid: string | null;
         };
         /** @description BATTERY_STATUS of one battery. */
@@ -2173,7 +2190,7 @@ export interface components {
             id: number;
             /**
              * Format: double
-             * @description Charge left.
+             * @description Charge left, 0 to 100 %.
              */
             remaining_pct: number | null;
             /**
@@ -2188,7 +2205,7 @@ export interface components {
             time_remaining_s: number | null;
             /**
              * Format: double
-             * @description Voltage of the pack.
+             * @description Voltage of the pack: the sum of what is reported.
              */
             voltage_v: number | null;
         };
@@ -3366,7 +3383,7 @@ export interface components {
              */
             wind_speed_m_s: number;
         };
-        /** @description EKF_STATUS_REPORT; a variance of 1 is the limit. */
+        /** @description EKF_STATUS_REPORT: how well the estimator agrees with its sensors; a test ratio of 1 is the limit. */
         Ekf: {
             /**
              * Format: double
@@ -3375,7 +3392,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Of the compass.
+             * @description Test ratio of the compass.
              */
             compass_variance: number | null;
             /**
@@ -3387,22 +3404,22 @@ export interface components {
             has_invalid: boolean;
             /**
              * Format: double
-             * @description Of horizontal position.
+             * @description Test ratio of horizontal position.
              */
             pos_horiz_variance: number | null;
             /**
              * Format: double
-             * @description Of height.
+             * @description Test ratio of altitude.
              */
             pos_vert_variance: number | null;
             /**
              * Format: double
-             * @description Of terrain height.
+             * @description Test ratio of terrain altitude.
              */
             terrain_alt_variance: number | null;
             /**
              * Format: double
-             * @description Of velocity.
+             * @description Test ratio of velocity.
              */
             velocity_variance: number | null;
         };
@@ -3496,9 +3513,114 @@ export interface components {
             /** @description How. */
             ending: components["schemas"]["Ending"];
         };
+        /** @description EFI_STATUS: an engine with fuel injection. What is not measured may be reported as 0. */
+        Engine: {
+            /**
+             * Format: double
+             * @description How old the values are, seconds.
+             */
+            age_s: number;
+            /**
+             * Format: double
+             * @description Pressure of the air around.
+             */
+            barometric_pa: number | null;
+            /**
+             * Format: double
+             * @description Temperature of the cylinder head.
+             */
+            cylinder_head_temperature_c: number | null;
+            /**
+             * Format: double
+             * @description Number of the engine control unit.
+             */
+            ecu_index: number | null;
+            /**
+             * Format: double
+             * @description Temperature of the exhaust gas.
+             */
+            exhaust_gas_temperature_c: number | null;
+            /**
+             * Format: double
+             * @description Fuel used.
+             */
+            fuel_consumed_cm3: number | null;
+            /**
+             * Format: double
+             * @description Fuel that flows, cubic centimetres per minute.
+             */
+            fuel_flow_cm3_min: number | null;
+            /**
+             * Format: double
+             * @description Pressure of the fuel.
+             */
+            fuel_pressure_pa: number | null;
+            /** @description Whether the message held a value that cannot be; such fields are null. */
+            has_invalid: boolean;
+            /**
+             * Format: int32
+             * @description Health as sent: 1 healthy and 0 not on ArduPilot; 0 stopped, 1 starting, 2 running and 3 at fault on PX4.
+             */
+            health: number;
+            /**
+             * Format: double
+             * @description When it sparks, crank angle.
+             */
+            ignition_timing_deg: number | null;
+            /**
+             * Format: double
+             * @description Voltage of the ignition.
+             */
+            ignition_v: number | null;
+            /**
+             * Format: double
+             * @description How long fuel is injected.
+             */
+            injection_ms: number | null;
+            /**
+             * Format: double
+             * @description Pressure in the intake manifold.
+             */
+            intake_manifold_pa: number | null;
+            /**
+             * Format: double
+             * @description Temperature in the intake manifold.
+             */
+            intake_manifold_temperature_c: number | null;
+            /**
+             * Format: double
+             * @description Load, 0 to 200 %.
+             */
+            load_pct: number | null;
+            /**
+             * Format: double
+             * @description Factor by which the fuel is corrected for pressure and temperature.
+             */
+            pressure_temperature_compensation: number | null;
+            /**
+             * Format: double
+             * @description Revolutions per minute.
+             */
+            rpm: number | null;
+            /**
+             * Format: double
+             * @description How long the ignition coil is charged for a spark.
+             */
+            spark_dwell_ms: number | null;
+            /**
+             * Format: double
+             * @description Where the throttle was sent, 0 to 100 %.
+             */
+            throttle_output_pct: number | null;
+            /**
+             * Format: double
+             * @description Where the throttle stands, 0 to 100 %.
+             */
+            throttle_position_pct: number | null;
+        };
         /** @description A detail of an event. */
         EventDetail: string | number;
-        /** @description EXTENDED_SYS_STATE. */
+        /** @description EXTENDED_SYS_STATE: on the ground or in the air. */
         ExtendedState: {
             /**
              * Format: double
@@ -3507,11 +3629,11 @@ export interface components {
             age_s: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description `undefined`, `on ground`, `in air`, `taking off` or `landing`. */
+            /** @description `"undefined"`, `"on ground"`, `"in air"`, `"taking off"` or `"landing"`. */
             landed: string;
             /**
              * Format: int32
-             * @description `MAV_VTOL_STATE`; null for a plane without VTOL.
+             * @description `MAV_VTOL_STATE` (3 multicopter, 4 fixed wing, 1 and 2 transitions); null for a plane without VTOL.
              */
             vtol: number | null;
         };
@@ -3540,7 +3662,7 @@ export interface components {
             breach_count: number;
             /**
              * Format: int32
-             * @description Kind of the last one (`FENCE_BREACH`).
+             * @description Kind of the last one (`FENCE_BREACH`: 1 too low, 2 too high, 3 over the boundary).
              */
             breach_type: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -4441,12 +4563,12 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Height above mean sea level.
+             * @description Altitude above mean sea level.
              */
             alt_amsl_m: number | null;
             /**
              * Format: double
-             * @description Height above the WGS-84 ellipsoid.
+             * @description Altitude above the WGS-84 ellipsoid, where the receiver tells it.
              */
             alt_ellipsoid_m: number | null;
             /**
@@ -4475,7 +4597,7 @@ export interface components {
             hdop: number | null;
             /**
              * Format: double
-             * @description Horizontal uncertainty.
+             * @description Horizontal uncertainty, one sigma as the receiver estimates it.
              */
             horizontal_accuracy_m: number | null;
             /**
@@ -4500,11 +4622,11 @@ export interface components {
             vdop: number | null;
             /**
              * Format: double
-             * @description Vertical uncertainty.
+             * @description Vertical uncertainty, one sigma as the receiver estimates it.
              */
             vertical_accuracy_m: number | null;
         };
-        /** @description HEARTBEAT of the autopilot. */
+        /** @description HEARTBEAT of the autopilot: what the vehicle is and what it is doing. */
         Heartbeat: {
             /**
              * Format: double
@@ -4513,7 +4635,7 @@ export interface components {
             age_s: number;
             /**
              * Format: int32
-             * @description `MAV_AUTOPILOT`: 3 ArduPilot.
+             * @description `MAV_AUTOPILOT`: 3 ArduPilot, 12 PX4.
              */
             autopilot: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -4522,17 +4644,17 @@ export interface components {
             is_armed: boolean;
             /**
              * Format: int32
-             * @description `MAV_TYPE`: 1 fixed wing.
+             * @description `MAV_TYPE`: 1 fixed wing, 2 quadrotor, 19 to 25 VTOL.
              */
             mav_type: number;
-            /** @description The flight mode by name. */
+            /** @description Flight mode by name, such as `"AUTO"`; `"mode 42"` when the number is not known. */
             mode: string;
             /**
              * Format: int32
-             * @description Its number on the wire.
+             * @description The mode's number on the wire, in the autopilot's own counting.
              */
             mode_number: number;
-            /** @description `MAV_STATE` in words. */
+            /** @description `MAV_STATE` in words, such as `"standby"` or `"active"`. */
             system_status: string;
         };
         /**
@@ -4558,7 +4680,7 @@ export interface components {
              */
             lon_deg: number;
         };
-        /** @description HOME_POSITION. */
+        /** @description Where heights relative to home are counted from. */
         HomePosition: {
             /**
              * Format: double
@@ -4567,7 +4689,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Height above mean sea level.
+             * @description Height above mean sea level, metres.
              */
             alt_amsl_m: number;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -4592,17 +4714,17 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Speed through the air.
+             * @description Speed through the air (indicated or equivalent, as the autopilot has it).
              */
             airspeed_m_s: number | null;
             /**
              * Format: double
-             * @description Height above mean sea level.
+             * @description Altitude above mean sea level.
              */
             alt_amsl_m: number | null;
             /**
              * Format: double
-             * @description Up positive.
+             * @description Climb rate, up positive.
              */
             climb_m_s: number | null;
             /**
@@ -4619,13 +4741,13 @@ export interface components {
             heading_deg: number | null;
             /**
              * Format: double
-             * @description 0 to 100.
+             * @description Throttle, 0 to 100 %.
              */
             throttle_pct: number | null;
         };
-        /** @description SCALED_IMU: one inertial sensor, body forward, right, down. */
+        /** @description SCALED_IMU to SCALED_IMU3, or an ArduPilot's RAW_IMU: one inertial sensor, body forward, right, down. */
         Imu: {
-            /** @description Specific force, in g. */
+            /** @description Specific force in g (9.80665 m/s²). */
             acc_g: number[] | null;
             /**
              * Format: double
@@ -4636,7 +4758,7 @@ export interface components {
             gyro_rad_s: number[] | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description Magnetic field. */
+            /** @description Magnetic field; null when all three are 0, which no place on Earth has. */
             mag_gauss: number[] | null;
             /**
              * Format: double
@@ -5773,7 +5895,7 @@ export interface components {
          * @enum {string}
          */
         MissingPart: "place" | "height";
-        /** @description MISSION_CURRENT, with the numbers of the wire; `progress` counts items from 1. */
+        /** @description MISSION_CURRENT, with the numbers of the wire: on ArduPilot item 0 is home. */
         MissionCurrent: {
             /**
              * Format: double
@@ -5787,11 +5909,11 @@ export interface components {
              * @description Number of the item in execution on the wire.
              */
             seq: number;
-            /** @description What the mission does. */
+            /** @description `"no mission"`, `"not started"`, `"active"`, `"paused"` or `"complete"`; null when the vehicle does not say. */
             state: string | null;
             /**
              * Format: int32
-             * @description Items on board.
+             * @description Items on board, home not counted; null when the vehicle does not say.
              */
             total: number | null;
         };
@@ -5850,7 +5972,7 @@ export interface components {
             /** @description The name that QGroundControl has for it, where it has one. */
             name: string;
         };
-        /** @description NAV_CONTROLLER_OUTPUT. */
+        /** @description NAV_CONTROLLER_OUTPUT: what guidance wants. */
         NavController: {
             /**
              * Format: double
@@ -5859,12 +5981,12 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Airspeed error.
+             * @description Airspeed error, target faster positive.
              */
             airspeed_error_m_s: number | null;
             /**
              * Format: double
-             * @description Height error, target above positive.
+             * @description Altitude error, target above positive.
              */
             alt_error_m: number | null;
             /**
@@ -5876,7 +5998,7 @@ export interface components {
             has_invalid: boolean;
             /**
              * Format: double
-             * @description Bearing that is steered.
+             * @description Bearing that is steered, -180 to 180.
              */
             nav_bearing_deg: number | null;
             /**
@@ -5891,7 +6013,7 @@ export interface components {
             nav_roll_deg: number | null;
             /**
              * Format: double
-             * @description Bearing to the target.
+             * @description Bearing to the target, -180 to 180.
              */
             target_bearing_deg: number | null;
             /**
@@ -6197,7 +6319,7 @@ export interface components {
              */
             vehicle?: number | null;
         };
-        /** @description GLOBAL_POSITION_INT: where the autopilot believes to be. */
+        /** @description GLOBAL_POSITION_INT: where the autopilot believes to be (filtered). */
         Position: {
             /**
              * Format: double
@@ -6206,29 +6328,29 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Height above mean sea level.
+             * @description Altitude above mean sea level.
              */
             alt_amsl_m: number | null;
             /**
              * Format: double
-             * @description Height above home.
+             * @description Altitude above home.
              */
             alt_rel_home_m: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
             /**
              * Format: double
-             * @description Where the nose points, 0 to 360.
+             * @description Where the nose points, 0 to 360 from true north.
              */
             heading_deg: number | null;
             /**
              * Format: double
-             * @description WGS-84 latitude.
+             * @description WGS-84 latitude; null as long as the vehicle has no position.
              */
             lat_deg: number | null;
             /**
              * Format: double
-             * @description WGS-84 longitude.
+             * @description WGS-84 longitude; null as long as the vehicle has no position.
              */
             lon_deg: number | null;
             /**
@@ -6247,7 +6369,7 @@ export interface components {
              */
             velocity_north_m_s: number | null;
         };
-        /** @description SCALED_PRESSURE. */
+        /** @description SCALED_PRESSURE: barometer and airspeed sensor. */
         Pressure: {
             /**
              * Format: double
@@ -6308,7 +6430,7 @@ export interface components {
              */
             spacing_m?: number | null;
         };
-        /** @description RADIO_STATUS of the telemetry radio. */
+        /** @description RADIO_STATUS or RADIO of the telemetry radio. */
         Radio: {
             /**
              * Format: double
@@ -6334,12 +6456,12 @@ export interface components {
             remote_noise: number | null;
             /**
              * Format: int32
-             * @description Received signal on the vehicle's side, raw.
+             * @description Received signal on the vehicle's side, raw 0 to 254.
              */
             remote_rssi: number | null;
             /**
              * Format: int32
-             * @description Received signal on our side, raw.
+             * @description Received signal on our side, raw 0 to 254.
              */
             rssi: number | null;
             /**
@@ -6349,7 +6471,7 @@ export interface components {
             rx_errors: number;
             /**
              * Format: int32
-             * @description Free transmit buffer.
+             * @description Free transmit buffer, 0 to 100 %.
              */
             tx_buffer_pct: number | null;
         };
@@ -6495,7 +6617,7 @@ export interface components {
              */
             time_s: number;
         };
-        /** @description RC_CHANNELS. */
+        /** @description RC_CHANNELS: the pilot's radio. */
         RcChannels: {
             /**
              * Format: double
@@ -6513,7 +6635,7 @@ export interface components {
             pulse_us: (number | null)[];
             /**
              * Format: int32
-             * @description Received signal, raw.
+             * @description Received signal, raw 0 to 254.
              */
             rssi: number | null;
         };
@@ -7135,7 +7257,7 @@ export interface components {
             /** @enum {string} */
             type: "error";
         };
-        /** @description SERVO_OUTPUT_RAW. */
+        /** @description SERVO_OUTPUT_RAW: what the actuators get. */
         ServoOutputs: {
             /**
              * Format: double
@@ -7637,7 +7759,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Charge left.
+             * @description Charge left, 0 to 100 %.
              */
             battery_remaining_pct: number | null;
             /**
@@ -7647,16 +7769,16 @@ export interface components {
             current_a: number | null;
             /**
              * Format: double
-             * @description Messages lost on their way to the vehicle.
+             * @description Messages lost on their way to the vehicle, 0 to 100 %.
              */
             drop_rate_pct: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
             has_invalid: boolean;
-            /** @description Whether the pre-arm checks pass. */
+            /** @description Whether the vehicle's pre-arm checks pass; null when it does not say. */
             is_ready_to_arm: boolean | null;
             /**
              * Format: double
-             * @description Processor load.
+             * @description Processor load, 0 to 100 %.
              */
             load_pct: number | null;
             /** @description Sensors that are in use and do not work. */
@@ -7667,7 +7789,7 @@ export interface components {
              */
             voltage_v: number | null;
         };
-        /** @description SYSTEM_TIME. */
+        /** @description SYSTEM_TIME: the vehicle's clocks. */
         SystemTime: {
             /**
              * Format: double
@@ -7683,7 +7805,7 @@ export interface components {
             has_invalid: boolean;
             /**
              * Format: int64
-             * @description UTC of the vehicle, microseconds since 1970.
+             * @description UTC of the vehicle when the message was sent, microseconds since 1970; null before it knows the date.
              */
             utc_us: number | null;
         };
@@ -7705,6 +7827,7 @@ export interface components {
             /** @description The batteries heard so far. */
             batteries?: components["schemas"]["Battery"][];
             ekf?: components["schemas"]["Ekf"] | null;
+            engine?: components["schemas"]["Engine"] | null;
             extended?: components["schemas"]["ExtendedState"] | null;
             fence?: components["schemas"]["FenceStatus"] | null;
             gps?: components["schemas"]["Gps"] | null;
@@ -7742,7 +7865,7 @@ export interface components {
             alt_terrain_m: number | null;
             /**
              * Format: double
-             * @description Ground above mean sea level under the vehicle; null as long as it does not know it.
+             * @description Ground above mean sea level under the vehicle (or where TERRAIN_CHECK asked); null as long as it does not know it.
              */
             ground_amsl_m: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -7918,7 +8041,7 @@ export interface components {
          * @enum {string}
          */
         Verdict: "good" | "doubtful" | "bad";
-        /** @description VIBRATION. */
+        /** @description VIBRATION of the airframe as the accelerometers feel it. */
         Vibration: {
             /**
              * Format: double
@@ -7942,6 +8065,89 @@ export interface components {
          * @enum {string}
          */
         WantedValue: "finite" | "latitude" | "longitude" | "height" | "whole-number" | "frame";
+        /** @description A mission as it is drawn. */
+        Way: {
+            /** @description The jumps between them. */
+            jumps: components["schemas"]["WayJump"][];
+            /** @description The items that the vehicle flies to, in the order of the plan. */
+            stops: components["schemas"]["WayStop"][];
+        };
+        /**
+         * @description Until when the plane circles.
+         * @enum {string}
+         */
+        WayCircling: "turns" | "time" | "height" | "unlimited";
+        /** @description Where a jump leads. */
+        WayJump: {
+            /** @description The jump, counted from 1. */
+            item: number;
+            /** @description The item that it leads to. */
+            to_item: number;
+        };
+        /** @description The line from one place to the next. */
+        WayLeg: {
+            /**
+             * Format: double
+             * @description Course at its beginning from place to place, degrees from true north.
+             */
+            course_deg: number;
+            /** @description The item that it comes from, counted from 1; null for home. */
+            from_item: number | null;
+            /** @description What it is. */
+            kind: components["schemas"]["WayLegKind"];
+            /** @description The line that is flown, degrees: at a circle it begins or ends on it. */
+            lat_deg: number[];
+            /**
+             * Format: double
+             * @description From place to place, metres: of a tangent the straight line, of an arc the arc.
+             */
+            length_m: number;
+            /** @description The same points' longitudes. */
+            lon_deg: number[];
+        };
+        /**
+         * @description What a leg is.
+         * @enum {string}
+         */
+        WayLegKind: "takeoff" | "flown" | "approach" | "return";
+        /** @description The circle at an item. */
+        WayLoiter: {
+            /**
+             * Format: double
+             * @description Of a circle to a height: how much of the change is done when it begins, 0 to 1; 1 for the others.
+             */
+            changed_before: number;
+            /** @description Its sense. */
+            is_clockwise: boolean;
+            /** @description Whether that rests on what the plan does not tell: a speed, a climb, the vehicle's own radius. */
+            is_estimate: boolean;
+            /** @description Whether the plan gives the radius; otherwise it is the vehicle's own. */
+            is_own_radius: boolean;
+            /** @description Until when. */
+            kind: components["schemas"]["WayCircling"];
+            /**
+             * Format: double
+             * @description Way in it, metres; null when it has no end or is not known.
+             */
+            length_m: number | null;
+            /**
+             * Format: double
+             * @description Radius, metres.
+             */
+            radius_m: number;
+            /**
+             * Format: double
+             * @description Time in it, seconds; null likewise.
+             */
+            time_s: number | null;
+        };
+        /** @description An item that the vehicle flies to. */
+        WayStop: {
+            /** @description It, counted from 1. */
+            item: number;
+            leg: components["schemas"]["WayLeg"] | null;
+            loiter: components["schemas"]["WayLoiter"] | null;
+        };
         /** @description What follows from one thing that happens. */
         WhatIf: {
             /** @description What the vehicle decides, in order of time; none where its settings do not act on it. */
@@ -7990,7 +8196,7 @@ export interface components {
             /** @description One for each that was asked for. */
             what_ifs: components["schemas"]["WhatIf"][];
         };
-        /** @description WIND. */
+        /** @description WIND (ArduPilot) or WIND_COV: the autopilot's estimate. */
         Wind: {
             /**
              * Format: double
@@ -7999,7 +8205,7 @@ export interface components {
             age_s: number;
             /**
              * Format: double
-             * @description Where the wind comes from.
+             * @description Where the wind comes from, 0 to 360.
              */
             from_deg: number | null;
             /** @description Whether the message held a value that cannot be; such fields are null. */
@@ -10090,6 +10296,38 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Survey"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    way: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PlanCheck"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Way"];
                 };
             };
             /** @description What was wrong and what to do */
