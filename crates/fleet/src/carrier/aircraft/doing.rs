@@ -64,6 +64,10 @@ impl Post<'_> {
                 self.holdings.on_params_read(params, self.station.now());
             }
         }
+        // What the autopilot said of it waits for the next tick; the next order may be here before.
+        if let Ok(Reply::Parameter(param)) = result {
+            self.holdings.on_param_read(param);
+        }
         self.holdings.look(self.vehicle);
         for claim in ended {
             let under_way = self.under_way.remove(&claim.id);

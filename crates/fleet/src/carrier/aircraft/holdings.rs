@@ -83,6 +83,11 @@ impl Holdings {
         self.params.take_if(|(params, _)| !params.iter().any(is_same));
     }
 
+    /// An order read a parameter, or set it and read it back.
+    pub(super) fn on_param_read(&mut self, param: &Param) {
+        self.params.take_if(|(params, _)| !params.contains(param));
+    }
+
     pub(super) fn on_params_read(&mut self, params: &[Param], now: MonoTime) {
         self.params = Some((params.to_vec(), now));
     }
