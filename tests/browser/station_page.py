@@ -169,7 +169,11 @@ class StationPage:
             before = scale
             assert time.monotonic() < deadline, "the map does not come to rest"
             # Between two frames every view rests.
-            await self.page.evaluate(TWO_FRAMES)
+            await self.two_frames()
+
+    async def two_frames(self) -> None:
+        """Wait until the page was drawn twice: a view that a key moves has moved."""
+        await self.page.evaluate(TWO_FRAMES)
 
     async def _read_scale(self) -> MapScale | None:
         """None when a panel grew over what was free of the map a moment before."""

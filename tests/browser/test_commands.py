@@ -80,6 +80,7 @@ async def test_a_mission_is_flown_by_keyboard_alone(open_station: OpenStation, s
             await tab_to(station, station.map)
             for _ in range(2):
                 await keys.press("ArrowLeft")
+                await station.two_frames()
                 before = await station.items.count() if await station.item(1).count() > 0 else 0
                 await keys.press("Enter")
                 await expect(station.item(before + 1)).to_be_visible()

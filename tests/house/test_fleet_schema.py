@@ -23,7 +23,10 @@ def test_they_name_every_field() -> None:
         ("version", 1), ("boot", 2), ("clock_ms", 3), ("sequence", 4),
     ]  # fmt: skip
     order = pool.FindMessageTypeByName("vencejo.v1.Order")
-    assert {"ask", "renew", "release", "grant", "act"} == {field.name for field in order.oneofs_by_name["want"].fields}
+    wanted = {field.name for field in order.oneofs_by_name["want"].fields}
+    assert wanted == {"ask", "renew", "release", "grant", "act", "recall", "part"}
+    act = pool.FindMessageTypeByName("vencejo.v1.Act")
+    assert {"arm", "plan_put", "param_set"} <= {field.name for field in act.oneofs_by_name["deed"].fields}
     fix = pool.FindMessageTypeByName("foxglove.LocationFix")
     assert [(field.name, field.number) for field in fix.fields] == [
         ("latitude", 1), ("longitude", 2), ("altitude", 3), ("timestamp", 6), ("frame_id", 7),

@@ -66,6 +66,11 @@ impl Datagrams {
         self.0.readable().await
     }
 
+    /// Until the runtime has seen that there is room, nothing leaves that is sent without waiting.
+    pub(super) async fn writable(&self) -> Result<()> {
+        self.0.writable().await
+    }
+
     pub(super) fn try_recv(&self, buffer: &mut [u8]) -> Result<usize> {
         self.0.try_recv(buffer)
     }

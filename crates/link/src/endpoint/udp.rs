@@ -219,6 +219,8 @@ impl Udp {
             socket.connect(&SockAddr::from(remote))?;
         }
         let socket = Arc::new(Datagrams::new(socket.into())?);
+        #[cfg(not(unix))]
+        socket.writable().await?;
         self.outlet.change(|door| {
             *door = Door { socket: Some(socket.clone()), connected, fallback: remote, peers: Vec::new() };
         });
