@@ -8,12 +8,16 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from tests.clock import Clock
+from tests.fleet.proxy import Way, open_way
+from tests.server.client import Client
+from tests.support import simulated_plane, wait_for
 
-__all__ = ["Program", "command"]
+__all__ = ["FarPlane", "Program", "command", "far_plane"]
 
 
 class Program:
@@ -52,3 +56,61 @@ def command(data: Path, *args: str, clock: Clock | None = None) -> Iterator[Prog
             yield Program(process)
         finally:
             process.terminate()
+
+
+@dataclass
+class FarPlane:
+    """A simulated plane, the station on board and the ground station as programs of their own, with a way between them that can be cut."""
+
+    ground: Program
+    board: Program
+    way: Way
+    told: dict[str, Any]
+    """What the ground station told of itself at its start."""
+    ana: Client
+    """An operator at the ground station, who has not asked for control yet."""
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The plane in the ground station's list."""
+        (found,) = self._found()
+        return found
+
+    @property
+    def at(self) -> str:
+        """Where the plane is in the API."""
+        return f"vehicles/{self.summary['system_id']}"
+
+    def is_listed(self) -> bool:
+        """Whether the ground station has the plane in its list."""
+        return bool(self._found())
+
+    def _found(self) -> list[dict[str, Any]]:
+        return [each for each in self.ana.done("GET", "vehicles") if each["remote_name"] == "plane7"]
+
+
+@contextlib.contextmanager
+def far_plane(folder: Path, *on_board: str) -> Iterator[FarPlane]:
+    """A plane far away that is in the ground station's list; `on_board` are options of the station on board."""
+    with (
+        simulated_plane() as link,
+        command(
+            folder / "ground", "serve", "--fleet", "acme", "--fleet-listen", "tcp/127.0.0.1:0", "--port", "0",
+            "--link", "udpin:127.0.0.1:0",
+        ) as ground,
+    ):  # fmt: skip
+        told = ground.line()
+        endpoint, key = told["fleet"]["endpoint"], told["fleet"]["key"]
+        with (
+            open_way(int(endpoint.rpartition(":")[2])) as way,
+            command(
+                folder / "board", "onboard", "--fleet", "acme", "--name", "plane7", "--link", link,
+                "--dial", f"tcp/127.0.0.1:{way.port}", "--trust", key, *on_board,
+            ) as board,
+        ):  # fmt: skip
+            board.until(is_connected=True, holder=None)
+            ana = Client(told["url"])
+            ana.open_session(name="Ana")
+            plane = FarPlane(ground, board, way, told, ana)
+            wait_for(plane.is_listed, "the plane in the list")
+            yield plane

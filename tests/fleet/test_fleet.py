@@ -8,9 +8,7 @@ from typing import Any
 import pytest
 from vencejo.fleet import has_fleet
 
-from tests.fleet.programs import command
-from tests.fleet.proxy import open_way
-from tests.server.client import Client
+from tests.fleet.programs import far_plane
 from tests.support import HOME, simulated_plane, wait_for
 
 pytestmark = pytest.mark.skipif(not has_fleet(), reason="this build has no fleets")
@@ -18,66 +16,43 @@ pytestmark = pytest.mark.skipif(not has_fleet(), reason="this build has no fleet
 
 @pytest.mark.e2e
 def test_a_plane_is_seen_and_commanded_over_a_network_that_is_cut_and_heals(tmp_path: Path) -> None:
-    with (
-        simulated_plane() as link,
-        command(
-            tmp_path / "ground", "serve", "--fleet", "acme", "--fleet-listen", "tcp/127.0.0.1:0", "--port", "0",
-            "--link", "udpin:127.0.0.1:0",
-        ) as ground,
-    ):  # fmt: skip
-        told = ground.line()
-        endpoint, key = told["fleet"]["endpoint"], told["fleet"]["key"]
-        with (
-            open_way(int(endpoint.rpartition(":")[2])) as way,
-            command(
-                tmp_path / "board", "onboard", "--fleet", "acme", "--name", "plane7", "--link", link,
-                "--dial", f"tcp/127.0.0.1:{way.port}", "--trust", key,
-            ) as board,
-        ):  # fmt: skip
-            board.until(is_connected=True, holder=None)
-            ana = Client(told["url"])
-            ana.open_session(name="Ana")
+    with far_plane(tmp_path) as plane:
+        ana, at = plane.ana, plane.at
 
-            def planes() -> list[dict[str, Any]]:
-                return [each for each in ana.done("GET", "vehicles") if each["remote_name"] == "plane7"]
+        def telemetry() -> dict[str, Any]:
+            found: dict[str, Any] = ana.done("GET", at)["telemetry"]
+            return found
 
-            wait_for(lambda: len(planes()) == 1, "the plane in the list")
-            at = f"vehicles/{planes()[0]['system_id']}"
+        wait_for(lambda: telemetry().get("position") is not None, "its position")
+        position = telemetry()["position"]
+        assert position["lat_deg"] == pytest.approx(HOME[0], abs=0.01)
+        assert position["lon_deg"] == pytest.approx(HOME[1], abs=0.01)
 
-            def telemetry() -> dict[str, Any]:
-                found: dict[str, Any] = ana.done("GET", at)["telemetry"]
-                return found
+        # An act asks for control first; its answer comes when the autopilot shows it.
+        ana.done("POST", "control/take")
+        ana.done("POST", f"{at}/mode", {"mode": "FBWA"})
+        plane.board.until(holder="Ana")
+        wait_for(lambda: plane.summary["mode"] == "FBWA", "the mode")
+        refused = ana.ask("POST", f"{at}/mode", {"mode": "NONSENSE"})
+        assert (refused.status, refused.json["cause"]["code"]) == (409, "remote-refused")
+        assert "NONSENSE" in refused.json["detail"]
+        unsent = ana.ask("POST", f"{at}/messages", {"name": "HEARTBEAT", "fields": {}})
+        assert (unsent.status, unsent.json["cause"]["code"]) == (409, "remote-refused")
+        assert "COMMAND_LONG" in unsent.json["detail"]
 
-            wait_for(lambda: telemetry().get("position") is not None, "its position")
-            position = telemetry()["position"]
-            assert position["lat_deg"] == pytest.approx(HOME[0], abs=0.01)
-            assert position["lon_deg"] == pytest.approx(HOME[1], abs=0.01)
+        plane.way.cut()
+        wait_for(lambda: telemetry()["heartbeat"]["age_s"] > 5.0, "its silence")
+        lost = ana.ask("POST", f"{at}/mode", {"mode": "CIRCLE"})
+        assert (lost.status, lost.json["cause"]["code"]) == (504, "vehicle-lost")
 
-            # An act asks for control first; its answer comes when the autopilot shows it.
-            ana.done("POST", "control/take")
-            ana.done("POST", f"{at}/mode", {"mode": "FBWA"})
-            board.until(holder="Ana")
-            wait_for(lambda: planes()[0]["mode"] == "FBWA", "the mode")
-            refused = ana.ask("POST", f"{at}/mode", {"mode": "NONSENSE"})
-            assert (refused.status, refused.json["cause"]["code"]) == (409, "remote-refused")
-            assert "NONSENSE" in refused.json["detail"]
-            unsent = ana.ask("POST", f"{at}/messages", {"name": "HEARTBEAT", "fields": {}})
-            assert (unsent.status, unsent.json["cause"]["code"]) == (409, "remote-refused")
-            assert "COMMAND_LONG" in unsent.json["detail"]
+        plane.way.heal()
+        wait_for(lambda: telemetry()["heartbeat"]["age_s"] < 2.0, "it to come back")
+        assert plane.summary["mode"] == "FBWA", "what could not be sent is not done later"
+        ana.done("POST", f"{at}/mode", {"mode": "MANUAL"})
+        wait_for(lambda: plane.summary["mode"] == "MANUAL", "the mode")
 
-            way.cut()
-            wait_for(lambda: telemetry()["heartbeat"]["age_s"] > 5.0, "its silence")
-            lost = ana.ask("POST", f"{at}/mode", {"mode": "CIRCLE"})
-            assert (lost.status, lost.json["cause"]["code"]) == (504, "vehicle-lost")
-
-            way.heal()
-            wait_for(lambda: telemetry()["heartbeat"]["age_s"] < 2.0, "it to come back")
-            assert planes()[0]["mode"] == "FBWA", "what could not be sent is not done later"
-            ana.done("POST", f"{at}/mode", {"mode": "MANUAL"})
-            wait_for(lambda: planes()[0]["mode"] == "MANUAL", "the mode")
-
-            ana.done("POST", "control/release")
-            board.until(holder=None)
+        ana.done("POST", "control/release")
+        plane.board.until(holder=None)
 
 
 @pytest.mark.e2e

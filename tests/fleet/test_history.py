@@ -12,10 +12,8 @@ from mcap.reader import NonSeekingReader, SeekingReader
 from mcap_protobuf.decoder import DecoderFactory
 from vencejo.fleet import has_fleet
 
-from tests.fleet.programs import command
-from tests.fleet.proxy import open_way
-from tests.server.client import Client
-from tests.support import HOME, simulated_plane, wait_for
+from tests.fleet.programs import far_plane
+from tests.support import HOME, wait_for
 
 pytestmark = pytest.mark.skipif(not has_fleet(), reason="this build has no fleets")
 
@@ -53,49 +51,28 @@ def test_a_cut_is_filled_byte_for_byte_and_others_read_it(tmp_path: Path) -> Non
 
     ground_folder = tmp_path / "ground/history/ground/acme"
     board_folder = tmp_path / "board/history/board"
-    with (
-        simulated_plane() as link,
-        command(
-            tmp_path / "ground", "serve", "--fleet", "acme", "--fleet-listen", "tcp/127.0.0.1:0", "--port", "0",
-            "--link", "udpin:127.0.0.1:0",
-        ) as ground,
-    ):  # fmt: skip
-        told = ground.line()
-        endpoint, key = told["fleet"]["endpoint"], told["fleet"]["key"]
-        with (
-            open_way(int(endpoint.rpartition(":")[2])) as way,
-            command(
-                tmp_path / "board", "onboard", "--fleet", "acme", "--name", "plane7", "--link", link,
-                "--dial", f"tcp/127.0.0.1:{way.port}", "--trust", key, "--history-frames",
-            ) as board,
-        ):  # fmt: skip
-            board.until(is_connected=True, holder=None)
-            ana = Client(told["url"])
-            ana.open_session(name="Ana")
+    with far_plane(tmp_path, "--history-frames") as plane:
+        ana, at = plane.ana, plane.at
 
-            def plane() -> dict[str, Any]:
-                found = [each for each in ana.done("GET", "vehicles") if each["remote_name"] == "plane7"]
-                return found[0] if found else {}
+        def age_s() -> float:
+            return float(ana.done("GET", at)["telemetry"]["heartbeat"]["age_s"])
 
-            def age_s() -> float:
-                return float(ana.done("GET", f"vehicles/{plane()['system_id']}")["telemetry"]["heartbeat"]["age_s"])
-
-            wait_for(lambda: bool(plane().get("mode")), "the plane")
-            ana.done("POST", "control/take")
-            ana.done("POST", f"vehicles/{plane()['system_id']}/mode", {"mode": "FBWA"})
-            before = len(numbered(ground_folder))
-            way.cut()
-            wait_for(lambda: age_s() > 5.0, "its silence")
-            cut = numbered(board_folder)
-            way.heal()
-            wait_for(lambda: cut.keys() <= numbered(ground_folder).keys(), "what was said in the cut, and all orders")
-            ana.done("POST", "control/release")
-            # Killed: what it had written is there, and no more than a second is not.
-            wait_for(lambda: numbered(board_folder).keys() > cut.keys(), "more")
-            board.process.kill()
-            board.process.wait()
-        ground.process.terminate()
-        ground.process.wait(20)
+        wait_for(lambda: bool(plane.summary.get("mode")), "the plane")
+        ana.done("POST", "control/take")
+        ana.done("POST", f"{at}/mode", {"mode": "FBWA"})
+        before = len(numbered(ground_folder))
+        plane.way.cut()
+        wait_for(lambda: age_s() > 5.0, "its silence")
+        cut = numbered(board_folder)
+        plane.way.heal()
+        wait_for(lambda: cut.keys() <= numbered(ground_folder).keys(), "what was said in the cut, and all orders")
+        ana.done("POST", "control/release")
+        # Killed: what it had written is there, and no more than a second is not.
+        wait_for(lambda: numbered(board_folder).keys() > cut.keys(), "more")
+        plane.board.process.kill()
+        plane.board.process.wait()
+        plane.ground.process.terminate()
+        plane.ground.process.wait(20)
 
     on_board, archived = numbered(board_folder), numbered(ground_folder)
     assert len(cut) > before
@@ -116,7 +93,7 @@ def test_a_cut_is_filled_byte_for_byte_and_others_read_it(tmp_path: Path) -> Non
     audits = [message for topic, message in decoded if topic == "/audit"]
     (change,) = [audit for audit in audits if audit.order.WhichOneof("want") == "act"]
     assert (change.order.operator, change.order.act.mode, change.answer.end) == ("Ana", "FBWA", 1)
-    assert (change.key.hex(), change.order.epoch) == (key, audits[0].answer.epoch)
+    assert (change.key.hex(), change.order.epoch) == (plane.told["fleet"]["key"], audits[0].answer.epoch)
     assert any(topic == "/mavlink" for topic, _, _ in messages(board_folder))
     with next(ground_folder.glob("*.mcap")).open("rb") as stream:
         reader = SeekingReader(stream)

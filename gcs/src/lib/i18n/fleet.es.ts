@@ -10,7 +10,7 @@ export const fleetEs: Record<keyof typeof fleetEn, string> = {
   'fleet.order.attention': 'Atención primero',
   'fleet.order.name': 'Por nombre',
   'fleet.group': 'Grupo',
-  'fleet.allGroups': 'Todos los vehículos',
+  'fleet.allGroups': 'Todos',
   'fleet.groupName': 'Nombre de un grupo',
   'fleet.keepGroup': 'Guardar marcados como grupo',
   'fleet.forgetGroup': 'Olvidar grupo',
