@@ -1,7 +1,7 @@
-"""Who belongs to a fleet: on the ground its certificate authority and the roll of its aircraft, on board an aircraft's place in it.
+"""Who belongs to a fleet: on the ground its certificate authority and the roll of aircraft and ground stations; elsewhere a place in it.
 
-`Organisation` makes the authority, gives out tokens and puts aircraft out; `join` brings this computer in with a token, and from
-then on `vencejo.fleet.Aircraft` needs none. `check_ground` and `check_board` look for what keeps an aircraft out of the list.
+`Organisation` makes the authority, gives out tokens and puts members out; `join` brings this computer in with a token, and from
+then on `vencejo.fleet.Aircraft`, or `vencejo.fleet.Fleet` at another ground station, needs none. `check_ground` and `check_board` look for what keeps an aircraft out of the list.
 
 Keys are in files that their owner alone reads, and in nothing that is given here. A token is in what `Organisation.enrol` gives,
 once, and nowhere else.
@@ -18,28 +18,36 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 from vencejo import _native
-from vencejo.errors import VencejoError
+from vencejo.errors import NotPossibleNow, VencejoError
 from vencejo.serve import own_addresses
 from vencejo.station import default_record_dir
 
 __all__ = [
     "Check",
     "Enrolled",
+    "EnrolledStation",
     "Member",
     "Organisation",
     "Token",
     "check_board",
     "check_ground",
     "default_hosts",
+    "default_key_file",
     "fleet_folder",
+    "is_for_station",
     "join",
     "member",
     "member_file",
     "organisations",
+    "station_file",
+    "station_places",
 ]
+
+Role: TypeAlias = Literal["observer", "operator", "chief"]
+"""What a ground station may do: look and read; act while it has control, for which it asks; take control from operators at once."""
 
 TOKEN_LASTS_S = 3600
 """How long a token is good unless said otherwise, s."""
@@ -70,6 +78,21 @@ def member_file() -> Path:
     return fleet_folder() / "aboard.json"
 
 
+def station_file(org: str) -> Path:
+    """Where the place of this ground station in somebody else's fleet is kept: ``fleet/ORG.json`` in the data folder."""
+    return fleet_folder() / f"{org}.json"
+
+
+def default_key_file(org: str) -> Path:
+    """Where a ground station's own key is: ``fleet/ORG.key`` in the data folder, readable by its owner alone."""
+    return fleet_folder() / f"{org}.key"
+
+
+def station_places() -> list[str]:
+    """The fleets in which this machine is a ground station by a token, by name."""
+    return sorted(path.stem for path in fleet_folder().glob("*.json") if path != member_file())
+
+
 def organisations() -> list[str]:
     """The fleets whose authority is on this machine, by name."""
     return sorted(path.parent.name for path in fleet_folder().glob("*/roll.json"))
@@ -86,14 +109,18 @@ def _moment(unix_s: int) -> datetime:
     return datetime.fromtimestamp(unix_s, timezone.utc)
 
 
+def _maybe(unix_s: int | None) -> datetime | None:
+    return None if unix_s is None else _moment(unix_s)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Token:
-    """What brings one aircraft into a fleet, once.
+    """What brings one aircraft or ground station into a fleet, once.
 
     Attributes
     ----------
     text : str
-        The token: whoever has it joins as that aircraft.
+        The token: whoever has it joins under that name.
     doors : tuple of str
         Where it is good, ``HOST:PORT``.
     ends : datetime
@@ -129,13 +156,41 @@ class Enrolled:
 
 
 @dataclass(frozen=True, kw_only=True)
+class EnrolledStation:
+    """Another ground station on the roll.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    role : str
+        ``"observer"``, ``"operator"`` or ``"chief"``.
+    enrolled, certificate_ends : datetime
+        Since when it is there, and when the newest certificate that it got ends (UTC).
+    revoked : datetime or None
+        When it was put out.
+    """
+
+    name: str
+    role: Role
+    enrolled: datetime
+    certificate_ends: datetime
+    revoked: datetime | None
+
+
+@dataclass(frozen=True, kw_only=True)
 class Member:
-    """An aircraft's place in a fleet.
+    """An aircraft's, or another ground station's, place in a fleet.
 
     Attributes
     ----------
     org, name : str
-        The organisation, and the aircraft's name there.
+        The organisation, and its name there.
+    is_station : bool
+        Whether it is a ground station.
+    role : str or None
+        What a ground station may do, as its newest list says: ``"observer"``, ``"operator"`` or ``"chief"``; ``None`` for an aircraft, and for one
+        that is not on the list any more.
     certificate_begins, certificate_ends : datetime
         From when to when its certificate is good (UTC).
     routers, doors : tuple of str
@@ -144,6 +199,8 @@ class Member:
 
     org: str
     name: str
+    is_station: bool
+    role: Role | None
     certificate_begins: datetime
     certificate_ends: datetime
     routers: tuple[str, ...]
@@ -224,7 +281,33 @@ class Organisation:
         NotPossibleNow
             When an aircraft of that name was revoked, and its old certificate has not ended.
         """
-        text, doors, ends = self._native.enrol(name, lasts_s)
+        return self._token(name, lasts_s, None)
+
+    def enrol_station(self, name: str, *, role: Role = "operator", lasts_s: int = TOKEN_LASTS_S) -> Token:
+        """A token for another ground station. An older one for it is void from now on.
+
+        Aircraft learn its key and role by a list that the authority signs, within seconds where they are reached.
+
+        Parameters
+        ----------
+        name : str
+            The station's name: 1 to 32 of ``a-z``, ``0-9`` and ``-``; not ``ground``, which is the one that has the authority.
+        role : str
+            ``"observer"``, which looks and reads; ``"operator"``, which asks for control; or ``"chief"``, which takes it from operators at once.
+        lasts_s : int
+            How long it is good, s.
+
+        Raises
+        ------
+        InvalidRequest
+            For a name or a role that cannot be one.
+        NotPossibleNow
+            When a station of that name was revoked, and its old certificate has not ended.
+        """
+        return self._token(name, lasts_s, role)
+
+    def _token(self, name: str, lasts_s: int, role: Role | None) -> Token:
+        text, doors, ends = self._native.enrol(name, lasts_s, role)
         return Token(text=text, doors=tuple(doors), ends=_moment(ends))
 
     def revoke(self, name: str) -> None:
@@ -235,7 +318,17 @@ class Organisation:
         NotPossibleNow
             When none of that name is enrolled.
         """
-        self._native.revoke(name)
+        self._native.revoke(name, False)
+
+    def revoke_station(self, name: str) -> None:
+        """Put another ground station out. The router shuts it out, and aircraft take no orders of it any more, within seconds.
+
+        Raises
+        ------
+        NotPossibleNow
+            When none of that name is enrolled.
+        """
+        self._native.revoke(name, True)
 
     def router_config(self) -> dict[str, Any]:
         """The settings of an existing ``zenohd``: encrypted ways alone, and its access control with who is enrolled now."""
@@ -244,21 +337,37 @@ class Organisation:
 
     @property
     def aircraft(self) -> list[Enrolled]:
-        """Who is on the roll, by name."""
+        """The aircraft on the roll, by name."""
         return [
-            Enrolled(
+            Enrolled(name=name, enrolled=_moment(since), certificate_ends=_moment(ends), revoked=_maybe(revoked))
+            for name, since, ends, revoked, role in self._native.members()
+            if role is None
+        ]
+
+    @property
+    def stations(self) -> list[EnrolledStation]:
+        """The other ground stations on the roll, by name."""
+        return [
+            EnrolledStation(
                 name=name,
-                enrolled=_moment(enrolled),
+                role=role,
+                enrolled=_moment(since),
                 certificate_ends=_moment(ends),
-                revoked=None if revoked is None else _moment(revoked),
+                revoked=_maybe(revoked),
             )
-            for name, enrolled, ends, revoked in self._native.aircraft()
+            for name, since, ends, revoked, role in self._native.members()
+            if role is not None
         ]
 
     @property
     def tokens(self) -> dict[str, datetime]:
-        """For whom a token is out, and until when (UTC)."""
-        return {name: _moment(ends) for name, ends in self._native.tokens()}
+        """For which aircraft a token is out, and until when (UTC)."""
+        return {name: _moment(ends) for name, ends, role in self._native.tokens() if role is None}
+
+    @property
+    def station_tokens(self) -> dict[str, datetime]:
+        """The same of ground stations."""
+        return {name: _moment(ends) for name, ends, role in self._native.tokens() if role is not None}
 
     @property
     def routers(self) -> list[str]:
@@ -282,27 +391,40 @@ class Organisation:
         return next((router for router in [*here, *routers] if self.problem_at(router) is None), None)
 
 
-def _member(found: Any) -> Member:
-    org, name, begins, ends, routers, doors = found
+def _member(found: dict[str, Any]) -> Member:
     return Member(
-        org=org,
-        name=name,
-        certificate_begins=_moment(begins),
-        certificate_ends=_moment(ends),
-        routers=tuple(routers),
-        doors=tuple(doors),
+        org=found["org"],
+        name=found["name"],
+        is_station=found["is_station"],
+        role=found["role"],
+        certificate_begins=_moment(found["begins"]),
+        certificate_ends=_moment(found["ends"]),
+        routers=tuple(found["routers"]),
+        doors=tuple(found["doors"]),
     )
 
 
+def is_for_station(token: str) -> bool:
+    """Whether a token is for a ground station.
+
+    Raises
+    ------
+    InvalidRequest
+        For a text that is no token.
+    """
+    return bool(native("fleet_token")(token)[1])
+
+
 def join(token: str, *, file: str | Path | None = None) -> tuple[Member, bool]:
-    """Bring this computer into a fleet, as the aircraft that a token is for. It makes its own key, which never leaves it.
+    """Bring this computer into a fleet, as what a token is for. It makes its own keys, which never leave it.
 
     Parameters
     ----------
     token : str
-        What `Organisation.enrol` gave. The one that brought it in already is good for nothing more, and changes nothing.
+        What `Organisation.enrol` or `Organisation.enrol_station` gave. The one that brought it in already is good for nothing more, and
+        changes nothing.
     file : path, optional
-        Where its place is kept; by default `member_file`.
+        Where its place is kept; by default `member_file` for an aircraft, `station_file` for a ground station, whose key is beside it.
 
     Returns
     -------
@@ -314,16 +436,22 @@ def join(token: str, *, file: str | Path | None = None) -> tuple[Member, bool]:
     InvalidRequest
         For a text that is no token.
     NotPossibleNow
-        When the ground station refuses: the token has expired, was used, or is not known there.
+        When the ground station refuses: the token has expired, was used, or is not known there; or this one has the authority itself.
     LinkError
         When nobody is reached, or somebody else answers; nothing was told to them.
     """
-    found, is_new = native("fleet_join")(token, member_file() if file is None else Path(file))
+    org, is_station = native("fleet_token")(token)
+    if is_station and file is None and Organisation(org).exists:
+        raise NotPossibleNow(
+            f"this machine has the authority of {org} itself, and needs no token: vencejo serve --fleet {org}"
+        )
+    path = Path(file) if file is not None else station_file(org) if is_station else member_file()
+    found, is_new = native("fleet_join")(token, path, path.with_suffix(".key") if is_station else None)
     return _member(found), bool(is_new)
 
 
 def member(*, file: str | Path | None = None) -> Member | None:
-    """The place of this computer in a fleet, if it has one.
+    """The place of this computer in a fleet, if it has one; by default as an aircraft.
 
     Raises
     ------
@@ -432,31 +560,41 @@ def check_ground(organisation: Organisation, *, now: datetime | None = None) -> 
         )
     for addresses in (organisation.routers, [f"tls/{door}" for door in organisation.doors]):
         checks += _reached(addresses, organisation.problem_at, f"vencejo serve --fleet {org}")
-    for each in organisation.aircraft:
+    members: list[Enrolled | EnrolledStation] = [*organisation.aircraft, *organisation.stations]
+    for each in members:
         if each.revoked is None:
-            remedy = f"it renews it by itself while it reaches the door; else: vencejo fleet enrol {each.name}"
+            remedy = f"it renews it by itself while it reaches the door; else: {_again(each)}"
             checks.append(
                 _validity(f"the certificate of {each.name}", each.enrolled, each.certificate_ends, now, remedy)
             )
     return checks
 
 
+def _again(each: Enrolled | EnrolledStation | Member) -> str:
+    """The command that enrols one again."""
+    role = getattr(each, "role", None)
+    is_station = isinstance(each, EnrolledStation) or (isinstance(each, Member) and each.is_station)
+    options = f"--station {'' if role in (None, 'operator') else f'--role {role} '}" if is_station else ""
+    return f"vencejo fleet enrol {options}{each.name}"
+
+
 def check_board(found: Member, *, file: str | Path | None = None, now: datetime | None = None) -> list[Check]:
-    """Look for what keeps this aircraft out, on board.
+    """Look for what keeps this computer out of its fleet: an aircraft, on board, or a ground station without the authority.
 
     Parameters
     ----------
     found : Member
         Its place in its fleet.
     file : path, optional
-        Where that is kept; by default `member_file`.
+        Where that is kept; by default `member_file`, or `station_file` for a ground station.
     now : datetime, optional
         The time; by default that of the clock.
     """
-    path = member_file() if file is None else Path(file)
+    default = station_file(found.org) if found.is_station else member_file()
+    path = default if file is None else Path(file)
     now = now or datetime.fromtimestamp(time.time(), timezone.utc)
     checks = list(_private(path)) or [Check(ok=True, message=f"the key is for its owner alone, in {path}")]
-    again = f"on the ground: vencejo fleet enrol {found.name}; then here, with the token: vencejo fleet join TOKEN"
+    again = f"on the ground: {_again(found)}; then here, with the token: vencejo fleet join TOKEN"
     checks.append(
         _validity(f"the certificate of {found.name}", found.certificate_begins, found.certificate_ends, now, again)
     )
@@ -465,7 +603,12 @@ def check_board(found: Member, *, file: str | Path | None = None, now: datetime 
     )
     problem = native("fleet_standing")(path)
     if problem is None:
-        checks.append(Check(ok=True, message="the ground station knows this aircraft, and would renew its certificate"))
+        checks.append(
+            Check(
+                ok=True,
+                message="the ground station that has the authority knows this computer, and would renew its certificate",
+            )
+        )
     else:
         checks.append(Check(ok=False, message=problem, remedy="on the ground: vencejo fleet status"))
     return checks

@@ -18,7 +18,7 @@ from typing import Any
 
 from vencejo import _native
 from vencejo._closing import Closing
-from vencejo.enrolment import Organisation, fleet_folder, native
+from vencejo.enrolment import Organisation, default_key_file, native
 from vencejo.enrolment import member_file as default_member_file
 from vencejo.station import Station, default_history_dir
 
@@ -33,11 +33,6 @@ GROUND_HISTORY_MB = 4096
 def has_fleet() -> bool:
     """Whether this build can join fleets; wheels can."""
     return hasattr(_native, "FleetGround")
-
-
-def default_key_file(org: str) -> Path:
-    """Where a ground station's own key is: ``fleet/ORG.key`` in the data folder, readable by its owner alone."""
-    return fleet_folder() / f"{org}.key"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +77,7 @@ class Aircraft(Closing):
         Where the fleet's router is, such as ``"tls/ground.local:7447"``. It is dialled for ever. By default those that it was told of
         when it joined, one after the other; else ``"tcp/127.0.0.1:7447"``.
     trust, chiefs : iterable of str, optional
-        Public keys of the ground stations whose orders it takes, beside the one where it joined; those of ``chiefs`` may take control
+        Public keys of ground stations whose orders it takes, beside those on its fleet's list; those of ``chiefs`` may take control
         from the others at once. Without any, it only tells where it is.
     uplink_kbit_s : float, optional
         What the uplink carries, where that is known: states fill 60 % of it at most.
@@ -196,9 +191,9 @@ class Fleet(Closing):
         The organisation.
     listen : str, optional
         Where it is the fleet's router; with port 0 a free one is taken (`endpoint`). By default ``"tls/0.0.0.0:7447"`` where the fleet's
-        authority is on this machine, else ``"tcp/127.0.0.1:7447"``.
+        authority is on this machine; else ``"tcp/127.0.0.1:7447"``, but where this machine has joined the fleet by a token.
     router : str, optional
-        Another router that it uses, in place of being one.
+        Another router that it uses, in place of being one. By default, where it has joined by a token, those of the fleet's list.
     door : str, optional
         Where aircraft join with a token and get their next certificate, such as ``"0.0.0.0:7448"``; nowhere by default, nor in the
         clear.
@@ -233,8 +228,10 @@ class Fleet(Closing):
         history_mb: float = GROUND_HISTORY_MB,
         folder: str | Path | None = None,
     ) -> None:
+        self.org = org
         organisation = Organisation(org, folder=folder)
-        if listen is None:
+        has_joined = organisation.folder.with_suffix(".json").is_file()
+        if listen is None and (organisation.exists or not has_joined):
             listen = "tls/0.0.0.0:7447" if organisation.exists else "tcp/127.0.0.1:7447"
         self._native = native("FleetGround")(
             station._native,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 import time
@@ -83,6 +84,78 @@ def test_an_aircraft_joins_with_a_token_flies_over_tls_and_is_put_out(tmp_path: 
             assert "plane7 was revoked" in result.output
 
 
+@pytest.mark.e2e
+def test_a_second_ground_station_joins_commands_by_its_role_and_is_put_out(tmp_path: Path) -> None:
+    from vencejo import Station
+    from vencejo.errors import ControlHeld, NotPossibleNow
+    from vencejo.fleet import Aircraft
+
+    quiet: dict[str, Any] = {"record": False, "signing": False}
+    ground = tmp_path / "ground/fleet"
+    organisation = Organisation("acme", folder=ground)
+    organisation.init(hosts=["127.0.0.1"])
+    addresses: dict[str, Any] = {"listen": "tls/127.0.0.1:0", "door": "127.0.0.1:0", "history": False}
+    with (
+        simulated_plane() as link,
+        Station(operator="ground", **quiet) as here,
+        Fleet(here, org="acme", folder=ground, key_file=ground / "acme.key", **addresses),
+    ):
+        aboard = tmp_path / "aboard.json"
+        join(organisation.enrol("plane7").text, file=aboard)
+        with (
+            Station(link, system_id=1, component_id=191, heartbeat=False, operator="board", **quiet) as board,
+            Aircraft(board, member_file=aboard, history=False) as aircraft,
+        ):
+            plane = here.wait_vehicle()
+            plane.set_mode("FBWA")
+            wait_for(lambda: aircraft.status.holder == "ground", "control of the first")
+
+            # The plane is in the field when the second one joins: it learns whom to obey over the network.
+            elsewhere = tmp_path / "tower/fleet"
+            token = organisation.enrol_station("tower").text
+            found, is_new = join(token, file=elsewhere / "acme.json")
+            assert (found.name, found.is_station, found.role, is_new) == ("tower", True, "operator", True)
+            with (
+                Station(operator="tower", **quiet) as there,
+                Fleet(there, org="acme", folder=elsewhere, key_file=elsewhere / "acme.key", history=False) as tower,
+            ):
+                assert not [check for check in check_board(found, file=elsewhere / "acme.json") if not check.ok]
+                seen = there.wait_vehicle()
+                assert seen.remote_name == "plane7"
+                wait_for(lambda: tower.key.encode() in _listed(aboard), "its key on board")
+                with pytest.raises(ControlHeld):
+                    seen.set_mode("CIRCLE")
+                here.operator.release()
+                wait_for(lambda: aircraft.status.holder is None, "control given up")
+                seen.set_mode("CIRCLE")
+                wait_for(lambda: aircraft.status.holder == "tower", "control of the second")
+
+                # As an observer it loses control, and reads on.
+                join(organisation.enrol_station("tower", role="observer").text, file=elsewhere / "acme.json")
+                wait_for(lambda: aircraft.status.holder is None, "the end of its control")
+                with pytest.raises(NotPossibleNow, match="observer"):
+                    seen.set_mode("FBWA")
+                assert len(seen.params.all()) > 100
+
+                # A router that knows nothing of it lets it through still; the plane does not obey.
+                revoked = elsewhere / "acme.json"
+                organisation.revoke_station("tower")
+                wait_for(lambda: tower.key.encode() not in _listed(aboard), "its key gone on board")
+                assert [each.name for each in organisation.stations if each.revoked] == ["tower"]
+                gone = check_board(found, file=revoked)
+                assert any("tower was revoked" in check.message for check in gone if not check.ok)
+                plane.set_mode("FBWA")
+                wait_for(lambda: aircraft.status.holder == "ground", "the first to act again")
+    # The list outlives a start without any ground station.
+    assert b"operator" in _listed(aboard)
+
+
+def _listed(aboard: Path) -> bytes:
+    """The list of ground stations that an aircraft keeps: names and roles as text, keys in hexadecimal digits."""
+    signed = base64.b64decode(json.loads(aboard.read_text(encoding="ascii"))["stations"])
+    return signed + signed.hex().encode()
+
+
 def _act(client: Client, system: int, mode: str) -> bool:
     return client.ask("POST", f"vehicles/{system}/mode", {"mode": mode}).status < 300
 
@@ -131,7 +204,7 @@ def test_an_aircraft_comes_over_quic_and_has_its_certificate_renewed(
         wait_for(lambda: file.read_bytes() != before, "the next certificate")
         wait_for(lambda: any(each.is_present for each in fleet.aircraft), "the aircraft")
         assert [each.name for each in fleet.aircraft] == ["plane7"]
-        roll = json.loads((organisation.folder / "roll.json").read_text(encoding="utf-8"))["aircraft"]["plane7"]
+        roll = json.loads((organisation.folder / "roll.json").read_text(encoding="utf-8"))["members"]["plane7"]
         assert roll["key"] != roll["before"], "of a new key, by the certificate of the one before"
 
 

@@ -35,13 +35,37 @@ pub const KEEPS_ANSWERS: Duration = Duration::from_secs(60);
 /// Answers that are kept. One that is still fresh is never forgotten for another: then nothing more is taken on.
 pub const MAX_ANSWERS: usize = 1024;
 
-/// What an operator's key is good for.
+/// What a ground station's key is good for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "carrier", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
 pub enum Role {
+    /// Looks, and has plans and parameters read; never acts.
+    Observer,
     /// Asks for control where somebody has it.
     Operator,
     /// May take it from an operator at once.
     Chief,
+}
+
+impl Role {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Observer, Self::Operator, Self::Chief];
+
+    /// Its name.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Observer => "observer",
+            Self::Operator => "operator",
+            Self::Chief => "chief",
+        }
+    }
+
+    /// The role of that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|role| role.as_str() == name)
+    }
 }
 
 /// Who sent an order: its signature was checked.
@@ -193,6 +217,20 @@ impl Authority {
         self.local = local;
     }
 
+    /// The roles of ground stations have changed: control of one that may not act any more ends, and so does its request for it.
+    pub fn on_roles(&mut self, role_of: impl Fn(&PublicKey) -> Option<Role>) {
+        let role_of = |lease: &Lease| role_of(&lease.caller.key).filter(|role| *role != Role::Observer);
+        self.asking.take_if(|asking| role_of(asking).is_none());
+        match self.lease.as_mut().map(|lease| (role_of(lease), lease)) {
+            Some((Some(role), lease)) => lease.caller.role = role,
+            Some((None, _)) => {
+                self.lease = None;
+                self.fence();
+            }
+            None => {}
+        }
+    }
+
     /// Lets time pass.
     pub fn on_time(&mut self, now: MonoTime) {
         self.lease.take_if(|lease| lease.until <= now);
@@ -230,6 +268,9 @@ impl Authority {
             return refused(claim, "too many orders came at once; wait some seconds");
         }
         let verdict = match claim.wish {
+            Wish::Ask | Wish::Renew | Wish::Release | Wish::Grant(_) | Wish::Act if caller.role == Role::Observer => {
+                refused(claim, "this ground station is an observer: it may look and read, not act")
+            }
             Wish::Ask => self.on_ask(caller, claim, now),
             Wish::Read => Verdict::Execute,
             Wish::Recall(id) => {

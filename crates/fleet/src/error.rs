@@ -50,6 +50,12 @@ pub enum FleetError {
     /// A text that is no token.
     #[error("this is no token of `vencejo fleet enrol`: {0}; copy it again as a whole")]
     Token(String),
+    /// A token that is for another kind of station.
+    #[error("this token is for {0}")]
+    TokenFor(&'static str),
+    /// A role that there is not.
+    #[error("'{0}' is no role of a ground station: observer, operator or chief")]
+    Role(String),
     /// The ground station does not give a certificate.
     #[error("the ground station says: {0}")]
     Refused(String),

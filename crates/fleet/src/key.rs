@@ -104,6 +104,18 @@ pub fn echo_key(org: &Name) -> String {
     format!("vencejo/1/{org}/_hub/echo")
 }
 
+/// Where the list of ground stations is asked for, with `have=NUMBER`: a newer one is given, or nothing.
+#[must_use]
+pub fn stations_key(org: &Name) -> String {
+    format!("vencejo/1/{org}/_hub/stations")
+}
+
+/// The keys of both.
+#[must_use]
+pub fn keys_of_hub(org: &Name) -> String {
+    format!("vencejo/1/{org}/_hub/*")
+}
+
 /// The aircraft that a key of this organisation and kind is of.
 #[must_use]
 pub fn aircraft_of(org: &Name, kind: Kind, key: &str) -> Option<Name> {

@@ -1,16 +1,18 @@
 //! Aircraft of a fleet and their ground stations, for Python.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use vencejo_fleet::authority::Role;
 use vencejo_fleet::carrier::{
     Aircraft, AircraftConfig, Contents, Endpoint, Ground, GroundConfig, HistoryConfig, Membership, Organisation,
-    Replay, join, standing, try_address, unix_now,
+    Replay, Standing, join, standing, try_address, unix_now,
 };
 use vencejo_fleet::key::Name;
-use vencejo_fleet::papers::certificate::{Facts, Identity, WARN_BEFORE_S};
+use vencejo_fleet::papers::certificate::{Facts, Identity, STATION_PREFIX, WARN_BEFORE_S};
+use vencejo_fleet::papers::roll::{Entry, Newcomer, Out, station_called};
+use vencejo_fleet::papers::ticket::Ticket;
 use vencejo_fleet::signature::PublicKey;
 use vencejo_fleet::{FleetError, operator};
 use vencejo_vehicle::VehicleId;
@@ -26,6 +28,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyOrganisation>()?;
     module.add_class::<PyReplay>()?;
     module.add_function(wrap_pyfunction!(history_contents, module)?)?;
+    module.add_function(wrap_pyfunction!(fleet_token, module)?)?;
     module.add_function(wrap_pyfunction!(fleet_join, module)?)?;
     module.add_function(wrap_pyfunction!(fleet_member, module)?)?;
     module.add_function(wrap_pyfunction!(fleet_standing, module)?)?;
@@ -75,7 +78,7 @@ impl PyAircraft {
             Ok((key.parse::<PublicKey>()?, role))
         };
         let config = || -> Result<Option<AircraftConfig>, FleetError> {
-            let given = trust.into_iter().map(trusted).collect::<Result<BTreeMap<_, _>, FleetError>>()?;
+            let trust = trust.into_iter().map(trusted).collect::<Result<BTreeMap<_, _>, FleetError>>()?;
             let member = Membership::read(&member_file)?;
             let (org, name) = match (org, name, &member) {
                 (Some(org), Some(name), _) => (org.parse()?, name.parse()?),
@@ -87,14 +90,9 @@ impl PyAircraft {
                 member.filter(|member| member.org().as_ref() == Ok(&org) && member.name().as_ref() == Ok(&name));
             let dial = match (dial, &member) {
                 (Some(dial), _) => vec![dial.parse()?],
-                (None, Some(member)) => member.routers()?,
+                (None, Some(_)) => Vec::new(),
                 (None, None) => vec!["tcp/127.0.0.1:7447".parse()?],
             };
-            let mut trust: BTreeMap<_, _> = match &member {
-                Some(member) => member.trust()?.into_iter().map(|key| (key, Role::Operator)).collect(),
-                None => BTreeMap::new(),
-            };
-            trust.extend(given);
             let member = member.map(|member| (member, member_file));
             Ok(Some(AircraftConfig { org, name, dial, member, trust, uplink_bit_s, history }))
         };
@@ -124,6 +122,19 @@ type Far = (String, Option<u16>, bool, f64, Option<String>, Option<String>);
 #[pyclass(frozen, name = "FleetGround", module = "vencejo._native")]
 pub struct PyGround(Ground);
 
+/// What a ground station has of a fleet in this folder.
+fn standing_in(folder: &Path, org: &Name) -> Standing {
+    let organisation = Organisation::below(folder, org.clone());
+    let place = folder.join(format!("{org}.json"));
+    if organisation.exists() {
+        Standing::Authority(organisation)
+    } else if place.is_file() {
+        Standing::Member(place)
+    } else {
+        Standing::Alone
+    }
+}
+
 #[pymethods]
 impl PyGround {
     #[new]
@@ -147,7 +158,7 @@ impl PyGround {
                 listen: listen.map(str::parse).transpose()?,
                 dial: dial.map(str::parse).transpose()?,
                 signer: operator::key_of_file(&key_file)?,
-                organisation: Some(Organisation::below(&folder, org.clone())).filter(Organisation::exists),
+                standing: standing_in(&folder, &org),
                 door,
                 org,
                 history,
@@ -267,8 +278,13 @@ fn validity(facts: Facts) -> Validity {
     (facts.begins, facts.ends, facts.names)
 }
 
-/// Name, since when, end of its certificate, when it was revoked.
-type Enrolled = (String, u64, u64, Option<u64>);
+/// Name, since when, end of its certificate, when it was revoked, its role where it is a ground station.
+type Enrolled = (String, u64, u64, Option<u64>, Option<&'static str>);
+
+fn role_named(role: &str) -> Result<Role, FleetError> {
+    let bad = || FleetError::Role(role.chars().filter(|c| !c.is_control()).take(40).collect());
+    Role::named(role).ok_or_else(bad)
+}
 
 /// A fleet's authority and its roll, in a folder.
 #[pyclass(frozen, name = "FleetOrganisation", module = "vencejo._native")]
@@ -308,16 +324,29 @@ impl PyOrganisation {
     }
 
     /// The token; where it is good; when it ends.
-    fn enrol(&self, py: Python<'_>, name: &str, lasts_s: u64) -> PyResult<(String, Vec<String>, u64)> {
+    fn enrol(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        lasts_s: u64,
+        role: Option<&str>,
+    ) -> PyResult<(String, Vec<String>, u64)> {
         let now = unix_now();
-        let ticket = self.detached(py, |org| org.enrol(&name.parse()?, lasts_s, now))?;
+        let ticket = self.detached(py, |org| {
+            let newcomer = match role {
+                Some(role) => Newcomer::Station(name.parse()?, role_named(role)?),
+                None => Newcomer::Aircraft(name.parse()?),
+            };
+            org.enrol(&newcomer, lasts_s, now)
+        })?;
         Ok((ticket.text(), ticket.doors, now + lasts_s))
     }
 
-    fn revoke(&self, py: Python<'_>, name: &str) -> PyResult<()> {
+    fn revoke(&self, py: Python<'_>, name: &str, is_station: bool) -> PyResult<()> {
         self.detached(py, |org| {
-            let name = name.parse()?;
-            org.change(|roll| roll.revoke(&name, unix_now()))
+            let name: Name = name.parse()?;
+            let common_name = if is_station { station_called(&name) } else { name.to_string() };
+            org.change(|roll| roll.revoke(&common_name, unix_now()))
         })
     }
 
@@ -339,15 +368,20 @@ impl PyOrganisation {
     }
 
     /// Who is enrolled.
-    fn aircraft(&self, py: Python<'_>) -> PyResult<Vec<Enrolled>> {
+    fn members(&self, py: Python<'_>) -> PyResult<Vec<Enrolled>> {
         let roll = self.detached(py, Organisation::roll)?;
-        Ok(roll.aircraft.into_iter().map(|(name, entry)| (name, entry.enrolled, entry.ends, entry.revoked)).collect())
+        let shown = |(name, entry): (String, Entry)| {
+            let role = entry.post.map(|post| post.role.as_str());
+            (name.trim_start_matches(STATION_PREFIX).to_owned(), entry.enrolled, entry.ends, entry.revoked, role)
+        };
+        Ok(roll.members.into_iter().map(shown).collect())
     }
 
-    /// Tokens that are out: for whom, until when.
-    fn tokens(&self, py: Python<'_>) -> PyResult<Vec<(String, u64)>> {
+    /// Tokens that are out: for whom, until when, the role where it is a ground station.
+    fn tokens(&self, py: Python<'_>) -> PyResult<Vec<(String, u64, Option<&'static str>)>> {
         let roll = self.detached(py, Organisation::roll)?;
-        Ok(roll.open_tokens(unix_now()).map(|out| (out.name.clone(), out.ends)).collect())
+        let name = |out: &Out| out.name.trim_start_matches(STATION_PREFIX).to_owned();
+        Ok(roll.open_tokens(unix_now()).map(|out| (name(out), out.ends, out.role.map(Role::as_str))).collect())
     }
 
     /// What is wrong with whoever is at an address, asked as the ground station; `None` where nothing is.
@@ -362,20 +396,46 @@ fn tried(py: Python<'_>, address: &str, identity: &Identity) -> PyResult<Option<
     Ok(runtime::wait(py, None, try_address(&address, identity))?.and_then(Result::err))
 }
 
-/// Organisation, name, from when to when its certificate is good, routers, doors.
-type Member = (String, String, u64, u64, Vec<String>, Vec<String>);
+/// A place in a fleet.
+#[derive(IntoPyObject)]
+struct Member {
+    org: String,
+    name: String,
+    is_station: bool,
+    role: Option<&'static str>,
+    begins: u64,
+    ends: u64,
+    routers: Vec<String>,
+    doors: Vec<String>,
+}
 
 fn shown(member: &Membership) -> Result<Member, FleetError> {
     let Facts { begins, ends, .. } = member.facts()?;
-    let routers = member.routers()?.iter().map(Endpoint::to_string).collect();
-    Ok((member.org()?.to_string(), member.name()?.to_string(), begins, ends, routers, member.doors().to_vec()))
+    Ok(Member {
+        org: member.org()?.to_string(),
+        name: member.name()?.to_string(),
+        is_station: member.is_station(),
+        role: member.role()?.map(Role::as_str),
+        begins,
+        ends,
+        routers: member.routers()?.iter().map(Endpoint::to_string).collect(),
+        doors: member.doors()?,
+    })
 }
 
-/// Joins a fleet; what is in the file then, and whether it was done now.
+/// Whom a token is for: the organisation, and whether it is a ground station.
 #[pyfunction]
-fn fleet_join(py: Python<'_>, token: &str, file: PathBuf) -> PyResult<(Member, bool)> {
-    let joined =
-        runtime::wait(py, None, join(token, &file))?.ok_or_else(|| errors::raise("ClosedError", "interrupted"))?;
+fn fleet_token(token: &str) -> PyResult<(String, bool)> {
+    let ticket: Ticket = token.parse().map_err(raise)?;
+    Ok((ticket.org, ticket.is_station))
+}
+
+/// Joins a fleet, a ground station with its key; what is in the file then, and whether it was done now.
+#[pyfunction]
+fn fleet_join(py: Python<'_>, token: &str, file: PathBuf, key_file: Option<PathBuf>) -> PyResult<(Member, bool)> {
+    let operator = py.detach(|| key_file.map(|file| operator::key_of_file(&file)).transpose()).map_err(raise)?;
+    let joined = join(token, &file, operator.map(|signer| signer.public()));
+    let joined = runtime::wait(py, None, joined)?.ok_or_else(|| errors::raise("ClosedError", "interrupted"))?;
     let (member, is_new) = joined.map_err(raise)?;
     Ok((shown(&member).map_err(raise)?, is_new))
 }

@@ -1,4 +1,4 @@
-"""The commands `vencejo fleet …`: who belongs to a fleet, and why an aircraft is not there."""
+"""The commands `vencejo fleet …`: who belongs to a fleet, and why one is not there."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import sys
 import time
 from dataclasses import asdict
 from datetime import datetime, timezone
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -29,7 +30,18 @@ OrgOption = Annotated[
         "--fleet", metavar="ORG", help="The fleet; the one whose authority is on this machine when not given."
     ),
 ]
-NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="The aircraft's name: 1 to 32 of a-z, 0-9 and '-'.")]
+NameArgument = Annotated[
+    str, typer.Argument(metavar="NAME", help="Name of the aircraft or ground station: 1 to 32 of a-z, 0-9 and '-'.")
+]
+
+
+class StationRole(str, Enum):
+    """What a ground station may do."""
+
+    OBSERVER = "observer"
+    OPERATOR = "operator"
+    CHIEF = "chief"
+
 
 LOOKS_S = 2.5
 """How long is waited for aircraft that are there to say something: they do each second, or less often where the uplink is slow."""
@@ -130,24 +142,43 @@ def enrol(
     minutes: Annotated[
         int, typer.Option("--minutes", metavar="N", min=1, max=1440, help="How long the token is good, minutes.")
     ] = 60,
+    station: Annotated[
+        bool, typer.Option("--station", help="It is another ground station, which joins with `vencejo serve --join`.")
+    ] = False,
+    role: Annotated[
+        StationRole | None,
+        typer.Option(
+            "--role",
+            help="What that may do: observer looks and reads, operator asks for control (when not given), chief takes it at once.",
+        ),
+    ] = None,
     json: JsonOption = False,
 ) -> None:
-    """Give out a token that brings one aircraft into a fleet, once; the fleet is made where it is not there.
+    """Give out a token that brings one aircraft, or ground station, into a fleet, once; the fleet is made where it is not there.
 
     Example: vencejo fleet enrol plane7 --fleet acme
+
+    Example: vencejo fleet enrol tower --station --role observer
     """
+    if role is not None and not station:
+        raise Failed("a role is for a ground station: give --station too", Exit.USAGE)
     organisation = _organisation(org)
     if not organisation.exists:
         organisation.init()
         say(f"The fleet {organisation.org} is made, in {organisation.folder}. Keep a copy of ca.key there safe.")
-    token = organisation.enrol(name, lasts_s=minutes * 60)
-    command = f"vencejo onboard --join {token.text} --link /dev/serial0,921600"
+    lasts_s = minutes * 60
+    if station:
+        token = organisation.enrol_station(name, role=(role or StationRole.OPERATOR).value, lasts_s=lasts_s)
+        command = f"vencejo serve --join {token.text}"
+        where = f"At the ground station {name}, within {minutes} minutes; it is shown once:"
+    else:
+        token = organisation.enrol(name, lasts_s=lasts_s)
+        command = f"vencejo onboard --join {token.text} --link /dev/serial0,921600"
+        where = f"On board of {name}, within {minutes} minutes; it is shown once (another --link where the autopilot is elsewhere):"
     if json:
         put_json({"token": token.text, "command": command, "doors": list(token.doors), "ends": token.ends.isoformat()})
     else:
-        say(
-            f"On board of {name}, within {minutes} minutes; it is shown once (another --link where the autopilot is elsewhere):"
-        )
+        say(where)
         print(command, flush=True)
     port = token.doors[0].rpartition(":")[2]
     if all(organisation.problem_at(f"tls/{door}") for door in (f"127.0.0.1:{port}", token.doors[0])):
@@ -164,7 +195,7 @@ def join_fleet(
     ],
     json: JsonOption = False,
 ) -> None:
-    """Bring this computer on board into a fleet, with a token. The same token again changes nothing.
+    """Bring this computer into a fleet, with a token: as an aircraft, or as another ground station. The same token again changes nothing.
 
     Example: vencejo fleet join vf1.CiBj...
     """
@@ -172,22 +203,34 @@ def join_fleet(
     if json:
         put_json(_shown(found))
         return
-    print(
-        f"This is {found.name} of the fleet {found.org} now. Start it with: vencejo onboard --link /dev/serial0,921600"
-    )
+    start = f"serve --fleet {found.org}" if found.is_station else "onboard --link /dev/serial0,921600"
+    print(f"This is {found.name} of the fleet {found.org} now{_as_role(found)}. Start it with: vencejo {start}")
 
 
-def joined(token: str) -> Member:
-    """Join the fleet of a token; gives this computer's place in it."""
-    from vencejo.enrolment import join, member
+def _as_role(found: Member) -> str:
+    return f", as {found.role or 'one that is listed no more'}" if found.is_station else ""
+
+
+def joined(token: str, *, as_station: bool | None = None) -> Member:
+    """Join the fleet of a token; gives this computer's place in it.
+
+    Raises
+    ------
+    Failed
+        When it is not for what is meant: a ground station, or an aircraft.
+    """
+    from vencejo.enrolment import is_for_station, join, member
 
     if token == "-":
         token = sys.stdin.readline(4096).strip()
+    if as_station not in (None, is_for_station(token)):
+        wanted, other = ("an aircraft", "onboard") if as_station else ("a ground station", "serve")
+        raise Failed(f"this token is for {wanted}: vencejo {other} --join TOKEN", Exit.USAGE)
     before = None
     with contextlib.suppress(Exception):  # a damaged one is replaced
         before = member()
     found, is_new = join(token)
-    if is_new and before is not None and (before.org, before.name) != (found.org, found.name):
+    if is_new and not found.is_station and before is not None and (before.org, before.name) != (found.org, found.name):
         say(f"It was {before.name} of {before.org} before.")
     return found
 
@@ -213,25 +256,19 @@ def acl(org: OrgOption = None) -> None:
 
 @fleet_app.command("status")
 def show_status(org: OrgOption = None, json: JsonOption = False) -> None:
-    """Show who is enrolled, when certificates end, who is there and who has control; on board, this aircraft.
+    """Show who is enrolled, when certificates end, who is there and who has control; elsewhere, this computer's place.
 
     Example: vencejo fleet status
 
     Example: vencejo fleet status --fleet acme --json
     """
-    from vencejo.enrolment import member, organisations
-
-    if org is None and not organisations():
-        found = member()
-        if found is None:
-            raise Failed(
-                "this computer is in no fleet: vencejo fleet init ORG on the ground, vencejo fleet join TOKEN on board"
-            )
+    if (places := _places(org)) is not None:
         if json:
-            put_json(_shown(found))
-        else:
+            put_json([_shown(found) for found in places] if len(places) > 1 else _shown(places[0]))
+            return
+        for found in places:
             print(
-                f"{found.name} of the fleet {found.org}; certificate until {found.certificate_ends:%Y-%m-%d}; dials {', '.join(found.routers)}"
+                f"{found.name} of the fleet {found.org}{_as_role(found)}; certificate until {found.certificate_ends:%Y-%m-%d}; dials {', '.join(found.routers)}"
             )
         return
     organisation = _existing(org)
@@ -252,9 +289,29 @@ def show_status(org: OrgOption = None, json: JsonOption = False) -> None:
                 "holder": None if seen is None else seen.holder,
             }
         )
+    stations: list[dict[str, Any]] = [
+        {
+            "name": each.name,
+            "role": each.role,
+            "certificate_ends": each.certificate_ends.isoformat(),
+            "certificate_days": int((each.certificate_ends - now).total_seconds() // 86400),
+            "revoked": None if each.revoked is None else each.revoked.isoformat(),
+        }
+        for each in organisation.stations
+    ]
     tokens = {name: ends.isoformat() for name, ends in organisation.tokens.items()}
+    station_tokens = {name: ends.isoformat() for name, ends in organisation.station_tokens.items()}
     if json:
-        put_json({"org": organisation.org, "router": router, "aircraft": rows, "tokens": tokens})
+        put_json(
+            {
+                "org": organisation.org,
+                "router": router,
+                "aircraft": rows,
+                "stations": stations,
+                "tokens": tokens,
+                "station_tokens": station_tokens,
+            }
+        )
         return
     print(
         f"Fleet {organisation.org}: "
@@ -268,8 +325,39 @@ def show_status(org: OrgOption = None, json: JsonOption = False) -> None:
             row["name"], ends, present, "–" if row["age_s"] is None else f"{row['age_s']} s ago", row["holder"] or "–"
         )
     stdout().print(shown)
-    for name, ends in tokens.items():
+    if stations:
+        shown = table("ground station", "certificate", "role")
+        for row in stations:
+            ends = f"{row['certificate_ends'][:10]}" + (" soon!" if row["certificate_days"] < 20 else "")
+            shown.add_row(row["name"], ends, "revoked" if row["revoked"] else row["role"])
+        stdout().print(shown)
+    for name, ends in (*tokens.items(), *station_tokens.items()):
         print(f"A token for {name} is out until {ends[:16].replace('T', ' ')} UTC.")
+
+
+def _places(org: str | None) -> list[Member] | None:
+    """The places that this computer has in fleets by tokens; ``None`` where it has the authority of the one that is meant.
+
+    Raises
+    ------
+    Failed
+        When it is in no fleet at all.
+    """
+    from vencejo.enrolment import Organisation, member, organisations, station_file, station_places
+
+    if org is not None and (Organisation(org).exists or not station_file(org).is_file()):
+        return None
+    if org is None and organisations():
+        return None
+    places = [member(file=station_file(each)) for each in ([org] if org else station_places())]
+    if org is None:
+        places.insert(0, member())
+    found = [place for place in places if place is not None]
+    if not found:
+        raise Failed(
+            "this computer is in no fleet: vencejo fleet init ORG on the ground, vencejo fleet join TOKEN elsewhere"
+        )
+    return found
 
 
 def _look(organisation: Organisation, *, quiet: bool) -> tuple[str | None, dict[str, FarAircraft]]:
@@ -315,10 +403,12 @@ def doctor(org: OrgOption = None, json: JsonOption = False) -> None:
 
     Example: vencejo fleet doctor
     """
-    from vencejo.enrolment import Check, check_board, check_ground, member, organisations
+    from vencejo.enrolment import Check, check_board, check_ground
 
     checks: list[Check] = []
-    if org is not None or organisations():
+    if (places := _places(org)) is not None:
+        checks += [check for found in places for check in check_board(found)]
+    else:
         organisation = _organisation(org)
         checks += check_ground(organisation)
         if organisation.exists and any(each.revoked is None for each in organisation.aircraft):
@@ -332,12 +422,6 @@ def doctor(org: OrgOption = None, json: JsonOption = False) -> None:
                     checks.append(
                         Check(ok=False, message=f"the router is reached, and {each.name} is not there", remedy=remedy)
                     )
-    elif (found := member()) is not None:
-        checks += check_board(found)
-    else:
-        raise Failed(
-            "this computer is in no fleet: vencejo fleet init ORG on the ground, vencejo fleet join TOKEN on board"
-        )
     if json:
         put_json([asdict(check) for check in checks])
     else:
@@ -354,15 +438,25 @@ def doctor(org: OrgOption = None, json: JsonOption = False) -> None:
 
 
 @fleet_app.command()
-def revoke(name: NameArgument, org: OrgOption = None, yes: YesOption = False) -> None:
-    """Put an aircraft out for good. A running `vencejo serve --fleet` shuts it out within seconds.
+def revoke(
+    name: NameArgument,
+    station: Annotated[bool, typer.Option("--station", help="It is a ground station.")] = False,
+    org: OrgOption = None,
+    yes: YesOption = False,
+) -> None:
+    """Put an aircraft, or another ground station, out for good. A running `vencejo serve --fleet` shuts it out within seconds.
 
-    Its name is free again when its last certificate has ended.
+    Aircraft take no orders of such a station any more as soon as they are told. A name is free again when its last certificate has ended.
 
     Example: vencejo fleet revoke plane7
+
+    Example: vencejo fleet revoke tower --station
     """
     organisation = _existing(org)
     if not confirm(f"Put {name} out of the fleet {organisation.org}?", yes=yes):
         raise Failed("nothing was changed")
-    organisation.revoke(name)
+    if station:
+        organisation.revoke_station(name)
+    else:
+        organisation.revoke(name)
     print(f"{name} is out. A router of your own (zenohd) has to be given its new settings: vencejo fleet acl")

@@ -75,7 +75,7 @@ def onboard(
         typer.Option(
             "--trust",
             metavar="KEY",
-            help="Key of a ground station whose orders it takes; `vencejo serve --fleet` shows it. Repeatable.",
+            help="Key of a ground station whose orders it takes, beside those on its fleet's list; `vencejo serve --fleet` shows it. Repeatable.",
         ),
     ] = None,
     chief: Annotated[
@@ -143,7 +143,7 @@ def onboard(
     if join is not None:
         if fleet is not None:
             raise Failed("the token says which fleet and which name: leave out --fleet and --name", Exit.USAGE)
-        joined(join)
+        joined(join, as_station=False)
     found = member()
     is_member = found is not None and fleet in (None, found.org) and name in (None, found.name)
     if not is_member and fleet is None:

@@ -13,6 +13,8 @@ import typer
 
 from vencejo.cli.camera import CameraOption, for_ice, served_cameras
 from vencejo.cli.common import (
+    Exit,
+    Failed,
     ForwardOption,
     HistoryOption,
     JsonOption,
@@ -21,6 +23,7 @@ from vencejo.cli.common import (
     say,
 )
 from vencejo.cli.connecting import RECORDED_AGAIN
+from vencejo.cli.fleet import joined
 from vencejo.cli.ice import (
     IceAllowOption,
     IceConfigOption,
@@ -143,6 +146,14 @@ def serve(
             help="Show the aircraft of this organisation that `vencejo onboard` brings here over a network.",
         ),
     ] = None,
+    join: Annotated[
+        str | None,
+        typer.Option(
+            "--join",
+            metavar="TOKEN",
+            help="Join another ground station's fleet with a token of `vencejo fleet enrol --station`; afterwards --fleet alone.",
+        ),
+    ] = None,
     fleet_listen: Annotated[
         str | None,
         typer.Option(
@@ -163,7 +174,9 @@ def serve(
     fleet_router: Annotated[
         str | None,
         typer.Option(
-            "--fleet-router", metavar="ADDRESS", help="Another router of the fleet to use, in place of being one."
+            "--fleet-router",
+            metavar="ADDRESS",
+            help="Another router of the fleet to use, in place of being one; one that has joined with a token knows them.",
         ),
     ] = None,
     history: HistoryOption = True,
@@ -201,6 +214,8 @@ def serve(
 
     Example: vencejo serve --fleet acme
 
+    Example: vencejo serve --join vf1.CiBj...
+
     Example: vencejo serve --ros2
 
     Example: vencejo serve --camera nose=/dev/video0 --camera belly=rtsp://192.168.1.10/live
@@ -208,6 +223,11 @@ def serve(
     from vencejo import Floors, Station
     from vencejo.serve import Server
 
+    if join is not None:
+        found = joined(join, as_station=True)
+        if fleet not in (None, found.org):
+            raise Failed(f"the token is of the fleet {found.org}: leave out --fleet {fleet}", Exit.USAGE)
+        fleet = found.org
     given = {"maps_mb": maps_floor, "video_mb": video_floor, "telemetry_mb": telemetry_floor}
     floors = Floors(**{name: mb for name, mb in given.items() if mb is not None})
 
@@ -245,14 +265,12 @@ def serve(
             maps_folder=maps,
             floors=floors,
         ) as server,
-        joined_fleet(
-            station, fleet, listen=fleet_listen, door=fleet_door, router=fleet_router, history=history
-        ) as joined,
+        joined_fleet(station, fleet, listen=fleet_listen, door=fleet_door, router=fleet_router, history=history) as far,
         ros.gateway(station) as gateway,
         served_cameras(server, camera, floors) as cameras,
         ice_server(station, settings, server.tokens, **for_ice(cameras)) as interfaces,
     ):
-        tell(server, json=json, ice=None if interfaces is None else interfaces.proxies, fleet=joined)
+        tell(server, json=json, ice=None if interfaces is None else interfaces.proxies, fleet=far)
         if open_browser:
             open_page(server)
         wait(server, Ros2News(gateway))
@@ -306,7 +324,15 @@ def tell(
         print(qr_code(operator), end="", flush=True)
     tell_ice(ice)
     if fleet is not None:
-        if fleet.door is None:
+        from vencejo.enrolment import member, station_file
+
+        place = member(file=station_file(fleet.org))
+        if fleet.door is None and place is not None:
+            print(
+                f"This is {place.name} of the fleet {fleet.org}, as {place.role}; its router is at {fleet.endpoint}",
+                flush=True,
+            )
+        elif fleet.door is None:
             print(f"Aircraft dial {fleet.endpoint} and trust this station with: --trust {fleet.key}", flush=True)
         else:
             print(

@@ -216,3 +216,35 @@ fn an_order_is_given_up_by_its_sender_alone() {
     bench.end(&ana, Wish::Recall(act.id), 0);
     assert!(bench.authority.take_recalled().is_empty());
 }
+
+#[test]
+fn an_observer_reads_and_never_acts() {
+    let (mut bench, eve) = (Bench::new(), caller(1, Role::Observer));
+    for wish in [Wish::Ask, Wish::Act, Wish::Renew, Wish::Release, Wish::Grant(eve.key)] {
+        let (end, answer) = bench.end(&eve, wish, 0);
+        assert_eq!(end, End::Refused, "{wish:?}");
+        assert!(answer.why.contains("observer"), "{}", answer.why);
+    }
+    assert_eq!(bench.order(&eve, Wish::Read, 0), Verdict::Execute);
+    assert_eq!(bench.authority.lease(), None);
+}
+
+#[test]
+fn control_ends_with_the_role_that_it_was_given_for() {
+    let (mut bench, ana, ben) = (Bench::new(), caller(1, Role::Operator), caller(2, Role::Operator));
+    let epoch = bench.granted(&ana);
+    assert_eq!(bench.end(&ben, Wish::Ask, 0).0, End::Asked);
+    assert_eq!(bench.order(&ana, Wish::Act, epoch), Verdict::Execute);
+    let under_way = bench.ids;
+    // Nothing changes for those who may still act; whoever is chief now is not displaced by another.
+    bench.authority.on_roles(|key| Some(if *key == ana.key { Role::Chief } else { Role::Operator }));
+    assert_eq!(bench.authority.lease(), Some((ana.key, epoch)));
+    assert_eq!(bench.end(&caller(9, Role::Chief), Wish::Ask, 0).0, End::Held);
+    // Who asks and may not any more is forgotten; who has control loses it, and what was under way is given up.
+    bench.authority.on_roles(|key| (*key == ana.key).then_some(Role::Operator));
+    assert_eq!(bench.authority.held().asking, "");
+    bench.authority.on_roles(|_| Some(Role::Observer));
+    assert_eq!(bench.authority.lease(), None);
+    assert_eq!(bench.authority.take_fenced(), [under_way]);
+    assert_eq!(bench.end(&ana, Wish::Act, epoch).0, End::Held, "fenced");
+}

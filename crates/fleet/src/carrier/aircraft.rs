@@ -16,12 +16,12 @@ use zenoh::qos::Priority;
 use zenoh::query::Query;
 
 use self::holdings::{Holdings, PARAM_VALUE};
+use self::place::{Place, Renewed};
 use self::work::UnderWay;
 use super::endpoint::{Endpoint, Way};
 use super::history::{Board, HistoryConfig, Told};
-use super::membership::{self, Membership};
-use super::network::{self, Heard};
-use super::unix_now;
+use super::membership::Membership;
+use super::network;
 use crate::act;
 use crate::authority::{Authority, Caller, Claim, Role, Verdict, Wish, answer};
 use crate::budget::{Budget, ECHO_INTERVAL, ECHO_LOST};
@@ -34,6 +34,7 @@ use crate::speech::{EACH, NEWEST, Speaker};
 
 mod doing;
 mod holdings;
+pub(super) mod place;
 #[cfg(test)]
 mod tests;
 mod work;
@@ -44,10 +45,10 @@ const TICK: Duration = Duration::from_millis(50);
 const AGAIN: Duration = Duration::from_secs(1);
 /// Echoes lost in a row after which a session is opened anew: one that looks alive may not be.
 const DEAD_AFTER: u32 = 30;
+/// The same where there is another router to go to.
+const DEAD_BESIDE_OTHERS: u32 = 8;
 /// Echoes lost in a row after which it is told: a router that does not know an aircraft answers nothing.
 const TELL_AFTER: u32 = 3;
-/// How often it is looked whether the certificate is to be renewed.
-const RENEW_EVERY: Duration = Duration::from_secs(3600);
 /// How often a state is made for the history while nobody hears it: each is fetched later, over a way that may be narrow.
 const UNHEARD: Duration = Duration::from_millis(500);
 /// Messages of the autopilot that wait for a tick at most.
@@ -60,11 +61,11 @@ pub struct AircraftConfig {
     pub org: Name,
     /// Its name there.
     pub name: Name,
-    /// The routers, in the order in which they are tried.
+    /// The routers, in the order in which they are tried; empty: those that its place in the fleet names.
     pub dial: Vec<Endpoint>,
     /// Its place in the fleet, with its certificate, and the file that has it: for TLS and QUIC.
     pub member: Option<(Membership, PathBuf)>,
-    /// Whose orders it takes.
+    /// Whose orders it takes, beside those on its fleet's list of ground stations.
     pub trust: BTreeMap<PublicKey, Role>,
     /// What the uplink carries, where that is known, bit/s.
     pub uplink_bit_s: Option<f64>,
@@ -102,7 +103,7 @@ impl Aircraft {
     /// [`FleetError::Address`] without a router, [`FleetError::NoCertificates`], [`FleetError::NoRandom`], [`FleetError::File`] where no thread
     /// writes its history.
     pub fn start(station: Station, config: AircraftConfig, runtime: &Handle) -> Result<Self, FleetError> {
-        if config.dial.is_empty() {
+        if config.dial.is_empty() && config.member.is_none() {
             return Err(FleetError::Address(String::new()));
         }
         for router in config.dial.iter().filter(|router| router.way() != Way::Tcp) {
@@ -167,14 +168,17 @@ async fn live(
     let frames = history.is_some_and(|history| history.has_frames).then(|| vehicle.subscribe_messages(None, WAITING));
     let mut post = Post::new(station, &vehicle, config, status);
     (post.history, post.frames) = (history, frames);
-    for router in config.dial.iter().cycle() {
-        let identity = post.member.as_ref().map(|(member, _)| member.identity());
-        let dialled = network::dial(router, identity.as_ref());
+    for turn in 0.. {
+        let routers = post.routers();
+        let Some(router) = routers.get(turn % routers.len().max(1)) else { return };
+        let identity = post.place.as_ref().map(|place| place.member.identity());
+        let dialled = network::dial(std::slice::from_ref(router), identity.as_ref());
         let end = match post.meanwhile(&mut speaker, &mut authority, &heard, dialled).await {
             Ok(session) => {
-                post.router = Some(router);
-                post.certificate_ends = post.member.as_ref().and_then(|(member, _)| Some(member.facts().ok()?.ends));
-                let end = post.serve(&session, &mut speaker, &mut authority, &heard).await;
+                post.router = Some(router.clone());
+                post.certificate_ends = post.place.as_ref().and_then(|place| Some(place.member.facts().ok()?.ends));
+                let patience = if routers.len() > 1 { DEAD_BESIDE_OTHERS } else { DEAD_AFTER };
+                let end = post.serve(&session, &mut speaker, &mut authority, &heard, patience).await;
                 // Its end is the end of what it declared, whatever it says.
                 let _ = session.close().await;
                 end
@@ -210,13 +214,13 @@ struct Post<'a> {
     vehicle: &'a VehicleHandle,
     config: &'a AircraftConfig,
     status: &'a Mutex<AircraftStatus>,
-    member: Option<(Membership, PathBuf)>,
+    place: Option<Place>,
+    /// Whose orders it takes.
+    trust: BTreeMap<PublicKey, Role>,
     /// When its certificate ends.
     certificate_ends: Option<u64>,
-    /// When it is looked again whether it is to be renewed.
-    renewal_due: MonoTime,
     /// The router of this session.
-    router: Option<&'a Endpoint>,
+    router: Option<Endpoint>,
     order_key: String,
     under_way: HashMap<u128, UnderWay>,
     holdings: Holdings,
@@ -245,18 +249,17 @@ impl<'a> Post<'a> {
     ) -> Self {
         let (ended, ends) = mpsc::channel(64);
         let order_key = key_of(&config.org, &config.name, Kind::Order);
-        let (member, under_way) = (config.member.clone(), HashMap::new());
-        Self {
+        let mut post = Self {
             station,
             vehicle,
             config,
             status,
-            member,
+            place: config.member.clone().map(Place::new),
+            trust: BTreeMap::new(),
             certificate_ends: None,
-            renewal_due: MonoTime::ZERO,
             router: None,
             order_key,
-            under_way,
+            under_way: HashMap::new(),
             holdings: Holdings::new(vehicle, config.uplink_bit_s),
             reading: None,
             ended,
@@ -266,7 +269,22 @@ impl<'a> Post<'a> {
             frames: None,
             unheard_due: MonoTime::ZERO,
             stranger_due: MonoTime::ZERO,
-        }
+        };
+        post.trust = post.trusted();
+        post
+    }
+
+    /// Whose orders it takes: those on the list of its fleet, and those that it was told of here, whose roles go before the list's.
+    fn trusted(&self) -> BTreeMap<PublicKey, Role> {
+        let mut trusted = self.place.as_ref().and_then(|place| place.member.roles().ok()).unwrap_or_default();
+        trusted.extend(&self.config.trust);
+        trusted
+    }
+
+    /// The routers, in the order in which they are tried.
+    fn routers(&self) -> Vec<Endpoint> {
+        let listed = || self.place.as_ref().and_then(|place| place.member.routers().ok()).unwrap_or_default();
+        if self.config.dial.is_empty() { listed() } else { self.config.dial.clone() }
     }
 
     /// Takes in what the autopilot said; gives the events.
@@ -339,6 +357,7 @@ impl<'a> Post<'a> {
         speaker: &mut Speaker,
         authority: &mut Authority,
         heard: &DropOldest<Received>,
+        patience: u32,
     ) -> Result<Ended, FleetError> {
         let key = |kind| key_of(&self.config.org, &self.config.name, kind);
         let (state_key, event_key, list_key) = (key(Kind::State), key(Kind::Event), key(Kind::List));
@@ -355,7 +374,8 @@ impl<'a> Post<'a> {
         let mut budget = Budget::new(self.config.uplink_bit_s, self.station.now());
         let (echoed, mut echoes) = mpsc::channel(4);
         let (mut sample_due, mut echo_due, mut lost) = (MonoTime::ZERO, MonoTime::ZERO, 0);
-        let (renewed, mut renewals) = mpsc::channel(1);
+        let (numbered, mut numbers) = mpsc::channel(4);
+        let (renewed, mut renewals) = mpsc::channel(4);
         let mut tick = tokio::time::interval(TICK);
         tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         loop {
@@ -382,22 +402,35 @@ impl<'a> Post<'a> {
                     }
                     if now >= echo_due {
                         echo_due = now + ECHO_INTERVAL;
-                        let is_encrypted = self.router.is_some_and(|router| router.way() != Way::Tcp);
+                        let is_encrypted = self.router.as_ref().is_some_and(|router| router.way() != Way::Tcp);
                         if is_encrypted && !network::is_with_station(session).await {
                             return Err(self.problem("who answers there now is no router of this fleet"));
                         }
-                        self.ask_echo(session, echoed.clone());
-                        self.renew(&renewed, now);
+                        self.ask_echo(session, echoed.clone(), numbered.clone());
+                        if let Some(place) = &mut self.place {
+                            place.renew(&renewed, now);
+                        }
                     }
                     self.show(authority, budget.rate_hz(watched), lost);
                 }
-                Some(renewed) = renewals.recv() => {
-                    if let Some((member, _)) = self.member.as_mut() {
-                        *member = renewed;
+                Some(renewed) = renewals.recv() => match (renewed, self.place.as_mut()) {
+                    (Renewed::Certificate(member), Some(place)) => {
+                        place.member = *member;
+                        self.on_trust(authority);
+                        return Ok(Ended::Renewed);
                     }
-                    return Ok(Ended::Renewed);
+                    (Renewed::Stations(list), Some(place)) => {
+                        if place.take(list) {
+                            self.on_trust(authority);
+                        }
+                    }
+                    (_, None) => {}
+                },
+                Some(number) = numbers.recv() => {
+                    if let Some(place) = &mut self.place {
+                        place.on_number(number, session, &self.config.org, &renewed, self.station.now());
+                    }
                 }
-
                 Ok(query) = orders.recv_async() => self.on_order(query, authority),
                 Ok(query) = states.recv_async() => {
                     let state = speaker.everything(authority.held(), self.station.now());
@@ -417,7 +450,7 @@ impl<'a> Post<'a> {
                         Some(took) => budget.on_echo(took, self.station.now()),
                         None => budget.on_echo_lost(),
                     }
-                    if lost >= DEAD_AFTER {
+                    if lost >= patience {
                         return Err(self.problem("it answers no more"));
                     }
                 }
@@ -425,16 +458,32 @@ impl<'a> Post<'a> {
         }
     }
 
-    /// Measures the way to the router and back.
-    fn ask_echo(&self, session: &Session, echoed: mpsc::Sender<Option<Duration>>) {
+    /// Measures the way to the router and back; ground stations tell the number of their list of each other with it.
+    fn ask_echo(&self, session: &Session, echoed: mpsc::Sender<Option<Duration>>, numbered: mpsc::Sender<u64>) {
         let (session, key, station) = (session.clone(), echo_key(&self.config.org), self.station.clone());
         tokio::spawn(async move {
             let began = station.now();
-            let heard = network::ask(&session, &key, Vec::new(), ECHO_LOST).await;
-            let took = matches!(heard, Heard::Answers(_)).then(|| station.now().since(began));
             // Too many are waiting only where nothing is read: the session is at its end.
-            let _ = echoed.try_send(took);
+            let came = || {
+                let _ = echoed.try_send(Some(station.now().since(began)));
+            };
+            let answers = network::echo(&session, &key, ECHO_LOST, came).await;
+            if answers.is_empty() {
+                let _ = echoed.try_send(None);
+            }
+            let number = |answer: Vec<u8>| Some(u64::from_be_bytes(answer.try_into().ok()?));
+            if let Some(number) = answers.into_iter().filter_map(number).max() {
+                let _ = numbered.try_send(number);
+            }
         });
+    }
+
+    /// The list of ground stations has changed: whoever is not on it any more has no control from now on.
+    fn on_trust(&mut self, authority: &mut Authority) {
+        self.trust = self.trusted();
+        tracing::info!(stations = self.trust.len(), "the ground stations whose orders count");
+        authority.on_roles(|key| self.trust.get(key).copied());
+        self.keep_order(authority);
     }
 
     /// Brings the station's own lease and heartbeat in step with the authority.
@@ -469,26 +518,8 @@ impl<'a> Post<'a> {
     }
 
     fn problem(&self, problem: &str) -> FleetError {
-        let address = self.router.map_or_else(String::new, Endpoint::to_string);
+        let address = self.router.as_ref().map_or_else(String::new, Endpoint::to_string);
         FleetError::Network { address, problem: problem.to_owned() }
-    }
-
-    /// Gets the next certificate, where it is time, aside.
-    fn renew(&mut self, renewed: &mpsc::Sender<Membership>, now: MonoTime) {
-        let Some((member, file)) = self.member.as_ref().filter(|_| now >= self.renewal_due).cloned() else { return };
-        // From session to session: where the clock is far ahead, a new certificate is due as well.
-        self.renewal_due = now + RENEW_EVERY;
-        if !member.facts().is_ok_and(|facts| facts.is_due(unix_now())) {
-            return;
-        }
-        let renewed = renewed.clone();
-        tokio::spawn(async move {
-            match membership::renew(&member, &file).await {
-                // Without a reader the session is at its end; the next one begins with what it has, and asks again.
-                Ok(member) => drop(renewed.send(member).await),
-                Err(error) => tracing::warn!(%error, "the certificate was not renewed; it is tried again each hour"),
-            }
-        });
     }
 
     fn show(&self, authority: &Authority, rate_hz: f64, lost: u32) {
@@ -527,10 +558,15 @@ impl<'a> Post<'a> {
         let claim = Claim { boot: order.boot, epoch: order.epoch, id: order.id(), based_on, wish };
         let refuse = |why: &str| answer(&claim, End::Refused, why);
         let key = signed.key.as_slice().try_into().ok().map(PublicKey);
-        let trusted = key.and_then(|key| Some((key, *self.config.trust.get(&key)?)));
+        let trusted = key.and_then(|key| Some((key, *self.trust.get(&key)?)));
         let Some((key, role)) = trusted else {
             let key = key.map(|key| key.to_string()).unwrap_or_default();
-            let why = format!("it takes no orders of the key {key}: start it with --trust {key}");
+            let why = match self.place {
+                Some(_) => format!(
+                    "it takes no orders of the key {key}, which is on its fleet's list of ground stations no more, or never was"
+                ),
+                None => format!("it takes no orders of the key {key}: start it with --trust {key}"),
+            };
             return self.refuse(query, &signed.key, &refuse(&why));
         };
         if !key.verifies(&signed.order, &signed.signature) {

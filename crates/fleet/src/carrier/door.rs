@@ -1,4 +1,5 @@
-//! The door: where aircraft are enrolled with a token, and those that are get their next certificate. TLS, beside the router.
+//! The door: where aircraft and ground stations are enrolled with a token, and those that are get their next certificate. TLS, beside the
+//! router.
 
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -24,17 +25,6 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// Callers at once; the next ones wait.
 const CALLERS: usize = 16;
 
-/// What every aircraft is told.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Leaflet {
-    /// Keys of the ground stations whose orders it is to take.
-    pub trust: Vec<String>,
-    /// Where routers are.
-    pub routers: Vec<String>,
-    /// Where the door is.
-    pub doors: Vec<String>,
-}
-
 /// A door that is open until it is dropped.
 pub(super) struct Door(JoinHandle<()>);
 
@@ -47,7 +37,6 @@ impl Drop for Door {
 /// What all callers share.
 struct Desk {
     organisation: Organisation,
-    leaflet: Leaflet,
     guesses: Mutex<Guesses>,
     opened: Instant,
     /// Told when somebody new is on the roll.
@@ -65,9 +54,9 @@ pub(super) async fn listen(address: &str) -> Result<(TcpListener, SocketAddr), F
 
 impl Door {
     /// Opens it.
-    pub(super) fn open(listener: TcpListener, organisation: Organisation, leaflet: Leaflet, news: Arc<Notify>) -> Self {
+    pub(super) fn open(listener: TcpListener, organisation: Organisation, news: Arc<Notify>) -> Self {
         let (guesses, opened) = (Mutex::default(), Instant::now());
-        let desk = Arc::new(Desk { organisation, leaflet, guesses, opened, news });
+        let desk = Arc::new(Desk { organisation, guesses, opened, news });
         let callers = Arc::new(Semaphore::new(CALLERS));
         Self(tokio::spawn(async move {
             loop {
@@ -130,16 +119,14 @@ impl Desk {
         let desk = self.clone();
         let judged = blocking(move || {
             let certificate = desk.organisation.judge(&asked, shown.as_ref(), unix_now())?;
-            Ok((certificate, desk.organisation.read("ca.crt")?))
+            Ok((certificate, desk.organisation.read("ca.crt")?, desk.organisation.stations()?))
         });
         match judged.await {
-            Ok(((name, certificate), ca)) => {
-                tracing::info!(%name, %from, "an aircraft has a new certificate");
+            Ok(((name, certificate), ca, stations)) => {
+                tracing::info!(%name, %from, "a member of the fleet has a new certificate");
                 self.news.notify_one();
-                let Leaflet { trust, routers, doors } = self.leaflet.clone();
                 let org = self.organisation.org().to_string();
-                let name = name.to_string();
-                Given { version: VERSION, refused: String::new(), org, name, certificate, ca, trust, routers, doors }
+                Given { version: VERSION, refused: String::new(), org, name, certificate, ca, stations }
             }
             Err(FleetError::Refused(why)) => {
                 guesses().wrong(from.ip(), self.opened.elapsed());
@@ -198,7 +185,7 @@ mod tests {
     #[tokio::test]
     async fn what_is_too_long_or_none_is_not_read() {
         let read = async |bytes: &[u8]| read_message::<Asked>(&mut &*bytes).await.map_err(|error| error.to_string());
-        let asked = Asked { version: VERSION, secret: vec![1], request: vec![2] };
+        let asked = Asked { version: VERSION, secret: vec![1], request: vec![2], operator: vec![] };
         let mut bytes = Vec::new();
         write_message(&mut bytes, &asked).await.expect("written");
         assert_eq!(read(&bytes).await, Ok(asked));

@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use serde_json::Value;
 use tokio::runtime::Handle;
 use tokio::sync::{Notify, watch};
 use tokio::task::JoinHandle;
@@ -16,17 +15,16 @@ use vencejo_vehicle::telemetry::LOST_AFTER;
 use zenoh::Session;
 use zenoh::sample::SampleKind;
 
-use super::door::{self, Door, Leaflet, blocking};
+use self::terms::{List, Network, Terms};
+use super::aircraft::place::ask_stations;
+use super::door::{Door, blocking};
 use super::endpoint::{Endpoint, Way};
 use super::history::{Archive, HistoryConfig};
-use super::network::{self, Heard, Part};
-use super::organisation::Organisation;
-use super::unix_now;
+use super::network::{self, Heard};
 use crate::authority::RENEW_EVERY;
 use crate::content::Shelf;
 use crate::error::FleetError;
-use crate::key::{Kind, Name, aircraft_of, echo_key, key_of, keys_of_all};
-use crate::papers::certificate::Identity;
+use crate::key::{Kind, Name, aircraft_of, echo_key, key_of, keys_of_all, stations_key};
 use crate::payload::{Event, State, UnderWay};
 use crate::plans::{PlanTold, PlansHeard};
 use crate::signature::{PublicKey, Signer};
@@ -34,6 +32,9 @@ use crate::speech::{Listener, News};
 
 mod orders;
 mod plans;
+mod terms;
+
+pub use terms::Standing;
 
 /// Aircraft that are followed at most: as many as a station follows far away.
 const MAX_AIRCRAFT: usize = vencejo_vehicle::registry::MAX_FAR;
@@ -46,6 +47,8 @@ const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// How long to wait before a network that was left for such a change is joined again, where that failed: a port of QUIC is not free at
 /// once.
 const AGAIN: Duration = Duration::from_millis(50);
+/// How long a router may take to let in whoever has just joined.
+const REJOINS: Duration = Duration::from_secs(3);
 
 /// How a ground station takes part in a fleet.
 #[derive(Debug)]
@@ -54,13 +57,13 @@ pub struct GroundConfig {
     pub org: Name,
     /// Where it is the router; port 0 takes a free one.
     pub listen: Option<Endpoint>,
-    /// Another router that it uses instead.
+    /// Another router that it uses instead. With neither, those that its place in the fleet names.
     pub dial: Option<Endpoint>,
     /// Its key: what aircraft trust.
     pub signer: Signer,
-    /// Its certificates and who is enrolled: for TLS and QUIC.
-    pub organisation: Option<Organisation>,
-    /// Where aircraft are enrolled, `HOST:PORT`, while it is there; port 0 takes a free one.
+    /// What it has of the fleet: for TLS and QUIC.
+    pub standing: Standing,
+    /// Where others are enrolled, `HOST:PORT`, while it is there and has the authority; port 0 takes a free one.
     pub door: Option<String>,
     /// Where the history of its aircraft is kept; nowhere: `None`.
     pub history: Option<HistoryConfig>,
@@ -97,26 +100,16 @@ struct Fleet {
     org: Name,
     network: Network,
     session: Mutex<Session>,
+    /// Where that was opened.
+    endpoint: Endpoint,
+    /// The newest list of ground stations.
+    list: Mutex<List>,
     signer: Signer,
     station: Station,
     aircraft: Mutex<BTreeMap<Name, Arc<FarAircraft>>>,
     /// Whether it was told that there is no room for more.
     is_full: AtomicBool,
     archive: Option<Arc<Archive>>,
-}
-
-/// How the network is joined, each time.
-struct Network {
-    endpoint: Endpoint,
-    is_router: bool,
-    organisation: Option<Organisation>,
-}
-
-/// What others are shown, and what a router lets them do: when it changes, the network is joined anew.
-#[derive(Debug, Clone, PartialEq, Default)]
-struct Terms {
-    identity: Option<Identity>,
-    access: Option<Value>,
 }
 
 /// One aircraft.
@@ -178,19 +171,37 @@ impl Ground {
     /// # Errors
     /// [`FleetError`].
     pub async fn start(station: Station, config: GroundConfig, runtime: &Handle) -> Result<Self, FleetError> {
-        let (endpoint, is_router) = match (config.dial, config.listen) {
-            (Some(dial), _) => (dial.dialled()?, false),
-            (None, Some(listen)) => (listen.with_port()?, true),
-            (None, None) => return Err(FleetError::Address(String::new())),
+        let (given, is_router) = match (config.dial, config.listen) {
+            (Some(dial), _) => (vec![dial.dialled()?], false),
+            (None, Some(listen)) => (vec![listen.with_port()?], true),
+            (None, None) => (Vec::new(), false),
         };
         // In the clear, and so on this machine, nobody has a name that rules could be for.
-        let organisation = config.organisation.filter(|_| endpoint.way() != Way::Tcp);
+        let is_clear = given.iter().any(|endpoint| endpoint.way() == Way::Tcp);
+        let standing = if is_clear { Standing::Alone } else { config.standing };
+        if let (Standing::Member(_), true) = (&standing, is_router) {
+            return Err(FleetError::NoCertificates(
+                given.iter().map(Endpoint::to_string).collect(),
+                "only the ground station that has the authority can be the router; leave that address out".into(),
+            ));
+        }
         let news = Arc::new(Notify::new());
-        let network = Network { endpoint, is_router, organisation };
-        let terms = network.terms().await?;
-        let session = network.open(&terms).await?;
-        let door = match (&network.organisation, config.door) {
-            (Some(organisation), Some(door)) => {
+        let network = Network::new(given, is_router, standing);
+        let (terms, list) = network.look(0).await?;
+        let endpoint = terms.endpoints.first().cloned().ok_or_else(|| FleetError::Address(String::new()))?;
+        let began = Instant::now();
+        let session = loop {
+            match network.open(&terms).await {
+                Ok(session) => break session,
+                // A router is gone for a moment where somebody has just joined: maybe we.
+                Err(_) if matches!(network.standing, Standing::Member(_)) && began.elapsed() < REJOINS => {
+                    tokio::time::sleep(AGAIN).await;
+                }
+                Err(error) => return Err(error),
+            }
+        };
+        let door = match (&network.standing, config.door) {
+            (Standing::Authority(organisation), Some(door)) => {
                 Some(network.open_door(organisation, &door, &config.signer, &news).await?)
             }
             _ => None,
@@ -208,6 +219,8 @@ impl Ground {
             org,
             network,
             session,
+            endpoint,
+            list: Mutex::new(list.unwrap_or_default()),
             signer,
             station,
             aircraft: Mutex::default(),
@@ -225,7 +238,7 @@ impl Ground {
                 _ = stopped.wait_for(|stopped| *stopped) => {}
             }
         });
-        let failed = |problem: String| FleetError::Network { address: fleet.network.endpoint.to_string(), problem };
+        let failed = |problem: String| FleetError::Network { address: fleet.endpoint.to_string(), problem };
         is_ready.await.map_err(|_| failed("it ended at once".into()))??;
         let (door, door_at) = door.unzip();
         Ok(Self { fleet, door: Mutex::new(door), door_at, stop, task: Mutex::new(Some(task)) })
@@ -233,7 +246,7 @@ impl Ground {
 
     /// Where the network is joined: where its aircraft dial, when it is the router.
     pub fn endpoint(&self) -> &Endpoint {
-        &self.fleet.network.endpoint
+        &self.fleet.endpoint
     }
 
     /// Where aircraft are enrolled, `HOST:PORT`.
@@ -290,53 +303,13 @@ impl Ground {
     }
 }
 
-impl Network {
-    /// What is to hold now.
-    async fn terms(&self) -> Result<Terms, FleetError> {
-        let Some(organisation) = self.organisation.clone() else { return Ok(Terms::default()) };
-        let is_router = self.is_router;
-        blocking(move || {
-            let access = if is_router { Some(organisation.access()?) } else { None };
-            Ok(Terms { identity: Some(organisation.identity(unix_now())?), access })
-        })
-        .await
-    }
-
-    async fn open(&self, terms: &Terms) -> Result<Session, FleetError> {
-        let identity = terms.identity.as_ref();
-        match self.is_router {
-            true => network::open(Part::Router(&self.endpoint, terms.access.as_ref()), identity).await,
-            false => network::dial(&self.endpoint, identity).await,
-        }
-    }
-
-    /// Opens the door, and takes note of where aircraft find it and the router.
-    async fn open_door(
-        &self,
-        organisation: &Organisation,
-        address: &str,
-        signer: &Signer,
-        news: &Arc<Notify>,
-    ) -> Result<(Door, String), FleetError> {
-        let (listener, at) = door::listen(address).await?;
-        let (noted, endpoint, is_router) = (organisation.clone(), self.endpoint.clone(), self.is_router);
-        let trust = vec![signer.public().to_string()];
-        let leaflet = blocking(move || {
-            let routers = noted.routers(&endpoint, !is_router)?;
-            let doors = noted.doors(at)?;
-            noted.change(|roll| {
-                (roll.routers, roll.doors) = (routers.clone(), doors.clone());
-                Ok(())
-            })?;
-            Ok(Leaflet { trust, routers, doors })
-        });
-        Ok((Door::open(listener, organisation.clone(), leaflet.await?, news.clone()), at.to_string()))
-    }
-}
-
 impl Fleet {
     fn session(&self) -> Session {
         self.session.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn list(&self) -> List {
+        self.list.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Follows the aircraft, from session to session: Zenoh's access control does not change while one is open.
@@ -391,9 +364,16 @@ impl Fleet {
         loop {
             // Whoever is told at the door comes at once; what another program wrote is seen soon.
             let _ = tokio::time::timeout(LOOK_EVERY, news.notified()).await;
-            match self.network.terms().await {
-                Ok(now) if now != *terms => return now,
-                Ok(_) => {}
+            let have = self.list().0;
+            match self.network.look(have).await {
+                Ok((now, list)) => {
+                    if let Some(list) = list {
+                        *self.list.lock().unwrap_or_else(PoisonError::into_inner) = list;
+                    }
+                    if now != *terms {
+                        return now;
+                    }
+                }
                 Err(error) => tracing::warn!(%error, "who is enrolled cannot be read; what held before holds on"),
             }
         }
@@ -412,12 +392,13 @@ impl Fleet {
         let declared = async {
             let failed = network::failed;
             let echoes = session.declare_queryable(echo_key(&self.org)).complete(true).await.map_err(failed)?;
+            let lists = session.declare_queryable(stations_key(&self.org)).complete(true).await.map_err(failed)?;
             let states = session.declare_subscriber(keys_of_all(&self.org, Kind::State)).await.map_err(failed)?;
             let events = session.declare_subscriber(keys_of_all(&self.org, Kind::Event)).await.map_err(failed)?;
             let tokens = session.liveliness().declare_subscriber(keys_of_all(&self.org, Kind::Alive)).history(true);
-            Ok((echoes, states, events, tokens.await.map_err(failed)?))
+            Ok((echoes, lists, states, events, tokens.await.map_err(failed)?))
         };
-        let (echoes, states, events, tokens) = match declared.await {
+        let (echoes, lists, states, events, tokens) = match declared.await {
             Ok(declared) => declared,
             Err(error) => return error,
         };
@@ -450,9 +431,32 @@ impl Fleet {
                     }
                 }
                 Ok(query) = echoes.recv_async() => {
-                    network::reply(query, echo_key(&self.org), vec![Vec::new()]);
+                    let number = self.list().0;
+                    let told = if number == 0 { Vec::new() } else { number.to_be_bytes().to_vec() };
+                    network::reply(query, echo_key(&self.org), vec![told]);
                 }
-                _ = renew.tick() => self.renew(),
+                Ok(query) = lists.recv_async() => {
+                    let have = query.parameters().get("have").and_then(|have| have.parse().ok()).unwrap_or(0);
+                    let list = self.list();
+                    let newer = (list.0 > have).then(|| list.1.clone());
+                    network::reply(query, stations_key(&self.org), newer.into_iter().collect());
+                }
+                _ = renew.tick() => {
+                    self.renew();
+                    if let Standing::Member(_) = self.network.standing {
+                        if !network::is_with_station(session).await {
+                            return FleetError::Network {
+                                address: self.endpoint.to_string(),
+                                problem: "who answers there now is no router of this fleet".into(),
+                            };
+                        }
+                        let (fleet, session) = (self.clone(), session.clone());
+                        tokio::spawn(async move {
+                            let lists = ask_stations(&session, &fleet.org, fleet.list().0).await;
+                            fleet.network.keep(lists).await;
+                        });
+                    }
+                }
             }
         }
     }

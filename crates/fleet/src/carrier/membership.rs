@@ -1,48 +1,57 @@
-//! What an aircraft keeps of its fleet: one file, for its owner alone; how it gets it, and keeps its certificate new.
+//! What an aircraft, or a ground station without the authority, keeps of its fleet: one file, for its owner alone; how it gets it, and
+//! keeps it new.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use rustls::pki_types::ServerName;
 use serde::{Deserialize, Serialize};
 use tokio::io::AsyncReadExt;
 use tokio::net::TcpStream;
 use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
-use vencejo_store::Access;
+use vencejo_store::lock;
+use vencejo_store::{Access, Lock};
 
 use super::door::{blocking, read_message, write_message};
 use super::endpoint::{Endpoint, Way, split};
 use super::tls::{self, Known};
 use super::unix_now;
+use crate::authority::Role;
 use crate::error::FleetError;
 use crate::key::Name;
-use crate::papers::certificate::{Facts, Identity, day, der_of, facts, new_key, public_of, request, sha256};
+use crate::papers::certificate::{
+    Facts, Identity, STATION_PREFIX, day, der_of, facts, new_key, public_of, request, sha256,
+};
+use crate::papers::stations::Stations;
 use crate::papers::ticket::Ticket;
 use crate::papers::wire::{Asked, BAD_REQUEST, Given};
 use crate::payload::VERSION;
 use crate::signature::PublicKey;
 
 /// The version of the file.
-const FILE_VERSION: u32 = 1;
+const FILE_VERSION: u32 = 2;
 /// How long somebody is waited for, each time.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// How long a router is listened to at least for its refusal of our certificate, which comes a round trip after the handshake.
 const REFUSAL: Duration = Duration::from_millis(100);
 
-/// An aircraft's place in a fleet.
+/// An aircraft's or a ground station's place in a fleet.
 #[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Membership {
     version: u32,
     org: String,
+    /// The common name of the certificate.
     name: String,
     ca: String,
     certificate: String,
     key: String,
-    trust: Vec<String>,
-    routers: Vec<String>,
-    doors: Vec<String>,
+    /// The newest signed list of ground stations, in base64.
+    stations: String,
     /// SHA-256 of the secret of the token that brought it in, so that the same command may be run again.
     token: String,
 }
@@ -67,11 +76,14 @@ impl Membership {
         };
         // What is in it is not shown: it has a key.
         let damaged = || bad("it is damaged; join the fleet again with a new token".to_owned());
-        let read: Self = serde_json::from_str(&text).map_err(|_| damaged())?;
-        if read.version != FILE_VERSION {
-            return Err(bad(format!("it is of version {}, this program knows {FILE_VERSION}", read.version)));
+        let read: serde_json::Value = serde_json::from_str(&text).map_err(|_| damaged())?;
+        let version = read["version"].as_u64().ok_or_else(damaged)?;
+        if version != u64::from(FILE_VERSION) {
+            return Err(bad(format!(
+                "it is of version {version}, this program knows {FILE_VERSION}: join the fleet again with a new token"
+            )));
         }
-        Ok(Some(read))
+        serde_json::from_value(read).map(Some).map_err(|_| damaged())
     }
 
     fn write(&self, file: &Path) -> Result<(), FleetError> {
@@ -88,34 +100,110 @@ impl Membership {
         Ok(self.org.parse()?)
     }
 
-    /// The aircraft's name there.
+    /// Its name there.
     ///
     /// # Errors
     /// [`FleetError::Name`].
     pub fn name(&self) -> Result<Name, FleetError> {
-        Ok(self.name.parse()?)
+        Ok(self.name.strip_prefix(STATION_PREFIX).unwrap_or(&self.name).parse()?)
+    }
+
+    /// Whether it is a ground station.
+    #[must_use]
+    pub fn is_station(&self) -> bool {
+        self.name.starts_with(STATION_PREFIX)
+    }
+
+    /// The newest list of ground stations, as it is signed.
+    ///
+    /// # Errors
+    /// [`FleetError::Refused`].
+    pub fn signed_stations(&self) -> Result<Vec<u8>, FleetError> {
+        STANDARD
+            .decode(&self.stations)
+            .map_err(|_| FleetError::Refused("its list of ground stations is damaged".into()))
+    }
+
+    /// That list.
+    ///
+    /// # Errors
+    /// [`FleetError::Refused`].
+    pub fn stations(&self) -> Result<Stations, FleetError> {
+        Stations::read(&self.signed_stations()?, &self.ca, &self.org)
     }
 
     /// The routers, in the order in which they are tried.
     ///
     /// # Errors
-    /// [`FleetError::Address`].
+    /// [`FleetError::Refused`].
     pub fn routers(&self) -> Result<Vec<Endpoint>, FleetError> {
-        self.routers.iter().map(|router| router.parse::<Endpoint>().and_then(Endpoint::dialled)).collect()
+        let dialled = |router: &String| router.parse::<Endpoint>().and_then(Endpoint::dialled).ok();
+        // One of a kind that a later version has is none here.
+        Ok(self.stations()?.routers.iter().filter_map(dialled).filter(|router| router.way() != Way::Tcp).collect())
     }
 
-    /// The ground stations whose orders it takes.
+    /// The ground stations whose orders count, with their roles.
     ///
     /// # Errors
-    /// [`FleetError::Key`].
-    pub fn trust(&self) -> Result<Vec<PublicKey>, FleetError> {
-        self.trust.iter().map(|key| Ok(key.parse()?)).collect()
+    /// [`FleetError::Refused`].
+    pub fn roles(&self) -> Result<BTreeMap<PublicKey, Role>, FleetError> {
+        Ok(self.stations()?.roles())
     }
 
     /// Where its certificate is renewed.
-    #[must_use]
-    pub fn doors(&self) -> &[String] {
-        &self.doors
+    ///
+    /// # Errors
+    /// [`FleetError::Refused`].
+    pub fn doors(&self) -> Result<Vec<String>, FleetError> {
+        Ok(self.stations()?.doors)
+    }
+
+    /// Its own role, where it is a ground station that is listed.
+    ///
+    /// # Errors
+    /// [`FleetError::Refused`].
+    pub fn role(&self) -> Result<Option<Role>, FleetError> {
+        let (name, list) = (self.name()?, self.stations()?);
+        let own = list.stations.iter().find(|each| self.is_station() && each.name == name.as_str());
+        Ok(own.and_then(|own| Role::named(&own.role)))
+    }
+
+    /// Takes a list of ground stations that somebody brought, where it is good and newer.
+    ///
+    /// # Errors
+    /// [`FleetError::Refused`] for one that is not good.
+    pub fn take(&mut self, signed: &[u8]) -> Result<bool, FleetError> {
+        let list = Stations::read(signed, &self.ca, &self.org)?;
+        if list.number <= self.stations()?.number {
+            return Ok(false);
+        }
+        self.stations = STANDARD.encode(signed);
+        Ok(true)
+    }
+
+    /// Puts this into its file, if the place there is still the one of this token, with the newer list of both. Whoever joined anew since,
+    /// in another program, is not put back.
+    pub(super) fn keep(mut self, file: &Path) -> Result<Self, FleetError> {
+        let problem =
+            |error: io::Error| FleetError::File { path: file.display().to_string(), problem: error.to_string() };
+        let _lock = Lock::of(file, lock::PATIENCE).map_err(problem)?;
+        match Self::read(file)? {
+            Some(now) if now.token == self.token => {
+                self.take(&now.signed_stations()?)?;
+                self.write(file)?;
+                Ok(self)
+            }
+            _ => Err(FleetError::Refused("this computer has joined anew since; start it again".into())),
+        }
+    }
+
+    /// Keeps a newer list in the file, beside whatever certificate that has by now.
+    pub(super) fn keep_stations(file: &Path, signed: &[u8]) -> Result<(), FleetError> {
+        let problem =
+            |error: io::Error| FleetError::File { path: file.display().to_string(), problem: error.to_string() };
+        let _lock = Lock::of(file, lock::PATIENCE).map_err(problem)?;
+        let Some(mut now) = Self::read(file)? else { return Ok(()) };
+        if now.take(signed)? { now.write(file) } else { Ok(()) }
     }
 
     /// What it shows.
@@ -142,34 +230,40 @@ impl Membership {
     ) -> Result<Self, FleetError> {
         let wrong =
             |why: &str| FleetError::Refused(format!("its answer makes no sense ({why}); update Vencejo on both sides"));
-        let Given { org, name, certificate, ca: theirs, trust, routers, doors, .. } = given;
+        let Given { org, name, certificate, ca: theirs, stations, .. } = given;
         let is_known = ca.is_none_or(|ours| ours == theirs)
             && fingerprint.is_none_or(|ours| der_of(&theirs).is_ok_and(|der| sha256(&der) == ours));
         if !is_known {
             return Err(wrong("another authority"));
         }
-        let made =
-            Self { version: FILE_VERSION, org, name, ca: theirs, certificate, key, trust, routers, doors, token };
+        let stations = STANDARD.encode(stations);
+        let made = Self { version: FILE_VERSION, org, name, ca: theirs, certificate, key, stations, token };
+        made.name()?;
         let facts = made.facts()?;
-        if facts.common_name != made.name()?.as_str() || facts.key != public_of(&made.key)? {
+        if facts.common_name != made.name || facts.key != public_of(&made.key)? {
             return Err(wrong("the certificate is not for us"));
         }
-        if made.routers()?.is_empty() || made.routers()?.iter().any(|router| router.way() == Way::Tcp) {
+        if made.routers()?.is_empty() {
             return Err(wrong("no router"));
         }
         made.org()?;
-        made.trust()?;
         Ok(made)
     }
 }
 
-/// Joins a fleet with a token, and keeps what it is given in a file. The same token again finds that it is done; whoever lost the
-/// answer asks again with the same key. Whether it was done now.
+/// Joins a fleet with a token, and keeps what it is given in a file; a ground station tells the key that it signs orders with. The same token
+/// again finds that it is done; whoever lost the answer asks again with the same key. Whether it was done now.
 ///
 /// # Errors
 /// [`FleetError::Token`], [`FleetError::Refused`], [`FleetError::Network`], [`FleetError::File`].
-pub async fn join(token: &str, file: &Path) -> Result<(Membership, bool), FleetError> {
+pub async fn join(token: &str, file: &Path, operator: Option<PublicKey>) -> Result<(Membership, bool), FleetError> {
     let ticket: Ticket = token.parse()?;
+    if ticket.is_station != operator.is_some() {
+        return Err(FleetError::TokenFor(match ticket.is_station {
+            true => "a ground station: vencejo serve --join TOKEN",
+            false => "an aircraft: vencejo onboard --join TOKEN",
+        }));
+    }
     let hash = ticket.hash();
     let path = file.to_owned();
     // One that is damaged is replaced: that is what a new token is for.
@@ -177,7 +271,7 @@ pub async fn join(token: &str, file: &Path) -> Result<(Membership, bool), FleetE
     if let Some(member) = before.filter(|member| member.token == hash) {
         return Ok((member, false));
     }
-    let key_file = file.with_extension("key");
+    let key_file = file.with_extension("joining");
     let path = key_file.clone();
     let key = blocking(move || {
         let bad = |error: io::Error| FleetError::File { path: path.display().to_string(), problem: error.to_string() };
@@ -188,7 +282,8 @@ pub async fn join(token: &str, file: &Path) -> Result<(Membership, bool), FleetE
     .await?;
     let fingerprint: [u8; 32] =
         ticket.fingerprint.as_slice().try_into().map_err(|_| FleetError::Token("it is of another version".into()))?;
-    let asked = Asked { version: VERSION, secret: ticket.secret.clone(), request: request(&key)? };
+    let operator = operator.map(|key| key.0.to_vec()).unwrap_or_default();
+    let asked = Asked { version: VERSION, secret: ticket.secret.clone(), request: request(&key)?, operator };
     let given = ask_one_of(&ticket.doors, &Known::Fingerprint(fingerprint), None, &asked).await?;
     let member = Membership::of(given, key, None, Some(&fingerprint), hash)?;
     let (kept, path) = (member.clone(), file.to_owned());
@@ -202,39 +297,36 @@ pub async fn join(token: &str, file: &Path) -> Result<(Membership, bool), FleetE
     Ok((member, true))
 }
 
+fn nothing() -> Asked {
+    Asked { version: VERSION, ..Asked::default() }
+}
+
 /// Gets the next certificate, for a new key, by showing the one that it has; the file has both or neither.
 ///
 /// # Errors
 /// [`FleetError::Refused`], [`FleetError::Network`], [`FleetError::File`].
 pub async fn renew(member: &Membership, file: &Path) -> Result<Membership, FleetError> {
     let key = new_key()?;
-    let asked = Asked { version: VERSION, secret: Vec::new(), request: request(&key)? };
+    let asked = Asked { request: request(&key)?, ..nothing() };
     let identity = member.identity();
-    let given = ask_one_of(&member.doors, &Known::Ca(member.ca.clone()), Some(&identity), &asked).await?;
+    let given = ask_one_of(&member.doors()?, &Known::Ca(member.ca.clone()), Some(&identity), &asked).await?;
     let renewed = Membership::of(given, key, Some(&member.ca), None, member.token.clone())?;
     if (&renewed.org, &renewed.name) != (&member.org, &member.name) {
-        return Err(FleetError::Refused("it gave the certificate of another aircraft".into()));
+        return Err(FleetError::Refused("it gave somebody else's certificate".into()));
     }
-    let (kept, path) = (renewed.clone(), file.to_owned());
-    blocking(move || {
-        // Whoever joined anew since, in another program, is not put back.
-        match Membership::read(&path)? {
-            Some(now) if now.token == kept.token => kept.write(&path),
-            _ => Err(FleetError::Refused("this computer has joined anew since; start it again".into())),
-        }
-    })
-    .await?;
-    Ok(renewed)
+    let path = file.to_owned();
+    blocking(move || renewed.keep(&path)).await
 }
 
-/// Whether an aircraft would get its next certificate: what is wrong, in plain words. It gets none, and nothing changes.
+/// Whether somebody would get its next certificate: what is wrong, in plain words. It gets none, and nothing changes.
 ///
 /// # Errors
 /// What is wrong.
 pub async fn standing(member: &Membership) -> Result<(), String> {
-    let asked = Asked { version: VERSION, secret: Vec::new(), request: Vec::new() };
+    let asked = nothing();
     let (known, identity) = (Known::Ca(member.ca.clone()), member.identity());
-    match ask_one_of(&member.doors, &known, Some(&identity), &asked).await {
+    let doors = member.doors().map_err(|error| error.to_string())?;
+    match ask_one_of(&doors, &known, Some(&identity), &asked).await {
         Err(FleetError::Refused(why)) if why == BAD_REQUEST => Ok(()),
         Err(error) => Err(error.to_string()),
         Ok(_) => Err("it gave a certificate for nothing".to_owned()),

@@ -15,7 +15,7 @@ mod tls;
 
 pub use aircraft::{Aircraft, AircraftConfig, AircraftStatus};
 pub use endpoint::{Endpoint, Way};
-pub use ground::{Far, Ground, GroundConfig};
+pub use ground::{Far, Ground, GroundConfig, Standing};
 pub use history::{Contents, HistoryConfig, Replay, ReplayStatus};
 pub use membership::{Membership, join, renew, standing};
 pub use network::try_address;

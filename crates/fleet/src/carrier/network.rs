@@ -1,10 +1,12 @@
 //! Zenoh as it is used here: what its sessions are told, and its words for what happened.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use prost::Message;
+use serde_json::json;
 use zenoh::Session;
 use zenoh::bytes::ZBytes;
 use zenoh::qos::{CongestionControl, Priority};
@@ -14,6 +16,7 @@ use super::endpoint::{Endpoint, Way};
 use super::membership::try_out;
 use crate::error::FleetError;
 use crate::papers::certificate::{Identity, STATION_PREFIX};
+use crate::papers::stations::MAX_STATIONS;
 use crate::payload::MAX_BYTES;
 use crate::speech::MAX_EVENTS;
 
@@ -33,20 +36,26 @@ const CONNECT: Duration = Duration::from_secs(10);
 /// How a station takes part.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Part<'a> {
-    /// It dials a router, for so long.
-    Client(&'a Endpoint, Duration),
+    /// It dials the first of these routers that is there, for so long; and when that has gone, again.
+    Client(&'a [Endpoint], Duration),
     /// It is the router, which lets each say and hear what its access control says.
     Router(&'a Endpoint, Option<&'a serde_json::Value>),
 }
 
-/// Joins the network of a router, which is tried first: that says at once, and in plain words, why it would not be.
-pub(super) async fn dial(router: &Endpoint, identity: Option<&Identity>) -> Result<Session, FleetError> {
-    let Some(identity) = identity.filter(|_| router.way() != Way::Tcp) else {
-        return open(Part::Client(router, CONNECT_HERE), identity).await;
+/// Joins the network of one of these routers, which are tried first: that says at once, and in plain words, why one would not let us in.
+pub(super) async fn dial(routers: &[Endpoint], identity: Option<&Identity>) -> Result<Session, FleetError> {
+    let first = routers.first().ok_or_else(|| FleetError::Address(String::new()))?;
+    let Some(identity) = identity.filter(|_| first.way() != Way::Tcp) else {
+        return open(Part::Client(routers, CONNECT_HERE), identity).await;
     };
-    let tried = try_out(router, identity).await;
-    tried.map_err(|problem| FleetError::Network { address: router.to_string(), problem })?;
-    open(Part::Client(router, CONNECT), Some(identity)).await
+    let mut problem = None;
+    for router in routers {
+        match try_out(router, identity).await {
+            Ok(()) => return open(Part::Client(routers, CONNECT), Some(identity)).await,
+            Err(why) => problem = problem.or(Some(FleetError::Network { address: router.to_string(), problem: why })),
+        }
+    }
+    Err(problem.unwrap_or_else(|| FleetError::Address(String::new())))
 }
 
 /// Whether a router, or a door over TLS, lets us in: what is wrong, in plain words.
@@ -56,7 +65,7 @@ pub(super) async fn dial(router: &Endpoint, identity: Option<&Identity>) -> Resu
 pub async fn try_address(address: &Endpoint, identity: &Identity) -> Result<(), String> {
     try_out(address, identity).await?;
     if address.way() == Way::Quic {
-        match open(Part::Client(address, CONNECT_HERE), Some(identity)).await {
+        match open(Part::Client(std::slice::from_ref(address), CONNECT_HERE), Some(identity)).await {
             // What it declared ends with it, whatever it says.
             Ok(session) => drop(session.close().await),
             Err(FleetError::Network { problem, .. }) if problem.contains("certificate") => return Err(problem),
@@ -75,14 +84,20 @@ pub async fn try_address(address: &Endpoint, identity: &Identity) -> Result<(), 
 
 /// Joins the network; with certificates, where it is encrypted.
 pub(super) async fn open(part: Part<'_>, identity: Option<&Identity>) -> Result<Session, FleetError> {
-    let (Part::Client(address, _) | Part::Router(address, _)) = part;
+    let addresses = match part {
+        Part::Client(routers, _) => routers,
+        Part::Router(listen, _) => std::slice::from_ref(listen),
+    };
+    let Some(address) = addresses.first() else { return Err(FleetError::Address(String::new())) };
+    let ways: BTreeSet<_> = addresses.iter().map(|address| address.way().as_str()).collect();
+    let endpoints: Vec<_> = addresses.iter().map(Endpoint::to_string).collect();
     let mut settings = vec![
         ("scouting/multicast/enabled", "false".to_owned()),
         ("scouting/gossip/enabled", "false".to_owned()),
         // A router would sleep so long before it is there, for others that it does not look for.
         ("scouting/delay", "0".to_owned()),
         ("adminspace/enabled", "false".to_owned()),
-        ("transport/link/protocols", format!("[\"{}\"]", address.way().as_str())),
+        ("transport/link/protocols", json!(ways).to_string()),
         ("transport/link/tx/lease", LEASE_MS.to_string()),
         ("transport/link/tx/keep_alive", "4".to_owned()),
         ("transport/link/rx/max_message_size", MAX_MESSAGE.to_string()),
@@ -90,16 +105,16 @@ pub(super) async fn open(part: Part<'_>, identity: Option<&Identity>) -> Result<
         ("transport/unicast/accept_pending", MAX_SESSIONS.to_string()),
     ];
     match part {
-        Part::Client(router, patience) => {
+        Part::Client(_, patience) => {
             settings.push(("mode", "\"client\"".to_owned()));
             settings.push(("listen/endpoints", "[]".to_owned()));
-            settings.push(("connect/endpoints", format!("[\"{router}\"]")));
+            settings.push(("connect/endpoints", json!(endpoints).to_string()));
             settings.push(("connect/timeout_ms", patience.as_millis().to_string()));
             settings.push(("connect/retry", format!("{{period_init_ms: {REDIAL_MS}}}")));
         }
-        Part::Router(listen, access) => {
+        Part::Router(_, access) => {
             settings.push(("mode", "\"router\"".to_owned()));
-            settings.push(("listen/endpoints", format!("[\"{listen}\"]")));
+            settings.push(("listen/endpoints", json!(endpoints).to_string()));
             settings.push(("listen/exit_on_failure", "true".to_owned()));
             settings.extend(access.map(|access| ("access_control", access.to_string())));
         }
@@ -202,6 +217,30 @@ pub(super) async fn ask_at(
         }
     }
     if answers.is_empty() { Heard::Nobody } else { Heard::Answers(answers) }
+}
+
+/// Asks for an echo, tells when the first comes, and gives all: one of several ground stations may be slow.
+pub(super) async fn echo(session: &Session, key: &str, wait: Duration, came: impl FnOnce()) -> Vec<Vec<u8>> {
+    let get = session
+        .get(key)
+        .target(QueryTarget::All)
+        .consolidation(ConsolidationMode::None)
+        .congestion_control(CongestionControl::Drop)
+        .priority(Priority::RealTime)
+        .express(true)
+        .timeout(wait);
+    let (mut came, mut answers) = (Some(came), Vec::new());
+    let Ok(replies) = get.await else { return answers };
+    while answers.len() < MAX_STATIONS
+        && let Ok(reply) = replies.recv_async().await
+        && let Ok(sample) = reply.into_result()
+    {
+        if let Some(came) = came.take() {
+            came();
+        }
+        answers.push(sample.payload().to_bytes().into_owned());
+    }
+    answers
 }
 
 /// Answers a question, in a task of its own: a slow network keeps nobody from flying.

@@ -10,9 +10,11 @@ use crate::error::FleetError;
 use crate::key::Name;
 use crate::operator::random;
 use crate::papers::certificate::{Ca, Facts, Identity, STATION_PREFIX, der_of, facts, new_key, sha256};
-use crate::papers::roll::Roll;
+use crate::papers::roll::{GROUND, Newcomer, Roll};
+use crate::papers::stations::MAX_ROUTERS;
 use crate::papers::ticket::{MAX_DOORS, SECRET_LEN, Ticket};
 use crate::papers::{access, wire};
+use crate::signature::PublicKey;
 
 /// Where aircraft are enrolled unless said otherwise.
 pub const DOOR_PORT: u16 = 7448;
@@ -63,7 +65,7 @@ impl Organisation {
     /// The common name of the ground station here.
     #[must_use]
     pub fn station() -> String {
-        format!("{STATION_PREFIX}ground")
+        format!("{STATION_PREFIX}{GROUND}")
     }
 
     /// Makes the authority where there is none, of a given certificate and key (PEM) or new; and takes note of more hosts. Whoever
@@ -158,6 +160,14 @@ impl Organisation {
         Roll::read(text.as_bytes()).map_err(|problem| FleetError::File { path, problem })
     }
 
+    /// The list of ground stations as it is now, signed.
+    ///
+    /// # Errors
+    /// [`FleetError::File`], [`FleetError::Certificate`], [`FleetError::Refused`] where it is too long.
+    pub(super) fn stations(&self) -> Result<Vec<u8>, FleetError> {
+        self.roll()?.stations(&self.org).signed(&self.ca()?)
+    }
+
     /// Changes who is enrolled; nothing is kept where that fails.
     ///
     /// # Errors
@@ -167,6 +177,7 @@ impl Organisation {
         let before = self.roll()?;
         let mut roll = before.clone();
         let value = change(&mut roll)?;
+        roll.number_after(&before, &self.org, super::unix_now());
         if roll != before {
             self.write("roll.json", &roll.bytes())?;
         }
@@ -194,7 +205,9 @@ impl Organisation {
     /// # Errors
     /// [`FleetError::File`].
     pub fn access(&self) -> Result<Value, FleetError> {
-        Ok(access::control(&self.org, &[Self::station()], self.roll()?.admitted()))
+        let roll = self.roll()?;
+        let stations: Vec<_> = [Self::station()].into_iter().chain(roll.admitted(true).map(str::to_owned)).collect();
+        Ok(access::control(&self.org, &stations, roll.admitted(false)))
     }
 
     /// What an existing `zenohd` reads beside its own settings: encrypted ways alone, who may do what, nothing found by itself.
@@ -221,17 +234,18 @@ impl Organisation {
         }))
     }
 
-    /// A token for an aircraft, good for `lasts_s`. The token is in what this gives and nowhere else.
+    /// A token for an aircraft or a ground station, good for `lasts_s`. The token is in what this gives and nowhere else.
     ///
     /// # Errors
     /// [`FleetError::Refused`], [`FleetError::File`].
-    pub fn enrol(&self, name: &Name, lasts_s: u64, now: u64) -> Result<Ticket, FleetError> {
+    pub fn enrol(&self, newcomer: &Newcomer, lasts_s: u64, now: u64) -> Result<Ticket, FleetError> {
         let fingerprint = sha256(&der_of(&self.read("ca.crt")?)?).to_vec();
         let secret = random::<SECRET_LEN>()?.to_vec();
         self.change(|roll| {
             let doors = if roll.doors.is_empty() { reached_at(&roll.hosts, DOOR_PORT) } else { roll.doors.clone() };
-            let ticket = Ticket { fingerprint, secret, doors: doors.into_iter().take(MAX_DOORS).collect() };
-            roll.promise(name, &ticket, lasts_s, now)?;
+            let (doors, org) = (doors.into_iter().take(MAX_DOORS).collect(), self.org.to_string());
+            let ticket = Ticket { fingerprint, secret, doors, org, is_station: newcomer.role().is_some() };
+            roll.promise(newcomer, &ticket, lasts_s, now)?;
             Ok(ticket)
         })
     }
@@ -240,20 +254,30 @@ impl Organisation {
     ///
     /// # Errors
     /// [`FleetError::Refused`], [`FleetError::Certificate`], [`FleetError::File`].
-    pub fn judge(&self, asked: &wire::Asked, shown: Option<&Facts>, now: u64) -> Result<(Name, String), FleetError> {
+    pub fn judge(&self, asked: &wire::Asked, shown: Option<&Facts>, now: u64) -> Result<(String, String), FleetError> {
         let ca = self.ca()?;
         self.change(|roll| {
             // Signed for nobody: it tells whether the request is good, and whose key it has.
-            let key = || Ok::<_, FleetError>(facts(&ca.for_aircraft(&self.org, &asked.request, now)?)?.key);
-            let (name, before) = match shown {
+            let key = || Ok::<_, FleetError>(facts(&ca.for_member(self.org.as_str(), &asked.request, now)?)?.key);
+            let (name, role, before) = match shown {
                 Some(shown) if asked.secret.is_empty() => {
-                    (roll.renew(&shown.common_name, &shown.key)?, Some(&shown.key))
+                    roll.renew(&shown.common_name, &shown.key)?;
+                    (shown.common_name.clone(), None, Some(&shown.key))
                 }
-                _ => (roll.redeem(&asked.secret, &key()?, now)?, None),
+                _ => {
+                    let (name, role) = roll.redeem(&asked.secret, &key()?, now)?;
+                    (name, role, None)
+                }
             };
             let key = key()?;
-            let certificate = ca.for_aircraft(&name, &asked.request, now)?;
+            let certificate = ca.for_member(&name, &asked.request, now)?;
             roll.enter(&name, &key, before, facts(&certificate)?.ends, now);
+            if let Some(role) = role {
+                let operator = asked.operator.as_slice().try_into().map(PublicKey);
+                let operator = operator
+                    .map_err(|_| FleetError::Refused("it sent no key: join with `vencejo serve --join`".into()))?;
+                roll.post(&name, role, &operator)?;
+            }
             Ok((name, certificate))
         })
     }
@@ -268,7 +292,7 @@ impl Organisation {
             return Ok(vec![listen.to_string()]);
         }
         let hosts = abroad(&self.roll()?.hosts);
-        Ok(hosts.iter().take(wire::MAX_LIST).map(|host| listen.at(host).to_string()).collect())
+        Ok(hosts.iter().take(MAX_ROUTERS).map(|host| listen.at(host).to_string()).collect())
     }
 
     /// The same of the door.

@@ -9,19 +9,22 @@ use tokio::sync::Notify;
 use zenoh::qos::Priority;
 use zenoh::sample::SampleKind;
 
-use super::door::{self, Door, Leaflet};
+use super::door::{self, Door};
 use super::endpoint::Endpoint;
 use super::membership::{Membership, join, refusal, renew, standing, try_out};
 use super::network::{self, Heard, Part, try_address};
 use super::organisation::Organisation;
 use super::tls::Known;
 use super::unix_now;
+use crate::authority::Role;
 use crate::deed::Nothing;
 use crate::error::FleetError;
 use crate::key::{Kind, Name, echo_key, key_of, keys_of_all};
 use crate::papers::DAY_S;
 use crate::papers::certificate::{Ca, Identity, new_key, request};
+use crate::papers::roll::Newcomer;
 use crate::payload::Order;
+use crate::signature::PublicKey;
 
 /// How long a router is waited for here.
 const WAIT: Duration = Duration::from_secs(10);
@@ -59,6 +62,10 @@ fn name(text: &str) -> Name {
     text.parse().expect("a name")
 }
 
+fn plane(text: &str) -> Newcomer {
+    Newcomer::Aircraft(name(text))
+}
+
 fn endpoint(text: &str) -> Endpoint {
     text.parse().expect("an address")
 }
@@ -70,14 +77,14 @@ fn authority(organisation: &Organisation) -> Ca {
 /// A certificate of an aircraft as of some moment.
 fn aircraft(organisation: &Organisation, aircraft: &str, now: u64) -> Identity {
     let (ca, key) = (authority(organisation), new_key().expect("a key"));
-    let certificate = ca.for_aircraft(&name(aircraft), &request(&key).expect("made"), now).expect("signed");
+    let certificate = ca.for_member(aircraft, &request(&key).expect("made"), now).expect("signed");
     Identity { ca: ca.certificate, certificate, key }
 }
 
 fn enter(organisation: &Organisation, who: &str) -> Identity {
     let identity = aircraft(organisation, who, unix_now());
     let entered = organisation.change(|roll| {
-        roll.enter(&name(who), &[0; 32], None, unix_now() + DAY_S, unix_now());
+        roll.enter(who, &[0; 32], None, unix_now() + DAY_S, unix_now());
         Ok(())
     });
     entered.expect("entered");
@@ -97,7 +104,8 @@ async fn speaks_for_itself_alone(way: &str) {
     let (org, own, other) = (name("acme"), name("plane7"), name("plane8"));
     let (router, at) = router(&organisation, &format!("{way}/127.0.0.1:0")).await;
     let station = organisation.identity(unix_now()).expect("read");
-    let station = network::open(Part::Client(&at, WAIT), Some(&station)).await.expect("a station far away");
+    let station =
+        network::open(Part::Client(std::slice::from_ref(&at), WAIT), Some(&station)).await.expect("a station far away");
     let mut heard = Vec::new();
     for session in [&router, &station] {
         let samples = session.declare_subscriber("vencejo/1/acme/**").await.expect("declared");
@@ -106,7 +114,7 @@ async fn speaks_for_itself_alone(way: &str) {
     }
     let echoes = router.declare_queryable(echo_key(&org)).complete(true).await.expect("declared");
 
-    let board = network::open(Part::Client(&at, WAIT), Some(&seven)).await.expect("an aircraft");
+    let board = network::open(Part::Client(std::slice::from_ref(&at), WAIT), Some(&seven)).await.expect("an aircraft");
     assert!(network::is_with_station(&board).await);
     assert_eq!(try_address(&at, &seven).await, Ok(()));
     // What it may not say comes first: when what it may has arrived, the other was dropped.
@@ -195,11 +203,13 @@ async fn whoever_has_no_good_certificate_is_not_let_in_and_told_why() {
         assert!(why.contains(says), "{why}");
     }
     // What carries the orders does not let it in either.
-    let opened = network::open(Part::Client(&at, Duration::from_millis(300)), Some(&foreign)).await.map(drop);
+    let opened = network::open(Part::Client(std::slice::from_ref(&at), Duration::from_millis(300)), Some(&foreign))
+        .await
+        .map(drop);
     assert!(matches!(opened, Err(FleetError::Network { .. })), "{opened:?}");
     let why = refusal(&at, Known::Ca(good.ca.clone()), None, WAIT).await.expect_err("refused");
     assert!(why.contains("wants a certificate"), "{why}");
-    let without = network::open(Part::Client(&at, WAIT), None).await.map(drop);
+    let without = network::open(Part::Client(std::slice::from_ref(&at), WAIT), None).await.map(drop);
     assert!(matches!(without, Err(FleetError::NoCertificates(..))));
     let quic = endpoint("quic/127.0.0.1:1");
     assert!(try_address(&quic, &good).await.is_err_and(|why| why.contains("UDP")));
@@ -231,19 +241,21 @@ async fn whoever_has_no_good_certificate_is_not_let_in_and_told_why() {
     let impostor = Identity { ca: good.ca.clone(), certificate, key };
     let at = endpoint("tls/127.0.0.1:0").with_port().expect("a port");
     let session = network::open(Part::Router(&at, None), Some(&impostor)).await.expect("a router");
-    let error = network::open(Part::Client(&at, WAIT), Some(&good)).await.map(drop).expect_err("refused");
+    let error =
+        network::open(Part::Client(std::slice::from_ref(&at), WAIT), Some(&good)).await.map(drop).expect_err("refused");
     assert!(error.to_string().contains("no ground station's or router's"), "{error}");
     session.close().await.expect("closed");
 }
 
 async fn door_of(organisation: &Organisation) -> (Door, String) {
     let (listener, at) = door::listen("127.0.0.1:0").await.expect("a port");
-    let leaflet = Leaflet {
-        trust: vec!["07".repeat(32)],
-        routers: vec!["tls/127.0.0.1:7447".into()],
-        doors: vec![at.to_string()],
-    };
-    (Door::open(listener, organisation.clone(), leaflet, Arc::new(Notify::new())), at.to_string())
+    let (doors, operator) = (vec![at.to_string()], Some("07".repeat(32)));
+    let noted = organisation.change(|roll| {
+        (roll.routers, roll.doors, roll.operator) = (vec!["tls/127.0.0.1:7447".into()], doors, operator);
+        Ok(())
+    });
+    noted.expect("noted");
+    (Door::open(listener, organisation.clone(), Arc::new(Notify::new())), at.to_string())
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -252,27 +264,27 @@ async fn a_token_brings_in_one_aircraft_which_keeps_its_certificate_new() {
     let organisation = scratch.organisation("acme");
     let (door, at) = door_of(&organisation).await;
     let token = |lasts_s| {
-        let mut ticket = organisation.enrol(&name("plane7"), lasts_s, unix_now()).expect("a token");
+        let mut ticket = organisation.enrol(&plane("plane7"), lasts_s, unix_now()).expect("a token");
         ticket.doors = vec!["127.0.0.1:1".into(), at.clone()];
         ticket
     };
-    let error = join(&token(0).text(), &scratch.board("late")).await.expect_err("refused").to_string();
+    let error = join(&token(0).text(), &scratch.board("late"), None).await.expect_err("refused").to_string();
     assert!(error.contains("expired") && error.contains("vencejo fleet enrol plane7"), "{error}");
 
     let ticket = token(60);
-    let (member, is_new) = join(&ticket.text(), &scratch.board("plane")).await.expect("joined");
+    let (member, is_new) = join(&ticket.text(), &scratch.board("plane"), None).await.expect("joined");
     assert!(is_new && member.org() == Ok(name("acme")) && member.name() == Ok(name("plane7")));
     assert_eq!(Membership::read(&scratch.board("plane")), Ok(Some(member.clone())));
-    assert!(!scratch.board("plane").with_extension("key").exists(), "the key is in the one file");
-    assert_eq!(organisation.roll().expect("read").admitted().collect::<Vec<_>>(), ["plane7"]);
+    assert!(!scratch.board("plane").with_extension("joining").exists(), "the key is in the one file");
+    assert_eq!(organisation.roll().expect("read").admitted(false).collect::<Vec<_>>(), ["plane7"]);
     #[cfg(unix)]
     for path in [scratch.board("plane"), organisation.path("ca.key"), organisation.path("roll.json")] {
         use std::os::unix::fs::PermissionsExt;
         assert_eq!(std::fs::metadata(&path).expect("a file").permissions().mode() & 0o777, 0o600, "{path:?}");
     }
     // The same command again changes nothing; another computer gets nothing.
-    assert_eq!(join(&ticket.text(), &scratch.board("plane")).await, Ok((member.clone(), false)));
-    let error = join(&ticket.text(), &scratch.board("thief")).await.expect_err("refused").to_string();
+    assert_eq!(join(&ticket.text(), &scratch.board("plane"), None).await, Ok((member.clone(), false)));
+    let error = join(&ticket.text(), &scratch.board("thief"), None).await.expect_err("refused").to_string();
     assert!(error.contains("has been used") && error.contains("vencejo fleet revoke plane7"), "{error}");
     assert!(!scratch.board("thief").exists());
 
@@ -284,18 +296,18 @@ async fn a_token_brings_in_one_aircraft_which_keeps_its_certificate_new() {
     // It joined another fleet while a program runs on with what was before: that is not put back.
     let other = scratch.organisation("other");
     let (_other_door, other_at) = door_of(&other).await;
-    let mut elsewhere = other.enrol(&name("plane7"), 60, unix_now()).expect("a token");
+    let mut elsewhere = other.enrol(&plane("plane7"), 60, unix_now()).expect("a token");
     elsewhere.doors = vec![other_at];
-    let (anew, _) = join(&elsewhere.text(), &scratch.board("anew")).await.expect("joined");
+    let (anew, _) = join(&elsewhere.text(), &scratch.board("anew"), None).await.expect("joined");
     let error = renew(&renewed, &scratch.board("anew")).await.expect_err("refused").to_string();
     assert!(error.contains("joined anew since"), "{error}");
     assert_eq!(Membership::read(&scratch.board("anew")), Ok(Some(anew)));
     // It was enrolled again, on another computer: this one gets nothing more.
-    let (again, _) = join(&token(60).text(), &scratch.board("again")).await.expect("joined");
+    let (again, _) = join(&token(60).text(), &scratch.board("again"), None).await.expect("joined");
     let error = renew(&renewed, &scratch.board("plane")).await.expect_err("refused").to_string();
     assert!(error.contains("enrolled again since"), "{error}");
     let renewed = again;
-    organisation.change(|roll| roll.revoke(&name("plane7"), unix_now())).expect("revoked");
+    organisation.change(|roll| roll.revoke("plane7", unix_now())).expect("revoked");
     let error = renew(&renewed, &scratch.board("plane")).await.expect_err("refused").to_string();
     assert!(error.contains("was revoked"), "{error}");
 
@@ -306,7 +318,7 @@ async fn a_token_brings_in_one_aircraft_which_keeps_its_certificate_new() {
     wrong.secret = vec![0; 16];
     let mut said = Vec::new();
     for _ in 0..11 {
-        said.push(join(&wrong.text(), &scratch.board("eve")).await.expect_err("refused").to_string());
+        said.push(join(&wrong.text(), &scratch.board("eve"), None).await.expect_err("refused").to_string());
     }
     assert!(said[0].contains("does not know this token"), "{}", said[0]);
     assert!(said[10].contains("wait a minute"), "{}", said[10]);
@@ -314,13 +326,64 @@ async fn a_token_brings_in_one_aircraft_which_keeps_its_certificate_new() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_ground_station_joins_and_the_newest_list_is_kept_whoever_brings_it() {
+    let scratch = Scratch::new();
+    let organisation = scratch.organisation("acme");
+    let (_door, at) = door_of(&organisation).await;
+    let token = |newcomer: &Newcomer| {
+        let mut ticket = organisation.enrol(newcomer, 60, unix_now()).expect("a token");
+        ticket.doors = vec![at.clone()];
+        ticket.text()
+    };
+    let (mut seven, _) = join(&token(&plane("plane7")), &scratch.board("plane"), None).await.expect("joined");
+    assert_eq!((seven.is_station(), seven.role()), (false, Ok(None)));
+    let before = seven.signed_stations().expect("read");
+
+    let key = PublicKey([1; 32]);
+    let tower = token(&Newcomer::Station(name("tower"), Role::Chief));
+    let error = join(&tower, &scratch.board("tower"), None).await.expect_err("refused").to_string();
+    assert!(error.contains("for a ground station: vencejo serve --join"), "{error}");
+    let (member, is_new) = join(&tower, &scratch.board("tower"), Some(key)).await.expect("joined");
+    assert!(is_new && member.is_station() && member.name() == Ok(name("tower")));
+    assert_eq!(member.role(), Ok(Some(Role::Chief)));
+    assert_eq!(standing(&member).await, Ok(()));
+    assert_eq!(renew(&member, &scratch.board("tower")).await.expect("renewed").role(), Ok(Some(Role::Chief)));
+    let access = organisation.access().expect("made");
+    assert_eq!(access["subjects"][0]["cert_common_names"], serde_json::json!(["_ground", "_tower"]));
+    let error = join(&token(&plane("plane8")), &scratch.board("plane8"), Some(key)).await.expect_err("refused");
+    assert!(error.to_string().contains("for an aircraft"), "{error}");
+    // One key is one ground station's.
+    let second = token(&Newcomer::Station(name("second"), Role::Operator));
+    let error = join(&second, &scratch.board("second"), Some(key)).await.expect_err("refused").to_string();
+    assert!(error.contains("another ground station's"), "{error}");
+
+    // The list comes to an aircraft by anybody, and an older one does not take its place.
+    let file = scratch.board("plane");
+    let newer = organisation.stations().expect("signed");
+    assert_eq!(seven.roles().expect("read").get(&key), None);
+    assert_eq!((seven.take(&newer), seven.take(&newer), seven.take(&before)), (Ok(true), Ok(false), Ok(false)));
+    assert_eq!(seven.roles().expect("read").get(&key), Some(&Role::Chief));
+    Membership::keep_stations(&file, &newer).expect("kept");
+    Membership::keep_stations(&file, &before).expect("not kept");
+    assert_eq!(Membership::read(&file), Ok(Some(seven.clone())));
+    organisation.change(|roll| roll.revoke("_tower", unix_now())).expect("revoked");
+    assert_eq!(seven.take(&organisation.stations().expect("signed")), Ok(true));
+    assert_eq!(seven.roles().expect("read").get(&key), None);
+    assert!(standing(&member).await.is_err_and(|why| why.contains("tower was revoked")));
+    // Nor does another fleet's, or a place that is not of this token.
+    let other = scratch.organisation("other").stations().expect("signed");
+    assert!(matches!(seven.take(&other), Err(FleetError::Refused(_))));
+    assert!(matches!(Membership::keep_stations(&file, &other), Err(FleetError::Refused(_))));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn somebody_in_the_middle_is_told_nothing() {
     let scratch = Scratch::new();
     let (ours, theirs) = (scratch.organisation("acme"), scratch.organisation("other"));
     let (door, at) = door_of(&theirs).await;
-    let mut ticket = ours.enrol(&name("plane7"), 60, unix_now()).expect("a token");
+    let mut ticket = ours.enrol(&plane("plane7"), 60, unix_now()).expect("a token");
     ticket.doors = vec![at];
-    let error = join(&ticket.text(), &scratch.board("plane")).await.expect_err("refused").to_string();
+    let error = join(&ticket.text(), &scratch.board("plane"), None).await.expect_err("refused").to_string();
     assert!(error.contains("somebody else answers") && error.contains("Nothing was told"), "{error}");
     assert_eq!(ours.roll().expect("read").open_tokens(unix_now()).count(), 1, "the token is good still");
     assert!(!scratch.board("plane").exists());
@@ -373,7 +436,7 @@ async fn a_router_of_zenoh_reads_the_settings_that_are_printed() {
     vencejo_store::write(&file, settings.to_string().as_bytes(), vencejo_store::Access::Usual).expect("written");
     let router = zenoh::open(zenoh::Config::from_file(&file).expect("read")).await.expect("a router");
     let heard = router.declare_subscriber("vencejo/1/acme/**").await.expect("declared");
-    let board = network::open(Part::Client(&at, WAIT), Some(&seven)).await.expect("an aircraft");
+    let board = network::open(Part::Client(std::slice::from_ref(&at), WAIT), Some(&seven)).await.expect("an aircraft");
     for who in ["plane8", "plane7"] {
         network::tell(&board, &key_of(&name("acme"), &name(who), Kind::State), &Nothing {}, Priority::Data).await;
     }

@@ -6,12 +6,12 @@
 
 use serde_json::{Value, json};
 
-use crate::key::{Name, echo_key};
+use crate::key::{Name, keys_of_hub};
 
 /// The access control of a router: a value of its configuration, as `access_control`.
 #[must_use]
 pub fn control<'a>(org: &Name, stations: &[String], aircraft: impl Iterator<Item = &'a str>) -> Value {
-    let (all, echo) = (format!("vencejo/1/{org}/**"), echo_key(org));
+    let (all, hub) = (format!("vencejo/1/{org}/**"), keys_of_hub(org));
     let rule = |id: &str, flow: &str, key: &str, messages: &[&str]| json!({"id": id, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": [key]});
     let tells = ["put", "delete", "reply", "declare_queryable", "liveliness_token"];
     let asks = ["query", "declare_subscriber", "liveliness_query", "declare_liveliness_subscriber"];
@@ -19,14 +19,14 @@ pub fn control<'a>(org: &Name, stations: &[String], aircraft: impl Iterator<Item
     let mut rules = vec![
         rule("_stations-ask", "ingress", &all, &asks),
         rule("_stations-are-told", "egress", &all, &tells),
-        // A station behind a router answers the aircraft's probe of its way.
-        rule("_stations-echo", "ingress", &echo, &["reply", "declare_queryable"]),
-        rule("_stations-are-asked-for-an-echo", "egress", &echo, &["query"]),
-        rule("_aircraft-ask-for-an-echo", "ingress", &echo, &["query"]),
-        rule("_aircraft-get-an-echo", "egress", &echo, &["reply", "declare_queryable"]),
+        // A station behind a router answers the aircraft's probe of its way, and gives the list of stations.
+        rule("_stations-answer", "ingress", &hub, &["reply", "declare_queryable"]),
+        rule("_stations-are-asked", "egress", &hub, &["query"]),
+        rule("_aircraft-ask", "ingress", &hub, &["query"]),
+        rule("_aircraft-are-answered", "egress", &hub, &["reply", "declare_queryable"]),
     ];
     let mut subjects = vec![json!({"id": "_stations", "cert_common_names": stations})];
-    let of_stations = ["_stations-ask", "_stations-are-told", "_stations-echo", "_stations-are-asked-for-an-echo"];
+    let of_stations = ["_stations-ask", "_stations-are-told", "_stations-answer", "_stations-are-asked"];
     let mut policies = vec![json!({"rules": of_stations, "subjects": ["_stations"]})];
     for name in aircraft {
         let (own, tell, hear) =
@@ -34,7 +34,7 @@ pub fn control<'a>(org: &Name, stations: &[String], aircraft: impl Iterator<Item
         rules.push(rule(&tell, "ingress", &own, &tells));
         rules.push(rule(&hear, "egress", &own, &asks));
         subjects.push(json!({"id": name, "cert_common_names": [name]}));
-        let rules = [tell.as_str(), hear.as_str(), "_aircraft-ask-for-an-echo", "_aircraft-get-an-echo"];
+        let rules = [tell.as_str(), hear.as_str(), "_aircraft-ask", "_aircraft-are-answered"];
         policies.push(json!({"rules": rules, "subjects": [name]}));
     }
     json!({"enabled": true, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies})
@@ -45,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_aircraft_has_its_own_prefix_and_the_echo_and_nothing_else() {
+    fn an_aircraft_has_its_own_prefix_and_the_hub_and_nothing_else() {
         let org = "acme".parse().expect("a name");
         let made = control(&org, &["_ground".into()], ["plane7", "stations"].into_iter());
         assert_eq!(made["default_permission"], "deny");
@@ -57,10 +57,10 @@ mod tests {
                 keys.push((rule["flows"][0].as_str(), rule["key_exprs"][0].as_str()));
             }
         }
-        let (own, echo) = (Some("vencejo/1/acme/plane7/**"), Some("vencejo/1/acme/_hub/echo"));
+        let (own, hub) = (Some("vencejo/1/acme/plane7/**"), Some("vencejo/1/acme/_hub/*"));
         assert_eq!(
             keys,
-            [(Some("ingress"), echo), (Some("egress"), echo), (Some("ingress"), own), (Some("egress"), own)]
+            [(Some("ingress"), hub), (Some("egress"), hub), (Some("ingress"), own), (Some("egress"), own)]
         );
     }
 }

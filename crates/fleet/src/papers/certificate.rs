@@ -4,15 +4,20 @@ use std::fmt;
 
 use rcgen::{
     BasicConstraints, CertificateParams, CertificateSigningRequestParams, DnType, ExtendedKeyUsagePurpose, IsCa,
-    Issuer, KeyPair, KeyUsagePurpose, PublicKeyData, SerialNumber,
+    Issuer, KeyPair, KeyUsagePurpose, PublicKeyData, SerialNumber, SigningKey,
 };
 use ring::digest::{SHA256, digest};
+use ring::signature::{
+    ECDSA_P256_SHA256_ASN1, ECDSA_P384_SHA384_ASN1, ED25519, RSA_PKCS1_2048_8192_SHA256, UnparsedPublicKey,
+    VerificationAlgorithm,
+};
 use rustls::pki_types::pem::PemObject;
 use rustls::pki_types::{CertificateDer, CertificateSigningRequestDer};
 use time::OffsetDateTime;
 use x509_parser::certificate::X509Certificate;
 use x509_parser::extensions::GeneralName;
 use x509_parser::prelude::FromDer;
+use x509_parser::public_key::PublicKey;
 
 use super::DAY_S;
 use crate::error::FleetError;
@@ -168,6 +173,25 @@ fn address_of(bytes: &[u8]) -> Option<String> {
     <[u8; 16]>::try_from(bytes).ok().map(|v6| core::net::Ipv6Addr::from(v6).to_string())
 }
 
+/// Whether a signature of some bytes was made with the key of a certificate (PEM).
+///
+/// # Errors
+/// [`FleetError::Certificate`] for one that cannot be read, or a key of a kind that is not known here.
+pub fn verifies(certificate: &str, bytes: &[u8], signature: &[u8]) -> Result<bool, FleetError> {
+    let der = der_of(certificate)?;
+    let (_, parsed) = X509Certificate::from_der(&der).map_err(|error| wrong("the certificate", error))?;
+    let public = parsed.public_key();
+    // As rcgen signs with keys of these kinds.
+    let algorithm: &'static dyn VerificationAlgorithm = match public.parsed() {
+        Ok(PublicKey::EC(point)) if point.key_size() == 256 => &ECDSA_P256_SHA256_ASN1,
+        Ok(PublicKey::EC(point)) if point.key_size() == 384 => &ECDSA_P384_SHA384_ASN1,
+        Ok(PublicKey::RSA(_)) => &RSA_PKCS1_2048_8192_SHA256,
+        Ok(PublicKey::Unknown(_)) if public.subject_public_key.data.len() == 32 => &ED25519,
+        _ => return Err(wrong("the authority's certificate", "its key is of a kind that is not known here")),
+    };
+    Ok(UnparsedPublicKey::new(algorithm, &public.subject_public_key.data).verify(bytes, signature).is_ok())
+}
+
 /// A new private key, as PEM (PKCS #8).
 ///
 /// # Errors
@@ -262,22 +286,31 @@ impl Ca {
         let params = CertificateParams::new(names.to_vec()).map_err(|error| wrong("a host name", error))?;
         // It dials other routers, too.
         let usages = vec![ExtendedKeyUsagePurpose::ServerAuth, ExtendedKeyUsagePurpose::ClientAuth];
-        self.sign(params, common_name, usages, &key_pair(key, "the key")?, now)
+        self.certify(params, common_name, usages, &key_pair(key, "the key")?, now)
     }
 
-    /// A certificate for an aircraft, for the key of its request (PKCS #10), which it has. Nothing else that the request says counts.
+    /// A certificate for an aircraft or another ground station, for the key of its request (PKCS #10), which it has. Nothing else that
+    /// the request says counts.
     ///
     /// # Errors
     /// [`FleetError::Certificate`].
-    pub fn for_aircraft(&self, name: &Name, request: &[u8], now: u64) -> Result<String, FleetError> {
+    pub fn for_member(&self, common_name: &str, request: &[u8], now: u64) -> Result<String, FleetError> {
         let request = CertificateSigningRequestDer::from(request);
         let request =
             CertificateSigningRequestParams::from_der(&request).map_err(|error| wrong("the request", error))?;
         let usages = vec![ExtendedKeyUsagePurpose::ClientAuth];
-        self.sign(CertificateParams::default(), name.as_str(), usages, &request.public_key, now)
+        self.certify(CertificateParams::default(), common_name, usages, &request.public_key, now)
     }
 
-    fn sign(
+    /// Signs some bytes, which begin with what they are: no certificate begins so.
+    ///
+    /// # Errors
+    /// [`FleetError::Certificate`].
+    pub fn sign(&self, bytes: &[u8]) -> Result<Vec<u8>, FleetError> {
+        self.issuer.key().sign(bytes).map_err(|error| wrong("the authority's key", error))
+    }
+
+    fn certify(
         &self,
         mut params: CertificateParams,
         common_name: &str,
@@ -316,7 +349,7 @@ mod tests {
         assert!(about.is_ca && about.ends == NOW + CA_DAYS * DAY_S);
 
         let board = new_key().expect("a key");
-        let signed = ca.for_aircraft(&name("plane7"), &request(&board).expect("made"), NOW).expect("signed");
+        let signed = ca.for_member("plane7", &request(&board).expect("made"), NOW).expect("signed");
         let about = facts(&signed).expect("a certificate");
         assert_eq!((about.common_name.as_str(), about.is_ca), ("plane7", false));
         assert_eq!((about.begins, about.ends), (NOW - DAY_S, NOW + 90 * DAY_S));
@@ -326,6 +359,17 @@ mod tests {
         let names = ["ground.local".to_owned(), "192.168.1.2".to_owned(), "fe80::1".to_owned()];
         let signed = ca.for_station("_ground", &names, &key, NOW).expect("signed");
         assert_eq!(facts(&signed).expect("a certificate").names, names);
+    }
+
+    #[test]
+    fn what_an_authority_of_any_kind_signs_is_known_to_be_its_own() {
+        for kind in [&rcgen::PKCS_ECDSA_P256_SHA256, &rcgen::PKCS_ECDSA_P384_SHA384, &rcgen::PKCS_ED25519] {
+            let key = KeyPair::generate_for(kind).expect("a key");
+            let certificate = CertificateParams::default().self_signed(&key).expect("made").pem();
+            let signature = key.sign(b"these bytes").expect("signed");
+            assert_eq!(verifies(&certificate, b"these bytes", &signature), Ok(true), "{kind:?}");
+            assert_eq!(verifies(&certificate, b"those bytes", &signature), Ok(false), "{kind:?}");
+        }
     }
 
     #[test]
@@ -358,9 +402,9 @@ mod tests {
         let (certificate, key) = Ca::make(&name("acme"), NOW).expect("made");
         let ca = Ca::read(&certificate, &key).expect("read");
         let mut asked = request(&new_key().expect("a key")).expect("made");
-        assert!(ca.for_aircraft(&name("plane7"), &[], NOW).is_err());
+        assert!(ca.for_member("plane7", &[], NOW).is_err());
         let last = asked.len() - 1;
         asked[last] ^= 1;
-        assert!(ca.for_aircraft(&name("plane7"), &asked, NOW).is_err());
+        assert!(ca.for_member("plane7", &asked, NOW).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! The token that brings one aircraft into a fleet, as the text that a person copies: whom to ask, how to know them, and the secret.
+//! The token that brings one aircraft or ground station into a fleet, as the text that a person copies: whom to ask, how to know them, and the secret.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,6 +9,7 @@ use prost::Message;
 
 use super::certificate::sha256;
 use crate::error::FleetError;
+use crate::key::Name;
 
 /// How each begins: the version.
 const PREFIX: &str = "vf1.";
@@ -27,12 +28,18 @@ pub struct Ticket {
     /// SHA-256 of the certificate of the organisation's authority: who answers shows one that it signed.
     #[prost(bytes = "vec", tag = "1")]
     pub fingerprint: Vec<u8>,
-    /// What the aircraft shows.
+    /// What the newcomer shows.
     #[prost(bytes = "vec", tag = "2")]
     pub secret: Vec<u8>,
     /// Where to ask: `HOST:PORT`.
     #[prost(string, repeated, tag = "3")]
     pub doors: Vec<String>,
+    /// The organisation, so that a computer knows before it asks where it keeps what it gets.
+    #[prost(string, tag = "4")]
+    pub org: String,
+    /// Whether it is for a ground station.
+    #[prost(bool, tag = "5")]
+    pub is_station: bool,
 }
 
 impl Ticket {
@@ -81,6 +88,7 @@ impl FromStr for Ticket {
         }
         let ticket = Self::decode(bytes).map_err(|_| bad("it is of another version"))?;
         let is_whole = ticket.fingerprint.len() == 32
+            && ticket.org.parse::<Name>().is_ok()
             && ticket.secret.len() == SECRET_LEN
             && (1..=MAX_DOORS).contains(&ticket.doors.len());
         if is_whole { Ok(ticket) } else { Err(bad("it is of another version")) }
@@ -92,7 +100,13 @@ mod tests {
     use super::*;
 
     fn ticket() -> Ticket {
-        Ticket { fingerprint: vec![7; 32], secret: vec![9; 16], doors: vec!["ground.local:7448".into()] }
+        Ticket {
+            fingerprint: vec![7; 32],
+            secret: vec![9; 16],
+            doors: vec!["ground.local:7448".into()],
+            org: "acme".into(),
+            is_station: true,
+        }
     }
 
     #[test]

@@ -1,21 +1,18 @@
-//! What is said at the door where aircraft are enrolled and certificates renewed: one question and one answer, in Protocol Buffers,
+//! What is said at the door where aircraft and ground stations are enrolled and certificates renewed: one question and one answer, in Protocol Buffers,
 //! each with its length before it.
 
 use prost::Message;
 
-use super::ticket::MAX_DOORS;
 use crate::error::FleetError;
 use crate::payload::VERSION;
 
 /// Bytes of either at most.
 pub const MAX_BYTES: usize = 16 * 1024;
-/// Keys and addresses in an answer at most.
-pub const MAX_LIST: usize = 64;
 
 /// Why somebody gets nothing who would get something for a good request: so an aircraft asks, with none, whether it is known still.
 pub const BAD_REQUEST: &str = "the request is not good";
 
-/// An aircraft asks for a certificate.
+/// Somebody asks for a certificate.
 #[derive(Clone, PartialEq, Message)]
 pub struct Asked {
     /// The version of what is said.
@@ -27,6 +24,9 @@ pub struct Asked {
     /// Its request (PKCS #10).
     #[prost(bytes = "vec", tag = "3")]
     pub request: Vec<u8>,
+    /// A ground station that joins: the public key that it signs orders with.
+    #[prost(bytes = "vec", tag = "4")]
+    pub operator: Vec<u8>,
 }
 
 /// What it gets.
@@ -41,7 +41,7 @@ pub struct Given {
     /// The organisation.
     #[prost(string, tag = "3")]
     pub org: String,
-    /// Its name there.
+    /// The common name of its certificate.
     #[prost(string, tag = "4")]
     pub name: String,
     /// Its certificate, as PEM.
@@ -50,15 +50,9 @@ pub struct Given {
     /// That of the organisation's authority.
     #[prost(string, tag = "6")]
     pub ca: String,
-    /// Keys of the ground stations whose orders it is to take.
-    #[prost(string, repeated, tag = "7")]
-    pub trust: Vec<String>,
-    /// Where routers are.
-    #[prost(string, repeated, tag = "8")]
-    pub routers: Vec<String>,
-    /// Where certificates are renewed.
-    #[prost(string, repeated, tag = "9")]
-    pub doors: Vec<String>,
+    /// The ground stations, routers and doors: a [`SignedStations`](super::stations::SignedStations).
+    #[prost(bytes = "vec", tag = "7")]
+    pub stations: Vec<u8>,
 }
 
 impl Given {
@@ -77,11 +71,7 @@ impl Given {
             // What is shown of it has an end.
             return Err(FleetError::Refused(self.refused.chars().filter(|c| !c.is_control()).take(300).collect()));
         }
-        let is_readable = self.version == VERSION
-            && self.trust.len() <= MAX_LIST
-            && self.routers.len() <= MAX_LIST
-            && self.doors.len() <= MAX_DOORS;
-        if !is_readable {
+        if self.version != VERSION {
             let why = "its answer cannot be read: use the same version of Vencejo on both sides";
             return Err(FleetError::Refused(why.into()));
         }
@@ -100,12 +90,7 @@ mod tests {
         assert_eq!(read(good.clone()), Ok(good.clone()));
         let long = read(Given::refused("no\u{7}".repeat(1_000))).expect_err("refused");
         assert!(long.len() < 400 && !long.contains('\u{7}'), "{long}");
-        for bad in [
-            Given { version: 2, ..good.clone() },
-            Given { routers: vec![String::new(); MAX_LIST + 1], ..good.clone() },
-            Given { doors: vec![String::new(); MAX_DOORS + 1], ..good },
-        ] {
-            assert!(read(bad).is_err_and(|error| error.contains("the same version of Vencejo")));
-        }
+        let bad = Given { version: 2, ..good };
+        assert!(read(bad).is_err_and(|error| error.contains("the same version of Vencejo")));
     }
 }

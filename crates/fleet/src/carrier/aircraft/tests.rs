@@ -11,7 +11,7 @@ use vencejo_proto::{Address, Header, Heartbeat, MavVersion, Message};
 use vencejo_station::StationConfig;
 
 use super::*;
-use crate::carrier::network::Part as Place;
+use crate::carrier::network::{Heard, Part as Place};
 use crate::content::{Content, Part, pack_items};
 use crate::deed::{Act, Deed, Nothing, PlanPut};
 use crate::payload::{State, VERSION};

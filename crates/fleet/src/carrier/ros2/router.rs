@@ -61,6 +61,6 @@ pub(super) async fn open(router: &RosRouter) -> Result<Session, FleetError> {
         }
         Ok(Ok(_)) => {}
     }
-    let opened = network::open(Part::Client(&router.0, CONNECT), None).await;
+    let opened = network::open(Part::Client(std::slice::from_ref(&router.0), CONNECT), None).await;
     opened.map_err(|error| failed(format!("something answers there that is no router of Zenoh 1 ({error})")))
 }
