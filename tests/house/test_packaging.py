@@ -15,13 +15,13 @@ import yaml
 from tests.house.commands import parse
 from tests.house.support import ROOT, tracked
 
-UNITS = tracked("packaging/*/vencejo.service")
+UNITS = tracked("packaging/*/vencejo*.service")
 WORKFLOWS = tracked(".github/workflows/*.yml")
 SYSTEMD_ANALYZE = shutil.which("systemd-analyze")
 
 
-def folder_of(path: Path) -> str:
-    return path.parent.name
+def name_of(path: Path) -> str:
+    return f"{path.parent.name}/{path.name}"
 
 
 def load(path: Path) -> Any:
@@ -29,30 +29,34 @@ def load(path: Path) -> Any:
 
 
 @pytest.mark.skipif(SYSTEMD_ANALYZE is None, reason="systemd-analyze is not installed")
-@pytest.mark.parametrize("unit", UNITS, ids=folder_of)
+@pytest.mark.parametrize("unit", UNITS, ids=name_of)
 def test_systemd_finds_the_units_sound_and_little_exposed(unit: Path, tmp_path: Path) -> None:
     # What the unit starts is not installed here.
-    copy = tmp_path / "vencejo.service"
+    copy = tmp_path / unit.name
     copy.write_text(unit.read_text(encoding="utf-8").replace("/opt/vencejo/bin/vencejo", "/bin/true"), encoding="utf-8")
     for command in (["verify"], ["security", "--offline=yes", "--threshold=20"]):
         told = subprocess.run([str(SYSTEMD_ANALYZE), *command, str(copy)], capture_output=True, text=True, check=False)
         assert told.returncode == 0, told.stdout + told.stderr
 
 
-@pytest.mark.parametrize("unit", UNITS, ids=folder_of)
+@pytest.mark.parametrize("unit", UNITS, ids=name_of)
 def test_units_start_commands_that_there_are(unit: Path) -> None:
+    text = unit.read_text(encoding="utf-8")
+    read = re.search(r"^EnvironmentFile=/etc/vencejo/(.*)$", text, re.MULTILINE)
+    start = re.search(r"^ExecStart=/opt/vencejo/bin/(.*)$", text, re.MULTILINE)
+    assert read is not None
+    assert start is not None
     settings = dict(
         line.split("=", 1)
-        for line in (unit.parent / "vencejo.env").read_text(encoding="utf-8").splitlines()
+        for line in (unit.parent / read[1]).read_text(encoding="utf-8").splitlines()
         if line and not line.startswith("#")
     )
-    start = re.search(r"^ExecStart=/opt/vencejo/bin/(.*)$", unit.read_text(encoding="utf-8"), re.MULTILINE)
-    assert start is not None
     parse(f"{start[1].replace('$VENCEJO_OPTIONS', settings['VENCEJO_OPTIONS'])} --link {settings['VENCEJO_LINK']}")
 
 
 def test_there_is_a_unit_for_each_machine() -> None:
-    assert {unit.parent.name for unit in UNITS} == {"raspberry-pi", "server"}
+    units = {"raspberry-pi/vencejo.service", "raspberry-pi/vencejo-onboard.service", "server/vencejo.service"}
+    assert {name_of(unit) for unit in UNITS} == units
     entry = configparser.ConfigParser(interpolation=None)
     entry.read(ROOT / "packaging/laptop/vencejo.desktop", encoding="utf-8")
     parse(entry["Desktop Entry"]["Exec"])
