@@ -37,6 +37,7 @@ NOT_RUN = {
     r"(/opt/vencejo/bin/)?(python3 -m venv|pip install) .*|\. \.venv/bin/activate": "installs from the network; test_wheel.py installs what we build",
     r"VENCEJO_DATA=\S+ sudo .*": "acts as another user",
     r"ssh -N -L .*": "another machine",
+    r"docker compose .*": "needs Docker; tests/fleet/test_example_fleet.py runs the commands of the containers without them",
     r"ros2 .*|export RMW_IMPLEMENTATION=.*": "needs ROS 2, which no package registry has",
     r"mavproxy\.py .*": "another program; tests/peers/test_mavproxy.py runs it",
 }
