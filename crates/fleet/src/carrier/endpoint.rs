@@ -54,6 +54,11 @@ pub(super) fn split(text: &str) -> Option<(&str, u16)> {
     (is_digits && is_host).then_some((host, port.parse().ok()?))
 }
 
+/// A host as it stands before a port: an IPv6 address in brackets.
+pub(super) fn bracketed(host: &str) -> String {
+    if host.contains(':') { format!("[{host}]") } else { host.to_owned() }
+}
+
 impl FromStr for Endpoint {
     type Err = FleetError;
 
@@ -110,19 +115,27 @@ impl Endpoint {
         self.host().parse::<IpAddr>().is_ok_and(|ip| ip.is_unspecified())
     }
 
-    /// Refuses what only a listener's address can be, or none that Zenoh can dial.
+    /// Refuses what only a listener's address can be.
     pub(super) fn dialled(self) -> Result<Self, FleetError> {
-        // Zenoh takes the brackets for a part of the name that the certificate must show.
-        if self.is_any() || (self.way != Way::Tcp && self.host.starts_with('[')) {
-            return Err(FleetError::Address(format!("{self} (to dial, give a host name or an IPv4 address)")));
+        if self.is_any() {
+            return Err(FleetError::Address(format!("{self} (to dial, give a host name or an address)")));
         }
         Ok(self)
+    }
+
+    /// As Zenoh dials it. It takes the brackets of an IPv6 address for a part of the name that the certificate must show; without them it
+    /// finds the port at the last colon, and name and address are right.
+    pub(super) fn for_zenoh(&self) -> String {
+        match self.way {
+            Way::Tcp => self.to_string(),
+            Way::Tls | Way::Quic => format!("{}/{}:{}", self.way.as_str(), self.host(), self.port),
+        }
     }
 
     /// The same at another host.
     #[must_use]
     pub(super) fn at(&self, host: &str) -> Self {
-        Self { host: host.to_owned(), ..self.clone() }
+        Self { host: bracketed(host), ..self.clone() }
     }
 
     /// The same with a free port, where its port is 0: the network does not tell which one it took.
@@ -181,8 +194,11 @@ mod tests {
             let free = free.parse::<Endpoint>().and_then(Endpoint::with_port);
             assert!(free.is_ok_and(|endpoint| endpoint.port != 0));
         }
-        for unreachable in ["tls/0.0.0.0:7447", "quic/[fe80::1]:7447"] {
+        for unreachable in ["tls/0.0.0.0:7447", "quic/[::]:7447"] {
             assert!(unreachable.parse::<Endpoint>().and_then(Endpoint::dialled).is_err(), "{unreachable}");
         }
+        let six = "quic/[2001:db8::1]:7447".parse::<Endpoint>().expect("an address");
+        assert_eq!(six.for_zenoh(), "quic/2001:db8::1:7447");
+        assert_eq!(six.at("2001:db8::2").to_string(), "quic/[2001:db8::2]:7447");
     }
 }

@@ -90,7 +90,10 @@ pub(super) async fn open(part: Part<'_>, identity: Option<&Identity>) -> Result<
     };
     let Some(address) = addresses.first() else { return Err(FleetError::Address(String::new())) };
     let ways: BTreeSet<_> = addresses.iter().map(|address| address.way().as_str()).collect();
-    let endpoints: Vec<_> = addresses.iter().map(Endpoint::to_string).collect();
+    let endpoints: Vec<_> = match part {
+        Part::Client(..) => addresses.iter().map(Endpoint::for_zenoh).collect(),
+        Part::Router(..) => addresses.iter().map(Endpoint::to_string).collect(),
+    };
     let mut settings = vec![
         ("scouting/multicast/enabled", "false".to_owned()),
         ("scouting/gossip/enabled", "false".to_owned()),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use vencejo_store::{Access, Lock, lock::PATIENCE};
 
-use super::endpoint::{Endpoint, split};
+use super::endpoint::{Endpoint, bracketed, split};
 use crate::error::FleetError;
 use crate::key::Name;
 use crate::operator::random;
@@ -304,13 +304,12 @@ impl Organisation {
     }
 }
 
-/// The hosts by which others reach this machine; where it has no such name, by which itself does. Zenoh dials no IPv6 address.
+/// The hosts by which others reach this machine; where it has no such name, by which itself does.
 fn abroad(hosts: &[String]) -> Vec<String> {
-    let is_v4 = |host: &&String| !host.contains(':');
-    let far: Vec<_> = hosts.iter().filter(is_v4).filter(|host| !HERE.contains(&host.as_str())).cloned().collect();
-    if far.is_empty() { hosts.iter().filter(is_v4).cloned().collect() } else { far }
+    let far: Vec<_> = hosts.iter().filter(|host| !HERE.contains(&host.as_str())).cloned().collect();
+    if far.is_empty() { hosts.to_vec() } else { far }
 }
 
 fn reached_at(hosts: &[String], port: u16) -> Vec<String> {
-    abroad(hosts).iter().map(|host| format!("{host}:{port}")).collect()
+    abroad(hosts).iter().map(|host| format!("{}:{port}", bracketed(host))).collect()
 }

@@ -180,6 +180,31 @@ async fn an_aircraft_speaks_for_itself_alone_over_quic() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_ipv6_address_is_dialled_where_this_machine_has_one() {
+    if std::net::TcpListener::bind("[::1]:0").is_err() {
+        return;
+    }
+    let scratch = Scratch::new();
+    let organisation = Organisation::below(&scratch.0, name("acme"));
+    organisation.init(&["::1".into()], None, unix_now()).expect("made");
+    let seven = enter(&organisation, "plane7");
+    for way in ["tls", "quic"] {
+        let (session, at) = router(&organisation, &format!("{way}/[::1]:0")).await;
+        assert_eq!(try_address(&at, &seven).await, Ok(()), "{at}");
+        let board = network::dial(std::slice::from_ref(&at), Some(&seven)).await.expect("an aircraft");
+        assert!(network::is_with_station(&board).await);
+        for session in [board, session] {
+            session.close().await.expect("closed");
+        }
+    }
+    let (_door, at) = door_at(&organisation, "[::1]:0").await;
+    let mut ticket = organisation.enrol(&plane("plane8"), 60, unix_now()).expect("a token");
+    assert_eq!(ticket.doors[0], at);
+    ticket.doors.truncate(1);
+    join(&ticket.text(), &scratch.board("plane8"), None).await.expect("joined");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn whoever_has_no_good_certificate_is_not_let_in_and_told_why() {
     let scratch = Scratch::new();
     let (ours, theirs) = (scratch.organisation("acme"), scratch.organisation("other"));
@@ -248,7 +273,11 @@ async fn whoever_has_no_good_certificate_is_not_let_in_and_told_why() {
 }
 
 async fn door_of(organisation: &Organisation) -> (Door, String) {
-    let (listener, at) = door::listen("127.0.0.1:0").await.expect("a port");
+    door_at(organisation, "127.0.0.1:0").await
+}
+
+async fn door_at(organisation: &Organisation, address: &str) -> (Door, String) {
+    let (listener, at) = door::listen(address).await.expect("a port");
     let (doors, operator) = (vec![at.to_string()], Some("07".repeat(32)));
     let noted = organisation.change(|roll| {
         (roll.routers, roll.doors, roll.operator) = (vec!["tls/127.0.0.1:7447".into()], doors, operator);
