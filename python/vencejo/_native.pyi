@@ -461,6 +461,7 @@ class Server:
         on_board: bool,
         maps_folder: str | None,
         video_folder: str | None = None,
+        history_folder: str | None = None,
         draft_file: str | None = None,
         floors_mb: tuple[int, int, int] | None = None,
     ) -> None: ...

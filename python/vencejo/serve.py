@@ -22,7 +22,7 @@ from vencejo import _native
 from vencejo._closing import Closing
 from vencejo.control import Operator
 from vencejo.errors import InvalidRequest
-from vencejo.station import Station, default_record_dir
+from vencejo.station import Station, default_history_dir, default_record_dir
 from vencejo.storage import Floors, StorageProblem
 from vencejo.video import VideoFeed, default_video_dir
 
@@ -129,6 +129,8 @@ class Server(Closing):
     video_folder : path, optional
         Where the recordings and pictures of cameras are, to be listed and downloaded. Default
         `vencejo.video.default_video_dir`.
+    history_folder : path, optional
+        Where the history of aircraft far away is, to be listed and downloaded. Default `vencejo.station.default_history_dir`.
     draft_file : path, optional
         Where the draft of the plan is kept for all browsers. Default `default_draft_file`.
     floors : Floors, optional
@@ -159,6 +161,7 @@ class Server(Closing):
         on_board: bool = False,
         maps_folder: str | os.PathLike[str] | None = None,
         video_folder: str | os.PathLike[str] | None = None,
+        history_folder: str | os.PathLike[str] | None = None,
         draft_file: str | os.PathLike[str] | None = None,
         floors: Floors | None = None,
     ) -> None:
@@ -184,6 +187,7 @@ class Server(Closing):
             on_board=on_board,
             maps_folder=os.fspath(maps_folder if maps_folder is not None else default_maps_folder()),
             video_folder=os.fspath(video_folder if video_folder is not None else default_video_dir()),
+            history_folder=os.fspath(history_folder if history_folder is not None else default_history_dir()),
             draft_file=os.fspath(draft_file if draft_file is not None else default_draft_file()),
             floors_mb=None if floors is None else floors._mb,
         )

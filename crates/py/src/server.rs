@@ -43,7 +43,7 @@ pub struct PyServer {
 #[pymethods]
 impl PyServer {
     #[new]
-    #[pyo3(signature = (station, *, address, port, token_file, hosts, origins, tls, plain_http, on_board, maps_folder, video_folder=None, draft_file=None, floors_mb=None))]
+    #[pyo3(signature = (station, *, address, port, token_file, hosts, origins, tls, plain_http, on_board, maps_folder, video_folder=None, history_folder=None, draft_file=None, floors_mb=None))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of one constructor")]
     fn new(
         py: Python<'_>,
@@ -58,6 +58,7 @@ impl PyServer {
         on_board: bool,
         maps_folder: Option<String>,
         video_folder: Option<String>,
+        history_folder: Option<String>,
         draft_file: Option<String>,
         floors_mb: Option<(u64, u64, u64)>,
     ) -> PyResult<Self> {
@@ -74,6 +75,7 @@ impl PyServer {
             on_board,
             maps_folder: maps_folder.map(Into::into),
             video_folder: video_folder.map(Into::into),
+            history_folder: history_folder.map(Into::into),
             draft_file: draft_file.map(Into::into),
             space: storage::space(floors_mb)?,
         };

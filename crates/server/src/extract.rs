@@ -181,6 +181,17 @@ impl FromRequestParts<App> for Name {
     }
 }
 
+/// The word that the path names `place`.
+pub struct Place(pub String);
+
+impl FromRequestParts<App> for Place {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, app: &App) -> Result<Self, Problem> {
+        path_param(parts, app, "place").await.map(Self)
+    }
+}
+
 /// A body of JSON.
 pub struct Json<T>(pub T);
 

@@ -66,6 +66,8 @@ pub struct ServerConfig {
     pub maps_folder: Option<PathBuf>,
     /// Where the recordings and pictures of cameras are kept. `None`: none are listed.
     pub video_folder: Option<PathBuf>,
+    /// Where the history of aircraft far away is kept. `None`: none is listed.
+    pub history_folder: Option<PathBuf>,
     /// Where the draft of the plan is kept. `None`: in memory alone.
     pub draft_file: Option<PathBuf>,
     /// How much of the disk stays free.
@@ -84,6 +86,7 @@ impl Default for ServerConfig {
             on_board: false,
             maps_folder: None,
             video_folder: None,
+            history_folder: None,
             draft_file: None,
             space: Space::default(),
         }
@@ -230,6 +233,9 @@ impl Server {
         }
         if let Some(folder) = config.video_folder {
             app.set_video_folder(folder);
+        }
+        if let Some(folder) = config.history_folder {
+            app.set_history_folder(folder);
         }
         app.set_drafts(Drafts::new(config.draft_file));
         if let Some(fault) = token_fault {

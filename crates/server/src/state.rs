@@ -58,6 +58,7 @@ struct Shared {
     video: VideoHub,
     /// Where the recordings of cameras are.
     video_folder: OnceLock<PathBuf>,
+    history_folder: OnceLock<PathBuf>,
     /// Where the server was given a folder for them.
     maps: OnceLock<Maps>,
     grounds: Grounds,
@@ -102,6 +103,7 @@ impl App {
             roster: watch::channel(Arc::default()).0,
             video: VideoHub::default(),
             video_folder: OnceLock::new(),
+            history_folder: OnceLock::new(),
             maps: OnceLock::new(),
             grounds: Grounds::default(),
             drafts: OnceLock::new(),
@@ -253,6 +255,17 @@ impl App {
     pub fn set_video_folder(&self, folder: PathBuf) {
         // A second is refused, which is what is meant.
         let _ = self.shared.video_folder.set(folder);
+    }
+
+    /// Shows the history of this folder; the first that is given stays.
+    pub fn set_history_folder(&self, folder: PathBuf) {
+        // A second is refused, which is what is meant.
+        let _ = self.shared.history_folder.set(folder);
+    }
+
+    /// Where the history of aircraft far away is, when the server was told.
+    pub fn history_folder(&self) -> Option<&Path> {
+        self.shared.history_folder.get().map(PathBuf::as_path)
     }
 
     /// Where the recordings of cameras are, when the server was told.

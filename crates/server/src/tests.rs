@@ -1037,6 +1037,8 @@ async fn a_thousand_ways_out_of_the_folders_lead_nowhere() {
             ("GET", format!("/api/v1/recordings/{way}")),
             ("GET", format!("/api/v1/recordings/{way}/summary")),
             ("GET", format!("/api/v1/footage/{way}")),
+            ("GET", format!("/api/v1/history/acme/{way}")),
+            ("GET", format!("/api/v1/history/{way}/plane7_1.mcap")),
             ("DELETE", format!("/api/v1/footage/{way}")),
             ("GET", format!("/api/v1/tiles/{way}/0/0/0")),
             ("GET", format!("/{way}")),

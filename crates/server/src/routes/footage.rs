@@ -67,14 +67,23 @@ async fn get_footage(
         FootageKind::Video => "video/x-matroska",
         FootageKind::Picture => "image/jpeg",
     };
+    served(path, &found.name, kind, request).await
+}
+
+/// A file that is to be kept under its name, or the range of it that is asked for.
+pub(super) async fn served(
+    path: PathBuf,
+    name: &str,
+    kind: &'static str,
+    request: Request,
+) -> Result<Response, Problem> {
     let (parts, _) = request.into_parts();
     let served = ServeFile::new(path).try_call(Request::from_parts(parts, Body::empty())).await;
     let mut response = served.map_err(|error| failed(&error))?.into_response();
     if response.status().is_success() {
         response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(kind));
-        // The name holds letters, digits, and -_. alone.
-        let attachment = format!("attachment; filename=\"{}\"", found.name);
-        let attachment = HeaderValue::from_str(&attachment).expect("invariant: names of footage are plain ASCII");
+        let attachment = format!("attachment; filename=\"{}\"", name.replace(['"', '\\'], "_"));
+        let attachment = HeaderValue::from_str(&attachment).unwrap_or(HeaderValue::from_static("attachment"));
         response.headers_mut().insert(header::CONTENT_DISPOSITION, attachment);
     }
     Ok(response)

@@ -4,6 +4,7 @@ mod cameras;
 mod commands;
 mod elevation;
 mod footage;
+mod history;
 mod links;
 mod maps;
 mod maps_areas;
@@ -78,6 +79,7 @@ fn api() -> OpenApiRouter<App> {
         .merge(footage::router())
         .merge(messages::router())
         .merge(recordings::router())
+        .merge(history::router())
         .merge(storage::router())
         .merge(maps::router())
         .merge(tiles::router())

@@ -38,6 +38,8 @@ const ROUTES: &[(Needs, &[&str])] = &[
             "GET /elevation",
             "GET /footage",
             "GET /footage/{name}",
+            "GET /history",
+            "GET /history/{place}/{name}",
             "GET /links",
             "GET /maps/areas",
             "GET /maps/areas/{id}",

@@ -277,6 +277,43 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/history": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** What is kept of each aircraft of each fleet, far away and on board: its files, and what is missing in them. */
+        get: operations["list_history"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/history/{place}/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A file of a history (MCAP) as it is on the disk. Parts of it are given to those who ask for a range. One that is being written ends
+         *     where it was when the request came.
+         */
+        get: operations["get_history_file"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/info": {
         parameters: {
             query?: never;
@@ -1889,6 +1926,24 @@ export interface components {
              * @description `result_param2` of its COMMAND_ACK; what it means depends on the command.
              */
             result_param2: number;
+        };
+        /** @description What is kept of one aircraft. */
+        AircraftHistory: {
+            /** @description Its files, by name, which is by time where the clock was set. */
+            files: components["schemas"]["HistoryFile"][];
+            /** @description What is missing of it on the ground. */
+            gaps: components["schemas"]["HistoryGap"][];
+            /** @description The aircraft's name. */
+            name: string;
+            /** @description The fleet, or `_board` for what this computer keeps on board of an aircraft. */
+            place: string;
+            /**
+             * @description How many records of each stream were ever in the files; some may have been deleted since, to make room. Empty on board, where
+             *     all is kept.
+             */
+            records: {
+                [key: string]: number;
+            };
         };
         /**
          * @description Lift, drag and thrust per mass, at indicated airspeeds.
@@ -4662,6 +4717,40 @@ export interface components {
          * @enum {string}
          */
         HeightDatum: "amsl" | "home" | "terrain";
+        /** @description A file of a history (MCAP). */
+        HistoryFile: {
+            /**
+             * Format: int64
+             * @description Its size.
+             */
+            bytes: number;
+            /**
+             * Format: double
+             * @description When it was written last, seconds since 1970; null when the system does not say.
+             */
+            modified_unix_s: number | null;
+            /** @description Its name. */
+            name: string;
+        };
+        /** @description Numbers of records that are not in a history. */
+        HistoryGap: {
+            /** @description The boot on board: 16 hexadecimal digits. */
+            boot: string;
+            /**
+             * Format: int64
+             * @description The first number.
+             */
+            first: number;
+            /** @description Whether the aircraft has them no more; else they are fetched when it is there. */
+            is_lost: boolean;
+            /**
+             * Format: int64
+             * @description The last number.
+             */
+            last: number;
+            /** @description `state`, `event` or `audit`. */
+            stream: string;
+        };
         /** @description Where heights relative to home are counted from. */
         Home: {
             /**
@@ -8866,6 +8955,74 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["Done"];
                 };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_history: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AircraftHistory"][];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_history_file: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The fleet, or `_board` */
+                place: string;
+                /** @description Its file */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": number[];
+                };
+            };
+            /** @description The range that was asked for */
+            206: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description What was wrong and what to do */
             default: {
