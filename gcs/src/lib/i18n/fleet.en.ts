@@ -1,6 +1,13 @@
 // Texts of the list of vehicles, in English.
 export const fleetEn = {
   'panel.fleet': 'Fleet',
+  'history.title': 'History of planes far away',
+  'history.how':
+    'On the machine that Vencejo runs on. Foxglove opens the files; vencejo replay FILE --serve shows the flight again.',
+  'history.onBoard': 'on board',
+  'history.toFetch': '{count} records to be fetched',
+  'history.lost': '{count} records lost',
+  'history.whole': 'nothing is missing',
   'fleet.needing': '{count} need attention',
 
   'fleet.search': 'Search name, number, mode, text',

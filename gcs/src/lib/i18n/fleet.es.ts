@@ -2,6 +2,13 @@
 import type { fleetEn } from './fleet.en';
 
 export const fleetEs: Record<keyof typeof fleetEn, string> = {
+  'history.title': 'Historial de aviones lejanos',
+  'history.how':
+    'En el equipo donde funciona Vencejo. Foxglove abre los ficheros; vencejo replay FICHERO --serve vuelve a mostrar el vuelo.',
+  'history.onBoard': 'a bordo',
+  'history.toFetch': 'faltan {count} registros por traer',
+  'history.lost': '{count} registros perdidos',
+  'history.whole': 'no falta nada',
   'panel.fleet': 'Flota',
   'fleet.needing': '{count} requieren atención',
 
