@@ -3,6 +3,7 @@
 //! `vencejo/1/<org>/<aircraft>/…`: the aircraft before the kind, so that one prefix is one rule of access, and
 //! `vencejo/1/<org>/*/state` the list of all. An aircraft's name is never its MAVLink system id, which others have too.
 
+use std::borrow::Borrow;
 use std::fmt;
 use std::str::FromStr;
 
@@ -38,6 +39,13 @@ impl FromStr for Name {
             return Err(BadName(text.chars().filter(|c| !c.is_control()).take(2 * MAX_NAME).collect()));
         }
         Ok(Self(text.to_owned()))
+    }
+}
+
+/// So that a map by name is searched by what stands in a key.
+impl Borrow<str> for Name {
+    fn borrow(&self) -> &str {
+        &self.0
     }
 }
 
@@ -116,12 +124,11 @@ pub fn keys_of_hub(org: &Name) -> String {
     format!("vencejo/1/{org}/_hub/*")
 }
 
-/// The aircraft that a key of this organisation and kind is of.
+/// The aircraft that a key of this organisation and kind is of, by whatever stands in place of its name.
 #[must_use]
-pub fn aircraft_of(org: &Name, kind: Kind, key: &str) -> Option<Name> {
+pub fn aircraft_of<'a>(org: &Name, kind: Kind, key: &'a str) -> Option<&'a str> {
     let rest = key.strip_prefix("vencejo/1/")?.strip_prefix(org.as_str())?.strip_prefix('/')?;
-    let (aircraft, end) = rest.split_once('/')?;
-    if end == kind.as_str() { aircraft.parse().ok() } else { None }
+    rest.strip_suffix(kind.as_str())?.strip_suffix('/').filter(|name| !name.contains('/'))
 }
 
 #[cfg(test)]
@@ -140,17 +147,19 @@ mod tests {
 
     #[test]
     fn a_key_tells_whose_it_is() {
-        let (org, aircraft) = ("acme".parse().expect("a name"), "plane7".parse().expect("a name"));
+        let (org, aircraft): (Name, Name) = ("acme".parse().expect("a name"), "plane7".parse().expect("a name"));
         for kind in Kind::ALL {
             let key = key_of(&org, &aircraft, kind);
-            assert_eq!(aircraft_of(&org, kind, &key), Some(aircraft.clone()), "{key}");
+            assert_eq!(aircraft_of(&org, kind, &key), Some(aircraft.as_str()), "{key}");
             assert_eq!(keys_of_all(&org, kind).replace('*', aircraft.as_str()), key);
         }
         let state = Kind::State;
         for other in ["vencejo/1/acme/plane7/event", "vencejo/1/acme2/plane7/state", "vencejo/2/acme/plane7/state"] {
             assert_eq!(aircraft_of(&org, state, other), None, "{other}");
         }
-        assert_eq!(aircraft_of(&org, state, "vencejo/1/acme/_hub/state"), None);
+        assert!(
+            aircraft_of(&org, state, "vencejo/1/acme/_hub/state").is_some_and(|name| name.parse::<Name>().is_err())
+        );
         assert_eq!(aircraft_of(&org, state, "vencejo/1/acme/a/b/state"), None);
     }
 }

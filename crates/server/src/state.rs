@@ -375,7 +375,9 @@ impl App {
             let vehicles = self.shared.station.vehicles();
             let came_or_went = self.follow_vehicles(&vehicles, &mut followed);
             if came_or_went || count.is_multiple_of(TELL_EVERY) {
-                self.tell_vehicles(&vehicles, count.is_multiple_of(TELL_EVERY));
+                let (app, is_due) = (self.clone(), count.is_multiple_of(TELL_EVERY));
+                // Of a thousand it takes milliseconds, for which nothing else shall wait. A join error would be its panic, reported already.
+                let _ = tokio::task::spawn_blocking(move || app.tell_vehicles(&vehicles, is_due)).await;
             }
             if count.is_multiple_of(TELL_EVERY) {
                 let links = convert::links(&self.shared.station);

@@ -13,7 +13,8 @@ use vencejo_station::{Station, Telling};
 use vencejo_vehicle::VehicleId;
 use vencejo_vehicle::telemetry::LOST_AFTER;
 use zenoh::Session;
-use zenoh::sample::SampleKind;
+use zenoh::query::Query;
+use zenoh::sample::{Sample, SampleKind};
 
 use self::terms::{List, Network, Terms};
 use super::aircraft::place::ask_stations;
@@ -234,8 +235,10 @@ impl Ground {
             tokio::select! {
                 () = follow.live(terms, &news, ready) => {}
                 () = follow.fill(), if follow.archive.is_some() => {}
-                // An error means that nobody holds the handle any more: the end as well.
-                _ = stopped.wait_for(|stopped| *stopped) => {}
+                stopped = async { stopped.wait_for(|stopped| *stopped).await.is_ok() } => if !stopped {
+                    // Nobody holds the handle any more: the end as well. What the network calls is not to be the last to hold its session.
+                    let _ = follow.session().close().await;
+                },
             }
         });
         let failed = |problem: String| FleetError::Network { address: fleet.endpoint.to_string(), problem };
@@ -353,10 +356,9 @@ impl Fleet {
     /// Fetches what was not heard, for ever.
     async fn fill(self: &Arc<Self>) {
         let Some(archive) = self.archive.clone() else { return };
-        let is_present = |(name, far): (&Name, &Arc<FarAircraft>)| far.known().is_present.then(|| name.clone());
-        let present = || self.aircraft().iter().filter_map(is_present).collect();
+        let is_present = |name: &Name| self.aircraft().get(name).is_some_and(|far| far.known().is_present);
         let station = self.station.clone();
-        archive.fill(|| self.session(), present, move || station.now()).await;
+        archive.fill(|| self.session(), is_present, move || station.now()).await;
     }
 
     /// Waits until something else is to hold.
@@ -391,14 +393,16 @@ impl Fleet {
         let session = &self.session();
         let declared = async {
             let failed = network::failed;
-            let echoes = session.declare_queryable(echo_key(&self.org)).complete(true).await.map_err(failed)?;
+            let echoes = session.declare_queryable(echo_key(&self.org)).complete(true);
+            let echoes = echoes.callback(self.echo()).await.map_err(failed)?;
             let lists = session.declare_queryable(stations_key(&self.org)).complete(true).await.map_err(failed)?;
-            let states = session.declare_subscriber(keys_of_all(&self.org, Kind::State)).await.map_err(failed)?;
+            let states = session.declare_subscriber(keys_of_all(&self.org, Kind::State)).callback(self.hear());
+            let states = states.await.map_err(failed)?;
             let events = session.declare_subscriber(keys_of_all(&self.org, Kind::Event)).await.map_err(failed)?;
             let tokens = session.liveliness().declare_subscriber(keys_of_all(&self.org, Kind::Alive)).history(true);
             Ok((echoes, lists, states, events, tokens.await.map_err(failed)?))
         };
-        let (echoes, lists, states, events, tokens) = match declared.await {
+        let (_echoes, lists, _states, events, tokens) = match declared.await {
             Ok(declared) => declared,
             Err(error) => return error,
         };
@@ -410,11 +414,6 @@ impl Fleet {
         renew.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         loop {
             tokio::select! {
-                Ok(sample) = states.recv_async() => {
-                    if let Some(aircraft) = self.named(Kind::State, sample.key_expr().as_str()) {
-                        aircraft.on_state(&sample.payload().to_bytes(), true);
-                    }
-                }
                 Ok(sample) = events.recv_async() => {
                     if let Some(aircraft) = self.named(Kind::Event, sample.key_expr().as_str()) {
                         aircraft.on_event(&sample.payload().to_bytes());
@@ -429,11 +428,6 @@ impl Fleet {
                             archive.on_present(&aircraft.name, self.station.now());
                         }
                     }
-                }
-                Ok(query) = echoes.recv_async() => {
-                    let number = self.list().0;
-                    let told = if number == 0 { Vec::new() } else { number.to_be_bytes().to_vec() };
-                    network::reply(query, echo_key(&self.org), vec![told]);
                 }
                 Ok(query) = lists.recv_async() => {
                     let have = query.parameters().get("have").and_then(|have| have.parse().ok()).unwrap_or(0);
@@ -461,11 +455,41 @@ impl Fleet {
         }
     }
 
+    /// Answers an aircraft's echo where the network reads it, with the number of the newest list of stations, if there is one.
+    fn echo(self: &Arc<Self>) -> impl Fn(Query) + Send + Sync + 'static {
+        let (fleet, runtime) = (Arc::downgrade(self), Handle::current());
+        move |query| {
+            let Some(fleet) = fleet.upgrade() else { return };
+            let _there = runtime.enter();
+            let number = fleet.list().0;
+            let told = if number == 0 { Vec::new() } else { number.to_be_bytes().to_vec() };
+            network::reply(query, echo_key(&fleet.org), vec![told]);
+        }
+    }
+
+    /// Takes in states where the network reads them: to wake somebody else for each of ten thousand a second costs more than all that is
+    /// done with them, and a queue between that is full would hold up the answers behind them.
+    fn hear(self: &Arc<Self>) -> impl Fn(Sample) + Send + Sync + 'static {
+        let (fleet, runtime) = (Arc::downgrade(self), Handle::current());
+        move |sample| {
+            let Some(fleet) = fleet.upgrade() else { return };
+            // What is begun here goes on where all else does.
+            let _there = runtime.enter();
+            if let Some(aircraft) = fleet.named(Kind::State, sample.key_expr().as_str()) {
+                aircraft.on_state(&sample.payload().to_bytes(), true);
+            }
+        }
+    }
+
     /// The aircraft that a key is of.
     fn named(self: &Arc<Self>, kind: Kind, key: &str) -> Option<Arc<FarAircraft>> {
         let name = aircraft_of(&self.org, kind, key)?;
         let mut all = self.aircraft();
-        if !all.contains_key(&name) && all.len() >= MAX_AIRCRAFT {
+        if let Some(known) = all.get(name) {
+            return Some(known.clone());
+        }
+        let name: Name = name.parse().ok()?;
+        if all.len() >= MAX_AIRCRAFT {
             let now = self.station.now();
             let age = |far: &Arc<FarAircraft>| {
                 let known = far.known();
@@ -481,18 +505,17 @@ impl Fleet {
             tracing::warn!(aircraft = %name, %gone, "an aircraft that went made room for another");
             all.remove(&gone);
         }
-        let aircraft = all.entry(name.clone()).or_insert_with(|| {
-            self.is_full.store(false, Ordering::Relaxed);
-            Arc::new(FarAircraft {
-                name,
-                fleet: Arc::downgrade(self),
-                known: Mutex::default(),
-                asking: tokio::sync::Mutex::default(),
-                shelf: Mutex::default(),
-                fetching: tokio::sync::Mutex::default(),
-            })
+        self.is_full.store(false, Ordering::Relaxed);
+        let aircraft = Arc::new(FarAircraft {
+            name: name.clone(),
+            fleet: Arc::downgrade(self),
+            known: Mutex::default(),
+            asking: tokio::sync::Mutex::default(),
+            shelf: Mutex::default(),
+            fetching: tokio::sync::Mutex::default(),
         });
-        Some(aircraft.clone())
+        all.insert(name, aircraft.clone());
+        Some(aircraft)
     }
 
     /// Keeps the control that we have of aircraft, while an operator of ours is there; gives it up otherwise.

@@ -106,6 +106,8 @@ pub struct Fill {
     silences: u32,
     piece_bytes: u32,
     fastest: Option<Duration>,
+    /// Whether nothing was missing when that was looked at, and nothing came since that could change it.
+    is_whole: bool,
 }
 
 impl Fill {
@@ -123,6 +125,7 @@ impl Fill {
             silences: 0,
             piece_bytes: FIRST_BYTES,
             fastest: None,
+            is_whole: false,
         }
     }
 
@@ -135,7 +138,7 @@ impl Fill {
     /// Takes back what was believed to be in the archive: it goes on from an earlier picture.
     pub fn back_to(&mut self, earlier: BTreeMap<(u64, Stream), Held>) {
         self.held = earlier;
-        self.index_due = MonoTime::ZERO;
+        (self.index_due, self.is_whole) = (MonoTime::ZERO, false);
     }
 
     /// A record came, by whatever way; whether it belongs into the archive: it is not there yet.
@@ -167,9 +170,15 @@ impl Fill {
         held
     }
 
+    /// Whether there may be a question now. Costs nothing, so that many are looked at often.
+    #[must_use]
+    pub fn is_due(&self, now: MonoTime) -> bool {
+        self.asked.is_none() && now >= self.due && (!self.is_whole || now >= self.index_due)
+    }
+
     /// The next question, where one is due.
     pub fn ask(&mut self, now: MonoTime) -> Option<Question> {
-        if self.asked.is_some() || now < self.due {
+        if !self.is_due(now) {
             return None;
         }
         let question = match self.next_wanted() {
@@ -179,7 +188,10 @@ impl Fill {
                 Question::Index(self.nonce)
             }
             Some(wanted) => Question::Piece(wanted),
-            None => return None,
+            None => {
+                self.is_whole = true;
+                return None;
+            }
         };
         self.asked = Some((question, now));
         Some(question)
@@ -205,7 +217,7 @@ impl Fill {
             return false;
         }
         self.answered(now.since(asked_at), now);
-        self.index_due = now + INDEX_EVERY;
+        (self.index_due, self.is_whole) = (now + INDEX_EVERY, false);
         self.held.values_mut().for_each(|held| held.kept = Ranges::default());
         self.boots.clear();
         for kept in &index.kept {

@@ -371,8 +371,10 @@ impl Vehicle {
         let lanes = [&self.transfer, &self.param].into_iter().flatten().filter_map(|lane| lane.machine.deadline());
         let lost = (!self.is_lost).then(|| self.lost_at());
         let machines = [self.commands.deadline(), self.streams.deadline(), self.texts.deadline()];
-        [Some(self.timesync.deadline()), lost, self.on_board_deadline(), self.reach_deadline()]
+        let asked = (!self.config.is_hosted).then(|| [Some(self.timesync.deadline()), self.reach_deadline()]);
+        [lost, self.on_board_deadline()]
             .into_iter()
+            .chain(asked.into_iter().flatten())
             .chain(machines)
             .flatten()
             .chain(ops)
@@ -489,12 +491,15 @@ impl Vehicle {
             let text = text.clone();
             self.event(VehicleEvent::Text(text));
         }
-        // A lost vehicle is asked too: its answer is the first sign of life on a silent link.
-        if let Some(request) = self.timesync.on_time(now) {
-            self.reach.on_timesync_asked(now);
-            self.outputs.push_back(Output::Send(request));
+        // Nothing of ours goes to one that is hosted: no answer is awaited.
+        if !self.config.is_hosted {
+            // A lost vehicle is asked too: its answer is the first sign of life on a silent link.
+            if let Some(request) = self.timesync.on_time(now) {
+                self.reach.on_timesync_asked(now);
+                self.outputs.push_back(Output::Send(request));
+            }
+            self.look_whether_reached(now);
         }
-        self.look_whether_reached(now);
         if let Some(request) = self.streams.on_time(&mut self.commands, now) {
             self.outputs.push_back(Output::Send(request));
         }

@@ -139,10 +139,12 @@ impl Archive {
     /// Does something with an aircraft, which may be a new one.
     fn with(&self, name: &Name, act: impl FnOnce(&Self, &mut Kept)) {
         let mut all = self.lock();
-        if !all.contains_key(name) && all.len() >= MAX_AIRCRAFT {
-            return;
+        if let Some(kept) = all.get_mut(name) {
+            return act(self, kept);
         }
-        act(self, all.entry(name.clone()).or_insert_with(|| Kept::of(Numbers::new())));
+        if all.len() < MAX_AIRCRAFT {
+            act(self, all.entry(name.clone()).or_insert_with(|| Kept::of(Numbers::new())));
+        }
     }
 
     /// A state was heard; these are its bytes.
@@ -172,11 +174,11 @@ impl Archive {
         self.with(name, |_, kept| kept.fill.on_present(now));
     }
 
-    /// Asks the aircraft that are `present` for what is missing, and notes what there is; for ever.
+    /// Asks the aircraft that are there for what is missing, and notes what there is; for ever.
     pub(in crate::carrier) async fn fill(
         self: Arc<Self>,
         session: impl Fn() -> Session,
-        present: impl Fn() -> Vec<Name>,
+        is_present: impl Fn(&Name) -> bool,
         now: impl Fn() -> MonoTime + Clone + Send + 'static,
     ) {
         let mut tick = tokio::time::interval(TICK);
@@ -184,8 +186,8 @@ impl Archive {
         let mut note_due = now() + NOTE_EVERY;
         loop {
             tick.tick().await;
-            for name in present() {
-                let Some(question) = self.question(&name, now()) else { continue };
+            for name in self.due(now()) {
+                let Some(question) = is_present(&name).then(|| self.question(&name, now())).flatten() else { continue };
                 let (archive, session, now) = (self.clone(), session(), now.clone());
                 tokio::spawn(async move {
                     let answer = ask(&session, &archive.org, &name, &question).await;
@@ -199,6 +201,12 @@ impl Archive {
                 let _ = tokio::task::spawn_blocking(move || archive.note()).await;
             }
         }
+    }
+
+    /// Those of whom something may be to be asked.
+    fn due(&self, now: MonoTime) -> Vec<Name> {
+        let is_due = |(_, kept): &(&Name, &Kept)| !kept.is_failing && kept.fill.is_due(now);
+        self.lock().iter().filter(is_due).map(|(name, _)| name.clone()).collect()
     }
 
     fn question(&self, name: &Name, now: MonoTime) -> Option<Question> {
@@ -217,7 +225,7 @@ impl Archive {
                 (Question::Piece(_), Some(bytes)) => {
                     match Piece::read(bytes).and_then(|piece| kept.fill.on_piece(&piece, now)) {
                         Ok(records) => {
-                            records.iter().for_each(|record| kept.put(archive, name, record));
+                            records.into_iter().for_each(|record| kept.put(archive, name, record));
                             true
                         }
                         Err(error) => {
@@ -284,12 +292,12 @@ impl Kept {
         // While the disk takes nothing it is tried with all that comes, and nothing counts as kept.
         if self.is_failing || self.fill.take(boot, stream, number) {
             let unix_ns = archive.clock.unix_us().saturating_mul(1000);
-            self.put(archive, name, &Record { stream, boot, number, clock_ms, unix_ns, data: data.to_vec() });
+            self.put(archive, name, Record { stream, boot, number, clock_ms, unix_ns, data: data.to_vec() });
         }
     }
 
     /// Writes a record, with UTC as it is known here.
-    fn put(&mut self, archive: &Archive, name: &Name, record: &Record) {
+    fn put(&mut self, archive: &Archive, name: &Name, record: Record) {
         if self.recorder.is_none() {
             let about = About { org: archive.org.to_string(), aircraft: name.to_string(), side: "ground" };
             match Journal::recorder(about, &archive.config, archive.clock.clone()) {
@@ -301,20 +309,12 @@ impl Kept {
             }
         }
         let Some((_, handle)) = &self.recorder else { return };
-        let Record { stream, boot, number, clock_ms, unix_ns, ref data } = *record;
+        let Record { stream, boot, number, clock_ms, unix_ns, data } = record;
         let heard = self.offset.filter(|(heard, _)| *heard == boot);
         let here = heard.and_then(|(_, offset)| u64::try_from(offset.checked_add_unsigned(clock_ms)?).ok());
         let unix_ns = here.map_or(unix_ns, |ms| ms.saturating_mul(1_000_000));
         let at = archive.clock.now();
-        handle.put(Item {
-            at,
-            unix_ns: Some(unix_ns),
-            stream: Some(stream),
-            boot,
-            number,
-            clock_ms,
-            data: data.clone(),
-        });
+        handle.put(Item { at, unix_ns: Some(unix_ns), stream: Some(stream), boot, number, clock_ms, data });
     }
 }
 
