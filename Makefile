@@ -110,6 +110,7 @@ fmt: dev-env ## Format Rust and Python
 
 bench: dev-env native ## Measure, side by side with the peers, into bench/RESULTS.md (about 20 minutes)
 	cargo build --release --locked -p vencejo-bench-load -p vencejo-link -p vencejo-station --bins --examples
+	cargo build --release --locked -p vencejo-py -p vencejo-fleet --features vencejo-py/fleet --example crowd --example listen --example bare_router
 	$(PY) bench/run.py $(BENCH_ARGS)
 	$(PY) bench/tiles.py
 	$(PY) bench/station/paint.py

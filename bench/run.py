@@ -24,6 +24,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from bench import prepare, report
+from bench.far import many
 from bench.harness import (
     BYTECODE_KEPT,
     BYTECODE_UNKEPT,
@@ -151,7 +152,7 @@ def snapshots(runs: int, seconds: float) -> Table:
     )
 
 
-def fleet(runs: int, seconds: float) -> Table:
+def vehicles(runs: int, seconds: float) -> Table:
     """Follow 50 vehicles of 200 messages a second each on one port."""
     return repeat(
         runs,
@@ -338,12 +339,15 @@ SECTIONS: dict[str, Callable[[int, float], Table]] = {
     "decode": decode,
     "follow": follow,
     "snapshots": snapshots,
-    "fleet": fleet,
+    "vehicles": vehicles,
     "first_position": first_position,
     "forward": forward,
     "rehearse": rehearse,
     "mission": mission,
     "params": params,
+    "far": many.far,
+    "far_age": many.far_age,
+    "far_restart": many.far_restart,
 }
 
 

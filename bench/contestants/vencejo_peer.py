@@ -16,6 +16,9 @@ from typing import Any
 
 import vencejo
 
+#: Aircraft far away whose messages are called back: each has a thread of its own.
+FAR_FOLLOWED = 50
+
 
 def follow(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -> dict[str, Any]:
     """Have every message of every vehicle called back; note how old each RAW_IMU was in its callback."""
@@ -61,6 +64,38 @@ def snapshots(port: str, seconds: str, warm_up: str = "2", systems: str = "1") -
             is_whole = telemetry.position is not None and telemetry.attitude is not None
             looks += now >= counts_from and is_whole
     return {"messages": looks}
+
+
+def far(port: str, org: str, aircraft: str, seconds: str) -> dict[str, Any]:
+    """Be a ground station and router, and have the attitude of some of the aircraft called back; note how old it was.
+
+    Their ATTITUDE has UTC in µs, modulo 2^32, in place of the time since the boot.
+    """
+    from vencejo.fleet import Fleet
+
+    ages_us = array("q")
+    counts_from = math.inf
+
+    def on_attitude(message: vencejo.MavlinkMessage) -> None:
+        now_us = time.time_ns() // 1000
+        if now_us >= counts_from:
+            ages_us.append((now_us - message.fields["time_boot_ms"]) % (1 << 32))
+
+    with (
+        vencejo.Station(record=False) as station,
+        Fleet(station, org=org, listen=f"tcp/127.0.0.1:{port}", history=False),
+    ):
+        print("READY", flush=True)
+        while len(station.vehicles) < int(aircraft):
+            time.sleep(0.1)
+        for plane in station.vehicles[:FAR_FOLLOWED]:
+            plane.on_message(on_attitude, names=["ATTITUDE"])
+        time.sleep(2.0)
+        print("ALL", flush=True)
+        counts_from = time.time_ns() / 1e3
+        time.sleep(float(seconds))
+        counted = ages_us.tolist()
+    return {"messages": len(counted), "ages_us": counted}
 
 
 def first_position(port: str) -> dict[str, Any]:
@@ -109,6 +144,7 @@ def params(link: str, settle: str = "0") -> dict[str, Any]:
 TASKS: dict[str, Callable[..., dict[str, Any]]] = {
     "follow": follow,
     "snapshots": snapshots,
+    "far": far,
     "first_position": first_position,
     "mission": mission,
     "params": params,

@@ -1,23 +1,24 @@
-//! A load generator: many light aircraft in one process, with the payloads that a station on board sends and its authority over orders, over
-//! sessions of fifty aircraft each. They circle around Getafe; with `troubled` some of each fifty are lost, late, low on battery, held by
-//! somebody else, or warn.
+//! A load generator: many light aircraft in one process, each with a session of its own, the payloads that a station on board sends, its
+//! authority over orders and its echo each second. They circle around Getafe; with `troubled` some of each fifty are lost, late, low on
+//! battery, held by somebody else, or warn. With `stamped` each state carries its number and when it was put, for `listen`, and the time in
+//! its ATTITUDE is UTC in µs, modulo 2^32.
 //!
-//! `crowd ROUTER ORG COUNT RATE_HZ [troubled]`, for instance `crowd tcp/127.0.0.1:7447 acme 1000 10`. Prints one line once all are there;
-//! ends with its standard input.
+//! `crowd ROUTER ORG COUNT RATE_HZ [troubled] [stamped]`, for instance `crowd tcp/127.0.0.1:7447 acme 1000 10`. Prints one line once all are
+//! there; ends with its standard input.
 
 #![allow(clippy::print_stdout, reason = "a measuring program")]
 
-use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::Read;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use prost::Message as _;
 use vencejo_fleet::act;
 use vencejo_fleet::authority::{Authority, Caller, Claim, Role, Verdict, Wish, answer};
-use vencejo_fleet::key::{Kind, Name, aircraft_of, key_of};
+use vencejo_fleet::carrier::{Endpoint, session_of_an_aircraft};
+use vencejo_fleet::key::{Kind, Name, echo_key, key_of};
 use vencejo_fleet::operator::random;
 use vencejo_fleet::payload::{Answer, End, Event, Order, Signed, Want};
 use vencejo_fleet::signature::PublicKey;
@@ -37,7 +38,10 @@ use zenoh::query::Query;
 const MODES: [u32; 4] = [10, 12, 11, 5];
 /// Every plane has the same on board, as most have.
 const OWN: Address = Address::new(1, 1);
-const AIRCRAFT_OF_SESSION: usize = 50;
+/// Sessions that are opened at once.
+const OPENED_AT_ONCE: usize = 50;
+/// The shortest sleep between two aircraft: they speak one after another, as if each had begun at another moment.
+const NAP: Duration = Duration::from_millis(1);
 
 /// What goes wrong with one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,11 +77,17 @@ struct Plane {
     authority: Authority,
     mode: u32,
     is_armed: bool,
+    is_stamped: bool,
     next_slow: MonoTime,
 }
 
+/// UTC in µs.
+fn utc_us() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| u64::try_from(since.as_micros()).unwrap_or(u64::MAX))
+}
+
 impl Plane {
-    fn new(index: usize, is_troubled: bool) -> Result<Self, Box<dyn Error>> {
+    fn new(index: usize, is_troubled: bool, is_stamped: bool) -> Result<Self, Box<dyn Error>> {
         let boot = u64::from_be_bytes(random()?);
         let trouble = if is_troubled { Trouble::of(index) } else { Trouble::None };
         let mut authority = Authority::new(boot);
@@ -92,6 +102,7 @@ impl Plane {
             authority,
             mode: MODES[usize::from(index % 10 == 3) + 2 * usize::from(index % 25 == 11)],
             is_armed: trouble != Trouble::OnGround,
+            is_stamped,
             next_slow: MonoTime::ZERO,
         })
     }
@@ -127,7 +138,7 @@ impl Plane {
                 hdg: (heading_deg * 100.0) as u16,
             }),
             MavMessage::ATTITUDE(ATTITUDE_DATA {
-                time_boot_ms: boot_ms,
+                time_boot_ms: if self.is_stamped { utc_us() as u32 } else { boot_ms },
                 roll: 0.3,
                 pitch: 0.05,
                 yaw: heading_deg.to_radians() as f32,
@@ -251,58 +262,94 @@ impl Plane {
     }
 }
 
-type Planes = Arc<BTreeMap<Name, Mutex<Plane>>>;
-
 fn lock(plane: &Mutex<Plane>) -> MutexGuard<'_, Plane> {
     plane.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn open(router: &str) -> Result<zenoh::Session, Box<dyn Error>> {
-    let mut config = zenoh::Config::default();
-    let endpoints = format!("[\"{router}\"]");
-    for (key, value) in [
-        ("mode", "\"client\""),
-        ("connect/endpoints", endpoints.as_str()),
-        ("scouting/multicast/enabled", "false"),
-        ("scouting/gossip/enabled", "false"),
-    ] {
-        config.insert_json5(key, value).map_err(|error| error.to_string())?;
+/// An aircraft on the network.
+struct Aloft {
+    plane: Arc<Mutex<Plane>>,
+    session: zenoh::Session,
+    state_key: String,
+    event_key: String,
+}
+
+impl Aloft {
+    async fn new(router: Endpoint, org: Name, plane: Plane, began: Instant) -> Result<Self, String> {
+        let words = |error: zenoh::Error| error.to_string();
+        let session = session_of_an_aircraft(&router).await.map_err(|error| error.to_string())?;
+        let key = |kind| key_of(&org, &plane.name, kind);
+        let keys = [Kind::Order, Kind::State, Kind::Event, Kind::Alive].map(key);
+        let [order_key, state_key, event_key, alive_key] = keys;
+        let plane = Arc::new(Mutex::new(plane));
+        for (kind, key) in [(Kind::Order, &order_key), (Kind::State, &state_key), (Kind::Event, &event_key)] {
+            let asked = plane.clone();
+            let answering = move |query: Query| on_query(&asked, kind, &query, MonoTime::from_origin(began.elapsed()));
+            // For as long as the session lives, as the token.
+            session.declare_queryable(key).complete(true).callback(answering).background().await.map_err(words)?;
+        }
+        std::mem::forget(session.liveliness().declare_token(alive_key).await.map_err(words)?);
+        Ok(Self { plane, session, state_key, event_key })
     }
-    Ok(zenoh::open(config).wait().map_err(|error| error.to_string())?)
+
+    /// Says what there is to say; the bytes of its state.
+    fn speak(&self, now: MonoTime, says_state: bool) -> Result<usize, Box<dyn Error>> {
+        let mut plane = lock(&self.plane);
+        let events = plane.fly(now);
+        if !says_state {
+            return Ok(0);
+        }
+        let held = plane.authority.held();
+        plane.authority.on_time(now);
+        let state = plane.speaker.sample(held, now);
+        let is_stamped = plane.is_stamped;
+        drop(plane);
+        for event in events {
+            self.put(&self.event_key, event.encode_to_vec(), Priority::InteractiveHigh, None)?;
+        }
+        let payload = state.encode_to_vec();
+        let bytes = payload.len();
+        let stamp = is_stamped.then(|| [state.sequence.to_le_bytes(), utc_us().to_le_bytes()].concat());
+        self.put(&self.state_key, payload, Priority::Data, stamp)?;
+        Ok(bytes)
+    }
+
+    fn put(
+        &self,
+        key: &str,
+        payload: Vec<u8>,
+        priority: Priority,
+        stamp: Option<Vec<u8>>,
+    ) -> Result<(), Box<dyn Error>> {
+        let put = self.session.put(key, payload).congestion_control(CongestionControl::Drop).priority(priority);
+        put.attachment(stamp).wait().map_err(|error| error.to_string().into())
+    }
+
+    /// Asks the router for an echo; what comes back is not looked at.
+    fn ask_echo(&self, key: &str) -> Result<(), Box<dyn Error>> {
+        let get = self.session.get(key).congestion_control(CongestionControl::Drop).priority(Priority::RealTime);
+        get.express(true).callback(drop).wait().map_err(|error| error.to_string().into())
+    }
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let args: Vec<_> = std::env::args().skip(1).collect();
-    let usage = "crowd ROUTER ORG COUNT RATE_HZ [troubled]";
+    let usage = "crowd ROUTER ORG COUNT RATE_HZ [troubled] [stamped]";
     let [router, org, count, rate_hz, rest @ ..] = args.as_slice() else { return Err(usage.into()) };
-    let (org, count, rate_hz): (Name, usize, u64) = (org.parse()?, count.parse()?, rate_hz.parse()?);
-    if !(1..=50).contains(&rate_hz) {
-        return Err("RATE_HZ goes from 1 to 50".into());
+    let (router, org, count, rate_hz): (Endpoint, Name, usize, u64) =
+        (router.parse()?, org.parse()?, count.parse()?, rate_hz.parse()?);
+    if !(1..=50).contains(&rate_hz) || count == 0 {
+        return Err("RATE_HZ goes from 1 to 50, COUNT begins with 1".into());
     }
-    let is_troubled = rest.iter().any(|word| word == "troubled");
+    if let Some(word) = rest.iter().find(|word| !["troubled", "stamped"].contains(&word.as_str())) {
+        return Err(format!("{word}: {usage}").into());
+    }
+    let has = |wanted: &str| rest.iter().any(|word| word == wanted);
     let began = Instant::now();
-    let now = move || MonoTime::from_origin(began.elapsed());
-    let planes = (0..count).map(|index| Plane::new(index, is_troubled));
-    let planes = planes.map(|plane| plane.map(|plane| (plane.name.clone(), Mutex::new(plane))));
-    let planes: Planes = Arc::new(planes.collect::<Result<_, _>>()?);
-    let all: Vec<Name> = planes.keys().cloned().collect();
-    let mut sessions = Vec::new();
-    let mut declared = Vec::new();
-    for names in all.chunks(AIRCRAFT_OF_SESSION) {
-        let session = open(router)?;
-        for name in names {
-            for kind in [Kind::Order, Kind::State, Kind::Event] {
-                let (whose, planes) = (org.clone(), planes.clone());
-                let answering = move |query: Query| on_query(&whose, &planes, kind, &query, now());
-                let queryable = session.declare_queryable(key_of(&org, name, kind));
-                declared.push(queryable.complete(true).callback(answering).wait().map_err(|error| error.to_string())?);
-            }
-            let token = session.liveliness().declare_token(key_of(&org, name, Kind::Alive));
-            // For as long as the process lives.
-            std::mem::forget(token.wait().map_err(|error| error.to_string())?);
-        }
-        sessions.push((session, names.to_vec()));
-    }
+    let planes = (0..count).map(|index| Plane::new(index, has("troubled"), has("stamped")));
+    let planes = planes.collect::<Result<Vec<_>, _>>()?;
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
+    let aloft = runtime.block_on(all_aloft(&router, &org, planes, began))?;
     println!("{{\"aircraft\": {count}, \"took_s\": {:.2}}}", began.elapsed().as_secs_f64());
     let is_over = Arc::new(AtomicBool::new(false));
     let over = is_over.clone();
@@ -311,44 +358,44 @@ fn main() -> Result<(), Box<dyn Error>> {
         let _ = std::io::stdin().read_to_end(&mut Vec::new());
         over.store(true, Ordering::Relaxed);
     });
+    let (took_off, echo) = (began.elapsed(), echo_key(&org));
     let period = Duration::from_secs(1) / u32::try_from(rate_hz)?;
     let (mut round, mut bytes) = (0_u64, 0_usize);
     while !is_over.load(Ordering::Relaxed) {
-        for (session, names) in &sessions {
-            for name in names {
-                let mut plane = lock(&planes[name]);
-                let events = plane.fly(now());
-                if !plane.speaks(round, rate_hz) {
-                    continue;
-                }
-                let held = plane.authority.held();
-                plane.authority.on_time(now());
-                let state = plane.speaker.sample(held, now());
-                drop(plane);
-                for event in events {
-                    put(session, &key_of(&org, name, Kind::Event), event.encode_to_vec(), Priority::InteractiveHigh)?;
-                }
-                let state = state.encode_to_vec();
-                bytes += state.len();
-                put(session, &key_of(&org, name, Kind::State), state, Priority::Data)?;
+        for (index, aircraft) in aloft.iter().enumerate() {
+            let turn = period * u32::try_from(index)? / u32::try_from(count)?;
+            let due = took_off + period * u32::try_from(round)? + turn;
+            let early = due.saturating_sub(began.elapsed());
+            if early > NAP {
+                std::thread::sleep(early);
+            }
+            let says_state = lock(&aircraft.plane).speaks(round, rate_hz);
+            bytes += aircraft.speak(MonoTime::from_origin(began.elapsed()), says_state)?;
+            if round.is_multiple_of(rate_hz) {
+                aircraft.ask_echo(&echo)?;
             }
         }
         round += 1;
-        let due = period * u32::try_from(round)?;
-        std::thread::sleep(due.saturating_sub(began.elapsed()).min(period));
     }
-    println!("{{\"rounds\": {round}, \"bytes\": {bytes}, \"s\": {:.1}}}", began.elapsed().as_secs_f64());
-    Ok(())
+    println!("{{\"rounds\": {round}, \"bytes\": {bytes}, \"s\": {:.1}}}", (began.elapsed() - took_off).as_secs_f64());
+    // The sessions end with the process: to end a thousand one by one takes long.
+    std::process::exit(0)
 }
 
-fn put(session: &zenoh::Session, key: &str, payload: Vec<u8>, priority: Priority) -> Result<(), Box<dyn Error>> {
-    let put = session.put(key, payload).congestion_control(CongestionControl::Drop).priority(priority);
-    put.wait().map_err(|error| error.to_string().into())
+async fn all_aloft(router: &Endpoint, org: &Name, planes: Vec<Plane>, began: Instant) -> Result<Vec<Aloft>, String> {
+    let (mut aloft, mut planes, mut opening) = (Vec::new(), planes.into_iter(), tokio::task::JoinSet::new());
+    loop {
+        while opening.len() < OPENED_AT_ONCE
+            && let Some(plane) = planes.next()
+        {
+            opening.spawn(Aloft::new(router.clone(), org.clone(), plane, began));
+        }
+        let Some(opened) = opening.join_next().await else { return Ok(aloft) };
+        aloft.push(opened.map_err(|error| error.to_string())??);
+    }
 }
 
-fn on_query(org: &Name, planes: &Planes, kind: Kind, query: &Query, now: MonoTime) {
-    let asked = query.key_expr().as_str().to_owned();
-    let Some(plane) = aircraft_of(org, kind, &asked).and_then(|name| planes.get(&name)) else { return };
+fn on_query(plane: &Mutex<Plane>, kind: Kind, query: &Query, now: MonoTime) {
     let mut plane = lock(plane);
     let answers = match kind {
         Kind::Order => {
@@ -368,6 +415,6 @@ fn on_query(org: &Name, planes: &Planes, kind: Kind, query: &Query, now: MonoTim
     drop(plane);
     for bytes in answers {
         // Whoever asked asks again.
-        let _ = query.reply(asked.clone(), bytes).wait();
+        let _ = query.reply(query.key_expr().clone(), bytes).wait();
     }
 }

@@ -18,7 +18,7 @@ pub use endpoint::{Endpoint, Way};
 pub use ground::{Far, Ground, GroundConfig, Standing};
 pub use history::{Contents, HistoryConfig, Replay, ReplayStatus};
 pub use membership::{Membership, join, renew, standing};
-pub use network::try_address;
+pub use network::{session_of_an_aircraft, try_address};
 pub use organisation::{DOOR_PORT, Made, Organisation};
 pub use ros2::{Examined, Gateway, GatewayConfig, GatewayStatus, RosRouter, examine};
 

@@ -164,6 +164,14 @@ pub(super) async fn is_with_station(session: &Session) -> bool {
     session.info().links().await.all(|link| link.auth_identifier().is_some_and(|name| name.starts_with(STATION_PREFIX)))
 }
 
+/// A session in the clear with the settings that aircraft have: for programs that stand in for many of them.
+///
+/// # Errors
+/// [`FleetError::Network`].
+pub async fn session_of_an_aircraft(router: &Endpoint) -> Result<Session, FleetError> {
+    open(Part::Client(router, CONNECT), None).await
+}
+
 /// Tells everybody. Nothing waits for a slow network: what does not fit is dropped, and what must not be lost is asked for again.
 pub(super) async fn tell(session: &Session, key: &str, message: &impl Message, priority: Priority) {
     let put = session.put(key, message.encode_to_vec()).congestion_control(CongestionControl::Drop).priority(priority);

@@ -1,0 +1,106 @@
+"""The programs of these benchmarks: ground station and router, a bare router, a thousand aircraft, those who listen."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import socket
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bench.harness import ROOT, NotMeasured, result_of, running, wait_line
+from tests.server.client import Client
+
+ORG = "acme"
+AIRCRAFT = 1000
+RATE_HZ = 10
+EXAMPLES = ROOT / "target/release/examples"
+#: Opening a thousand sessions and taking on as many aircraft takes seconds, on a busy machine more.
+PATIENCE_S = 60.0
+
+
+def example(name: str) -> str:
+    """Return the path of a program of crates/fleet/examples, or say that it is not there."""
+    path = EXAMPLES / name
+    if not path.exists():
+        raise NotMeasured(f"{path.relative_to(ROOT)} is not built")
+    return str(path)
+
+
+def free_tcp_port() -> int:
+    """Return a TCP port of the loopback interface that nobody uses now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@dataclass(frozen=True)
+class Router:
+    """A running router: its process, where it is dialled, and what it told of itself at its start."""
+
+    process: subprocess.Popen[str]
+    endpoint: str
+    told: dict[str, Any]
+
+    @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self.process.pid
+
+    def operator(self) -> Client:
+        """An operator at the ground station."""
+        client = Client(self.told["url"])
+        client.open_session(name="Ana")
+        return client
+
+
+@contextlib.contextmanager
+def ground_station(*options: str, port: int = 0) -> Iterator[Router]:
+    """`vencejo serve --fleet`, with a data folder of its own."""
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as data:
+        sources = Path(data) / "maps" / "sources.toml"
+        sources.parent.mkdir(parents=True, exist_ok=True)
+        # without it a new installation begins with maps from the network
+        sources.write_text("# none\n", encoding="utf-8")
+        command = [
+            sys.executable, "-m", "vencejo.cli", "serve", "--port", "0", "--json", "--no-record", "--link", "udpin:127.0.0.1:0",
+            "--fleet", ORG, *(options or ("--fleet-listen", f"tcp/127.0.0.1:{port}")),
+        ]  # fmt: skip
+        with running(command, {"VENCEJO_DATA": data}) as process:
+            told = json.loads(wait_line(process, "{", PATIENCE_S))
+            yield Router(process, told["fleet"]["endpoint"], told)
+
+
+@contextlib.contextmanager
+def bare_router(*options: str, port: int = 0) -> Iterator[Router]:
+    """A router of Zenoh with nothing of ours; with ``ORG`` it subscribes as well."""
+    endpoint = f"tcp/127.0.0.1:{port or free_tcp_port()}"
+    with running([example("bare_router"), endpoint, *options]) as process:
+        yield Router(process, endpoint, json.loads(wait_line(process, "{", PATIENCE_S)))
+
+
+@contextlib.contextmanager
+def crowd(endpoint: str, *, aircraft: int = AIRCRAFT, rate_hz: int = RATE_HZ) -> Iterator[subprocess.Popen[str]]:
+    """A thousand aircraft, all of them there."""
+    with running([example("crowd"), endpoint, ORG, str(aircraft), str(rate_hz), "stamped"]) as process:
+        wait_line(process, "{", PATIENCE_S)
+        yield process
+
+
+@contextlib.contextmanager
+def listeners(endpoint: str, count: int, seconds: float, *options: str) -> Iterator[subprocess.Popen[str]]:
+    """Subscribers to all aircraft, which begin to count now."""
+    with running([example("listen"), endpoint, ORG, str(count), str(seconds), *options]) as process:
+        wait_line(process, "READY", PATIENCE_S)
+        yield process
+
+
+def heard(endpoint: str, count: int, seconds: float, options: Sequence[str] = ()) -> dict[str, Any]:
+    """Listen for so long and return what came."""
+    with listeners(endpoint, count, seconds, *options) as process:
+        return result_of(process, seconds + PATIENCE_S)
