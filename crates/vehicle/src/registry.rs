@@ -294,7 +294,8 @@ mod tests {
 
     use super::*;
     use crate::command::cmd;
-    use crate::request::Request;
+    use crate::request::{Request, VehicleEvent};
+    use crate::telemetry::LOST_AFTER;
 
     const OUR: Address = Address::new(255, 190);
 
@@ -442,6 +443,33 @@ mod tests {
         assert!(outputs.iter().any(|output| matches!(output, RegistryOutput::Event(RegistryEvent::Dropped(..)))));
         assert!(outputs.iter().any(|output| matches!(output, RegistryOutput::Vehicle(_, Output::Finished { .. }))));
         assert!(vehicles.get(lost).is_none() || vehicles.len() == MAX_VEHICLES);
+    }
+
+    #[test]
+    fn of_one_far_away_nothing_is_asked_and_no_time_is_wanted_until_it_is_silent() {
+        let mut vehicles = vehicles();
+        let id = vehicles.host(Address::new(1, 1), "plane7", at(0)).expect("there is room");
+        drain(&mut vehicles);
+        for second in 1..=30 {
+            let now = at(second * 1_000);
+            vehicles.on_hosted(id, &heartbeat(1, 3), now);
+            let asked = drain(&mut vehicles).into_iter().filter(|output| {
+                matches!(output, RegistryOutput::Vehicle(_, Output::Send(_) | Output::Event(VehicleEvent::Unreached)))
+            });
+            assert_eq!(asked.count(), 0);
+            let wanted = vehicles.get(id).and_then(Vehicle::deadline).expect("its silence is looked for");
+            // Once it is looked who it is, five seconds after it came.
+            assert!(wanted.since(now) >= LOST_AFTER || second <= 5, "{wanted:?} at {now:?}");
+            while let Some(wanted) = vehicles.deadline().filter(|wanted| *wanted < now + Duration::from_secs(1)) {
+                vehicles.on_time(wanted);
+                drain(&mut vehicles);
+            }
+        }
+        assert_eq!(
+            vehicles.get(id).and_then(|plane| plane.is_reached(at(30_000))),
+            None,
+            "a station on board knows that"
+        );
     }
 
     #[test]
