@@ -21,6 +21,11 @@ BESIDE = {
     "mavros_msgs/msg/VfrHud": (
         "std_msgs/Header header\nfloat32 airspeed\nfloat32 groundspeed\nint16 heading\nfloat32 throttle\nfloat32 altitude\nfloat32 climb"
     ),
+    "mavros_msgs/msg/Waypoint": (
+        "uint8 frame\nuint16 command\nbool is_current\nbool autocontinue\nfloat32 param1\nfloat32 param2\nfloat32 param3\nfloat32 param4\n"
+        "float64 x_lat\nfloat64 y_long\nfloat64 z_alt"
+    ),
+    "mavros_msgs/msg/WaypointList": "uint16 current_seq\nmavros_msgs/Waypoint[] waypoints",
 }
 SERVICES = {
     "std_srvs/srv/SetBool": ("bool data", "bool success\nstring message"),
@@ -29,6 +34,10 @@ SERVICES = {
     "mavros_msgs/srv/CommandBool": ("bool value", "bool success\nuint8 result"),
     "mavros_msgs/srv/WaypointClear": ("", "bool success"),
     "mavros_msgs/srv/WaypointPull": ("", "bool success\nuint32 wp_received"),
+    "mavros_msgs/srv/WaypointPush": (
+        "uint16 start_index\nmavros_msgs/Waypoint[] waypoints",
+        "bool success\nuint32 wp_transfered",
+    ),
 }
 NOTHING = "uint8 structure_needs_at_least_one_member"
 
@@ -67,6 +76,10 @@ class Types:
         parts = ("Request", "Response", "Event")
         fields[name] = ([], [(f"{part.lower()}_message", (Nodetype.NAME, f"{name}_{part}")) for part in parts])
         return str(self._store.hash_rihs01(name))
+
+    def kind(self, name: str) -> Any:
+        """The class of a message."""
+        return self._store.types[name]
 
     def read(self, payload: bytes, name: str) -> Any:
         """A message."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import queue
 import sys
+import threading
 from typing import Any
 
 import zenoh
@@ -34,8 +35,44 @@ def sample(found: zenoh.Sample) -> dict[str, Any]:
     }
 
 
+class Heard:
+    """All that was said under some keys."""
+
+    def __init__(self) -> None:
+        self._samples: dict[str, list[dict[str, Any]]] = {}
+        self._more = threading.Condition()
+
+    def put(self, found: zenoh.Sample) -> None:
+        """One more."""
+        with self._more:
+            self._samples.setdefault(str(found.key_expr), []).append(sample(found))
+            self._more.notify_all()
+
+    def of(self, keys: list[str], count: int) -> list[list[dict[str, Any]]]:
+        """Waits for so many of each key, and gives what was heard of each."""
+        with self._more:
+            wanted = lambda: all(len(self._samples.get(key, ())) >= count for key in keys)  # noqa: E731
+            assert self._more.wait_for(wanted, PATIENCE_S), sorted(set(keys) - self._samples.keys())
+            return [self._samples[key][:] for key in keys]
+
+    def keys(self) -> list[str]:
+        """All of them."""
+        with self._more:
+            return sorted(self._samples)
+
+
+HEARD = Heard()
+
+
 def answer(session: zenoh.Session, kept: list[object], do: str, **of: Any) -> Any:
     """Does one thing."""
+    if do == "listen":
+        kept.append(session.declare_subscriber(of["key"], HEARD.put))
+        return None
+    if do == "heard":
+        return HEARD.of(of["keys"], of["count"])
+    if do == "keys":
+        return HEARD.keys()
     if do == "tokens":
         replies = session.liveliness().get("@ros2_lv/**", timeout=3.0)
         return sorted({str(reply.ok.key_expr) for reply in replies if reply.ok is not None})

@@ -17,20 +17,24 @@ from typing import Any
 import pytest
 from rosbags.typesys import Stores
 from typer.testing import CliRunner
-from vencejo import Station, _native
+from vencejo import Plan, Station, Vehicle, _native
 from vencejo.cli import app
 from vencejo.errors import InvalidRequest, LinkError
 from vencejo.fleet import has_fleet
 from vencejo.ros2 import Gateway, examine
 
 from tests.fleet.programs import command
+from tests.fleet.ros2_offered import MAVROS, TOPICS, key, tokens, whole
 from tests.fleet.ros2_types import Types
-from tests.plane import Plane
+from tests.plane import Plane, offset
 from tests.support import HOME, reserved_ports, wait_for
 
 pytestmark = pytest.mark.skipif(not has_fleet(), reason="this build has no fleets")
 
 READS = "--ros2-role operator"
+LOG = "rcl_interfaces/msg/Log"
+LIST = "mavros_msgs/msg/WaypointList"
+NOTHING: dict[str, Any] = {"structure_needs_at_least_one_member": 0}
 
 
 def hashes() -> dict[str, str]:
@@ -40,7 +44,7 @@ def hashes() -> dict[str, str]:
 @pytest.mark.parametrize("store", [Stores.ROS2_HUMBLE, Stores.ROS2_JAZZY, Stores.ROS2_KILTED])
 def test_the_hash_of_each_type_is_that_of_its_definition(store: Stores) -> None:
     types = Types(store)
-    assert len(hashes()) == 23
+    assert len(hashes()) == 25
     assert {name: types.hash(name) for name in hashes()} == hashes()
     # As `std_srvs` 5.3.6 (Jazzy) and 5.5.1 (Kilted) have them in SetBool.json and Trigger.json.
     assert hashes()["std_srvs/srv/SetBool"].startswith("RIHS01_abe9e4bb6b41b40e")
@@ -86,17 +90,27 @@ class Witness:
         assert line, "the witness ended"
         return json.loads(line)
 
-    def key(self, name: str, kind: str, domain: int = 0) -> str:
-        path, _, last = kind.rpartition("/")
-        return f"{domain}/{name.strip('/')}/{path.replace('/', '::')}::dds_::{last}_/{self.types.hash(kind)}"
-
     def hear(self, name: str, kind: str, domain: int = 0, count: int = 1) -> list[tuple[Any, int, int]]:
         """Messages, each with its number and when it was sent, ns."""
         found = []
-        for sample in self.ask("hear", key=self.key(name, kind, domain), count=count):
+        for sample in self.ask("hear", key=key(self.types, domain, name, kind), count=count):
             number, sent_ns, length, _gid = struct.unpack("<qqB16s", bytes.fromhex(sample["attachment"]))
             assert length == 16
             found.append((self.types.read(bytes.fromhex(sample["payload"]), kind), number, sent_ns))
+        return found
+
+    def heard(self, name: str, kind: str, domain: int = 0, count: int = 1) -> list[Any]:
+        """All messages of a topic since it listens, so many at least."""
+        [samples] = self.ask("heard", keys=[key(self.types, domain, name, kind)], count=count)
+        return [self.types.read(bytes.fromhex(sample["payload"]), kind) for sample in samples]
+
+    def offered(self, domain: int) -> set[str]:
+        """Tokens of a domain, without sessions and numbers."""
+        found = set()
+        for token in self.ask("tokens"):
+            _, of, _session, _node, _id, *rest = token.split("/")
+            if of == str(domain):
+                found.add(f"{domain} {'/'.join(rest)}")
         return found
 
     def call(self, name: str, kind: str, domain: int = 0, **request: object) -> Any:
@@ -104,7 +118,8 @@ class Witness:
         payload = self.types.write(f"{kind}_Request", **request)
         number, gid = next(self._numbers), bytes(range(16))
         attachment = struct.pack("<qqB", number, time.time_ns(), 16) + gid
-        [reply] = self.ask("call", key=self.key(name, kind, domain), payload=payload.hex(), attachment=attachment.hex())
+        at = key(self.types, domain, name, kind)
+        [reply] = self.ask("call", key=at, payload=payload.hex(), attachment=attachment.hex())
         echoed = struct.unpack("<qqB16s", bytes.fromhex(reply["attachment"]))
         assert (echoed[0], echoed[2:]) == (number, (16, gid))
         return self.types.read(bytes.fromhex(reply["payload"]), f"{kind}_Response")
@@ -141,13 +156,8 @@ def test_a_plane_is_seen_by_a_reader_of_ros_and_acts_for_an_operator_alone(tmp_p
         serve.line()
         plane.hold(30.0, 10.0, 90.0)
         at = "/vencejo_1/mavros"
-        wait_for(lambda: any(f"{at.replace('/', '%')}%imu%data/" in token for token in witness.ask("tokens")), "tokens")
-        tokens = witness.ask("tokens")
-        assert sum("/NN/%/%vencejo_1/mavros" in token for token in tokens) == 1
-        [token] = [token for token in tokens if "%global_position%global/" in token]
-        assert token.endswith(
-            f"/sensor_msgs::msg::dds_::NavSatFix_/{hashes()['sensor_msgs/msg/NavSatFix']}/::,10:,:,:,,"
-        )
+        # Each key, hash and token is the one that it has to be, and there is no other.
+        assert_tokens(witness, 0, MAVROS, at, "/vencejo_1/mavros")
 
         # Where it is, and when: by this machine's clock.
         (fix, first, _), (_, second, sent_ns) = witness.hear(
@@ -231,7 +241,154 @@ def test_a_plane_is_seen_by_a_reader_of_ros_and_acts_for_an_operator_alone(tmp_p
                 "/uas1/mavros/set_mode", "mavros_msgs/srv/SetMode", **there, base_mode=0, custom_mode="NONSENSE"
             )
             assert not wrong.mode_sent
+            missions(witness, vehicle)
+            everything(witness, vehicle, gateway, plane)
             assert station.operator.request(), "it gives control to whoever asks"
             held = witness.call("/uas1/mavros/vencejo/arm", "std_srvs/srv/SetBool", **there, data=False)
             assert (held.success, "Ana holds control" in held.message) == (False, True), held.message
             assert vehicle.telemetry.is_armed
+
+
+def waypoint(witness: Witness, frame: int, command: int, north_m: float, alt_m: float, **other: float) -> Any:
+    """A waypoint as MAVROS has it."""
+    lat, lon = offset(north_m, 0.0)
+    fields = {"param1": 0.0, "param2": 0.0, "param3": 0.0, "param4": math.nan, "x_lat": lat, "y_long": lon} | other
+    of = witness.types.kind("mavros_msgs/msg/Waypoint")
+    return of(frame=frame, command=command, is_current=False, autocontinue=True, z_alt=alt_m, **fields)
+
+
+def wait_for_line(witness: Witness, says: str) -> None:
+    """Until the log says so."""
+    wait_for(lambda: any(says in line.msg for line in witness.heard("/rosout", LOG, 7)), says)
+
+
+def assert_tokens(witness: Witness, domain: int, names: str, at: str, node: str) -> None:
+    """A domain has the tokens that it is to have, once as many are there, and no other."""
+    wanted = tokens(witness.types, domain, names, at, node)
+    wait_for(lambda: len(witness.offered(domain)) >= len(wanted), f"the tokens of domain {domain}")
+    assert witness.offered(domain) == wanted
+
+
+def missions(witness: Witness, vehicle: Vehicle) -> None:
+    """Missions are pushed, checked, read back, pulled and removed, as with MAVROS: home is waypoint 0."""
+    there: dict[str, Any] = {"domain": 7}
+    at = "/uas1/mavros"
+
+    def push(start_index: int, waypoints: list[Any]) -> tuple[bool, int]:
+        of: dict[str, Any] = {"start_index": start_index, "waypoints": waypoints}
+        pushed = witness.call(f"{at}/mission/push", "mavros_msgs/srv/WaypointPush", **there, **of)
+        return pushed.success, pushed.wp_transfered
+
+    def heights() -> list[float]:
+        [(told, _, _)] = witness.hear(f"{at}/mission/waypoints", "mavros_msgs/msg/WaypointList", **there)
+        return [waypoint.z_alt for waypoint in told.waypoints]
+
+    def on_board() -> Plan:
+        plan = vehicle.plan_on_board()
+        assert plan is not None
+        return plan
+
+    witness.ask("listen", key="7/rosout/**")
+    home = waypoint(witness, 0, 16, 0.0, HOME[2])
+    plan = [
+        home,
+        waypoint(witness, 3, 22, 200.0, 60.0, param1=12.0),
+        waypoint(witness, 3, 16, 500.0, 80.0),
+        waypoint(witness, 3, 17, 800.0, 90.0),
+    ]
+    assert push(0, plan) == (True, 4)
+    assert [item.alt_m for item in on_board().items] == [60.0, 80.0, 90.0]
+    assert heights() == [pytest.approx(HOME[2], abs=50.0), 60.0, 80.0, 90.0]
+    assert push(2, [waypoint(witness, 3, 16, 500.0, 100.0)]) == (True, 1)
+    assert heights()[1:] == [60.0, 100.0, 90.0]
+    before = on_board()
+    for start, wrong, says in [
+        (0, [*plan, waypoint(witness, 3, 177, 0.0, 0.0, param1=99.0)], "mission/push: the mission has 1 errors"),
+        (0, [home, waypoint(witness, 3, 16, 500.0, math.nan)], "z is NaN"),
+        (0, plan[1:], "waypoint 0 is home on ArduPilot"),
+        (4, plan[:1], "waypoints 4 to 4 are not all on board"),
+        (0, [], "mission/clear removes the mission"),
+    ]:
+        assert push(start, wrong) == (False, 0)
+        wait_for_line(witness, says)
+    assert on_board() == before
+    pulled = witness.call(f"{at}/mission/pull", "mavros_msgs/srv/WaypointPull", **there, **NOTHING)
+    assert (pulled.success, pulled.wp_received) == (True, 4)
+
+
+def everything(witness: Witness, vehicle: Vehicle, gateway: Gateway, plane: Plane) -> None:
+    """All topics by both families of names come under the keys of their definitions, and nothing else does; with values that are the plane's."""
+    types = witness.types
+    with Gateway(vehicle.station, router=witness.router, domain=8, names="ap") as other:
+        wait_for(lambda: other.status.planes == {1: "/ap/v1"}, "the plane by ArduPilot's names")
+        sets = [(7, MAVROS, "/uas1/mavros", "/uas1/mavros"), (8, "ap", "/ap/v1", "/ap/v1")]
+        for domain, names, at, node in sets:
+            assert_tokens(witness, domain, names, at, node)
+            witness.ask("listen", key=f"{domain}/**")
+        ready = witness.call("/ap/v1/prearm_check", "std_srvs/srv/Trigger", 8, **NOTHING)
+        assert ready.success, ready.message
+        said: dict[tuple[int, str], Any] = {}
+        expected = set()
+        for domain, names, at, _ in sets:
+            for name, kind in TOPICS[names].items():
+                [*_, said[domain, name]] = witness.heard(whole(at, name), kind, domain)
+                expected.add(key(types, domain, whole(at, name), kind))
+        assert set(witness.ask("keys")) == expected
+    truth = plane.truth()
+    place = pytest.approx((truth.lat_deg, truth.lon_deg), abs=0.001)
+    q = said[7, "imu/data"].orientation
+    east = math.degrees(math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y**2 + q.z**2)))
+    assert (90.0 - east) % 360.0 == pytest.approx(truth.heading_deg % 360.0, abs=5.0)
+    for domain, name in [(7, "global_position/global"), (7, "global_position/raw/fix"), (8, "navsat")]:
+        fix = said[domain, name]
+        assert (fix.latitude, fix.longitude) == place
+        assert fix.altitude == pytest.approx(HOME[2], abs=30.0)
+        assert fix.status.status >= 0
+    geopose = said[8, "geopose/filtered"].pose
+    assert (geopose.position.latitude, geopose.position.longitude) == place
+    for turned in (
+        q,
+        said[7, "local_position/pose"].pose.orientation,
+        said[7, "local_position/odom"].pose.pose.orientation,
+        said[7, "/tf"].transforms[0].transform.rotation,
+        said[8, "imu/experimental/data"].orientation,
+        said[8, "pose/filtered"].pose.orientation,
+        geopose.orientation,
+    ):
+        assert abs(turned.w) == pytest.approx(abs(q.w), abs=0.01)
+        assert turned.x**2 + turned.y**2 + turned.z**2 + turned.w**2 == pytest.approx(1.0)
+    for position in (
+        said[7, "local_position/pose"].pose.position,
+        said[7, "local_position/odom"].pose.pose.position,
+        said[7, "/tf"].transforms[0].transform.translation,
+        said[8, "pose/filtered"].pose.position,
+    ):
+        assert math.hypot(position.x, position.y) < 50.0
+        assert abs(position.z) < 10.0
+    for speed in (
+        said[7, "local_position/odom"].twist.twist.linear,
+        said[7, "local_position/velocity_local"].twist.linear,
+        said[8, "twist/filtered"].twist.linear,
+    ):
+        assert math.hypot(speed.x, speed.y, speed.z) < 3.0, "it stands"
+    assert said[7, "global_position/compass_hdg"].data == pytest.approx(truth.heading_deg % 360.0, abs=5.0)
+    assert abs(said[7, "global_position/rel_alt"].data) < 10.0
+    for battery in (said[7, "battery"], said[8, "battery"]):
+        assert battery.voltage > 5.0
+        assert battery.present
+    state = said[7, "state"]
+    assert (state.connected, state.mode, state.header.frame_id) == (True, "FBWA", "uas1/base_link")
+    hud = said[7, "vfr_hud"]
+    assert hud.groundspeed < 3.0
+    assert 0.0 <= hud.throttle <= 1.0
+    assert said[7, "wind_estimation"].header.frame_id == "uas1/map"
+    for clock in (said[7, "time_reference"].time_ref, said[8, "time"]):
+        assert clock.sec > 1_500_000_000
+    assert [len(said[7, "mission/path"].poses), len(said[7, "mission/waypoints"].waypoints)] == [3, 4]
+    assert [pose.pose.position.z for pose in said[7, "mission/path"].poses] == [60.0, 100.0, 90.0]
+    for domain in (7, 8):
+        assert {status.hardware_id for status in said[domain, "/diagnostics"].status}
+    assert said[8, "/rosout"].name == "ap.v1"
+    cleared = witness.call("/uas1/mavros/mission/clear", "mavros_msgs/srv/WaypointClear", 7, **NOTHING)
+    assert cleared.success
+    wait_for(lambda: not witness.heard("/uas1/mavros/mission/waypoints", LIST, 7)[-1].waypoints, "the empty list")

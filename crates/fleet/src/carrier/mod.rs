@@ -1,6 +1,7 @@
 //! Aircraft and ground stations on Eclipse Zenoh.
 
 mod aircraft;
+mod checked;
 mod door;
 mod endpoint;
 mod ground;

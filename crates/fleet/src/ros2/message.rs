@@ -1,6 +1,6 @@
 //! The messages and services of ROS 2 that we speak: fields in the order of their definitions, and their type hashes (REP-2016).
 //!
-//! Hashes are those of Humble's, Jazzy's and Kilted's definitions, which are the same; `tests/fleet/test_ros2_types.py` works each of them
+//! Hashes are those of Humble's, Jazzy's and Kilted's definitions, which are the same; `tests/fleet/test_ros2.py` works each of them
 //! out anew with rosbags. Those of `mavros_msgs` and `geographic_msgs` come from their fields; constants and comments do not count.
 
 use super::cdr::{BadCdr, Cdr, Reader, Writer};
@@ -151,6 +151,13 @@ structs! {
     VfrHud {
         header: Header, airspeed: f32, groundspeed: f32, heading: i16, throttle: f32, altitude: f32, climb: f32,
     }
+    /// `mavros_msgs/Waypoint`: an item of a mission as on the wire; degrees and m where it has a place, NaN for what is not set.
+    Waypoint {
+        frame: u8, command: u16, is_current: bool, autocontinue: bool, param1: f32, param2: f32, param3: f32, param4: f32,
+        x_lat: f64, y_long: f64, z_alt: f64,
+    }
+    /// `mavros_msgs/WaypointList`.
+    WaypointList { current_seq: u16, waypoints: Vec<Waypoint> }
     /// What asks without saying anything has a byte in its place.
     Empty { structure_needs_at_least_one_member: u8 }
     /// `std_srvs/SetBool_Request`.
@@ -167,6 +174,10 @@ structs! {
     Cleared { success: bool }
     /// `mavros_msgs/WaypointPull_Response`.
     Pulled { success: bool, wp_received: u32 }
+    /// `mavros_msgs/WaypointPush_Request`.
+    MissionPushed { start_index: u16, waypoints: Vec<Waypoint> }
+    /// `mavros_msgs/WaypointPush_Response`; spelled as there.
+    Pushed { success: bool, wp_transfered: u32 }
 }
 
 messages! {
@@ -187,6 +198,7 @@ messages! {
     GeoPoseStamped = "geographic_msgs" / "a8e603c050fa992a74283bb462a96fe9d2b151b7a67b14d77250ed7cb4ed96b7";
     State = "mavros_msgs" / "11ba7686163d22281871f1cb42557e8957407469b0be813bdb1a8922c66e3131";
     VfrHud = "mavros_msgs" / "8a121968bf046a1f0f3e5074c8fed9db9ca5b6a8c0a2ee44c09c0f6a5fb88e8f";
+    WaypointList = "mavros_msgs" / "fdd46486d81956d4d9700fd279bcdffb599465f7fed3351a24f34b9ab721aeaf";
 }
 
 services! {
@@ -202,6 +214,8 @@ services! {
     WaypointClear: Empty => Cleared = "mavros_msgs" / "d77b775b7112320e4824747838a0a1412e9288e66cb14acbc581c3b84c22df6d";
     /// Reads the mission.
     WaypointPull: Empty => Pulled = "mavros_msgs" / "dba4ca9a44272d78ca9c6c0e0bbb8fdeb898b5bba9fbf2d47e6547cba7f7492a";
+    /// Replaces the mission, or some of its waypoints.
+    WaypointPush: MissionPushed => Pushed = "mavros_msgs" / "280a0e2e40640f42c7bf28acc7e77ff58e89f8e767fb100f342f4e1a6ddc4350";
 }
 
 /// `mavros_msgs/CommandBool_Request`, which has the form of a switch.
@@ -265,11 +279,14 @@ mod tests {
             GeoPoseStamped,
             State,
             VfrHud,
+            WaypointList,
             Switch,
             Told,
             ModeWanted,
             Commanded,
-            Pulled
+            Pulled,
+            MissionPushed,
+            Pushed
         );
         assert!(all > 1000, "{all}");
     }

@@ -10,6 +10,7 @@
 //! | [`moment`] | a plane at a moment |
 //! | [`topics`] | what a plane says, and how often |
 //! | [`diagnosis`] | its health as a `DiagnosticArray` |
+//! | [`mission`] | missions as MAVROS has them |
 //! | [`services`] | what a plane can be asked for |
 //! | [`doctor`] | why somebody sees nothing |
 
@@ -18,6 +19,7 @@ pub mod diagnosis;
 pub mod doctor;
 pub mod frames;
 pub mod message;
+pub mod mission;
 pub mod moment;
 pub mod name;
 pub mod services;

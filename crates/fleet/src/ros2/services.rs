@@ -2,8 +2,8 @@
 
 use super::cdr::{BadCdr, Cdr};
 use super::message::{
-    Cleared, CommandBool, Commanded, Empty, ModeSent, ModeWanted, Pulled, Service, SetBool, SetMode, Switch, Told,
-    Trigger, WaypointClear, WaypointPull,
+    Cleared, CommandBool, Commanded, Empty, MissionPushed, ModeSent, ModeWanted, Pulled, Pushed, Service, SetBool,
+    SetMode, Switch, Told, Trigger, Waypoint, WaypointClear, WaypointPull, WaypointPush,
 };
 use super::name::Names;
 
@@ -13,7 +13,7 @@ const ACCEPTED: u8 = 0;
 const FAILED: u8 = 4;
 
 /// Something that is wanted of a plane.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Wish {
     /// To be armed, or disarmed.
     Arm(bool),
@@ -29,6 +29,8 @@ pub enum Wish {
     Clear,
     /// Its mission read.
     Pull,
+    /// Its mission replaced, from that waypoint of the wire on; 0 is all of it.
+    Push(u16, Vec<Waypoint>),
     /// Whether it would let itself be armed.
     IsReady,
 }
@@ -93,6 +95,10 @@ pub fn offers(names: Names) -> Vec<Offer> {
                 let wp_received = ended.as_ref().map_or(0, |(_, count)| *count);
                 Pulled { success: ended.is_ok(), wp_received }.to_bytes()
             }),
+            offer::<WaypointPush>("mission/push", push, |ended| {
+                let wp_transfered = ended.as_ref().map_or(0, |(_, count)| *count);
+                Pushed { success: ended.is_ok(), wp_transfered }.to_bytes()
+            }),
             // The same without MAVROS's types, and with an answer in words.
             offer::<SetBool>("vencejo/arm", arm, told),
             offer::<Trigger>("vencejo/return_to_launch", trigger::<0>, told),
@@ -102,6 +108,11 @@ pub fn offers(names: Names) -> Vec<Offer> {
         ],
         Names::ArduPilot => vec![offer::<Trigger>("prearm_check", trigger::<5>, told)],
     }
+}
+
+fn push(bytes: &[u8]) -> Result<Wish, BadCdr> {
+    let MissionPushed { start_index, waypoints } = MissionPushed::from_bytes(bytes)?;
+    Ok(Wish::Push(start_index, waypoints))
 }
 
 fn mode(bytes: &[u8]) -> Result<Wish, BadCdr> {
@@ -132,6 +143,11 @@ mod tests {
         ] {
             assert_eq!((find(name).read)(&nothing), Ok(wish), "{name}");
         }
+        let push = MissionPushed { start_index: 3, waypoints: Vec::new() }.to_bytes();
+        assert_eq!((find("mission/push").read)(&push), Ok(Wish::Push(3, Vec::new())));
+        // A list that says it is longer than what came.
+        assert!((find("mission/push").read)(b"\0\x01\0\0\0\0\0\0\xff\xff\xff\xff").is_err());
+        assert_eq!((find("mission/push").write)(&Err("no".into())), b"\0\x01\0\0\0\0\0\0\0\0\0\0");
         let ready = super::offers(Names::ArduPilot)[0];
         assert_eq!((ready.read)(&nothing), Ok(Wish::IsReady));
         assert_eq!((find("cmd/arming").write)(&Err("no".into())), b"\0\x01\0\0\0\x04");

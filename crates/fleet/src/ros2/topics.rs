@@ -6,13 +6,17 @@ use vencejo_flight::plan::{MavFrame, MissionItem};
 use vencejo_proto::MonoTime;
 use vencejo_vehicle::telemetry::{Gps, LOST_AFTER, SystemStatus};
 
+use twox_hash::XxHash3_128;
+
 use super::diagnosis;
 use super::frames;
 use super::message::{
     BatteryState, DiagnosticArray, Float64, GeoPoint, GeoPose, GeoPoseStamped, Imu, Message, NavSatFix, NavSatStatus,
     Odometry, Path, Pose, PoseStamped, PoseWithCovariance, Quaternion, State, TFMessage, Time, TimeReference,
     Transform, TransformStamped, Twist, TwistStamped, TwistWithCovariance, TwistWithCovarianceStamped, Vector3, VfrHud,
+    WaypointList,
 };
+use super::mission;
 use super::moment::{Moment, time};
 use super::name::Names;
 
@@ -40,6 +44,8 @@ pub struct Topic {
     /// `RIHS01_…`.
     pub hash: &'static str,
     every: Duration,
+    /// How often the same is said again; what goes by its moment is not.
+    again: Option<Duration>,
     say: Say,
 }
 
@@ -51,7 +57,14 @@ fn topic<M: Message + 'static>(
     say: fn(&Moment<'_>) -> Option<(MonoTime, M)>,
 ) -> Topic {
     let say = move |moment: &Moment<'_>| say(moment).map(|(at, message)| (at, message.to_bytes()));
-    Topic { name, kind: M::TYPE, hash: M::HASH, every, say: Box::new(say) }
+    Topic { name, kind: M::TYPE, hash: M::HASH, every, again: None, say: Box::new(say) }
+}
+
+impl Topic {
+    /// Said when it changes, and again after so long.
+    fn again(self, after: Duration) -> Self {
+        Self { again: Some(after), ..self }
+    }
 }
 
 /// The topics of a plane.
@@ -73,6 +86,7 @@ pub fn topics(names: Names) -> Vec<Topic> {
             topic("wind_estimation", SLOW, wind),
             topic("time_reference", SLOW, time_reference),
             topic("mission/path", RARE, path),
+            topic("mission/waypoints", SLOW, waypoints).again(RARE),
             topic("/tf", FAST, transform),
             topic("/diagnostics", SLOW, diagnostics),
         ],
@@ -92,8 +106,20 @@ pub fn topics(names: Names) -> Vec<Topic> {
 /// What of a plane was said, so that nothing is said twice, and nothing too often.
 pub struct Speaker {
     topics: Vec<Topic>,
-    /// The moment of what was said last, and when that was.
-    said: Vec<Option<(MonoTime, MonoTime)>>,
+    said: Vec<Option<Said>>,
+}
+
+/// What was said last.
+#[derive(Debug, Clone, Copy)]
+struct Said {
+    /// Its moment.
+    of: MonoTime,
+    /// When it was said.
+    at: MonoTime,
+    /// When it was last looked whether there is more.
+    looked: MonoTime,
+    /// Of its bytes.
+    digest: u128,
 }
 
 impl Speaker {
@@ -113,13 +139,26 @@ impl Speaker {
     pub fn due(&mut self, moment: &Moment<'_>) -> Vec<(usize, Vec<u8>)> {
         let mut due = Vec::new();
         for (index, (topic, said)) in self.topics.iter().zip(&mut self.said).enumerate() {
-            if said.is_some_and(|(_, when)| moment.now.since(when) < topic.every) {
+            let now = moment.now;
+            if said.is_some_and(|said| now.since(said.looked) < topic.every) {
                 continue;
             }
-            let Some((at, bytes)) = (topic.say)(moment) else { continue };
-            if said.is_none_or(|(before, _)| at > before) {
-                *said = Some((at, moment.now));
-                due.push((index, bytes));
+            let Some((of, bytes)) = (topic.say)(moment) else { continue };
+            let digest = topic.again.map_or(0, |_| XxHash3_128::oneshot(&bytes));
+            let is_due = said.is_none_or(|said| match topic.again {
+                None => of > said.of,
+                Some(again) => digest != said.digest || now.since(said.at) >= again,
+            });
+            match said {
+                Some(said) if !is_due => {
+                    if topic.again.is_some() {
+                        said.looked = now;
+                    }
+                }
+                _ => {
+                    *said = Some(Said { of, at: now, looked: now, digest });
+                    due.push((index, bytes));
+                }
             }
         }
         due
@@ -388,6 +427,13 @@ fn path(moment: &Moment<'_>) -> Option<(MonoTime, Path)> {
     };
     let poses = moment.mission?.items.iter().filter(|item| item.has_position()).filter_map(place).collect();
     Some((moment.now, Path { header, poses }))
+}
+
+/// The mission on board as on the wire.
+fn waypoints(moment: &Moment<'_>) -> Option<(MonoTime, WaypointList)> {
+    moment.fresh(moment.telemetry.heartbeat)?;
+    let current = moment.fresh(moment.telemetry.mission).map(|current| current.value.seq);
+    Some((moment.now, mission::list(moment.mission?, moment.telemetry.is_ardupilot(), current)))
 }
 
 fn diagnostics(moment: &Moment<'_>) -> Option<(MonoTime, DiagnosticArray)> {

@@ -6,6 +6,7 @@ use vencejo_vehicle::telemetry::{Attitude, GpsFix, HeartbeatState, Position};
 use vencejo_vehicle::telemetry::{Sampled, Telemetry};
 
 use super::*;
+use crate::ros2::cdr::Cdr;
 use crate::ros2::name::{Namespace, Place};
 
 fn at(ms: u64) -> MonoTime {
@@ -148,21 +149,50 @@ fn nothing_is_said_that_is_not_known_or_old_or_was_said() {
     }
 }
 
+/// What stays the same is said again after 5 s, for whoever came since; what changes within a second.
+#[test]
+fn a_mission_is_said_when_it_changes_and_again() {
+    let mut telemetry = plane();
+    let place = Place::new(Names::Mavros, &Namespace::default(), Some("plane7"), 1);
+    let mut speaker = Speaker::new(topics(Names::Mavros));
+    let index = speaker.topics().iter().position(|topic| topic.name == "mission/waypoints").expect("a topic");
+    let mission = |alt_m: f64| Mission { home: Some(HOME), items: vec![MissionItem::waypoint(40.001, -3.0, alt_m)] };
+    let mut said = |now: u64, mission: &Mission| {
+        telemetry.heartbeat = heartbeat(now);
+        let moment = Moment {
+            telemetry: &telemetry,
+            now: at(now),
+            utc_ns: 0,
+            place: &place,
+            home: Some(HOME),
+            mission: Some(mission),
+        };
+        let due = speaker.due(&moment).into_iter().find(|(due, _)| *due == index);
+        due.map(|(_, bytes)| WaypointList::from_bytes(&bytes).expect("a list").waypoints)
+    };
+    let first = said(1_000, &mission(80.0)).expect("it is new");
+    assert_eq!((first.len(), first[0].frame, first[0].z_alt, first[1].z_alt), (2, 0, 600.0, 80.0), "home is item 0");
+    let times: Vec<_> = (1..=12).filter(|half| said(1_000 + half * 500, &mission(80.0)).is_some()).collect();
+    assert_eq!(times, [10], "5 s later");
+    assert!(said(7_500, &mission(90.0)).is_none(), "not each tick");
+    assert_eq!(said(8_000, &mission(90.0)).map(|list| list[1].z_alt), Some(90.0));
+    let none = Mission { home: None, items: Vec::new() };
+    assert_eq!(said(9_000, &none).map(|list| list.len()), Some(0), "removed");
+}
+
+fn heartbeat(ms: u64) -> Option<Sampled<HeartbeatState>> {
+    let mode = FlightMode { family: ModeFamily::ArduPlane, custom_mode: 10 };
+    let (is_armed, system_status) = (true, SystemStatus::Active);
+    sampled(
+        HeartbeatState { mode, mode_number: 10, is_armed, system_status, mav_type: 1, autopilot: 3, base_mode: 217 },
+        ms,
+    )
+}
+
 #[test]
 fn a_plane_that_is_lost_is_said_to_be() {
     let mut telemetry = plane();
-    telemetry.heartbeat = sampled(
-        HeartbeatState {
-            mode: FlightMode { family: ModeFamily::ArduPlane, custom_mode: 10 },
-            mode_number: 10,
-            is_armed: true,
-            system_status: SystemStatus::Active,
-            mav_type: 1,
-            autopilot: 3,
-            base_mode: 217,
-        },
-        1_000,
-    );
+    telemetry.heartbeat = heartbeat(1_000);
     let said = with(&telemetry, 1_000, state).expect("known").1;
     assert_eq!((said.connected, said.armed, said.mode.as_str(), said.system_status), (true, true, "AUTO", 4));
     let health = with(&telemetry, 1_000, diagnosis::of);

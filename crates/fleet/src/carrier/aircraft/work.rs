@@ -2,17 +2,14 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use vencejo_flight::checks::Severity;
-use vencejo_flight::plan::{Mission, Plan, PlanKind};
+use vencejo_flight::plan::{Mission, PlanKind};
 use vencejo_station::{Pending, Progress, RequestResult, StationError, VehicleHandle};
 use vencejo_vehicle::{Danger, Reply, Request, VehicleError};
 use zenoh::query::Query;
 
+use crate::carrier::checked::mission_errors;
 use crate::payload::Order;
 use crate::signature::PublicKey;
-
-/// Findings that are told; of more, their number.
-const MAX_FINDINGS: usize = 5;
 
 /// The plan that a request reads, replaces or removes.
 pub(super) fn plan_of(request: &Request) -> Option<PlanKind> {
@@ -140,23 +137,11 @@ fn mission_to_check(request: &Request) -> Option<Mission> {
     }
 }
 
-/// Looks for what would make a mission fail, with what is known on board: its parameters, the wind.
+/// Looks for what would make a mission fail, with what is known on board.
 fn find_errors(vehicle: &VehicleHandle, mission: Mission) -> Result<(), StationError> {
-    let found = vehicle.check_upload(&Plan::from_mission(mission));
-    let errors: Vec<_> =
-        found.iter().filter(|finding| finding.severity == Severity::Error).map(ToString::to_string).collect();
-    if errors.is_empty() {
-        return Ok(());
-    }
-    let more = match errors.len().saturating_sub(MAX_FINDINGS) {
-        0 => String::new(),
-        more => format!("; and {more} more"),
-    };
-    let why = format!(
-        "by what is known on board the mission has {} errors ({}{more}); nothing was sent: mend it, or send it unchecked",
-        errors.len(),
-        errors[..errors.len().min(MAX_FINDINGS)].join("; ")
-    );
+    let Some(errors) = mission_errors(vehicle, mission) else { return Ok(()) };
+    let why =
+        format!("by what is known on board the mission has {errors}; nothing was sent: mend it, or send it unchecked");
     // Told far away as what the station on board says.
     Err(StationError::RemoteRefused { name: vehicle.id().to_string(), why })
 }

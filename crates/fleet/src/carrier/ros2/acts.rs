@@ -4,14 +4,17 @@ use std::sync::Arc;
 
 use tokio::runtime::Handle;
 use tokio::sync::{Semaphore, mpsc};
-use vencejo_flight::plan::PlanKind;
+use vencejo_flight::plan::{Mission, PlanKind};
 use vencejo_station::{Operator, Pending, RequestResult, Station, VehicleHandle};
 use vencejo_vehicle::telemetry::Freshness;
 use vencejo_vehicle::{Danger, ModeChoice, Reply, Request};
 use zenoh::query::Query;
 
+use crate::carrier::checked::mission_errors;
 use crate::carrier::network::bytes_of;
 use crate::carrier::utc_ns;
+use crate::ros2::message::Waypoint;
+use crate::ros2::mission;
 use crate::ros2::services::{Ended, Offer, Wish};
 use crate::ros2::token::Attachment;
 
@@ -88,16 +91,16 @@ impl Acting {
         }
         let operator = self.operator.clone().ok_or_else(|| READS.to_owned())?;
         let vehicle = vehicle.acting_as(operator);
-        let pending = Self::asked(&vehicle, wish)?;
-        match pending.wait().await {
-            Some(Ok(Reply::Plan { items, .. })) => {
-                let count = u32::try_from(items.len()).unwrap_or(u32::MAX);
-                Ok((format!("{count} items"), count))
-            }
-            Some(Ok(_)) => Ok((String::new(), 0)),
-            Some(Err(error)) => Err(error.to_string()),
-            None => Err("the station was closed; whether it was done is not known".to_owned()),
+        if let Wish::Push(start, waypoints) = wish {
+            return push(&vehicle, start, waypoints).await;
         }
+        Ok(match end_of(Self::asked(&vehicle, wish)?).await? {
+            Reply::Plan { items, .. } => {
+                let count = mission::count(items.len(), vehicle.telemetry().0.is_ardupilot());
+                (format!("{count} waypoints"), count)
+            }
+            _ => (String::new(), 0),
+        })
     }
 
     fn asked(vehicle: &VehicleHandle, wish: Wish) -> Result<Pending<RequestResult>, String> {
@@ -118,7 +121,38 @@ impl Acting {
             // Who calls it names what is dangerous: that is what it is for.
             Wish::Clear => vehicle.request_naming(Request::ClearPlan { kind }, Danger::Clear(kind)),
             Wish::Pull => vehicle.request(Request::DownloadPlan { kind }),
-            Wish::IsReady => return Err("it is not an act".to_owned()),
+            Wish::Push(..) | Wish::IsReady => return Err("it is not a single act".to_owned()),
         })
     }
+}
+
+async fn end_of(pending: Pending<RequestResult>) -> Result<Reply, String> {
+    match pending.wait().await {
+        Some(Ok(reply)) => Ok(reply),
+        Some(Err(error)) => Err(error.to_string()),
+        None => Err("the station was closed; whether it was done is not known".to_owned()),
+    }
+}
+
+/// Replaces the mission, or some of its waypoints: checked as by every other door, and done when the vehicle has it.
+async fn push(vehicle: &VehicleHandle, start: u16, waypoints: Vec<Waypoint>) -> Ended {
+    let (kind, has_home) = (PlanKind::Mission, vehicle.telemetry().0.is_ardupilot());
+    let mission = if start == 0 {
+        mission::whole(&waypoints, has_home)?
+    } else {
+        // What is on board now, not what it was when somebody last looked.
+        match end_of(vehicle.request(Request::DownloadPlan { kind })).await? {
+            Reply::Plan { items, home, .. } => mission::spliced(Mission { home, items }, start, &waypoints, has_home)?,
+            _ => return Err("the mission on board was not read".to_owned()),
+        }
+    };
+    let (checked, unchecked) = (vehicle.clone(), mission.clone());
+    let errors = tokio::task::spawn_blocking(move || mission_errors(&checked, unchecked)).await;
+    if let Some(errors) = errors.map_err(|_| "the checks failed; nothing was sent".to_owned())? {
+        return Err(format!("the mission has {errors}; nothing was sent"));
+    }
+    let Mission { home, items } = mission;
+    end_of(vehicle.request(Request::UploadPlan { kind, items, home, despite_findings: false })).await?;
+    let count = u32::try_from(waypoints.len()).unwrap_or(u32::MAX);
+    Ok((format!("{count} waypoints, and the vehicle has them"), count))
 }

@@ -6,6 +6,7 @@ use tokio::sync::mpsc;
 use vencejo_flight::plan::{Mission, PlanKind};
 use vencejo_proto::MonoTime;
 use vencejo_station::VehicleHandle;
+use vencejo_vehicle::PlanState;
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Publisher;
@@ -122,7 +123,10 @@ impl Plane {
     /// Says what is new; how much that was.
     pub(super) async fn say(&mut self, now: MonoTime) -> u64 {
         let (telemetry, _) = self.vehicle.telemetry();
-        let plan: Option<Arc<Mission>> = self.vehicle.plan_on_board(PlanKind::Mission).and_then(|(_, mission)| mission);
+        let plan = match self.vehicle.plan_on_board(PlanKind::Mission) {
+            Some((PlanState::Empty, _)) => Some(Arc::new(Mission { home: None, items: Vec::new() })),
+            known => known.and_then(|(_, mission)| mission),
+        };
         let moment = Moment {
             telemetry: &telemetry,
             now,

@@ -4,9 +4,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use tokio::runtime::Handle;
+use vencejo_flight::plan::{Home, Mission, MissionItem};
 use vencejo_proto::{Address, Heartbeat, Message as Mavlink};
 use vencejo_station::{Carried, FarHeld, Remote, Station, StationConfig, Telling};
-use vencejo_vehicle::{Danger, Reply, Request, VehicleId};
+use vencejo_vehicle::{Danger, PlanState, Reply, Request, VehicleId};
 use zenoh::Session;
 
 use super::{Gateway, GatewayConfig, RosRouter, examine};
@@ -14,7 +15,11 @@ use crate::carrier::endpoint::Endpoint;
 use crate::carrier::network::{self, Part};
 use crate::error::FleetError;
 use crate::ros2::cdr::Cdr;
-use crate::ros2::message::{CommandBool, Commanded, Empty, Message, Service, SetBool, State, Switch, Told, Trigger};
+use crate::ros2::message::{
+    CommandBool, Commanded, Empty, Message, MissionPushed, Pulled, Pushed, Service, SetBool, State, Switch, Told,
+    Trigger, Waypoint, WaypointPull, WaypointPush,
+};
+use crate::ros2::mission;
 use crate::ros2::name::{Names, Namespace};
 use crate::ros2::token::{Attachment, key};
 
@@ -33,13 +38,26 @@ impl Remote for Far {
         operator: String,
         _telling: Telling,
     ) -> Carried {
+        let (home, items) = (Some(HOME), vec![MissionItem::takeoff(40.001, -3.0, 50.0, 10.0), far_waypoint(80.0)]);
+        let reply = match request {
+            Request::DownloadPlan { kind } => {
+                Reply::Plan { kind, items, home, state: PlanState::Empty, position_error_m: None }
+            }
+            _ => Reply::Done,
+        };
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push((request, operator));
-        Box::pin(async { Ok(Reply::Done) })
+        Box::pin(async { Ok(reply) })
     }
 
     fn held(&self) -> FarHeld {
         FarHeld::default()
     }
+}
+
+const HOME: Home = Home { lat_deg: 40.0, lon_deg: -3.0, alt_amsl_m: 600.0 };
+
+fn far_waypoint(alt_m: f64) -> MissionItem {
+    MissionItem::waypoint(40.01, -3.0, alt_m)
 }
 
 async fn router() -> (Session, Endpoint) {
@@ -105,8 +123,8 @@ async fn a_plane_is_seen_and_acts_for_an_operator_alone() {
     assert!(far.0.lock().unwrap_or_else(PoisonError::into_inner).is_empty(), "nothing was asked of it");
     let found = examine(&config(&at, false).router, 0).await.expect("reached");
     assert_eq!(found.nodes.len(), 1);
-    assert_eq!((found.nodes[0].name.as_str(), found.nodes[0].services), ("/plane_7/mavros", 9));
-    assert_eq!(found.nodes[0].publishers, 17, "its topics, and its log");
+    assert_eq!((found.nodes[0].name.as_str(), found.nodes[0].services), ("/plane_7/mavros", 10));
+    assert_eq!(found.nodes[0].publishers, 18, "its topics, and its log");
     assert_eq!(found.findings, []);
     assert_eq!(reader.status().planes, [(id.number(), "/plane_7/mavros".to_owned())]);
     reader.close().await;
@@ -116,11 +134,44 @@ async fn a_plane_is_seen_and_acts_for_an_operator_alone() {
     let armed: Commanded = call::<CommandBool>(&router, "/plane_7/mavros/cmd/arming", Switch { data: true }).await;
     assert_eq!(armed, Commanded { success: true, result: 0 });
     let home = Empty { structure_needs_at_least_one_member: 0 };
-    let told = call::<Trigger>(&router, "/plane_7/mavros/vencejo/return_to_launch", home).await;
+    let told = call::<Trigger>(&router, "/plane_7/mavros/vencejo/return_to_launch", home.clone()).await;
     assert!(told.success, "{told:?}");
     let asked = far.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
     let ros = || "ROS 2".to_owned();
     assert_eq!(asked, [(Request::Arm { force: false }, ros()), (Request::ReturnToLaunch, ros())]);
+
+    // Home is counted, as on the wire.
+    let pulled: Pulled = call::<WaypointPull>(&router, "/plane_7/mavros/mission/pull", home).await;
+    assert_eq!(pulled, Pulled { success: true, wp_received: 3 });
+    let push = async |start_index: u16, waypoints: Vec<Waypoint>| -> Pushed {
+        call::<WaypointPush>(&router, "/plane_7/mavros/mission/push", MissionPushed { start_index, waypoints }).await
+    };
+    let list = |alt_m: f64| {
+        let items = vec![MissionItem::takeoff(40.001, -3.0, 50.0, 10.0), far_waypoint(alt_m)];
+        mission::list(&Mission { home: Some(HOME), items }, true, None).waypoints
+    };
+    assert_eq!(push(0, list(90.0)).await, Pushed { success: true, wp_transfered: 3 });
+    // One of them, in what is on board.
+    assert_eq!(push(2, list(110.0)[2..].to_vec()).await, Pushed { success: true, wp_transfered: 1 });
+    let refused = Pushed { success: false, wp_transfered: 0 };
+    let mut astray = list(90.0);
+    astray.push(Waypoint { command: 177, param1: 99.0, ..astray[1].clone() });
+    // A jump to nowhere, off the Earth, beyond the end, and none at all.
+    for (start, waypoints) in [(0, astray), (0, list(f64::NAN)), (3, list(90.0)), (0, Vec::new())] {
+        assert_eq!(push(start, waypoints).await, refused, "{start}");
+    }
+    let asked = far.0.lock().unwrap_or_else(PoisonError::into_inner).split_off(2);
+    let uploads: Vec<_> = asked
+        .iter()
+        .map(|(request, _)| match request {
+            Request::UploadPlan { items, home: Some(HOME), despite_findings: false, .. } => {
+                items.iter().filter_map(MissionItem::alt_m).collect()
+            }
+            Request::DownloadPlan { .. } => Vec::new(),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert_eq!(uploads, [vec![], vec![50.0, 90.0], vec![], vec![50.0, 110.0], vec![]]);
     // It gives control to whoever asks, and does not take it from them.
     assert!(station.operator().request(station.now()));
     let told = call::<SetBool>(&router, arm, Switch { data: false }).await;

@@ -1,0 +1,84 @@
+"""What a gateway has to offer, written down by hand: names and types as MAVROS and ArduPilot have them, and their keys and tokens."""
+
+from __future__ import annotations
+
+from tests.fleet.ros2_types import Types
+
+__all__ = ["MAVROS", "SERVICES", "TOPICS", "key", "tokens"]
+
+MAVROS = "mavros"
+TOPICS = {
+    MAVROS: {
+        "battery": "sensor_msgs/msg/BatteryState",
+        "global_position/compass_hdg": "std_msgs/msg/Float64",
+        "global_position/global": "sensor_msgs/msg/NavSatFix",
+        "global_position/raw/fix": "sensor_msgs/msg/NavSatFix",
+        "global_position/rel_alt": "std_msgs/msg/Float64",
+        "imu/data": "sensor_msgs/msg/Imu",
+        "local_position/odom": "nav_msgs/msg/Odometry",
+        "local_position/pose": "geometry_msgs/msg/PoseStamped",
+        "local_position/velocity_local": "geometry_msgs/msg/TwistStamped",
+        "mission/path": "nav_msgs/msg/Path",
+        "mission/waypoints": "mavros_msgs/msg/WaypointList",
+        "state": "mavros_msgs/msg/State",
+        "time_reference": "sensor_msgs/msg/TimeReference",
+        "vfr_hud": "mavros_msgs/msg/VfrHud",
+        "wind_estimation": "geometry_msgs/msg/TwistWithCovarianceStamped",
+        "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
+        "/rosout": "rcl_interfaces/msg/Log",
+        "/tf": "tf2_msgs/msg/TFMessage",
+    },
+    "ap": {
+        "battery": "sensor_msgs/msg/BatteryState",
+        "geopose/filtered": "geographic_msgs/msg/GeoPoseStamped",
+        "imu/experimental/data": "sensor_msgs/msg/Imu",
+        "navsat": "sensor_msgs/msg/NavSatFix",
+        "pose/filtered": "geometry_msgs/msg/PoseStamped",
+        "time": "builtin_interfaces/msg/Time",
+        "twist/filtered": "geometry_msgs/msg/TwistStamped",
+        "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
+        "/rosout": "rcl_interfaces/msg/Log",
+    },
+}
+SERVICES = {
+    MAVROS: {
+        "cmd/arming": "mavros_msgs/srv/CommandBool",
+        "mission/clear": "mavros_msgs/srv/WaypointClear",
+        "mission/pull": "mavros_msgs/srv/WaypointPull",
+        "mission/push": "mavros_msgs/srv/WaypointPush",
+        "set_mode": "mavros_msgs/srv/SetMode",
+        "vencejo/arm": "std_srvs/srv/SetBool",
+        "vencejo/loiter": "std_srvs/srv/Trigger",
+        "vencejo/mission_clear": "std_srvs/srv/Trigger",
+        "vencejo/mission_start": "std_srvs/srv/Trigger",
+        "vencejo/return_to_launch": "std_srvs/srv/Trigger",
+    },
+    "ap": {"prearm_check": "std_srvs/srv/Trigger"},
+}
+
+
+def _mangled(kind: str) -> str:
+    path, _, last = kind.rpartition("/")
+    return f"{path.replace('/', '::')}::dds_::{last}_"
+
+
+def key(types: Types, domain: int, name: str, kind: str) -> str:
+    """Where a topic or a service is."""
+    return f"{domain}/{name.strip('/')}/{_mangled(kind)}/{types.hash(kind)}"
+
+
+def whole(at: str, name: str) -> str:
+    """A topic's whole name."""
+    return name if name.startswith("/") else f"{at}/{name}"
+
+
+def tokens(types: Types, domain: int, names: str, at: str, node: str) -> set[str]:
+    """The tokens of a plane's node without its session and its numbers, which are the session's: ``NN/…``, ``MP/…``, ``SS/…``."""
+    space, _, last = node.rpartition("/")
+    owner = f"%/{space.replace('/', '%') or '%'}/{last}"
+    found = {f"{domain} NN/{owner}"}
+    for code, offered in (("MP", TOPICS[names]), ("SS", SERVICES[names])):
+        for name, kind in offered.items():
+            topic = whole(at, name).replace("/", "%")
+            found.add(f"{domain} {code}/{owner}/{topic}/{_mangled(kind)}/{types.hash(kind)}/::,10:,:,:,,")
+    return found
