@@ -26,14 +26,15 @@ from scripts import file_arrows  # noqa: E402
 CRATES: dict[str, frozenset[str]] = {
     "proto": frozenset(),
     "store": frozenset(),
+    "video": frozenset(),
     "flight": frozenset({"proto"}),
     "vehicle": frozenset({"proto", "flight"}),
     "link": frozenset({"proto", "store"}),
     "maps": frozenset({"proto", "flight", "store"}),
     "station": frozenset({"proto", "flight", "vehicle", "link", "store"}),
     "fleet": frozenset({"proto", "flight", "vehicle", "link", "station", "store"}),
-    "server": frozenset({"proto", "flight", "vehicle", "link", "maps", "station", "store"}),
-    "py": frozenset({"proto", "flight", "vehicle", "link", "maps", "station", "fleet", "server", "store"}),
+    "server": frozenset({"proto", "flight", "vehicle", "link", "maps", "station", "store", "video"}),
+    "py": frozenset({"proto", "flight", "vehicle", "link", "maps", "station", "fleet", "server", "store", "video"}),
     "bench-load": frozenset(),
 }
 
@@ -41,13 +42,14 @@ CRATES: dict[str, frozenset[str]] = {
 DRAWN_CRATES: dict[str, tuple[str, ...]] = {
     "proto": (),
     "store": (),
+    "video": (),
     "flight": ("proto",),
     "vehicle": ("proto", "flight"),
     "link": ("proto", "store"),
     "maps": ("flight", "store"),
     "station": ("vehicle", "link", "flight"),
     "fleet": ("station",),
-    "server": ("station", "maps"),
+    "server": ("station", "maps", "video"),
     "py": ("server", "fleet", "station", "flight"),
     "bench-load": (),
 }
@@ -55,7 +57,7 @@ DRAWN_CRATES: dict[str, tuple[str, ...]] = {
 #: External crates that mean I/O or a language: only these crates of ours may name them.
 FENCED: dict[str, frozenset[str]] = {
     "axum": frozenset({"server"}),
-    "tokio": frozenset({"link", "maps", "station", "fleet", "server", "py"}),
+    "tokio": frozenset({"link", "maps", "station", "fleet", "video", "server", "py"}),
     "zenoh": frozenset({"fleet"}),
     "prost": frozenset({"fleet"}),
     "rcgen": frozenset({"fleet"}),

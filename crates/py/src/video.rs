@@ -5,8 +5,9 @@ use std::sync::PoisonError;
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use vencejo_server::video::{
-    CameraError, CameraRequest, CameraState, CameraStatus, Codec, PendingRequest, Picture, RecordingStatus, VideoFeed,
+use vencejo_video::{
+    CameraError, CameraRecording, CameraRequest, CameraState, CameraStatus, PendingRequest, Picture, VideoCodec,
+    VideoFeed,
 };
 
 use crate::{errors, runtime};
@@ -31,10 +32,10 @@ fn invalid(text: String) -> PyErr {
     errors::raise("InvalidRequest", text)
 }
 
-fn codec(name: &str) -> PyResult<Codec> {
+fn codec(name: &str) -> PyResult<VideoCodec> {
     match name {
-        "h264" => Ok(Codec::H264),
-        "jpeg" => Ok(Codec::Jpeg),
+        "h264" => Ok(VideoCodec::H264),
+        "jpeg" => Ok(VideoCodec::Jpeg),
         _ => Err(invalid(format!("codec is '{name}': it is h264 or jpeg"))),
     }
 }
@@ -98,7 +99,7 @@ impl PyVideoFeed {
         };
         let codec = codec.map(self::codec).transpose()?;
         let recording =
-            recording.map(|(file, duration_s, bytes, problem)| RecordingStatus { file, duration_s, bytes, problem });
+            recording.map(|(file, duration_s, bytes, problem)| CameraRecording { file, duration_s, bytes, problem });
         self.feed.set_status(CameraStatus { state, reason, codec, size, rate_hz, bitrate_bit_s, recording });
         Ok(())
     }

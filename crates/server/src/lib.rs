@@ -20,7 +20,7 @@
 //! | `drafts` | the draft of the plan, with revisions, on the disk |
 //! | `storage` | what of the disk does not work |
 //! | `state` | what handlers share, and the task that tells the clients what goes on |
-//! | [`video`] | cameras: the hub that is fed, and a WebSocket for each viewer |
+//! | `viewer` | a WebSocket for each viewer of a camera |
 //! | `files` | the web app |
 //!
 //! # Who may do what
@@ -65,7 +65,7 @@ mod terrain;
 mod tests;
 mod tokens;
 mod turns;
-pub mod video;
+mod viewer;
 mod ws;
 
 pub use files::has_app;

@@ -21,6 +21,7 @@ use tokio::task::JoinHandle;
 use vencejo_maps::{MapError, Maps, MapsConfig};
 use vencejo_station::Station;
 use vencejo_store::Space;
+use vencejo_video::VideoHub;
 
 use crate::access::Access;
 use crate::door::{Caller, Descriptors, Door, DoorLimits};
@@ -31,7 +32,6 @@ use crate::routes;
 use crate::state::App;
 use crate::storage;
 use crate::tokens::{TokenStore, Tokens};
-use crate::video::VideoHub;
 
 /// How long connections may take to end when the server is closed.
 const DRAIN: Duration = Duration::from_secs(3);

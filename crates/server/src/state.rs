@@ -13,6 +13,7 @@ use vencejo_maps::Maps;
 use vencejo_proto::MonoTime;
 use vencejo_station::{Observed, Pending, RequestResult, Station, VehicleHandle};
 use vencejo_vehicle::{VehicleEvent, VehicleId};
+use vencejo_video::VideoHub;
 
 use crate::access::Access;
 use crate::convert;
@@ -28,7 +29,6 @@ use crate::sessions::{SessionId, Sessions};
 use crate::squares::Grounds;
 use crate::terrain;
 use crate::tokens::{self, Throttle, TokenStore};
-use crate::video::VideoHub;
 
 /// How often leases and the list of vehicles are looked at.
 const TICK: Duration = Duration::from_millis(200);
@@ -247,6 +247,7 @@ impl App {
     }
 
     /// The same, as it changes.
+    #[cfg(test)]
     pub fn storage_changes(&self) -> watch::Receiver<Vec<StorageProblem>> {
         self.shared.storage.subscribe()
     }

@@ -2,6 +2,7 @@
 
 mod authority;
 mod bodies;
+mod cameras;
 mod pressure;
 mod storage;
 

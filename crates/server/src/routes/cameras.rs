@@ -15,14 +15,14 @@ use tokio::time::{Duration, timeout};
 use utoipa::IntoParams;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
+use vencejo_video::{self as video, Accepts, CameraError, CameraRequest};
 
 use crate::dto::camera::CameraInfo;
 use crate::dto::cause::{Cause, Crowd, Thing};
 use crate::extract::{InSession, Name, Operator, Viewer};
 use crate::problem::Problem;
 use crate::state::App;
-use crate::video::{self, Accepts, CameraError, CameraRequest, stream};
-use crate::ws;
+use crate::{viewer, ws};
 
 /// How long a camera may take for what it is asked for.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -65,13 +65,13 @@ async fn ask(camera: &video::Camera, request: CameraRequest) -> Result<Vec<u8>, 
 }
 
 fn info(camera: &video::Camera) -> Json<CameraInfo> {
-    Json(CameraInfo::of(camera, stream::now_unix_us()))
+    Json(CameraInfo::of(camera, viewer::now_unix_us()))
 }
 
 /// The cameras, by name.
 #[utoipa::path(get, path = "/cameras", tag = "cameras", responses((status = 200, body = Vec<CameraInfo>), Problem))]
 async fn list_cameras(State(app): State<App>, _: Viewer) -> Json<Vec<CameraInfo>> {
-    let now_unix_us = stream::now_unix_us();
+    let now_unix_us = viewer::now_unix_us();
     Json(app.video().cameras().iter().map(|camera| CameraInfo::of(camera, now_unix_us)).collect())
 }
 
@@ -147,8 +147,8 @@ async fn watch(
         return Err(Problem::too_many(Crowd::Viewers, video::MAX_VIEWERS, detail));
     }
     let Some(alive) = app.alive() else { return Err(Problem::closed()) };
-    Ok(ws::bounded(upgrade, stream::MAX_MESSAGE_BYTES, video::MAX_FRAME_BYTES).on_upgrade(async move |socket| {
-        stream::serve(app, session, camera, accepts, socket).await;
+    Ok(ws::bounded(upgrade, viewer::MAX_MESSAGE_BYTES, video::MAX_FRAME_BYTES).on_upgrade(async move |socket| {
+        viewer::serve(app, session, camera, accepts, socket).await;
         drop(alive);
     }))
 }

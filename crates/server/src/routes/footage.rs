@@ -11,14 +11,13 @@ use axum::response::{IntoResponse, Response};
 use tower_http::services::ServeFile;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
+use vencejo_video::footage::{self, Footage, FootageKind};
 
 use crate::dto::Done;
-use crate::dto::camera::{Footage, FootageKind};
 use crate::dto::cause::{Cause, Thing};
 use crate::extract::{Name, Operator, Viewer};
 use crate::problem::Problem;
 use crate::state::App;
-use crate::video::footage;
 
 pub(super) fn router() -> OpenApiRouter<App> {
     OpenApiRouter::new().routes(routes!(list_footage)).routes(routes!(get_footage, delete_footage))
@@ -34,7 +33,7 @@ async fn read<T: Send + 'static>(work: impl FnOnce() -> io::Result<T> + Send + '
     read.map_err(|error| failed(&error))
 }
 
-async fn find(app: &App, name: String) -> Result<(PathBuf, footage::Footage), Problem> {
+async fn find(app: &App, name: String) -> Result<(PathBuf, Footage), Problem> {
     let none = Problem::not_found(Thing::Recording, &name, "there is no such recording or picture")
         .remedy("GET /api/v1/footage lists those that are");
     let Some(folder) = app.video_folder().map(ToOwned::to_owned) else { return Err(none) };
@@ -47,8 +46,7 @@ async fn find(app: &App, name: String) -> Result<(PathBuf, footage::Footage), Pr
 async fn list_footage(State(app): State<App>, _: Viewer) -> Result<Json<Vec<Footage>>, Problem> {
     let Some(folder) = app.video_folder().map(ToOwned::to_owned) else { return Ok(Json(Vec::new())) };
     let hub = app.video().clone();
-    let found = read(move || footage::list(&folder, &hub)).await?;
-    Ok(Json(found.into_iter().map(Footage::from).collect()))
+    read(move || footage::list(&folder, &hub)).await.map(Json)
 }
 
 /// A recording (Matroska) or picture (JPEG) as it is on the disk. Parts of it are given to those who ask for a range, so that a
@@ -63,7 +61,7 @@ async fn get_footage(
     request: Request,
 ) -> Result<Response, Problem> {
     let (path, found) = find(&app, name).await?;
-    let kind = match found.kind.into() {
+    let kind = match found.kind {
         FootageKind::Video => "video/x-matroska",
         FootageKind::Picture => "image/jpeg",
     };

@@ -1,37 +1,25 @@
-//! What waits for one viewer: bounded, newest first. Who is too slow for H.264 goes on at the next key frame; of JPEG
+//! The queue of one viewer: bounded, newest first. A viewer too slow for H.264 goes on at the next key frame; of JPEG
 //! pictures only the newest waits.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use axum::body::Bytes;
-use axum::extract::ws::Utf8Bytes;
+use bytes::Bytes;
 use tokio::sync::Notify;
 use tokio::time::{Duration, Instant};
 
-use super::codec::Codec;
+use crate::picture::{VideoCodec, WireFrame};
 
 /// Once the oldest picture has waited for this long, those that wait are dropped.
 pub const MAX_WAIT: Duration = Duration::from_millis(1000);
 /// So many bytes wait at most.
 pub const MAX_BYTES: usize = 16 * 1024 * 1024;
 
-/// A picture as it goes over the wire.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct QueuedFrame {
-    /// How it is encoded.
-    pub codec: Codec,
-    /// Whether it can be shown without those before it.
-    pub is_key: bool,
-    /// Header and code.
-    pub bytes: Bytes,
-}
-
 /// The next thing to send.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outgoing {
-    /// How the camera is.
-    Text(Utf8Bytes),
+    /// The camera's state is another: send the newest.
+    Status,
     /// A picture.
     Picture(Bytes),
     /// The camera is gone: there is nothing more.
@@ -40,8 +28,8 @@ pub enum Outgoing {
 
 #[derive(Debug, Default)]
 struct State {
-    text: Option<Utf8Bytes>,
-    frames: VecDeque<(Instant, QueuedFrame)>,
+    has_status: bool,
+    frames: VecDeque<(Instant, WireFrame)>,
     bytes: usize,
     /// Pictures that build on others make no sense before the next key frame.
     needs_key: bool,
@@ -57,38 +45,38 @@ impl State {
     }
 }
 
-/// What waits for one viewer. Putting something in never waits.
+/// The queue of one viewer. Putting something in never waits.
 #[derive(Debug, Default)]
 pub struct ViewerQueue {
     state: Mutex<State>,
-    news: Notify,
+    changed: Notify,
 }
 
 impl ViewerQueue {
     /// Puts in what can be shown at once: a key frame and what followed it, or nothing.
-    pub fn begin(&self, frames: Vec<QueuedFrame>) {
+    pub fn begin(&self, frames: Vec<WireFrame>) {
         let mut state = self.lock();
         state.needs_key = frames.is_empty();
         let now = Instant::now();
         state.bytes = frames.iter().map(|frame| frame.bytes.len()).sum();
         state.frames = frames.into_iter().map(|frame| (now, frame)).collect();
         drop(state);
-        self.news.notify_one();
+        self.changed.notify_one();
     }
 
     /// Adds a picture, and drops what waits when that is too old or too much.
-    pub fn push(&self, frame: QueuedFrame) {
+    pub fn push(&self, frame: WireFrame) {
         let mut state = self.lock();
         let now = Instant::now();
         let is_late = state.frames.front().is_some_and(|(since, _)| now.duration_since(*since) > MAX_WAIT);
         let is_late = is_late || state.bytes + frame.bytes.len() > MAX_BYTES;
         match frame.codec {
-            Codec::Jpeg => state.drop_all(),
-            Codec::H264 if is_late => {
+            VideoCodec::Jpeg => state.drop_all(),
+            VideoCodec::H264 if is_late => {
                 state.drop_all();
                 state.needs_key = true;
             }
-            Codec::H264 => {}
+            VideoCodec::H264 => {}
         }
         if state.needs_key && !frame.is_key {
             state.dropped += 1;
@@ -98,26 +86,26 @@ impl ViewerQueue {
         state.bytes += frame.bytes.len();
         state.frames.push_back((now, frame));
         drop(state);
-        self.news.notify_one();
+        self.changed.notify_one();
     }
 
-    /// Replaces what is to be said of the camera.
-    pub fn tell(&self, text: Utf8Bytes) {
-        self.lock().text = Some(text);
-        self.news.notify_one();
+    /// Notes that the camera's state changed.
+    pub fn note_status(&self) {
+        self.lock().has_status = true;
+        self.changed.notify_one();
     }
 
     /// There is nothing more to come.
     pub fn end(&self) {
         self.lock().has_ended = true;
-        self.news.notify_one();
+        self.changed.notify_one();
     }
 
     /// The next thing to send.
     pub fn take(&self) -> Option<Outgoing> {
         let mut state = self.lock();
-        if let Some(text) = state.text.take() {
-            return Some(Outgoing::Text(text));
+        if std::mem::take(&mut state.has_status) {
+            return Some(Outgoing::Status);
         }
         if state.has_ended {
             return Some(Outgoing::End);
@@ -129,7 +117,7 @@ impl ViewerQueue {
 
     /// Waits until there may be something to take.
     pub async fn wait(&self) {
-        self.news.notified().await;
+        self.changed.notified().await;
     }
 
     /// Pictures that this viewer was too slow for.

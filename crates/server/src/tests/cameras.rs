@@ -1,4 +1,4 @@
-//! The hub by plain calls, and a stream over real sockets.
+//! Cameras over real sockets, and footage over HTTP.
 
 use std::time::Duration;
 
@@ -6,193 +6,23 @@ use axum::body::Body;
 use axum::http::{HeaderMap, Request};
 use http_body_util::BodyExt;
 use serde_json::{Value, json};
-use tokio::time::{advance, timeout};
+use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::Message;
 use tower::ServiceExt;
+use vencejo_video::{CameraRecording, CameraState, CameraStatus, HEADER_BYTES, Picture, VideoCodec};
 
-use super::queue::{MAX_BYTES, MAX_WAIT, Outgoing};
-use super::*;
-use crate::tests::{Ws, connect_to, cookie, futures_next, serve, station};
+use super::{Ws, connect_to, cookie, futures_next, serve, station};
 use crate::{Server, ServerConfig, routes};
 
 /// A hang is a failure.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-fn picture(codec: Codec, is_key: bool, data: &[u8]) -> Picture<'_> {
+fn picture(codec: VideoCodec, is_key: bool, data: &[u8]) -> Picture<'_> {
     Picture { codec, is_key, width: 640, height: 480, captured_unix_us: 1_700_000_000_000_000, data }
 }
 
-fn live(codec: Codec) -> CameraStatus {
+fn live(codec: VideoCodec) -> CameraStatus {
     CameraStatus { state: CameraState::Live, codec: Some(codec), ..CameraStatus::default() }
-}
-
-/// The first byte of the code of each picture that waits.
-fn waiting(queue: &ViewerQueue) -> Vec<u8> {
-    std::iter::from_fn(|| queue.take())
-        .filter_map(|outgoing| match outgoing {
-            Outgoing::Picture(bytes) => Some(bytes[HEADER_BYTES]),
-            Outgoing::Text(_) | Outgoing::End => None,
-        })
-        .collect()
-}
-
-const SHOWS_H264: Accepts = Accepts { h264: true };
-const SHOWS_JPEG: Accepts = Accepts { h264: false };
-
-#[test]
-fn the_header_is_as_described() {
-    let bytes = on_wire(&picture(Codec::H264, true, b"code"), 7);
-    let expected: Vec<u8> = [
-        &[1, 1, 1, 0][..],
-        &[0x80, 0x02, 0xe0, 0x01],
-        &1_700_000_000_000_000_u64.to_le_bytes(),
-        &[7, 0, 0, 0],
-        b"code",
-    ]
-    .concat();
-    assert_eq!(bytes, expected);
-}
-
-#[tokio::test]
-async fn who_comes_begins_at_the_last_key_frame() {
-    let hub = VideoHub::default();
-    let feed = hub.add("nose", "test").expect("added");
-    feed.set_status(live(Codec::H264));
-    let camera = hub.camera("nose").expect("there");
-    let early = camera.watch(SHOWS_H264);
-    for (is_key, data) in [(false, [0]), (true, [1]), (false, [2]), (true, [3]), (false, [4])] {
-        feed.publish(&picture(Codec::H264, is_key, &data)).expect("published");
-    }
-    assert_eq!(waiting(&early), [1, 2, 3, 4], "nothing before a key frame");
-    let late = camera.watch(SHOWS_H264);
-    assert_eq!(waiting(&late), [3, 4]);
-    feed.publish(&picture(Codec::H264, false, &[5])).expect("published");
-    assert_eq!((waiting(&early), waiting(&late)), (vec![5], vec![5]));
-    assert_eq!(hub.viewers(), 2);
-    drop(early);
-    assert_eq!(hub.viewers(), 1);
-}
-
-#[tokio::test]
-async fn the_first_picture_is_for_who_comes_next_too() {
-    for codec in [Codec::Jpeg, Codec::H264] {
-        let hub = VideoHub::default();
-        let feed = hub.add("nose", "test").expect("added");
-        let camera = hub.camera("nose").expect("there");
-        let early = camera.watch(SHOWS_H264);
-        feed.publish(&picture(codec, true, &[1])).expect("published");
-        feed.set_status(live(codec));
-        assert_eq!(waiting(&camera.watch(SHOWS_H264)), [1], "{codec:?} that came before it was said to come");
-        assert_eq!(waiting(&early), [1], "{codec:?} to who was there already");
-        let other = if codec == Codec::H264 { Codec::Jpeg } else { Codec::H264 };
-        feed.set_status(live(other));
-        assert!(waiting(&camera.watch(SHOWS_H264)).is_empty(), "{codec:?} is of another stream");
-        feed.publish(&picture(other, true, &[2])).expect("published");
-        feed.set_status(CameraStatus { state: CameraState::Dead, ..CameraStatus::default() });
-        assert!(waiting(&camera.watch(SHOWS_H264)).is_empty(), "nothing of a camera that is gone");
-    }
-}
-
-#[tokio::test]
-async fn each_is_sent_what_it_can_show() {
-    let hub = VideoHub::default();
-    let feed = hub.add("nose", "test").expect("added");
-    let camera = hub.camera("nose").expect("there");
-    let (modern, plain) = (camera.watch(SHOWS_H264), camera.watch(SHOWS_JPEG));
-    assert_eq!(feed.demand(), Demand { h264: 0, jpeg: 2 }, "JPEG as long as nothing else is known");
-    feed.set_status(live(Codec::H264));
-    assert_eq!(feed.demand(), Demand { h264: 1, jpeg: 1 });
-    feed.publish(&picture(Codec::H264, true, &[1])).expect("published");
-    feed.publish(&picture(Codec::Jpeg, true, &[2])).expect("published");
-    assert_eq!((waiting(&modern), waiting(&plain)), (vec![1], vec![2]));
-    feed.set_status(live(Codec::Jpeg));
-    feed.publish(&picture(Codec::Jpeg, true, &[3])).expect("published");
-    assert_eq!((waiting(&modern), waiting(&plain)), (vec![3], vec![3]));
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_slow_viewer_goes_on_at_the_next_key_frame_and_the_others_get_everything() {
-    let hub = VideoHub::default();
-    let feed = hub.add("nose", "test").expect("added");
-    feed.set_status(live(Codec::H264));
-    let camera = hub.camera("nose").expect("there");
-    let (slow, quick) = (camera.watch(SHOWS_H264), camera.watch(SHOWS_H264));
-    let mut seen = Vec::new();
-    for number in 0..100_u8 {
-        feed.publish(&picture(Codec::H264, number % 60 == 0, &[number])).expect("published");
-        seen.extend(waiting(&quick));
-        advance(MAX_WAIT / 50).await;
-    }
-    assert_eq!(seen, (0..100).collect::<Vec<u8>>());
-    let late = waiting(&slow);
-    assert_eq!(late.first(), Some(&60), "{late:?}");
-    assert_eq!(slow.dropped() + late.len() as u64, 100);
-    assert_eq!(quick.dropped(), 0);
-}
-
-#[tokio::test]
-async fn of_still_pictures_the_newest_waits_and_too_much_is_never_kept() {
-    let hub = VideoHub::default();
-    let feed = hub.add("nose", "test").expect("added");
-    feed.set_status(live(Codec::Jpeg));
-    let camera = hub.camera("nose").expect("there");
-    let viewer = camera.watch(SHOWS_JPEG);
-    for number in 0..10 {
-        feed.publish(&picture(Codec::Jpeg, true, &[number])).expect("published");
-    }
-    assert_eq!((waiting(&viewer), viewer.dropped()), (vec![9], 9));
-    feed.set_status(live(Codec::H264));
-    let viewer = camera.watch(SHOWS_H264);
-    let large = vec![1_u8; MAX_BYTES / 2];
-    for is_key in [true, false, false, false] {
-        feed.publish(&picture(Codec::H264, is_key, &large)).expect("published");
-    }
-    assert!(waiting(&viewer).len() <= 1, "dropped with what it built on");
-}
-
-#[tokio::test]
-async fn what_cannot_be_is_refused() {
-    let hub = VideoHub::default();
-    for name in ["", "a/b", "..", "a b", "ñ", &"x".repeat(MAX_NAME + 1)] {
-        assert!(matches!(hub.add(name, "test"), Err(CameraError::BadName(_))), "{name}");
-    }
-    let feed = hub.add("nose", "test").expect("added");
-    assert_eq!(hub.add("nose", "test").err(), Some(CameraError::Taken("nose".into())));
-    assert_eq!(feed.publish(&picture(Codec::Jpeg, true, b"")), Err(CameraError::BadPicture(0)));
-    let others: Vec<_> =
-        (1..MAX_CAMERAS).map(|number| hub.add(&format!("c{number}"), "test").expect("added")).collect();
-    assert_eq!(hub.add("more", "test").err(), Some(CameraError::TooMany));
-    drop(others);
-    assert_eq!(hub.cameras().len(), 1);
-    feed.close();
-    feed.close();
-    assert!(hub.camera("nose").is_none());
-    assert_eq!(feed.publish(&picture(Codec::Jpeg, true, b"x")), Err(CameraError::Gone));
-}
-
-#[tokio::test]
-async fn requests_reach_the_feeder_and_end_with_it() {
-    let hub = VideoHub::default();
-    let feed = hub.add("nose", "test").expect("added");
-    let camera = hub.camera("nose").expect("there");
-    let (answer, ()) = tokio::join!(camera.ask(CameraRequest::Snapshot), async {
-        let request = feed.next_request().await.expect("a request");
-        assert_eq!(request.request, CameraRequest::Snapshot);
-        request.answer(Ok(b"jpeg".to_vec()));
-    });
-    assert_eq!(answer, Ok(b"jpeg".to_vec()));
-    let (answer, ()) = tokio::join!(camera.ask(CameraRequest::StartRecording), async {
-        feed.next_request().await.expect("a request").answer(Err("the disk is full".into()));
-    });
-    assert_eq!(answer, Err(CameraError::Refused("the disk is full".into())));
-    let (answer, ()) = tokio::join!(camera.ask(CameraRequest::Snapshot), async {
-        drop(feed.next_request().await);
-    });
-    assert_eq!(answer, Err(CameraError::Gone), "an answer that was never given is none");
-    let (left, ()) = tokio::join!(camera.ask(CameraRequest::Snapshot), async { feed.close() });
-    assert_eq!(left, Err(CameraError::Gone));
-    assert!(timeout(PATIENCE, feed.next_request()).await.expect("at once").is_none());
-    assert_eq!(camera.ask(CameraRequest::Snapshot).await, Err(CameraError::Gone));
 }
 
 /// The next text message of a kind.
@@ -243,7 +73,7 @@ async fn a_stream_over_a_socket_of_its_own() {
     let server = serve(&station, ServerConfig::default()).await;
     let ana = cookie(&server, "ana");
     let feed = server.video().add("nose", "rtsp://…@camera/").expect("added");
-    feed.set_status(live(Codec::H264));
+    feed.set_status(live(VideoCodec::H264));
     const PATH: &str = "/api/v1/cameras/nose/stream?accept=h264,jpeg";
     assert_eq!(connect_to(&server, PATH, "", None).await.err(), Some(401), "not without a session");
     assert_eq!(connect_to(&server, PATH, &ana, Some("http://evil.example")).await.err(), Some(403));
@@ -256,9 +86,13 @@ async fn a_stream_over_a_socket_of_its_own() {
         (&json!("nose"), &json!("live"), &json!("rtsp://…@camera/"))
     );
     assert!(text(&mut socket, "clock").await["unix_us"].as_u64().expect("a time") > 1_700_000_000_000_000);
-    feed.publish(&picture(Codec::H264, true, b"first")).expect("published");
+    feed.publish(&picture(VideoCodec::H264, true, b"first")).expect("published");
     assert_eq!(code(&mut socket).await.as_deref(), Some(&b"first"[..]));
-    feed.set_status(CameraStatus { state: CameraState::Dead, reason: Some("unplugged".into()), ..live(Codec::H264) });
+    feed.set_status(CameraStatus {
+        state: CameraState::Dead,
+        reason: Some("unplugged".into()),
+        ..live(VideoCodec::H264)
+    });
     while text(&mut socket, "camera").await["reason"] != "unplugged" {}
     drop(socket);
     viewers(&server, 0).await;
@@ -276,14 +110,14 @@ async fn one_who_does_not_read_holds_nobody_up() {
     let server = serve(&station, ServerConfig::default()).await;
     let ana = cookie(&server, "ana");
     let feed = server.video().add("nose", "test").expect("added");
-    feed.set_status(live(Codec::H264));
+    feed.set_status(live(VideoCodec::H264));
     const PATH: &str = "/api/v1/cameras/nose/stream?accept=h264";
     let slow = connect_to(&server, PATH, &ana, None).await.expect("a stream");
     let mut quick = connect_to(&server, PATH, &ana, None).await.expect("a stream");
     viewers(&server, 2).await;
     let large = vec![9_u8; 1 << 20];
     for number in 0..64_u32 {
-        feed.publish(&picture(Codec::H264, number == 0, &large)).expect("never waits");
+        feed.publish(&picture(VideoCodec::H264, number == 0, &large)).expect("never waits");
         assert_eq!(code(&mut quick).await.expect("a picture").len(), large.len(), "{number}");
     }
     assert_eq!(server.clients(), 0, "these are no telemetry clients");
@@ -318,8 +152,8 @@ async fn footage_is_listed_read_in_parts_and_deleted_and_nothing_else_is() {
     let config = ServerConfig { video_folder: Some(folder.clone()), ..ServerConfig::default() };
     let server = serve(&station, config).await;
     let feed = server.video().add("nose", "test").expect("added");
-    let recording = RecordingStatus { file: names[2].into(), duration_s: 1.0, bytes: 3000, problem: None };
-    feed.set_status(CameraStatus { recording: Some(recording), ..live(Codec::H264) });
+    let recording = CameraRecording { file: names[2].into(), duration_s: 1.0, bytes: 3000, problem: None };
+    feed.set_status(CameraStatus { recording: Some(recording), ..live(VideoCodec::H264) });
 
     let (status, _, body) = ask(&server, "GET", "/footage", &[]).await;
     let listed: Value = serde_json::from_slice(&body).expect("JSON");

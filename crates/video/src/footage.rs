@@ -5,15 +5,18 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use super::{VideoHub, is_name};
+use crate::hub::VideoHub;
+use crate::name::is_name;
 
 /// Files that are listed at most, the newest.
 const MAX_LISTED: usize = 1000;
 /// Bytes of a file's beginning in which its length stands, if it was ended in order.
 const HEAD: u64 = 4096;
 
-/// What a file holds.
+/// What a file of footage holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema))]
+#[cfg_attr(feature = "describe", serde(rename_all = "snake_case"))]
 pub enum FootageKind {
     /// A recording: Matroska.
     Video,
@@ -21,8 +24,9 @@ pub enum FootageKind {
     Picture,
 }
 
-/// A file of footage.
+/// A recording or picture of a camera on the server's disk.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema))]
 pub struct Footage {
     /// The file's name.
     pub name: String,
@@ -32,7 +36,8 @@ pub struct Footage {
     pub camera: String,
     /// When it was begun or taken, to the second: seconds since 1970, UTC.
     pub begin_unix_s: u64,
-    /// How long a recording is; `None` for pictures, and when it was not ended in order.
+    /// How long a recording is; null for pictures, while it is being written, and when it was not ended in order.
+    #[cfg_attr(feature = "describe", schema(required = true))]
     pub duration_s: Option<f64>,
     /// How large it is.
     pub bytes: u64,

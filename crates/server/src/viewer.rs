@@ -1,4 +1,5 @@
-//! One viewer's WebSocket: pictures as binary messages, and as text how the camera is and what the time is here.
+//! The WebSocket of one camera's viewer, so that a big picture never stands before telemetry: pictures as binary messages, and as
+//! text the camera's state and the server's time.
 
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -6,8 +7,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
 use tokio::time::{Duration, MissedTickBehavior, interval, timeout};
 
-use super::queue::Outgoing;
-use super::{Accepts, Camera, ViewerQueue};
+use vencejo_video::{Accepts, Camera, Outgoing, ViewerQueue};
+
 use crate::dto::camera::{CameraInfo, CameraMessage};
 use crate::sessions::SessionId;
 use crate::state::{App, closed};
@@ -71,7 +72,7 @@ async fn run(
     loop {
         while let Some(outgoing) = queue.take() {
             let message = match outgoing {
-                Outgoing::Text(text) => Message::Text(text),
+                Outgoing::Status => Message::Text(camera_text(camera)),
                 Outgoing::Picture(bytes) => Message::Binary(bytes),
                 Outgoing::End => return Ok(End::CameraGone),
             };
@@ -120,8 +121,7 @@ fn clock_text() -> Utf8Bytes {
     text(&CameraMessage::Clock { unix_us: now_unix_us() })
 }
 
-/// What is said of a camera.
-pub fn camera_text(camera: &Camera) -> Utf8Bytes {
+fn camera_text(camera: &Camera) -> Utf8Bytes {
     text(&CameraMessage::Camera(CameraInfo::of(camera, now_unix_us())))
 }
 
