@@ -169,7 +169,7 @@ pub(super) async fn is_with_station(session: &Session) -> bool {
 /// # Errors
 /// [`FleetError::Network`].
 pub async fn session_of_an_aircraft(router: &Endpoint) -> Result<Session, FleetError> {
-    open(Part::Client(router, CONNECT), None).await
+    open(Part::Client(std::slice::from_ref(router), CONNECT), None).await
 }
 
 /// Tells everybody. Nothing waits for a slow network: what does not fit is dropped, and what must not be lost is asked for again.
