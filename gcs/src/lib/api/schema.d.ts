@@ -8145,7 +8145,7 @@ export interface components {
             vibration_m_s2: (number | null)[];
         };
         /**
-         * @description How a camera encodes its pictures.
+         * @description How a camera's pictures are encoded.
          * @enum {string}
          */
         VideoCodec: "h264" | "jpeg";
