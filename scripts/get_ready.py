@@ -35,6 +35,8 @@ PLAIN_S: Final = 20.0
 QUIET_S: Final = 1.0
 """A step that takes no longer than this had nothing to do."""
 TAIL_BYTES: Final = 4096
+REST_S: Final = 5.0
+"""How long the rest of what a step that has ended printed is waited for: what it left running may hold its output open for ever."""
 
 Progress = Callable[[str], str]
 """How far a step is, from what its log holds so far: as in ``143 of 297, mavlink``; empty when that is not known."""
@@ -89,6 +91,7 @@ class Step:
     process: subprocess.Popen[str] | None = field(default=None, init=False)
     began_s: float = field(default=0.0, init=False)
     is_done: bool = field(default=False, init=False)
+    reader: threading.Thread | None = field(default=None, init=False)
     lines: queue.SimpleQueue[str] = field(default_factory=queue.SimpleQueue, init=False)
 
     def tell(self, display: Display) -> None:
@@ -203,6 +206,9 @@ def run(steps: list[Step], command: list[str], to: TextIO, *, look_s: float = LO
                     continue
                 step.is_done = True
                 took_s = time.time() - step.began_s
+                # It may have ended before all of it was read.
+                if step.reader is not None:
+                    step.reader.join(REST_S)
                 step.tell(display)
                 if code:
                     display.say(f"· {step.title}: failed after {clock(took_s)}")
@@ -243,7 +249,8 @@ def _start(step: Step, command: list[str], woken: threading.Event) -> None:
         process.wait()
         woken.set()
 
-    threading.Thread(target=read, daemon=True).start()
+    step.reader = threading.Thread(target=read, daemon=True)
+    step.reader.start()
 
 
 def main(words: list[str]) -> int:

@@ -95,6 +95,14 @@ def test_a_step_that_fails_is_seen_whole_and_ends_the_others() -> None:
     assert first.process.returncode == -15
 
 
+def test_what_comes_last_of_a_step_that_fails_is_told_before_it_counts_as_over() -> None:
+    log = io.StringIO()
+    # Printed half a second after the step is gone, by what it leaves behind.
+    late = "import os, time\nif os.fork(): os._exit(3)\ntime.sleep(0.5)\nprint('error: no space left')"
+    assert get_ready.run(steps(late), [sys.executable, "-c"], log, look_s=0.0) == 3
+    assert log.getvalue() == "error: no space left\n· step 0: failed after 0:00\n"
+
+
 def test_what_failed_prints_its_log_without_progress_bars(tmp_path: Path) -> None:
     for name in ("scripts/setup.sh", "Cargo.toml", "gcs/package.json", "gcs/package-lock.json"):
         target = tmp_path / name
