@@ -254,7 +254,8 @@ native() { # release | as-tested | demo
     local how
     case $1 in
         release) how=(--release) ;;
-        as-tested) how=(--profile dev --features as-tested,fleet) ;;
+        # For the same Python as cargo's tests (.cargo/config.toml).
+        as-tested) how=(--profile dev --features as-tested,fleet); export PYO3_CONFIG_FILE=$PWD/crates/py/any-python.txt ;;
         # a feature that is on anyhow, in place of those of pyproject.toml
         demo) how=(--profile demo --features vencejo-server/app) ;;
         *) fail "native: release, as-tested or demo" ;;
