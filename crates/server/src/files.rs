@@ -1,5 +1,5 @@
-//! The web app's files, from inside the binary: right types, long caching of what carries a hash in its name, and the
-//! app's page for every path of the app.
+//! The web app's files, from inside the binary: right types, long caching of what carries a hash in its name, compressed as the build
+//! left them, and the app's page for every path of the app.
 
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 use axum::response::{Html, IntoResponse, Response};
@@ -13,6 +13,9 @@ const NO_APP: &str = "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><
     <p>The server works: its API is described at <a href=\"/api/v1/openapi.json\">/api/v1/openapi.json</a>.</p>\
     <p>To have the pages, build them (<code>npm ci &amp;&amp; npm run build</code> in <code>gcs/</code>) and then the \
     package, or install a released package.</p></html>";
+
+/// How a file's name ends as it is sent compressed (gcs/scripts/pack.mjs).
+const PACKED: &str = ".gz";
 
 /// A file of the app.
 struct File {
@@ -63,6 +66,7 @@ fn answer(path: &str, headers: &HeaderMap, find: impl Fn(&str) -> Option<File>) 
     let Some(file) = file else {
         return (StatusCode::SERVICE_UNAVAILABLE, [(header::CACHE_CONTROL, "no-store")], Html(NO_APP)).into_response();
     };
+    let packed = is_gzip_accepted(headers).then(|| find(&format!("{name}{PACKED}"))).flatten();
     let tag: String = file.hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect();
     let tag = format!("\"{tag}\"");
     let caching = if name.starts_with("assets/") { "public, max-age=31536000, immutable" } else { "no-cache" };
@@ -77,7 +81,26 @@ fn answer(path: &str, headers: &HeaderMap, find: impl Fn(&str) -> Option<File>) 
     if has_it {
         return (StatusCode::NOT_MODIFIED, headers).into_response();
     }
-    (headers, file.bytes.into_owned()).into_response()
+    let Some(packed) = packed else { return (headers, file.bytes.into_owned()).into_response() };
+    let [kind, caching, _] = headers;
+    let headers = [
+        kind,
+        caching,
+        (header::ETAG, HeaderValue::from_str(&format!("W/{tag}")).expect("invariant: hexadecimal digits are a header")),
+        (header::CONTENT_ENCODING, HeaderValue::from_static("gzip")),
+        (header::VARY, HeaderValue::from_static("accept-encoding")),
+    ];
+    (headers, packed.bytes.into_owned()).into_response()
+}
+
+/// Whether a client takes gzip (RFC 9110, 12.5.3), named as such: by `*` alone it gets the file as it is.
+fn is_gzip_accepted(headers: &HeaderMap) -> bool {
+    let codings = headers.get_all(header::ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());
+    codings.flat_map(|codings| codings.split(',')).any(|coding| {
+        let (name, weight) = coding.split_once(';').unwrap_or((coding, ""));
+        let is_refused = weight.trim().strip_prefix("q=").is_some_and(|q| q.trim().parse() == Ok(0.0));
+        name.trim().eq_ignore_ascii_case("gzip") && !is_refused
+    })
 }
 
 /// The type of a file by its name. What a browser does not know by `nosniff` it does not run.
@@ -108,6 +131,7 @@ mod tests {
         let text = match path {
             "index.html" => "page",
             "assets/index-abc123.js" => "code",
+            "assets/index-abc123.js.gz" => "packed code",
             "favicon.svg" => "picture",
             _ => return None,
         };
@@ -133,6 +157,31 @@ mod tests {
         for path in ["/assets/gone.js", "/../Cargo.toml", "/..%2fCargo.toml"] {
             assert_eq!(get(path).0, 404, "{path}");
         }
+    }
+
+    #[test]
+    fn what_the_build_packed_is_sent_so_to_whom_takes_it() {
+        let get = |accepted: &'static str, path| {
+            let headers = HeaderMap::from_iter([(header::ACCEPT_ENCODING, HeaderValue::from_static(accepted))]);
+            let answer = answer(path, &headers, app);
+            let header = |name| answer.headers().get(name).map(|value| value.to_str().expect("text").to_owned());
+            (header(header::CONTENT_TYPE), header(header::CONTENT_ENCODING), header(header::VARY), header(header::ETAG))
+        };
+        let own = |text: &str| Some(text.to_owned());
+        let (code, plain) = (own("text/javascript; charset=utf-8"), own("\"07070707070707070707070707070707\""));
+        let weak = own("W/\"07070707070707070707070707070707\"");
+        for accepted in ["gzip", "br, GZIP;q=0.5", "deflate,gzip ; q=1.0"] {
+            let packed = (code.clone(), own("gzip"), own("accept-encoding"), weak.clone());
+            assert_eq!(get(accepted, "/assets/index-abc123.js"), packed, "{accepted}");
+        }
+        for accepted in ["", "br", "gzip;q=0", "gzip; q=0.000", "*"] {
+            assert_eq!(
+                get(accepted, "/assets/index-abc123.js"),
+                (code.clone(), None, None, plain.clone()),
+                "{accepted}"
+            );
+        }
+        assert_eq!(get("gzip", "/favicon.svg").1, None, "too small to be packed");
     }
 
     #[test]
