@@ -284,7 +284,8 @@ impl Telemetry {
                 self.airspeed = Some(sampled(value, now, check));
                 Group::Airspeed
             }
-            MavMessage::SERVO_OUTPUT_RAW(m) => {
+            // Another bank has other outputs: 17 to 32 of an ArduPilot, AUX of a PX4.
+            MavMessage::SERVO_OUTPUT_RAW(m) if m.port == 0 => {
                 let raw = [
                     m.servo1_raw,
                     m.servo2_raw,
@@ -303,7 +304,7 @@ impl Telemetry {
                     m.servo15_raw,
                     m.servo16_raw,
                 ];
-                let value = ServoOutputs { port: m.port, pulse_us: raw.map(pulse_us) };
+                let value = ServoOutputs { pulse_us: raw.map(pulse_us) };
                 self.servos = Some(sampled(value, now, check));
                 Group::Servos
             }

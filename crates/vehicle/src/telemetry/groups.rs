@@ -361,12 +361,9 @@ groups! {
         pub is_used: bool,
     }
 
-    /// SERVO_OUTPUT_RAW: what the actuators get.
+    /// SERVO_OUTPUT_RAW of the first bank: what the actuators get. Outputs 17 to 32, AUX of a PX4, come as messages alone.
     #[derive(Eq)]
     pub struct ServoOutputs {
-        /// Bank: 0 is outputs 1 to 16.
-        #[cfg_attr(feature = "describe", serde(skip))]
-        pub port: u8,
         /// Pulse lengths of outputs 1 to 16; `None` for one that is off.
         pub pulse_us: [Option<u16>; 16],
     }

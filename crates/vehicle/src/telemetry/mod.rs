@@ -174,7 +174,7 @@ macro_rules! for_each_group {
                 radio: Radio,
                 /// AIRSPEED of the sensor heard last.
                 airspeed: AirspeedSensor,
-                /// SERVO_OUTPUT_RAW.
+                /// SERVO_OUTPUT_RAW of outputs 1 to 16.
                 servos: ServoOutputs,
                 /// RC_CHANNELS.
                 rc: RcChannels,

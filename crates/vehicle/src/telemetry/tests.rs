@@ -403,6 +403,17 @@ fn a_flight_is_learned_by_the_vehicles_clock() {
     assert_eq!(told, [Some(7.0), Some(7.2), Some(7.4), Some(7.6)]);
 }
 
+#[test]
+fn outputs_17_to_32_are_not_taken_for_1_to_16() {
+    let outputs = |port, pulse_us| {
+        MavMessage::SERVO_OUTPUT_RAW(SERVO_OUTPUT_RAW_DATA { port, servo1_raw: pulse_us, ..Default::default() })
+    };
+    let mut telemetry = apply(outputs(0, 1_500));
+    assert_eq!(telemetry.apply(&Message::Dialect(outputs(1, 1_900)), MonoTime::from_millis(9)), None);
+    let servos = telemetry.servos.expect("the first bank");
+    assert_eq!((servos.value.pulse_us[0], servos.at), (Some(1_500), MonoTime::from_millis(7)));
+}
+
 /// Frames of pymavlink 2.4.50 (`MAVLink_efi_status_message.pack`).
 #[test]
 fn an_engine_reports_what_it_measures() {
