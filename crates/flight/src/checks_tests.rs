@@ -249,6 +249,15 @@ fn what_an_arduplane_takes_is_no_error() {
     let mut items = sound();
     items.insert(2, home(1.0));
     assert_eq!(found(&plan(items)), []);
+    // 0/0/0 ends the pointing at a place
+    let roi = |command, alt_m| MissionItem::at(command, [0.0; 4], 0.0, 0.0, alt_m);
+    for command in [Command::DO_SET_ROI, Command::DO_SET_ROI_LOCATION] {
+        let mut items = sound();
+        items.insert(2, roi(command, 0.0));
+        assert_eq!(found(&plan(items)), [], "{command:?}");
+        // but at a height it is a place in the Atlantic
+        check(|items| items.insert(2, roi(command, 50.0)), ZeroCoordinates, Severity::Error, Some(2));
+    }
     // but home is not to be in the Atlantic
     check(|items| items.insert(2, home(0.0)), ZeroCoordinates, Severity::Error, Some(2));
 }

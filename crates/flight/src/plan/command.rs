@@ -565,7 +565,6 @@ impl Command {
                 | Self::DO_RETURN_PATH_START
                 | Self::DO_GO_AROUND
                 | Self::DO_SET_HOME
-                | Self::DO_SET_ROI
         )
     }
 
