@@ -500,48 +500,116 @@ fn a_vehicle_without_missions_is_left_alone() {
     assert!(ask(&mut world, ARM).is_ok(), "nothing says that it is mixed");
 }
 
-// fault 32 (500 uploads): 500 uploads beside a rival: what is said to be verified is what is on board
+/// When another station begins beside an upload of ours, and what it does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Rival {
+    /// Before it, and it takes longer than we are ready to wait.
+    Before,
+    /// Before it, and it is soon done.
+    JustBefore,
+    /// While it runs, and answers what is not asked of it.
+    During,
+    /// When the last item has arrived and is not read back yet; it may leave its own half-way.
+    Behind,
+}
+
+// fault 32 (500 uploads): 500 uploads beside a rival, before, during and behind ours, item by item and by file: one that fails is told, what is said to be verified is what is on board, and a mixture is never said to be whole
 #[test]
 fn uploads_beside_a_rival_are_never_contaminated() {
     use rand::Rng as _;
-    let (mut verified, mut lost) = (0, 0);
+    let (ours_north_deg, theirs_north_deg) = (0.01, 0.05);
+    let mut outcomes: BTreeMap<(Rival, &str), u32> = BTreeMap::new();
     let mut rng = SmallRng::seed_from_u64(32);
-    let mut world = world(reading());
+    let mut worlds = [world(reading()), world(reading())];
+    worlds[1].plane.services.has_ftp = true;
     let rounds = u32::try_from(5 * seeds(100)).expect("not so many");
     for round in 0..rounds {
-        let (ours, theirs) = (route(6 + (round % 7) as usize, 0.01), rival_wire(&route(9, 0.05)));
-        let id = start(&mut world, send(ours.clone()));
-        // The rival asks for the same, at any moment, and answers what is not asked of it.
-        let mut at = world.now + Duration::from_millis(rng.random_range(0..60));
+        let world = &mut worlds[(round % 2) as usize];
+        let rival = [Rival::Before, Rival::JustBefore, Rival::During, Rival::Behind][(round / 2 % 4) as usize];
+        // None is a part of one before.
+        let moved_deg = f64::from(round) * 1e-6;
+        let ours = route(6 + (round % 7) as usize, ours_north_deg + moved_deg);
+        let theirs = rival_wire(&route(9, theirs_north_deg + moved_deg));
         let mut messages = vec![rival_count(theirs.len())];
-        messages.extend(theirs.iter().take(rng.random_range(0..10)).map(|item| Message::MissionItemInt(*item)));
-        messages.push(Message::MissionAck(MissionAck { target: PLANE, result: 0, mission_type: 0, opaque_id: 0 }));
-        for message in &messages {
-            for to_station in [true, false] {
-                world.inject(at, to_station, RIVAL, message);
-            }
-            at += Duration::from_millis(rng.random_range(1..25));
+        let (begins_ms, step_ms) = match rival {
+            Rival::Before | Rival::JustBefore => (0, if rival == Rival::Before { 1_200..2_000 } else { 20..60 }),
+            Rival::During => (rng.random_range(0..60), 1..25),
+            Rival::Behind => (0, 20..60),
+        };
+        let count = if rival == Rival::During { rng.random_range(0..10) } else { theirs.len() };
+        let count = if rival == Rival::Behind && round % 3 == 0 { rng.random_range(1..count) } else { count };
+        messages.extend(theirs.iter().take(count).map(|item| Message::MissionItemInt(*item)));
+        if rival == Rival::During {
+            messages.push(Message::MissionAck(MissionAck { target: PLANE, result: 0, mission_type: 0, opaque_id: 0 }));
         }
-        match end(&mut world, id, 120) {
+        let mut speak = |world: &mut Pair| {
+            let mut at = world.now + Duration::from_millis(begins_ms);
+            for message in &messages {
+                for to_station in [true, false] {
+                    world.inject(at, to_station, RIVAL, message);
+                }
+                at += Duration::from_millis(rng.random_range(step_ms.clone()));
+            }
+            at
+        };
+        let (id, over) = match rival {
+            Rival::Before | Rival::JustBefore => {
+                let over = speak(world);
+                wait(world, 50);
+                (start(world, send(ours.clone())), over)
+            }
+            Rival::During => {
+                let id = start(world, send(ours.clone()));
+                (id, speak(world))
+            }
+            Rival::Behind => {
+                let id = start(world, send(ours.clone()));
+                let whole = hash_items(&stored(&ours));
+                let until = world.now + Duration::from_secs(60);
+                let is_there = |_: &mut Station, plane: &mut Plane| hash_items(&plane.services.plans[0][1..]) == whole;
+                assert!(world.run(until, is_there), "round {round}: all items arrived");
+                (id, speak(world))
+            }
+        };
+        let outcome = match end(world, id, 120) {
             Ok(Reply::Plan { items, state: told, .. }) => {
                 assert_eq!(items.len(), ours.len(), "round {round}");
                 assert!(matches!(told, PlanState::Verified { .. }), "round {round}");
-                verified += 1;
+                "verified"
             }
             Ok(other) => panic!("round {round}: {other:?}"),
-            Err(_) => {
-                assert!(state(&world).may_be_mixed(), "round {round}");
-                lost += 1;
+            Err(error) => {
+                assert!(state(world).may_be_mixed(), "round {round}: {error}, {}", state(world));
+                "told as failed"
             }
-        }
-        // Never a plan that is said to be ours and is not what is on board.
-        wait(&mut world, 15_000);
-        if let PlanState::Verified { hash, .. } = state(&world) {
-            assert_eq!(hash, hash_items(&world.plane.services.plans[0][1..]), "round {round}");
+        };
+        *outcomes.entry((rival, outcome)).or_default() += 1;
+        // Until both are at rest, and what is not known has been read.
+        let rest = over.max(world.now).since(world.now) + Duration::from_secs(25);
+        wait(world, rest.as_millis() as u64);
+        let on_board = &world.plane.services.plans[0][1..];
+        let north = |item: &MissionItemInt| (f64::from(item.x) / 1e7 - 40.33 - ours_north_deg).abs() < 0.01;
+        let of_us = on_board.iter().filter(|item| north(item)).count();
+        let is_mixed = of_us != 0 && of_us != on_board.len();
+        let known = state(world);
+        assert!(!is_mixed || known.may_be_mixed(), "round {round}: {of_us} of {} are ours: {known}", on_board.len());
+        // Never a plan that is said to be whole and is not what is on board.
+        if let PlanState::Verified { hash, .. } = known {
+            assert_eq!(hash, hash_items(on_board), "round {round}");
+            assert!(on_board.len() == ours.len() || of_us == 0, "round {round}: a part of ours is called whole");
         }
     }
-    println!("uploads: {verified} verified, {lost} told as failed");
-    assert!(verified >= rounds / 5 * 4, "{verified} verified, {lost} told as failed");
+    println!("uploads beside a rival: {outcomes:?}");
+    let seen = |outcome| outcomes.iter().filter(|((_, is), _)| *is == outcome).map(|(_, count)| count).sum::<u32>();
+    let (verified, failed) = (seen("verified"), seen("told as failed"));
+    assert!(verified >= rounds / 3 && failed >= rounds / 5, "{outcomes:?}");
+}
+
+/// As the vehicle keeps them.
+fn stored(items: &[MissionItem]) -> Vec<MissionItemInt> {
+    let mut services = Plane::new().services;
+    services.store(MISSION, &rival_wire(items));
+    services.plans[0][1..].to_vec()
 }
 
 // ── the flown target ─────────────────────────────────────────────────────────────────────────────────────────────────
