@@ -44,6 +44,8 @@ class Metronome:
 
     def __init__(self) -> None:
         self._ticks = 0
+        self.longest_s = 0.0
+        """How long the longest of the sleeps took by the clock: so long the machine kept somebody from running who only had to wake up."""
         self._is_over = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -63,8 +65,11 @@ class Metronome:
         self._thread.join()
 
     def _run(self) -> None:
+        slept_at = time.monotonic()
         while not self._is_over.wait(self.TICK_S):
             self._ticks += 1
+            now = time.monotonic()
+            self.longest_s, slept_at = max(self.longest_s, now - slept_at), now
 
 
 @contextlib.contextmanager

@@ -229,7 +229,8 @@ def through_the_jumps(tmp_path: Path, jumps: list[str], *, outlives: bool) -> No
     flight = [each for each in times if each >= began_unix_s * 1e6]
     assert len(flight) > 100
     assert all(a >> 2 <= b >> 2 for a, b in itertools.pairwise(times)), "they rise; the lowest two bits are the link's"
-    assert max(b - a for a, b in itertools.pairwise(flight)) < 1_500_000, "a gap"
+    # by the clock, which goes on while a busy machine keeps the plane or the recorder from running
+    assert max(b - a for a, b in itertools.pairwise(flight)) < 1_500_000 + metronome.longest_s * 1e6, "a gap"
     assert abs((flight[-1] - flight[0]) / 1e6 - (ended - began)) < 3.0, "as long as it took"
     assert [path.name for path in file.parent.iterdir()] == [file.name], "one recording"
 
