@@ -23,7 +23,7 @@
 //! | [`history`] | what was said and done, kept on board and on the ground |
 //! | [`ros2`] | a plane as ROS 2 sees it |
 //! | [`operator`] | a ground station's own key |
-//! | `papers` | certificates, tokens, who is enrolled and what each may do (feature `carrier`) |
+//! | `papers` | certificates, tokens, who is enrolled and what each may do (feature `papers`) |
 //! | `carrier` | the network: Eclipse Zenoh, named nowhere else (feature `carrier`) |
 //!
 //! All but `operator` and `carrier` are without I/O: time comes in.
@@ -41,7 +41,7 @@ pub mod history;
 pub mod key;
 pub mod operator;
 pub mod outcome;
-#[cfg(feature = "carrier")]
+#[cfg(feature = "papers")]
 pub mod papers;
 pub mod payload;
 pub mod plans;

@@ -1,0 +1,40 @@
+//! What anybody says in ROS 2: requests to a plane's services (CDR), what comes along with them, and tokens.
+#![no_main]
+
+use std::collections::BTreeSet;
+
+use libfuzzer_sys::fuzz_target;
+use vencejo_fleet::ros2::doctor::examine;
+use vencejo_fleet::ros2::name::Names;
+use vencejo_fleet::ros2::services::{Wish, offers};
+use vencejo_fleet::ros2::token::{Attachment, Seen};
+
+mod quick;
+use quick::quick;
+
+fuzz_target!(|data: &[u8]| quick(|| {
+    let Some((&kind, bytes)) = data.split_first() else { return };
+    match kind % 3 {
+        0 => {
+            for offer in [Names::Mavros, Names::ArduPilot].into_iter().flat_map(offers) {
+                let ended = match (offer.read)(bytes) {
+                    Ok(Wish::Mode(name)) => Ok((name, u32::MAX)),
+                    Ok(wish) => Ok((format!("{wish:?}"), 0)),
+                    Err(error) => Err(error.to_string()),
+                };
+                assert!((offer.write)(&ended).starts_with(&[0, 1, 0, 0]));
+            }
+        }
+        1 => {
+            if let Some(attachment) = Attachment::read(bytes) {
+                assert_eq!(attachment.to_bytes(), bytes, "what is written is what was read");
+            }
+        }
+        _ => {
+            let seen: BTreeSet<Seen> = String::from_utf8_lossy(bytes).lines().filter_map(Seen::read).collect();
+            let (nodes, findings) = examine(&seen, 0);
+            assert!(nodes.len() <= seen.len());
+            assert!(!findings.iter().any(|finding| finding.text.contains(char::is_control)));
+        }
+    }
+}));
