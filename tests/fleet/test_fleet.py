@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -58,7 +60,7 @@ def test_a_plane_is_seen_and_commanded_over_a_network_that_is_cut_and_heals(tmp_
 @pytest.mark.e2e
 def test_a_station_that_is_not_trusted_sees_and_does_nothing(tmp_path: Path) -> None:
     from vencejo import Station
-    from vencejo.errors import ControlHeld, NotPossibleNow
+    from vencejo.errors import ControlHeld, NotPossibleNow, VehicleLost
     from vencejo.fleet import Aircraft, Fleet
 
     quiet: dict[str, Any] = {"record": False, "signing": False}
@@ -69,8 +71,15 @@ def test_a_station_that_is_not_trusted_sees_and_does_nothing(tmp_path: Path) -> 
         Station(operator="elsewhere", **quiet) as elsewhere,
         Fleet(elsewhere, org="acme", router=fleet.endpoint, key_file=tmp_path / "elsewhere.key") as stranger,
         Station(link, system_id=1, component_id=191, heartbeat=False, operator="board", **quiet) as board,
-        Aircraft(board, org="acme", name="plane7", dial=fleet.endpoint, trust=[fleet.key]) as aircraft,
+        contextlib.ExitStack() as stack,
     ):
+
+        def start() -> Aircraft:
+            return stack.enter_context(
+                Aircraft(board, org="acme", name="plane7", dial=fleet.endpoint, trust=[fleet.key])
+            )
+
+        aircraft = start()
         plane, seen = here.wait_vehicle(), elsewhere.wait_vehicle()
         assert (plane.remote_name, seen.remote_name) == ("plane7", "plane7")
         # By its name, so the same in each station and each time; none that a vehicle at a link can have.
@@ -81,6 +90,19 @@ def test_a_station_that_is_not_trusted_sees_and_does_nothing(tmp_path: Path) -> 
             seen.set_mode("FBWA")
         plane.set_mode("FBWA")
         wait_for(lambda: aircraft.status.holder == "here", "control from far away")
+        # Started again, an order at once: it was not done, or is; but somebody knows.
+        for _ in range(3):
+            aircraft.close()
+            again: list[Aircraft] = []
+            starts = threading.Thread(target=lambda into=again: into.append(start()))
+            starts.start()
+            with contextlib.suppress(NotPossibleNow, VehicleLost):
+                plane.set_mode("MANUAL")
+            starts.join()
+            aircraft = again[0]
+            wait_for(lambda: again[0].status.is_connected, "it to be there again")  # noqa: B023
+        wait_for(lambda: fleet.aircraft[0].age_s < 1.0, "it to be heard again")
+        plane.set_mode("FBWA")
         # Whoever is beside the aircraft comes before all the others.
         board.operator.request()
         wait_for(lambda: aircraft.status.holder == "board", "control on board")

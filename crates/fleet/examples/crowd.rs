@@ -90,7 +90,7 @@ impl Plane {
     fn new(index: usize, is_troubled: bool, is_stamped: bool) -> Result<Self, Box<dyn Error>> {
         let boot = u64::from_be_bytes(random()?);
         let trouble = if is_troubled { Trouble::of(index) } else { Trouble::None };
-        let mut authority = Authority::new(boot);
+        let mut authority = Authority::new(boot, MonoTime::ZERO);
         if trouble == Trouble::HeldElsewhere {
             authority.set_local(Some("Field team".to_owned()));
         }

@@ -146,6 +146,8 @@ struct Known {
 #[derive(Debug)]
 pub struct Authority {
     boot: u64,
+    /// When it started.
+    began: MonoTime,
     epoch: u64,
     lease: Option<Lease>,
     asking: Option<Lease>,
@@ -159,11 +161,12 @@ pub struct Authority {
 }
 
 impl Authority {
-    /// Of a station that has just started. `boot` is a random number: orders to the program that ran before are none to this one.
+    /// Of a station that started at `began`. `boot` is a random number: orders to the program that ran before are none to this one.
     #[must_use]
-    pub fn new(boot: u64) -> Self {
+    pub fn new(boot: u64, began: MonoTime) -> Self {
         Self {
             boot,
+            began,
             epoch: 0,
             lease: None,
             asking: None,
@@ -250,9 +253,10 @@ impl Authority {
             };
         }
         if claim.boot != self.boot {
-            // What the program before did with it, nobody knows.
+            // What the program before did with it, nobody here knows; its sender may, by how long this one has run.
             let why = "the station on board has started again since; look at the aircraft, then decide";
-            return ended(claim, End::Unknown, why);
+            let boot_age_ms = u64::try_from(now.since(self.began).as_millis()).unwrap_or(u64::MAX);
+            return Verdict::Answer(Box::new(Answer { boot_age_ms, ..answer(claim, End::Unknown, why) }));
         }
         if claim.based_on > now + AHEAD {
             return refused(claim, "it is based on a state that was never sent");

@@ -46,20 +46,22 @@ pub enum Outcome {
 }
 
 /// An order on its way.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Errand {
     began: MonoTime,
     patience: Duration,
     attempts: u32,
     /// Whether it may have arrived.
     silent: bool,
+    /// When it was sent for the first time in which it may have arrived.
+    sent_at: MonoTime,
 }
 
 impl Errand {
     /// One that is given up after `patience`.
     #[must_use]
     pub fn new(patience: Duration, now: MonoTime) -> Self {
-        Self { began: now, patience, attempts: 0, silent: false }
+        Self { began: now, patience, attempts: 0, silent: false, sent_at: now }
     }
 
     /// The aircraft tells that it is at it: patience begins anew.
@@ -70,26 +72,36 @@ impl Errand {
     /// The first step.
     #[must_use]
     pub fn start(&mut self) -> Step {
-        self.send(Duration::ZERO)
+        self.send(Duration::ZERO, self.began)
     }
 
     /// The network said that nobody is there.
     #[must_use]
     pub fn on_nobody(&mut self, now: MonoTime) -> Step {
         let limit = if self.silent { self.patience } else { NOBODY_FOR.min(self.patience) };
-        if now.since(self.began) >= limit { Step::End(self.unanswered()) } else { self.send(AGAIN_AFTER) }
+        if now.since(self.began) >= limit { Step::End(self.unanswered()) } else { self.send(AGAIN_AFTER, now) }
     }
 
     /// No answer came in time.
     #[must_use]
     pub fn on_silence(&mut self, now: MonoTime) -> Step {
         self.silent = true;
-        if now.since(self.began) >= self.patience { Step::End(self.unanswered()) } else { self.send(Duration::ZERO) }
+        if now.since(self.began) >= self.patience {
+            Step::End(self.unanswered())
+        } else {
+            self.send(Duration::ZERO, now)
+        }
     }
 
     /// The aircraft answered.
     #[must_use]
-    pub fn on_answer(&mut self, answer: Answer) -> Outcome {
+    pub fn on_answer(&mut self, mut answer: Answer, now: MonoTime) -> Outcome {
+        let is_of_another_boot = answer.end() == End::Unknown && answer.boot_age_ms > 0;
+        if is_of_another_boot && Duration::from_millis(answer.boot_age_ms) >= now.since(self.sent_at) {
+            // Whoever was there before had gone when it was sent for the first time: nothing was done.
+            answer.set_end(End::Stale);
+            return Outcome::Answered(Box::new(answer));
+        }
         // An attempt before this one may have been done and forgotten since.
         if answer.end() == End::Stale && self.silent {
             return self.unanswered();
@@ -101,7 +113,10 @@ impl Errand {
         if self.silent { Outcome::Unknown { attempts: self.attempts } } else { Outcome::Unreached }
     }
 
-    fn send(&mut self, after: Duration) -> Step {
+    fn send(&mut self, after: Duration, now: MonoTime) -> Step {
+        if !self.silent {
+            self.sent_at = now + after;
+        }
         let wait = WAITS[(self.attempts as usize).min(WAITS.len() - 1)];
         self.attempts += 1;
         Step::Send { after, wait }
@@ -126,7 +141,11 @@ mod tests {
     fn an_answer_is_an_answer() {
         let mut errand = Errand::new(PATIENCE, at(0));
         assert_eq!(errand.start(), Step::Send { after: Duration::ZERO, wait: WAITS[0] });
-        assert_eq!(errand.on_answer(stale()), Outcome::Answered(Box::new(stale())), "it was refused: nothing was done");
+        assert_eq!(
+            errand.on_answer(stale(), at(600)),
+            Outcome::Answered(Box::new(stale())),
+            "it was refused: nothing was done"
+        );
     }
 
     #[test]
@@ -141,7 +160,31 @@ mod tests {
         assert_eq!(errand.on_silence(waited), Step::End(Outcome::Unknown { attempts: 5 }));
         let mut errand = Errand::new(PATIENCE, at(0));
         let _ = (errand.start(), errand.on_silence(at(500)));
-        assert_eq!(errand.on_answer(stale()), Outcome::Unknown { attempts: 2 }, "the first may have been done");
+        assert_eq!(
+            errand.on_answer(stale(), at(600)),
+            Outcome::Unknown { attempts: 2 },
+            "the first may have been done"
+        );
+    }
+
+    #[test]
+    fn what_met_a_station_that_had_started_before_was_not_done() {
+        let of_boot = |boot_age_ms| Answer { end: End::Unknown.into(), boot_age_ms, ..Answer::default() };
+        let end = |errand: &mut Errand, age_ms, now| match errand.on_answer(of_boot(age_ms), at(now)) {
+            Outcome::Answered(answer) => answer.end(),
+            other => panic!("{other:?}"),
+        };
+        let mut errand = Errand::new(PATIENCE, at(0));
+        let _ = errand.start();
+        assert_eq!(end(&mut errand.clone(), 40, 40), End::Stale, "it ran before that was sent");
+        assert_eq!(end(&mut errand.clone(), 39, 40), End::Unknown, "the one before may have been there still");
+        assert_eq!(end(&mut errand.clone(), 0, 40), End::Unknown, "the autopilot did not answer");
+        let mut again = errand.clone();
+        let _ = (again.on_nobody(at(1)), again.on_nobody(at(202)));
+        assert_eq!(end(&mut again, 10, 410), End::Stale, "twice nobody was there");
+        let _ = errand.on_silence(at(500));
+        assert_eq!(end(&mut errand.clone(), 400, 600), End::Unknown, "the first may have been done before");
+        assert_eq!(end(&mut errand, 600, 600), End::Stale, "the same one was there all along");
     }
 
     #[test]

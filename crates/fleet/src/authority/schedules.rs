@@ -26,7 +26,7 @@ fn schedules() -> u64 {
 #[derive(Debug, Clone)]
 enum Sent {
     Order(usize, Claim),
-    Answer(usize, Answer),
+    Answer(usize, Box<Answer>),
     /// Boot, moment on board, who asks for control.
     State(usize, u64, MonoTime, Option<PublicKey>),
 }
@@ -52,6 +52,9 @@ struct Truth {
     executions: u64,
     answered: HashMap<u128, End>,
     unknown: u64,
+    /// Answers of a program to an order for the one before, and those of which it was sure that nothing was done.
+    restarted: u64,
+    overtaken: u64,
 }
 
 struct World {
@@ -83,7 +86,7 @@ impl World {
             is_cut: false,
         };
         Self {
-            authority: Authority::new(rng.random()),
+            authority: Authority::new(rng.random(), MonoTime::from_millis(1_000)),
             grounds: (0..STATIONS).map(ground).collect(),
             rng,
             now: MonoTime::from_millis(1_000),
@@ -147,7 +150,7 @@ impl World {
             }
             8 => {
                 // The program on board starts again: with what it knew go the acts that it was at.
-                self.authority = Authority::new(self.rng.random());
+                self.authority = Authority::new(self.rng.random(), self.now);
                 self.under_way.clear();
                 self.truth.given = None;
                 if self.local {
@@ -173,7 +176,7 @@ impl World {
         for (_, id, station) in self.under_way.extract_if(.., |(_, id, _)| fenced.contains(id)).collect::<Vec<_>>() {
             let answer = Answer { end: End::Unknown.into(), id: id.to_be_bytes().into(), ..Answer::default() };
             self.authority.on_ended(id, answer.clone(), now);
-            self.send(Sent::Answer(station, answer));
+            self.send(Sent::Answer(station, Box::new(answer)));
         }
     }
 
@@ -182,7 +185,7 @@ impl World {
         for (_, id, station) in self.under_way.extract_if(.., |(at, ..)| *at <= now).collect::<Vec<_>>() {
             let answer = Answer { end: End::Done.into(), id: id.to_be_bytes().into(), ..Answer::default() };
             self.authority.on_ended(id, answer.clone(), now);
-            self.send(Sent::Answer(station, answer));
+            self.send(Sent::Answer(station, Box::new(answer)));
         }
     }
 
@@ -195,7 +198,7 @@ impl World {
                     Verdict::UnderWay => {}
                     Verdict::Answer(answer) => {
                         self.hear_of(&caller, &claim, &answer);
-                        self.send(Sent::Answer(station, *answer));
+                        self.send(Sent::Answer(station, answer));
                     }
                 }
                 // Who has control now, was given it by an order: of whom, the state tells.
@@ -216,12 +219,20 @@ impl World {
                 let id = answer.id.as_slice().try_into().map_or(0, u128::from_be_bytes);
                 let Some(place) = ground.errands.iter().position(|(_, claim, _)| claim.id == id) else { return };
                 let (mut errand, claim, _) = ground.errands.swap_remove(place);
-                if let Outcome::Answered(answer) = errand.on_answer(answer) {
+                self.truth.restarted += u64::from(answer.boot_age_ms > 0);
+                if let Outcome::Answered(answer) = errand.on_answer(*answer, self.now) {
                     match answer.end() {
                         End::Granted => ground.epoch = answer.epoch,
                         End::Held | End::Asked => ground.epoch = 0,
                         End::Done if claim.wish == Wish::Act => {
                             assert!(self.truth.executed.contains(&id), "told as done, and was not");
+                        }
+                        End::Stale if answer.boot_age_ms > 0 => {
+                            self.truth.overtaken += 1;
+                            assert!(
+                                !self.truth.executed.contains(&id),
+                                "told as not done by the program before, and was"
+                            );
                         }
                         End::Refused | End::Stale if claim.wish == Wish::Act => {
                             assert!(!self.truth.executed.contains(&id), "told as not done, and was");
@@ -299,14 +310,21 @@ impl World {
 
 #[test]
 fn schedules_of_what_networks_do() {
-    let (mut executions, mut unknown, mut epochs) = (0, 0, 0);
+    let (mut executions, mut unknown, mut epochs, mut restarted, mut overtaken) = (0, 0, 0, 0, 0);
     for seed in 0..schedules() {
         let mut world = World::new(seed);
         world.run();
         executions += world.truth.executions;
         unknown += world.truth.unknown;
         epochs += world.truth.epochs.len();
+        restarted += world.truth.restarted;
+        overtaken += world.truth.overtaken;
     }
-    println!("{} schedules: {executions} acts, {epochs} grants, {unknown} answers that told nothing", schedules());
+    println!(
+        "{} schedules: {executions} acts, {epochs} grants, {unknown} answers that told nothing, {restarted} of another \
+        boot, which in {overtaken} cases was known not to have been done",
+        schedules()
+    );
+    assert!(restarted > schedules() / 10 && overtaken > schedules() / 100, "{restarted}, {overtaken}");
     assert!(executions > 5 * schedules() && epochs as u64 > 2 * schedules(), "it was tried: {executions}, {epochs}");
 }

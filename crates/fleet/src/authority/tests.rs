@@ -21,7 +21,7 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
-        Self { authority: Authority::new(BOOT), now: at(100_000), ids: 0 }
+        Self { authority: Authority::new(BOOT, at(99_000)), now: at(100_000), ids: 0 }
     }
 
     fn claim(&mut self, wish: Wish, epoch: u64) -> Claim {
@@ -159,6 +159,9 @@ fn an_order_is_done_at_most_once() {
 fn what_was_seen_too_long_ago_or_in_another_boot_is_no_ground_to_act() {
     let (mut bench, ana) = (Bench::new(), caller(1, Role::Operator));
     let epoch = bench.granted(&ana);
+    let other = Claim { boot: 1, ..bench.claim(Wish::Act, epoch) };
+    let verdict = bench.authority.on_order(&ana, &other, bench.now);
+    assert!(matches!(verdict, Verdict::Answer(answer) if answer.boot_age_ms == 1_000), "since when it can know");
     let end = |bench: &mut Bench, change: &dyn Fn(&mut Claim)| {
         let mut claim = bench.claim(Wish::Act, epoch);
         change(&mut claim);

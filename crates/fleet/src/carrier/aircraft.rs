@@ -110,7 +110,7 @@ impl Aircraft {
             let why = "join the fleet first, with --join TOKEN".to_owned();
             config.member.as_ref().ok_or_else(|| FleetError::NoCertificates(router.to_string(), why))?;
         }
-        let boot = u64::from_be_bytes(random()?);
+        let (boot, began) = (u64::from_be_bytes(random()?), station.now());
         let history = config.history.as_ref().map(|history| {
             Board::start(&config.org, &config.name, boot, config.uplink_bit_s, history).map_err(|error| {
                 FleetError::File { path: history.folder.display().to_string(), problem: error.to_string() }
@@ -123,7 +123,7 @@ impl Aircraft {
         let shown = status.clone();
         let task = runtime.spawn(async move {
             tokio::select! {
-                () = live(&station, &config, boot, &shown, history.as_ref()) => {}
+                () = live(&station, &config, (boot, began), &shown, history.as_ref()) => {}
                 // An error means that nobody holds the handle any more: the end as well.
                 _ = stopped.wait_for(|stopped| *stopped) => {}
             }
@@ -155,14 +155,14 @@ impl Aircraft {
 async fn live(
     station: &Station,
     config: &AircraftConfig,
-    boot: u64,
+    (boot, began): (u64, MonoTime),
     status: &Arc<Mutex<AircraftStatus>>,
     history: Option<&Board>,
 ) {
     let Some(Ok(vehicle)) = station.wait_vehicle(None).wait().await else { return };
     let Some(address) = vehicle.address() else { return };
     let mut speaker = Speaker::new(boot, address);
-    let mut authority = Authority::new(boot);
+    let mut authority = Authority::new(boot, began);
     let ids: BTreeSet<u32> = NEWEST.iter().chain(&EACH).chain(&[PARAM_VALUE]).copied().collect();
     let heard = vehicle.subscribe_messages(Some(ids), WAITING);
     let frames = history.is_some_and(|history| history.has_frames).then(|| vehicle.subscribe_messages(None, WAITING));

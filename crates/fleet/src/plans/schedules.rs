@@ -116,7 +116,7 @@ impl World {
         };
         let vehicle = list_of(0);
         Self {
-            authority: Authority::new(rng.random()),
+            authority: Authority::new(rng.random(), MonoTime::ZERO),
             rng,
             now: MonoTime::from_millis(1_000),
             plans: Plans::default(),
@@ -187,7 +187,7 @@ impl World {
                 // The station on board starts again: what it wrote stays half written, and that is remembered.
                 self.restarts += 1;
                 self.is_doubted |= self.writing.take().is_some();
-                (self.authority, self.plans) = (Authority::new(self.rng.random()), Plans::default());
+                (self.authority, self.plans) = (Authority::new(self.rng.random(), self.now), Plans::default());
                 (self.shelf, self.tray) = (Shelf::default(), Tray::default());
                 let why = if self.is_doubted { Unknown::TransferFailed } else { Unknown::NeverRead };
                 (self.state, self.read_at) = (PlanState::Unknown(why), self.now + Duration::from_secs(2));
@@ -303,12 +303,12 @@ impl World {
         let id = answer.id.as_slice().try_into().map_or(0, u128::from_be_bytes);
         match std::mem::replace(&mut ground.doing, Doing::Nothing) {
             Doing::Asking(mut errand, claim, _) if claim.id == id => {
-                if let Outcome::Answered(answer) = errand.on_answer(answer) {
+                if let Outcome::Answered(answer) = errand.on_answer(answer, self.now) {
                     ground.epoch = if answer.end() == End::Granted { answer.epoch } else { 0 };
                 }
             }
             Doing::Putting { mut errand, claim, list, .. } if claim.id == id => {
-                if let Outcome::Answered(answer) = errand.on_answer(answer) {
+                if let Outcome::Answered(answer) = errand.on_answer(answer, self.now) {
                     match answer.end() {
                         End::Done => {
                             assert_eq!(

@@ -150,8 +150,9 @@ impl FarAircraft {
                 }
             };
             let read = answers.iter().filter_map(|bytes| Answer::read(bytes).ok());
-            match read.into_iter().find(|answer| answer.id == id) {
-                Some(answer) => return Ok(errand.on_answer(answer)),
+            // Where a program that goes and its successor are both there, the one that was meant knows.
+            match read.filter(|answer| answer.id == id).min_by_key(|answer| answer.boot_age_ms) {
+                Some(answer) => return Ok(errand.on_answer(answer, now)),
                 None => step = errand.on_silence(now),
             }
         }
@@ -177,6 +178,7 @@ impl FarAircraft {
     /// Why something was not done that is no act, whatever became of it.
     fn not_done(&self, outcome: errand::Outcome) -> StationError {
         match outcome {
+            errand::Outcome::Answered(answer) if answer.boot_age_ms > 0 => self.refused(&answer.why),
             errand::Outcome::Answered(answer) => match self.result_of(&answer, &Request::LoiterHere) {
                 Err(error) => error,
                 Ok(_) => self.unreached(),
