@@ -7,7 +7,7 @@ import re
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 
-from playwright.async_api import Locator, Response, expect
+from playwright.async_api import Locator, expect
 from vencejo import Plan
 
 from tests.browser.conftest import OpenStation, Serve
@@ -52,17 +52,18 @@ async def save_as(station: StationPage, kind: str, folder: Path) -> Path:
     return path
 
 
-def is_way_of_two(answer: Response) -> bool:
-    """Whether it is the way of a plan of two items."""
-    if not answer.url.endswith("/plan/way"):
-        return False
-    asked = answer.request.post_data_json
-    return asked is not None and len(asked["plan"]["items"]) == 2
+def is_way_of_two(payload: str | bytes) -> bool:
+    """Whether it is the answer about a plan of two items."""
+    answer = json.loads(payload)
+    return answer["type"] == "way" and len(answer["stops"]) == 2
 
 
 async def test_a_newcomer_draws_a_plan_before_there_is_a_plane(open_station: OpenStation, serve: Serve) -> None:
     served = serve("--link", "udpin:127.0.0.1:0")
     async with open_station(served.url) as station:
+        async with station.page.expect_websocket() as opening:
+            await station.page.reload()
+        socket = await opening.value
         draw = station.button("welcome.plan")
         await draw.click()
         await expect(draw, "nothing lies over what is drawn").to_have_count(0)
@@ -71,10 +72,10 @@ async def test_a_newcomer_draws_a_plan_before_there_is_a_plane(open_station: Ope
         y = (top + bottom) / 2
         await station.page.mouse.click(left + 0.3 * (right - left), y)
         await expect(station.items).to_have_count(1)
-        async with station.page.expect_response(is_way_of_two) as told:
+        async with socket.expect_event("framereceived", is_way_of_two) as told:
             await station.page.mouse.click(left + 0.6 * (right - left), y)
         # the way between them is the core's
-        second = (await (await told.value).json())["stops"][1]
+        second = json.loads(await told.value)["stops"][1]
         assert (second["item"], second["leg"]["from_item"], second["leg"]["kind"]) == (2, 1, "flown")
         await expect(station.items.nth(1)).to_contain_text(f"{round(second['leg']['course_deg']):03}°")
 

@@ -50,6 +50,7 @@ mod operations;
 mod operator;
 mod outbox;
 mod problem;
+mod questions;
 mod roster;
 mod routes;
 mod separation;

@@ -7,6 +7,9 @@ use crate::problem::Problem;
 /// Files that are read and plans that are looked through at once; a file may take some tens of megabytes.
 static TURNS: Semaphore = Semaphore::const_new(2);
 
+/// Work of a millisecond that somebody sees the outcome of while dragging: it waits for nothing longer.
+static QUICK: Semaphore = Semaphore::const_new(2);
+
 /// Work that takes all processors but one, for seconds.
 static ALONE: Semaphore = Semaphore::const_new(1);
 
@@ -21,6 +24,16 @@ pub async fn in_turn<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
     in_turn_of(&TURNS, work).await
+}
+
+/// The same for work of a millisecond, which waits for none that takes longer.
+///
+/// # Errors
+/// Likewise.
+pub async fn quickly<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
+    in_turn_of(&QUICK, work).await
 }
 
 /// The same, and no other of its kind beside it.

@@ -16,16 +16,17 @@ use vencejo_station::{DropOldest, Received, Taken};
 use vencejo_vehicle::VehicleId;
 use vencejo_vehicle::telemetry::{Sent, TelemetryGroups};
 
-use crate::assess::assess;
+use crate::assess::{assess, laid_out};
 use crate::convert;
 use crate::dto::cause::{Crowd, Thing};
 use crate::dto::{self, ClientMessage, MissionProgress, ServerMessage};
 use crate::outbox::{Outbox, Outgoing, json};
 use crate::problem::Problem;
+use crate::questions::Questions;
 use crate::roster::{Roster, Told};
 use crate::sessions::SessionId;
 use crate::state::{App, closed};
-use crate::turns::in_turn;
+use crate::turns::{in_turn, quickly};
 
 /// Bytes of a client's message at most: a plan of a thousand items has a quarter of that.
 pub const MAX_MESSAGE_BYTES: usize = 512 * 1024;
@@ -47,8 +48,8 @@ const PING_INTERVAL: Duration = Duration::from_secs(2);
 const MAX_UNANSWERED: u32 = 2;
 /// Bytes that may wait for one client below us: the answers to pings of one that reads nothing. More ends its connection.
 const MAX_WAITING_BYTES: usize = 1024 * 1024;
-/// Messages that a client may send in a second, pings and answers to ours included.
-const MAX_MESSAGES_PER_S: u32 = 100;
+/// Messages that a client may send in a second, pings and answers to ours included: a page asks for a way in each frame of a drag.
+const MAX_MESSAGES_PER_S: u32 = 200;
 
 /// Code of a close frame for a client that was too slow ("try again later").
 const TOO_SLOW: u16 = close_code::AGAIN;
@@ -137,6 +138,7 @@ struct Client {
     outbox: Arc<Outbox>,
     subscriptions: BTreeMap<u16, Subscription>,
     messages: BTreeMap<u16, MessageSubscription>,
+    questions: Questions,
     /// The roster, and what was told of it.
     roster: Option<(watch::Receiver<Arc<Roster>>, Told)>,
     unanswered: u32,
@@ -160,6 +162,7 @@ pub async fn serve(guard: SocketGuard, mut socket: WebSocket) {
         outbox,
         subscriptions: BTreeMap::new(),
         messages: BTreeMap::new(),
+        questions: Questions::default(),
         roster: None,
         unanswered: 0,
         messages_in_interval: 0,
@@ -205,6 +208,7 @@ impl Client {
                 () = closed(&mut closing) => return Ok(End::Closing),
                 () = self.outbox.overflown() => return Ok(End::TooSlow),
                 () = self.outbox.wait() => {}
+                answer = self.questions.answered() => self.send(socket, Message::Text(answer)).await?,
                 () = changed(self.roster.as_mut()) => self.send_roster(socket).await?,
                 message = socket.recv() => match message {
                     Some(Ok(message)) => self.on_message(socket, message).await?,
@@ -328,22 +332,25 @@ impl Client {
             }
             Ok(ClientMessage::AssessPlan { seq, vehicle, plan, rehearse_in, clearance_m, profile }) => {
                 let app = self.app.clone();
-                match in_turn(move || assess(&app, vehicle, &plan, rehearse_in, clearance_m, &profile)).await {
-                    Ok(assessment) => {
-                        let answer = ServerMessage::Assessment { seq, assessment };
-                        return self.send(socket, Message::Text(json(&answer))).await;
-                    }
-                    Err(problem) => Err(problem),
-                }
+                self.questions.ask_assessment(async move {
+                    let done = in_turn(move || assess(&app, vehicle, &plan, rehearse_in, clearance_m, &profile)).await;
+                    answer(seq, done.map(|assessment| ServerMessage::Assessment { seq, assessment }))
+                });
+                Ok(())
+            }
+            Ok(ClientMessage::PlanWay { seq, vehicle, plan }) => {
+                let app = self.app.clone();
+                self.questions.ask_way(async move {
+                    let done = quickly(move || laid_out(&app, vehicle, &plan)).await;
+                    answer(seq, done.map(|way| ServerMessage::Way { seq, way }))
+                });
+                Ok(())
             }
             Err(error) => Err(Problem::invalid(format!("this is no message that is understood: {error}"))),
         };
         match done {
             Ok(()) => Ok(()),
-            Err(problem) => {
-                let dto::Problem { detail, cause, .. } = *problem.0;
-                self.send(socket, Message::Text(json(&ServerMessage::Error { detail, cause }))).await
-            }
+            Err(problem) => self.send(socket, Message::Text(json(&refusal(problem, None)))).await,
         }
     }
 
@@ -448,6 +455,16 @@ impl Client {
         }
         self.send_after_waiting(socket, texts).await
     }
+}
+
+/// The answer to a question.
+fn answer(seq: u64, done: Result<ServerMessage, Problem>) -> Utf8Bytes {
+    json(&done.unwrap_or_else(|problem| refusal(problem, Some(seq))))
+}
+
+fn refusal(problem: Problem, seq: Option<u64>) -> ServerMessage {
+    let dto::Problem { detail, cause, .. } = *problem.0;
+    ServerMessage::Error { detail, cause, seq }
 }
 
 /// Time between two messages at a rate that a client may ask for.

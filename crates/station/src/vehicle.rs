@@ -10,9 +10,9 @@ use vencejo_flight::checks::{
 use vencejo_flight::geodesy::{GeoPoint, direct};
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{Home, Mission, Plan, PlanKind};
-use vencejo_flight::progress::Trip;
+use vencejo_flight::progress::{Trip, trip};
 use vencejo_flight::rehearsal::{Air, Aircraft, Conditions, Doing, Ground, Learned, Rehearsal, Start};
-use vencejo_flight::way::Way;
+use vencejo_flight::way::{Way, way};
 use vencejo_link::{LinkInfo, LinkStats, SendReport, SourceStats};
 use vencejo_proto::param::ParamName;
 use vencejo_proto::{Address, Message, MissionSeq, MonoTime, SystemId};
@@ -125,12 +125,14 @@ impl VehicleHandle {
 
     /// A mission as this vehicle would fly it, in calm air.
     pub fn trip(&self, mission: &Mission) -> Option<Trip> {
-        self.station.shared.with_vehicle(self.id, |vehicle| vehicle.trip(mission))
+        let (airspeed_m_s, options) = self.station.shared.with_vehicle(self.id, Vehicle::progress_terms)?;
+        Some(trip(mission, Some(airspeed_m_s), &options))
     }
 
     /// The way of a mission as it is drawn for this vehicle.
     pub fn way(&self, mission: &Mission) -> Option<Way> {
-        self.station.shared.with_vehicle(self.id, |vehicle| vehicle.way(mission))
+        let (airspeed_m_s, options) = self.station.shared.with_vehicle(self.id, Vehicle::progress_terms)?;
+        Some(way(mission, airspeed_m_s, &options))
     }
 
     /// What the checks know of this vehicle.

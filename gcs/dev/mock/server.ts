@@ -254,6 +254,11 @@ class MockSocket {
       this.say({ type: 'assessment', seq: message.seq, findings: [], trip, rehearsal: null });
       return;
     }
+    if (message.type === 'plan_way') {
+      // straight lines stay what they are: guesses
+      this.say({ type: 'way', seq: message.seq, stops: [], jumps: [] });
+      return;
+    }
     if (message.type === 'subscribe_roster') {
       const roster = () => {
         const rows = fleetIds.map((_, index) => fleetRow(index, count, time_s()));

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use vencejo_flight::landing::Wind;
+use vencejo_flight::way::Way;
 use vencejo_vehicle::telemetry::TelemetryGroups;
 
 use super::roster::{RosterChange, RosterRow};
@@ -54,8 +55,8 @@ pub enum ClientMessage {
         /// The vehicle's id.
         vehicle: u16,
     },
-    /// Wants to know what the core says of a plan, as while a point of it is dragged. One question after the other is answered:
-    /// who asks again before the answer waits for two.
+    /// Wants to know what the core says of a plan, as while a point of it is dragged. One question at a time is answered, and of those
+    /// that come meanwhile the newest alone.
     AssessPlan {
         /// Comes back with the answer.
         seq: u64,
@@ -73,6 +74,17 @@ pub enum ClientMessage {
         /// The plane that it is rehearsed with, in place of the vehicle's.
         #[serde(default)]
         profile: PlaneProfile,
+    },
+    /// Wants the way of a plan's mission as it is drawn, as `POST /plan/way` tells it. One question at a time is answered, and of those
+    /// that come meanwhile the newest alone; none waits for an assessment.
+    PlanWay {
+        /// Comes back with the answer.
+        seq: u64,
+        /// The vehicle that is to fly it; an ArduPlane as it comes when absent.
+        #[serde(default)]
+        vehicle: Option<u16>,
+        /// It.
+        plan: Plan,
     },
 }
 
@@ -175,6 +187,14 @@ pub enum ServerMessage {
         #[serde(flatten)]
         assessment: Assessment,
     },
+    /// The answer to `plan_way`.
+    Way {
+        /// The question's.
+        seq: u64,
+        /// The way.
+        #[serde(flatten)]
+        way: Way,
+    },
     /// An operation began, went on or ended; without its result.
     Operation(Operation),
     /// The links, each second.
@@ -214,6 +234,10 @@ pub enum ServerMessage {
         detail: String,
         /// The same for programs.
         cause: Cause,
+        /// The question's, where it was one about a plan; absent otherwise.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        #[schema(nullable = false)]
+        seq: Option<u64>,
     },
 }
 

@@ -40,7 +40,7 @@ use crate::landings;
 use crate::problem::Problem;
 use crate::sessions::SessionId;
 use crate::state::App;
-use crate::turns::in_turn;
+use crate::turns::{in_turn, quickly};
 
 type Accepted = (StatusCode, Json<Operation>);
 
@@ -282,11 +282,12 @@ async fn check(State(app): State<App>, _: Viewer, Body(asked): Body<PlanCheck>) 
     in_turn(move || Ok(Json(assess(&app, asked.vehicle, &asked.plan, None, None, &profile)?.findings))).await
 }
 
-/// The way of a plan's mission as it is drawn: the line from place to place, circles, jumps, lengths and courses. Quick, for a point that is dragged.
+/// The way of a plan's mission as it is drawn: the line from place to place, circles, jumps, lengths and courses. While a point is dragged, ask over the WebSocket
+/// (`plan_way`).
 #[utoipa::path(post, path = "/plan/way", tag = "plans", request_body = PlanCheck,
     responses((status = 200, body = Way), Problem))]
 async fn way(State(app): State<App>, _: Viewer, Body(asked): Body<PlanCheck>) -> Result<Json<Way>, Problem> {
-    in_turn(move || assess::laid_out(&app, asked.vehicle, &asked.plan)).await.map(Json)
+    quickly(move || assess::laid_out(&app, asked.vehicle, &asked.plan)).await.map(Json)
 }
 
 /// Designs a landing: the items that end a mission, none of their heights tuned by hand.

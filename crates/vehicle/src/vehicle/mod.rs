@@ -43,9 +43,8 @@ use std::time::Duration;
 use vencejo_flight::checks::CheckContext;
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::plan::{Home, Mission, PlanKind};
-use vencejo_flight::progress::{ProgressOptions, Trip, trip};
+use vencejo_flight::progress::ProgressOptions;
 use vencejo_flight::rehearsal::Learner;
-use vencejo_flight::way::{Way, way};
 use vencejo_proto::param::ParamName;
 use vencejo_proto::{Address, MavVersion, MonoTime};
 
@@ -281,16 +280,10 @@ impl Vehicle {
         MissionProgress { target_off_m: self.target_off_m(), ..progress }
     }
 
-    /// A mission as it would fly it, in calm air.
+    /// What decides where a mission takes it: its airspeed, and the rest.
     #[must_use]
-    pub fn trip(&self, mission: &Mission) -> Trip {
-        trip(mission, Some(self.check_context().airspeed_m_s), &self.progress_options())
-    }
-
-    /// The way of a mission as it is drawn for it.
-    #[must_use]
-    pub fn way(&self, mission: &Mission) -> Way {
-        way(mission, self.check_context().airspeed_m_s, &self.progress_options())
+    pub fn progress_terms(&self) -> (f64, ProgressOptions) {
+        (self.check_context().airspeed_m_s, self.progress_options())
     }
 
     fn progress_options(&self) -> ProgressOptions {

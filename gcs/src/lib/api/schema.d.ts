@@ -1013,7 +1013,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** The way of a plan's mission as it is drawn: the line from place to place, circles, jumps, lengths and courses. Quick, for a point that is dragged. */
+        /**
+         * The way of a plan's mission as it is drawn: the line from place to place, circles, jumps, lengths and courses. While a point is dragged, ask over the WebSocket
+         *     (`plan_way`).
+         */
         post: operations["way"];
         delete?: never;
         options?: never;
@@ -3210,6 +3213,21 @@ export interface components {
             seq: number;
             /** @enum {string} */
             type: "assess_plan";
+            /**
+             * Format: int32
+             * @description The vehicle that is to fly it; an ArduPlane as it comes when absent.
+             */
+            vehicle?: number | null;
+        } | {
+            /** @description It. */
+            plan: components["schemas"]["Plan"];
+            /**
+             * Format: int64
+             * @description Comes back with the answer.
+             */
+            seq: number;
+            /** @enum {string} */
+            type: "plan_way";
             /**
              * Format: int32
              * @description The vehicle that is to fly it; an ArduPlane as it comes when absent.
@@ -7303,6 +7321,15 @@ export interface components {
         } & {
             /** @enum {string} */
             type: "assessment";
+        }) | (components["schemas"]["Way"] & {
+            /**
+             * Format: int64
+             * @description The question's.
+             */
+            seq: number;
+        } & {
+            /** @enum {string} */
+            type: "way";
         }) | (components["schemas"]["Operation"] & {
             /** @enum {string} */
             type: "operation";
@@ -7343,6 +7370,11 @@ export interface components {
             cause: components["schemas"]["Cause"];
             /** @description Why, in English. */
             detail: string;
+            /**
+             * Format: int64
+             * @description The question's, where it was one about a plan; absent otherwise.
+             */
+            seq?: number;
             /** @enum {string} */
             type: "error";
         };

@@ -78,7 +78,12 @@ export class Socket {
 
   /** Sends when open; what cannot be sent is forgotten, because it is sent anew after each opening. */
   send(message: ClientMessage): void {
-    if (this.#socket?.readyState === 1) this.#socket.send(JSON.stringify(message));
+    this.sendText(JSON.stringify(message));
+  }
+
+  /** The same of a message that is a text already. */
+  sendText(text: string): void {
+    if (this.#socket?.readyState === 1) this.#socket.send(text);
   }
 
   async #connect(): Promise<void> {

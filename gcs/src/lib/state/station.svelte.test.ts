@@ -78,8 +78,14 @@ it('gives the answer to the last question about a plan, and none that never come
   await expect(second).resolves.toMatchObject({ trip: { distance_m: 3 } });
   const third = station.assess(draft, 9, wind, 30);
   vi.spyOn(console, 'error').mockReturnValue();
-  station.receive({ type: 'error', detail: 'no plan', cause: { code: 'invalid' } } as never);
+  station.receive({ type: 'error', detail: 'no plan', cause: { code: 'invalid' }, seq: 4 } as never);
   await expect(third).rejects.toThrow('no plan');
+  // a way waits for no assessment, and ends none
+  const [assessed, way] = [station.assess(draft, 9, wind, 30), station.way(draft, 9)];
+  station.receive({ type: 'way', seq: 6, stops: [], jumps: [] });
+  await expect(way).resolves.toMatchObject({ stops: [] });
+  station.receive({ type: 'assessment', seq: 5, findings: [], trip, rehearsal: null });
+  await expect(assessed).resolves.toMatchObject({ trip });
 });
 
 it('follows all of a few, and of many those that were chosen', () => {

@@ -1,11 +1,12 @@
 // The station: session and control, links, vehicles and operations, kept up to date over the WebSocket.
 import { Api, type Acting, type CommandName, type VehicleCommands } from '$lib/api/client';
 import type { Options } from '$lib/api/http';
+import { Pending } from '$lib/api/pending';
 import { problemFrom } from '$lib/api/problem';
-
 import { parse, Socket, type SocketState } from '$lib/api/socket';
 import type {
   Assessment,
+  ClientMessage,
   LinkInfo,
   Plan,
   PlaneProfile,
@@ -16,6 +17,7 @@ import type {
   StatusText,
   StorageProblem,
   Trip,
+  Way,
 } from '$lib/api/types';
 import { SvelteMap } from 'svelte/reactivity';
 import { clock } from './clock.svelte';
@@ -34,15 +36,8 @@ const ANSWERS_SHOWN = 3;
 const ACCEPTED_SHOWN_MS = 10_000;
 /** Vehicles that are followed in all detail at once: of more, those chosen last. */
 const DETAILED = 8;
-/** Longer plans, as JSON, are not asked about over the WebSocket, which takes half a megabyte. */
-const MAX_ASSESSED = 500_000;
-
-/** A question about a plan that has no answer yet. */
-interface Question {
-  readonly seq: number;
-  readonly resolve: (assessment: Assessment) => void;
-  readonly reject: (error: Error) => void;
-}
+/** Longer questions are not asked over the WebSocket, which takes half a megabyte. */
+const MAX_ASKED = 500_000;
 
 /** What became of the last command of a kind: a button pressed is not a command accepted. */
 export interface Answer {
@@ -78,7 +73,8 @@ export class Station {
   /** What is told of a vehicle while its whole state is asked for; of the two, this is the newer. */
   readonly #meanwhile = new Map<number, ServerMessage[]>();
 
-  #question: Question | null = null;
+  readonly #assessments = new Pending<Assessment>();
+  readonly #ways = new Pending<Way>();
   #nextSeq = 1;
 
   readonly #socket = new Socket({
@@ -138,30 +134,31 @@ export class Station {
     clearance_m: number,
     profile: PlaneProfile = {},
   ): Promise<Omit<Assessment, 'trip'> & { trip: Trip | null }> {
-    if (JSON.stringify(plan).length > MAX_ASSESSED) {
-      return { findings: await api.checkPlan(plan, vehicle), trip: null, rehearsal: null };
-    }
-    this.#question?.reject(new Error('another question came'));
-    const seq = this.#nextSeq++;
-    return new Promise((resolve, reject) => {
-      this.#question = { seq, resolve, reject };
-      if (!this.isOnline) this.#endQuestion('no connection');
-      else
-        this.#socket.send({
-          type: 'assess_plan',
-          seq,
-          vehicle: vehicle ?? null,
-          plan,
-          rehearse_in: wind,
-          clearance_m,
-          profile,
-        });
-    });
+    const asked = { vehicle: vehicle ?? null, plan, rehearse_in: wind, clearance_m, profile };
+    const told = this.#ask(this.#assessments, (seq) => ({ type: 'assess_plan', seq, ...asked }));
+    return told ?? { findings: await api.checkPlan(plan, vehicle), trip: null, rehearsal: null };
   }
 
-  #endQuestion(why: string): void {
-    this.#question?.reject(new Error(why));
-    this.#question = null;
+  /** Asks for the way of a plan that is edited; otherwise as {@link assess}. A long plan's comes another way. */
+  async way(plan: Plan, vehicle: number | undefined): Promise<Way> {
+    const told = this.#ask(this.#ways, (seq) => ({ type: 'plan_way', seq, vehicle: vehicle ?? null, plan }));
+    return told ?? api.way(plan, vehicle);
+  }
+
+  /** `null`: it is too long for the WebSocket. */
+  #ask<Answer>(kind: Pending<Answer>, question: (seq: number) => ClientMessage): Promise<Answer> | null {
+    const seq = this.#nextSeq++;
+    const text = JSON.stringify(question(seq));
+    if (text.length > MAX_ASKED) return null;
+    const answer = kind.ask(seq);
+    if (this.isOnline) this.#socket.sendText(text);
+    else kind.end('no connection');
+    return answer;
+  }
+
+  #endQuestions(why: string, seq?: number): void {
+    this.#assessments.end(why, seq);
+    this.#ways.end(why, seq);
   }
 
   /** Sends a command and remembers the vehicle's answer. Gives whether it was accepted. */
@@ -296,14 +293,14 @@ export class Station {
         // What an event tells is in the telemetry as well.
         break;
       case 'assessment':
-        if (message.seq === this.#question?.seq) {
-          this.#question.resolve(message);
-          this.#question = null;
-        }
+        this.#assessments.answer(message.seq, message);
+        break;
+      case 'way':
+        this.#ways.answer(message.seq, message);
         break;
       case 'error':
         console.error('The server did not understand:', message.detail);
-        this.#endQuestion(message.detail);
+        if (message.seq !== undefined) this.#endQuestions(message.detail, message.seq);
         break;
     }
   }
@@ -332,7 +329,7 @@ export class Station {
       for (const vehicle of vehicles.all) void this.#meet(vehicle);
     } else {
       this.#away_ms ??= performance.now();
-      this.#endQuestion('the connection was lost');
+      this.#endQuestions('the connection was lost');
     }
   }
 

@@ -2,7 +2,6 @@ import { expect, it, vi } from 'vitest';
 import type { Plan, Way } from '$lib/api/types';
 import { makeItem } from '$lib/domain/plan';
 import { PLANE_ROUTE } from '$lib/domain/way';
-import { api } from './station.svelte';
 import { Asker, type Question } from './ways.svelte';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
@@ -14,13 +13,10 @@ const question = (count: number): Question => ({
 
 it('asks one question at a time, and of those that come meanwhile the last', async () => {
   const asked: { plan: Plan; vehicle?: number; answer: (way: Way) => void; fail: () => void }[] = [];
-  const way = vi
-    .spyOn(api, 'way')
-    .mockImplementation(
-      (plan, vehicle) =>
-        new Promise((answer, fail) => asked.push({ plan, ...(vehicle !== undefined && { vehicle }), answer, fail })),
-    );
-  const asker = new Asker();
+  const asker = new Asker(
+    (plan, vehicle) =>
+      new Promise((answer, fail) => asked.push({ plan, ...(vehicle !== undefined && { vehicle }), answer, fail })),
+  );
   const [one, two, three] = [question(1), question(2), question(3)];
   asker.ask(one);
   asker.ask(one);
@@ -47,5 +43,4 @@ it('asks one question at a time, and of those that come meanwhile the last', asy
   asked[3]?.answer(WAY);
   await Promise.resolve();
   expect(asker.answer).toBeNull();
-  way.mockRestore();
 });

@@ -1,0 +1,31 @@
+// What was asked over the WebSocket and has no answer yet: of one kind a question at a time, since a newer one takes its place.
+
+interface Question<Answer> {
+  readonly seq: number;
+  readonly resolve: (answer: Answer) => void;
+  readonly reject: (error: Error) => void;
+}
+
+export class Pending<Answer> {
+  #open: Question<Answer> | null = null;
+
+  /** The answer to the question that is asked now; rejects when a newer one comes, or when it is ended. */
+  ask(seq: number): Promise<Answer> {
+    this.end('another question came');
+    return new Promise((resolve, reject) => (this.#open = { seq, resolve, reject }));
+  }
+
+  /** An answer came; that to an older question is nobody's any more. */
+  answer(seq: number, answer: Answer): void {
+    if (this.#open?.seq !== seq) return;
+    this.#open.resolve(answer);
+    this.#open = null;
+  }
+
+  /** There is no answer: to the question of this number, or to any. */
+  end(why: string, seq: number | undefined = this.#open?.seq): void {
+    if (this.#open === null || this.#open.seq !== seq) return;
+    this.#open.reject(new Error(why));
+    this.#open = null;
+  }
+}
