@@ -144,14 +144,25 @@ export function firstPassages<Each extends Passage>(passages: readonly Each[]): 
   return first;
 }
 
+const flownOf = new WeakMap<Track, readonly number[]>();
+
+/** Distance flown until each moment of a track, metres; counted once, since profiles ask for it in each frame of a drag. */
+function flownAlong(track: Track): readonly number[] {
+  const known = flownOf.get(track);
+  if (known !== undefined) return known;
+  const places = placesOf(track);
+  let total_m = 0;
+  const flown_m = places.map((at, index) => (total_m += index === 0 ? 0 : distance_m(places[index - 1] ?? at, at)));
+  flownOf.set(track, flown_m);
+  return flown_m;
+}
+
 /**
  * Where each moment of a track stands in the profile of its plan, metres: by distance flown, with each item where the profile
  * has it, so that planned and flown heights of one place stand over each other. After a jump it goes back.
  */
 export function alongProfile(track: Track, passages: readonly Passage[], profile: Profile): number[] {
-  const places = placesOf(track);
-  let total_m = 0;
-  const flown_m = places.map((at, index) => (total_m += index === 0 ? 0 : distance_m(places[index - 1] ?? at, at)));
+  const flown_m = flownAlong(track);
   /** By item number: where its leg begins, and where it is done with. */
   const stretches = new Map<number, { from_m: number; to_m: number }>();
   let before_m = 0;

@@ -28,7 +28,7 @@ import { AreaPainter, type AreaTexts, type AreaView } from './area-painter';
 import { coastLayer, coastStyle } from './base-map';
 import { CanvasLayer } from './canvas-layer';
 import { CorridorPainter } from './corridor-painter';
-import { FleetLayer, type FleetMark } from './fleet-layer';
+import { type FleetMark, FleetPainter } from './fleet-layer';
 import { projection, type Projection, readTheme, type Theme, WORLD_M, type XY } from './frame';
 import { GridPainter } from './grid-painter';
 import { RehearsalPainter } from './rehearsal-painter';
@@ -134,7 +134,7 @@ export class MapAdapter {
   readonly #survey = new SurveyPainter();
   readonly #home = new HomePainter();
   readonly #vehicles = new VehiclePainter();
-  readonly #fleet = new FleetLayer(() => this.#theme, 3.5);
+  readonly #fleet = new FleetPainter();
   readonly #ruler = new RulerPainter();
   readonly #scale: ScaleLine;
   readonly #keys: EventsKey[] = [];
@@ -150,6 +150,12 @@ export class MapAdapter {
   #swallowClickUntil_ms = -Infinity;
   /** Counts changes of what is painted only when it changes. */
   #version = 0;
+  /** The same of grid and trails, of what is placed, and of the theme. */
+  #ground = 0;
+  #placed = 0;
+  #looks = 0;
+  /** Whether lines of the plan are guesses, as long as the core has not told them. */
+  #isGuess = false;
   #cursor = '';
 
   constructor({ target, events, view, sources, tiles }: MapOptions) {
@@ -171,7 +177,7 @@ export class MapAdapter {
       view: this.#view,
       layers: [
         this.#coast,
-        new CanvasLayer([this.#grid, this.#trails], look, 2),
+        new CanvasLayer([this.#grid, this.#trails], look, 2, () => `${this.#ground} ${this.#trails.added}`),
         new CanvasLayer(
           [
             this.#areas,
@@ -189,8 +195,8 @@ export class MapAdapter {
           3,
           () => this.#version,
         ),
-        new CanvasLayer([this.#placing], look, 2.5),
-        this.#fleet.layer,
+        new CanvasLayer([this.#placing], look, 2.5, () => this.#placed),
+        new CanvasLayer([this.#fleet], look, 3.5, () => `${this.#fleet.version} ${this.#looks}`),
         new CanvasLayer([this.#rehearsal.plane, this.#vehicles, this.#ruler], look, 4),
       ],
       controls: [this.#scale],
@@ -228,8 +234,12 @@ export class MapAdapter {
 
   setPlan(items: readonly PlanItem[], home: Home | null, way: Way): void {
     this.#version += 1;
+    const wasGuess = this.#isGuess;
+    this.#isGuess = way.stops.some(({ leg }) => leg?.isGuess === true);
     this.#route.route = items.length === 0 ? EMPTY_ROUTE : routeView(items, home, way);
-    this.#map.render();
+    // the answer about what is dragged waits for no further frame
+    if (wasGuess && !this.#isGuess) this.#map.renderSync();
+    else this.#map.render();
   }
 
   /** The route that the vehicle has, where it is another one; `null` when it is not shown. */
@@ -307,6 +317,7 @@ export class MapAdapter {
   }
 
   setHome(home: LonLat | null): void {
+    this.#ground += 1;
     this.#version += 1;
     this.#home.home = home;
     this.#grid.origin = home === null ? null : toXY(home);
@@ -320,6 +331,7 @@ export class MapAdapter {
 
   /** Trails are read where they are; call this when their number changes, `render` when they grow. */
   setTrails(trails: readonly Trail[]): void {
+    this.#ground += 1;
     this.#trails.setTrails(trails);
     this.#map.render();
   }
@@ -339,6 +351,7 @@ export class MapAdapter {
   /** Vehicles that are not followed in detail. */
   setFleet(marks: readonly FleetMark[]): void {
     this.#fleet.marks = marks;
+    this.#map.render();
   }
 
   setRuler(points: readonly LonLat[]): void {
@@ -347,6 +360,7 @@ export class MapAdapter {
   }
 
   setTexts(texts: MapTexts): void {
+    this.#ground += 1;
     this.#version += 1;
     this.#route.texts = texts;
     this.#areas.texts = texts;
@@ -372,11 +386,13 @@ export class MapAdapter {
   }
 
   setPlacing(placing: Placing): void {
+    this.#placed += 1;
     this.#placing.placing = placing;
     this.#map.render();
   }
 
   setLayers(visible: { grid: boolean; trails: boolean }): void {
+    this.#ground += 1;
     this.#grid.isVisible = visible.grid;
     this.#trails.isVisible = visible.trails;
     this.#map.render();
@@ -388,10 +404,12 @@ export class MapAdapter {
   }
 
   refreshTheme(): void {
+    this.#looks += 1;
+    this.#placed += 1;
+    this.#ground += 1;
     this.#version += 1;
     this.#theme = readTheme();
     this.#coast.setStyle(coastStyle(this.#theme));
-    this.#fleet.redraw();
     this.#map.render();
   }
 
@@ -402,6 +420,7 @@ export class MapAdapter {
   // --- The view -----------------------------------------------------------------------------------------------------
 
   setInsets(insets: Insets): void {
+    this.#ground += 1;
     this.#version += 1;
     this.#insets = insets;
     const style = this.#target.style;
@@ -591,6 +610,7 @@ export class MapAdapter {
         const centre = this.#view.getCenter();
         const zoom = this.#view.getZoom();
         this.#fleet.resolution = this.#view.getResolution() ?? 1;
+        map.render();
         if (centre && zoom !== undefined) this.#events.viewChange?.({ centre: placeOf(centre), zoom });
       }),
     );
@@ -685,7 +705,7 @@ export class MapAdapter {
     const item = this.#route.itemAt(frame, x, y, tolerance);
     if (item !== null) return this.#events.itemClick?.(item.number, modifiers);
     const leg = this.#route.handleAt(frame, x, y, tolerance);
-    if (leg !== null) return void this.#events.legInsert?.(leg.toIndex, leg.middlePlace);
+    if (leg !== null) return void this.#events.legInsert?.(leg.toIndex, placeOf([...leg.middle]));
     if (!this.#route.status.isEditing) {
       const vehicle = this.#vehicles.vehicleAt(frame, x, y, tolerance);
       if (vehicle !== null) return this.#events.vehicleClick?.(vehicle);
@@ -783,7 +803,7 @@ export class MapAdapter {
         }
         const leg = this.#route.handleAt(frame, x, y, tolerance);
         if (leg !== null) {
-          drag = { number: null, from: leg.middlePlace, legIndex: leg.toIndex, isMoved: false };
+          drag = { number: null, from: placeOf([...leg.middle]), legIndex: leg.toIndex, isMoved: false };
           return true;
         }
         if (original.shiftKey) {

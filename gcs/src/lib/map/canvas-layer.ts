@@ -9,7 +9,7 @@ export class CanvasLayer extends Layer<Source> {
   readonly #canvas = document.createElement('canvas');
   readonly #painters: readonly Painter[];
   readonly #look: () => { theme: Theme; insets: Insets };
-  readonly #version: (() => number) | null;
+  readonly #version: (() => number | string) | null;
   #drawn = '';
 
   /** With a `version` the layer is painted anew only when that, or the view, is another. */
@@ -17,7 +17,7 @@ export class CanvasLayer extends Layer<Source> {
     painters: readonly Painter[],
     look: () => { theme: Theme; insets: Insets },
     zIndex: number,
-    version: (() => number) | null = null,
+    version: (() => number | string) | null = null,
   ) {
     super({ zIndex });
     this.#painters = painters;

@@ -1,16 +1,12 @@
 // Vehicles that are not followed in detail: each turned to its heading, those near each other as one mark with their number.
 import Feature from 'ol/Feature';
-import type { Coordinate } from 'ol/coordinate';
 import Point from 'ol/geom/Point';
-import VectorLayer from 'ol/layer/Vector';
+import { get as projectionOf } from 'ol/proj';
 import Cluster from 'ol/source/Cluster';
 import VectorSource from 'ol/source/Vector';
-import type { FrameState } from 'ol/Map';
-import type { State } from 'ol/render';
-import Style from 'ol/style/Style';
 import type { LonLat } from '$lib/domain/lonlat';
 import { ATTENTION_LEVELS, type AttentionLevel } from '$lib/domain/roster';
-import { haloText, type Theme, type XY } from './frame';
+import { type Frame, haloText, type Painter, type XY } from './frame';
 import { toXY } from './route-view';
 import { paintPlane } from './vehicle-painter';
 
@@ -31,42 +27,41 @@ const TOGETHER_PX = 34;
 const APART_M_PER_PX = 8;
 /** Closer than this each has its name. */
 const NAMED_M_PER_PX = 25;
+/** A mark and its name reach so far beyond their place. */
+const EDGE_PX = 60;
 
-/** Draws on a canvas of its own: OpenLayers would take that of the layer below, which is painted by hand and not cleared for it. */
-class OwnCanvasLayer extends VectorLayer<Cluster<Feature<Point>>> {
-  readonly #nowhere = document.createElement('div');
-
-  override render(state: FrameState | null): HTMLElement | null {
-    return super.render(state, this.#nowhere);
-  }
-}
-
-export class FleetLayer {
-  readonly #source = new VectorSource<Feature<Point>>({ wrapX: true });
+export class FleetPainter implements Painter {
+  readonly #source = new VectorSource<Feature<Point>>();
   readonly #cluster = new Cluster<Feature<Point>>({ distance: TOGETHER_PX, source: this.#source });
-  readonly layer: VectorLayer<Cluster<Feature<Point>>>;
+  #version = 0;
 
-  constructor(theme: () => Theme, zIndex: number) {
-    const style = new Style({
-      renderer: (pixel, state) => paint(pixel as Coordinate, state, theme()),
-      // what is clicked is found by `at`
-      hitDetectionRenderer: () => undefined,
-    });
-    this.layer = new OwnCanvasLayer({ source: this.#cluster, style, zIndex });
+  /** Counts what changes its picture. */
+  get version(): number {
+    return this.#version;
   }
 
   set marks(marks: readonly FleetMark[]) {
+    this.#version += 1;
     this.#source.clear(true);
     this.#source.addFeatures(marks.map((mark) => new Feature({ geometry: new Point([...toXY(mark.at)]), mark })));
   }
 
+  /** Puts those together anew that are near each other in a view that came to rest. */
   set resolution(m_per_px: number) {
+    this.#version += 1;
     const distance_px = m_per_px < APART_M_PER_PX ? 0 : TOGETHER_PX;
     if (this.#cluster.getDistance() !== distance_px) this.#cluster.setDistance(distance_px);
+    const mercator = projectionOf('EPSG:3857');
+    if (mercator !== null) this.#cluster.loadFeatures(mercator.getExtent(), m_per_px, mercator);
   }
 
-  redraw(): void {
-    this.layer.changed();
+  paint(frame: Frame): void {
+    const { width, height } = frame.size;
+    for (const feature of this.#cluster.getFeatures()) {
+      const [x, y] = frame.pixel(placeOf(feature));
+      const isIn = x > -EDGE_PX && y > -EDGE_PX && x < width + EDGE_PX && y < height + EDGE_PX;
+      if (isIn) paint(frame, marksOf(feature), x, y);
+    }
   }
 
   /** Those of the mark nearest to a pixel; none where there is no mark. */
@@ -74,8 +69,7 @@ export class FleetLayer {
     let nearest: readonly FleetMark[] = [];
     let nearest_px = Math.max(18, tolerance_px);
     for (const feature of this.#cluster.getFeatures()) {
-      const [fx = 0, fy = 0] = (feature.getGeometry() as Point | undefined)?.getCoordinates() ?? [];
-      const [px, py] = pixelOf([fx, fy]);
+      const [px, py] = pixelOf(placeOf(feature));
       const distance_px = Math.hypot(px - x, py - y);
       if (distance_px <= nearest_px) [nearest, nearest_px] = [marksOf(feature), distance_px];
     }
@@ -86,18 +80,17 @@ export class FleetLayer {
 const marksOf = (feature: { get(key: string): unknown }): readonly FleetMark[] =>
   ((feature.get('features') ?? []) as Feature[]).map((one) => one.get('mark') as FleetMark);
 
-function paint([x = 0, y = 0]: Coordinate, state: State, theme: Theme): void {
-  const { context, pixelRatio, feature, resolution } = state;
-  const marks = marksOf(feature as Feature);
+function placeOf(feature: Feature): XY {
+  const [x = 0, y = 0] = (feature.getGeometry() as Point | undefined)?.getCoordinates() ?? [];
+  return [x, y];
+}
+
+function paint({ context, theme, resolution }: Frame, marks: readonly FleetMark[], px: number, py: number): void {
   const [first] = marks;
   if (first === undefined) return;
   const worst = ATTENTION_LEVELS.find((level) => marks.some((mark) => mark.level === level)) ?? 'none';
   const colour = { danger: theme.danger, warn: theme.warn, none: theme.plane }[worst];
   const edge = theme.isDark ? '#000' : '#fff';
-  context.save();
-  context.scale(pixelRatio, pixelRatio);
-  const [px, py] = [x / pixelRatio, y / pixelRatio];
-  context.setLineDash([]);
   if (marks.length > 1) {
     const radius = 11 + 3 * Math.min(4, Math.log10(marks.length) * 2);
     context.beginPath();
@@ -138,5 +131,4 @@ function paint([x = 0, y = 0]: Coordinate, state: State, theme: Theme): void {
       haloText({ context, theme }, first.label, px, py + 20, theme.muted);
     }
   }
-  context.restore();
 }

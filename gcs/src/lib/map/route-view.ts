@@ -1,6 +1,6 @@
 // A planned route as it is drawn: the geometry of a plan in map coordinates, made anew only when the plan changes.
 import { fromLonLat } from 'ol/proj';
-import { between, circle, distance_m, length_m } from '$lib/domain/geo';
+import { circle } from '$lib/domain/geo';
 import type { LonLat } from '$lib/domain/lonlat';
 import { altRelHome_m, type Home, type ItemKind, kindOf, type PlanItem, placeOf } from '$lib/domain/plan';
 import { MERCATOR_LIMIT_DEG } from '$lib/domain/projection';
@@ -22,7 +22,6 @@ export interface RouteLeg {
   readonly toIndex: number;
   readonly line: readonly XY[];
   readonly middle: XY;
-  readonly middlePlace: LonLat;
   /** A straight line while the core has not told the way. */
   readonly isGuess: boolean;
 }
@@ -89,9 +88,9 @@ export function routeView(items: readonly PlanItem[], home: Home | null, way: Wa
     }),
     legs: way.stops.flatMap(({ leg }) => {
       if (leg === null) return [];
-      const middlePlace = middleOf(leg.line);
       const { kind, toIndex, isGuess } = leg;
-      return [{ kind, toIndex, isGuess, line: toLine(leg.line), middle: toXY(middlePlace), middlePlace }];
+      const line = toLine(leg.line);
+      return [{ kind, toIndex, isGuess, line, middle: middleOf(line) }];
     }),
     circles: way.stops.flatMap(({ index, loiter }) => {
       const place = places[index] ?? null;
@@ -111,14 +110,19 @@ export function routeView(items: readonly PlanItem[], home: Home | null, way: Wa
   };
 }
 
-/** Halfway along a line. */
-function middleOf(line: readonly LonLat[]): LonLat {
-  let left_m = length_m(line) / 2;
-  for (let index = 1; index < line.length; index += 1) {
-    const [from, to] = [line[index - 1] as LonLat, line[index] as LonLat];
-    const piece_m = distance_m(from, to);
-    if (piece_m >= left_m && piece_m > 0) return between(from, to, left_m / piece_m);
-    left_m -= piece_m;
+/** Halfway along a line as it is seen. */
+function middleOf(line: readonly XY[]): XY {
+  const pieces = line.slice(1).map(([x, y], index) => {
+    const [fromX, fromY] = line[index] as XY;
+    return Math.hypot(x - fromX, y - fromY);
+  });
+  let left = pieces.reduce((sum, piece) => sum + piece, 0) / 2;
+  for (const [index, piece] of pieces.entries()) {
+    if (piece >= left && piece > 0) {
+      const [[fromX, fromY], [toX, toY]] = [line[index] as XY, line[index + 1] as XY];
+      return [fromX + ((toX - fromX) * left) / piece, fromY + ((toY - fromY) * left) / piece];
+    }
+    left -= piece;
   }
-  return line.at(-1) as LonLat;
+  return line.at(-1) as XY;
 }

@@ -54,6 +54,11 @@ export class TrailPainter implements Painter {
     return this.#range_m;
   }
 
+  /** Counts the points that there ever were: with another number, or other trails, the picture is another. */
+  get added(): number {
+    return this.#lines.reduce((sum, { trail }) => sum + trail.added, 0);
+  }
+
   setTrails(trails: readonly Trail[]): void {
     const old = this.#lines;
     this.#lines = trails.map((trail) => old.find((line) => line.trail === trail) ?? lineOf(trail));

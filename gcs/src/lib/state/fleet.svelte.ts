@@ -1,11 +1,13 @@
 // All vehicles as a list: what each row says, what is searched, which are marked, the groups that a person keeps.
 import { SvelteSet } from 'svelte/reactivity';
 import {
+  type AttentionLevel,
   attentionTo,
   changedRow,
   found,
   inOrder,
   keyOf,
+  levelOf,
   type Listed,
   placesByName,
   type RosterChange,
@@ -106,6 +108,12 @@ class Fleet {
   /** What a vehicle is called. */
   nameOf(row: RosterRow): string {
     return row.remote_name ?? `${t(`vehicle.${kindOf(row.mav_type)}`)} ${row.id}`;
+  }
+
+  /** How urgently somebody should look at a vehicle. */
+  levelOf(id: number): AttentionLevel {
+    const row = this.#byId.get(id);
+    return row === undefined ? 'none' : levelOf(attentionTo(row, this.age_s(row)));
   }
 
   mark(id: number, isMarked: boolean): void {
