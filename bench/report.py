@@ -213,8 +213,10 @@ STATION: dict[str, Figure] = {
             f"{f['frames_per_s']:.1f} frames/s, longest frame {f['longest_ms']:.0f} ms, "
             f"{f['rehearsals_per_s']:.1f} rehearsals/s"
             + (
-                f", {f['ways_per_s']:.1f} answers/s about the lines in {f['way_ms']:.0f} ms each"
-                if "way_ms" in f
+                f"; from a move to the core's lines painted {f['drawn_ms']:.1f} ms, 99 % within {f['drawn_p99_ms']:.0f} ms, "
+                f"{f['ways_per_s']:.1f} a second; processor time of a frame: {f['task_ms']:.1f} ms of the page's main thread "
+                f"({f['script_layout_ms']:.1f} scripts and layout), {f['server_ms']:.1f} ms of the server"
+                if "drawn_ms" in f
                 else ""
             )
         ),

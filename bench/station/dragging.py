@@ -1,7 +1,8 @@
 """Frames a second of the map while a point of a plan of 100 items is dragged with the rehearsal following, software rendering.
 
 ``python bench/station/dragging.py [--seconds 10]``. Frames as in ``frames.py``. The pointer moves all the time; the rehearsals that come
-meanwhile are counted too, since a page that asks for none would be quick, and so are the answers about the lines, with how long one took.
+meanwhile are counted too, since a page that asks for none would be quick, and of the answers about the lines it is measured how long they
+took from the move of the pointer until they were painted.
 A plane's telemetry comes at 20 Hz beside it.
 """
 
@@ -19,8 +20,9 @@ from typing import TYPE_CHECKING, Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+from bench.harness import cpu_seconds, quantile
 from bench.station.frames import COUNT, HZ, LAT_DEG, LON_DEG
-from bench.station.stage import chromium, keep, station
+from bench.station.stage import chromium, costs_ms, keep, metering, station
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -30,10 +32,47 @@ LEG_DEG = (0.0016, 0.004)
 """Between two lines to and fro, and half of their length: degrees of latitude and of longitude."""
 DRAGGED = 50
 RADIUS_PX = 60.0
-WAYS = """() => performance.getEntriesByType('resource')
-    .filter(({ name, startTime }) => name.endsWith('/plan/way') && startTime >= window.benchFrames[0])
-    .map(({ duration }) => duration)"""
-"""How long each answer of the core took about the lines that are drawn, as the page saw it, milliseconds."""
+WATCH = """() => {
+    const bench = (window.bench = { drawn_ms: [], waited_ms: [] });
+    let moved = null;
+    let asked = null;
+    let answered = false;
+    addEventListener('pointermove', ({ timeStamp }) => (moved = { at: performance.now(), event: timeStamp }), true);
+    const say = WebSocket.prototype.send;
+    WebSocket.prototype.send = function (text) {
+        if (typeof text === 'string' && text.startsWith('{"type":"plan_way"') && moved !== null) {
+            [asked, moved, answered] = [moved, null, false];
+        }
+        return say.call(this, text);
+    };
+    const take = Object.getOwnPropertyDescriptor(WebSocket.prototype, 'onmessage');
+    Object.defineProperty(WebSocket.prototype, 'onmessage', {
+        configurable: true,
+        get() { return take.get.call(this); },
+        set(listener) {
+            take.set.call(this, listener && ((event) => {
+                const isWay = typeof event.data === 'string' && event.data.startsWith('{"type":"way"');
+                if (isWay) answered = true;
+                return listener.call(this, event);
+            }));
+        },
+    });
+    // the canvas of the plan is the third that is painted by hand, from the bottom
+    const clear = CanvasRenderingContext2D.prototype.clearRect;
+    CanvasRenderingContext2D.prototype.clearRect = function (...box) {
+        if (answered && asked !== null && this.canvas === document.querySelectorAll('.ol-layers canvas[aria-hidden]')[2]) {
+            const { at, event } = asked;
+            [asked, answered] = [null, false];
+            queueMicrotask(() => {
+                bench.drawn_ms.push(performance.now() - at);
+                bench.waited_ms.push(at - event);
+            });
+        }
+        return clear.apply(this, box);
+    };
+}"""
+"""Takes the time from each move of the pointer of which the core was asked to the moment when its answer has been painted, milliseconds;
+and how long the move itself waited for the page."""
 
 
 def waypoint(index: int) -> tuple[float, float]:
@@ -87,6 +126,7 @@ def measure(seconds: float) -> dict[str, Any]:
         file.write_text(mission(), encoding="utf-8")
         page = browser.new_context(viewport={"width": 1440, "height": 900}).new_page()
         page.on("websocket", listen)
+        page.add_init_script(f"({WATCH})()")
         page.goto(served.url)
         page.get_by_role("button", name="Plan", exact=True).click()
         with page.expect_file_chooser() as choosing:
@@ -97,6 +137,9 @@ def measure(seconds: float) -> dict[str, Any]:
         page.mouse.move(x, y)
         page.mouse.down()
         answers.clear()
+        page.evaluate("[window.bench.drawn_ms, window.bench.waited_ms] = [[], []]")
+        session = metering(page)
+        server_s, costs = cpu_seconds(served.pid), costs_ms(session)
         page.evaluate(COUNT)
         until, step = time.monotonic() + seconds, 0
         while time.monotonic() < until:
@@ -105,15 +148,21 @@ def measure(seconds: float) -> dict[str, Any]:
             page.mouse.move(x + RADIUS_PX * math.sin(angle), y + RADIUS_PX * (1 - math.cos(angle)))
         page.mouse.up()
         times: list[float] = page.evaluate("window.benchFrames")
-        ways: list[float] = page.evaluate(WAYS)
+        server_s = cpu_seconds(served.pid) - server_s
+        costs = {name: value - costs[name] for name, value in costs_ms(session).items()}
+        found: dict[str, list[float]] = page.evaluate("window.bench")
         followed = len(answers)
     gaps = [later - sooner for sooner, later in itertools.pairwise(times)]
     return {
         "frames_per_s": 1000 * len(gaps) / (times[-1] - times[0]),
         "longest_ms": max(gaps),
         "rehearsals_per_s": followed / seconds,
-        "ways_per_s": len(ways) / seconds,
-        "way_ms": statistics.median(ways),
+        "ways_per_s": len(found["drawn_ms"]) / seconds,
+        "drawn_ms": statistics.median(found["drawn_ms"]),
+        "drawn_p99_ms": quantile(found["drawn_ms"], 0.99),
+        "waited_ms": statistics.median(found["waited_ms"]),
+        "server_ms": 1000 * server_s / len(times),
+        **{name: value / len(times) for name, value in costs.items()},
     }
 
 

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from bench.harness import OUT, ROOT, NotMeasured, free_port, result_of, running
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+    from playwright.sync_api import Browser, CDPSession, Page
 
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome-stable", "google-chrome")
 ARGUMENTS = (
@@ -73,6 +73,20 @@ def chromium() -> Iterator[Browser]:
             yield browser
         finally:
             browser.close()
+
+
+def metering(page: Page) -> CDPSession:
+    """Begin to count the processor time of a page's main thread."""
+    session = page.context.new_cdp_session(page)
+    session.send("Performance.enable", {"timeDomain": "threadTicks"})
+    return session
+
+
+def costs_ms(session: CDPSession) -> dict[str, float]:
+    """Processor time of the page's main thread so far: for scripts, styles and layout, and for all its tasks."""
+    told = {one["name"]: 1000 * one["value"] for one in session.send("Performance.getMetrics")["metrics"]}
+    scripted = told["ScriptDuration"] + told["LayoutDuration"] + told["RecalcStyleDuration"]
+    return {"script_layout_ms": scripted, "task_ms": told["TaskDuration"]}
 
 
 def keep(name: str, figures: dict[str, float]) -> None:
