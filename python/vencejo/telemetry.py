@@ -573,7 +573,7 @@ class AirspeedSensor(Group):
 
 @dataclass(frozen=True, kw_only=True)
 class ServoOutputs(Group):
-    """SERVO_OUTPUT_RAW: what the actuators get.
+    """SERVO_OUTPUT_RAW of outputs 1 to 16: what the actuators get.
 
     Attributes
     ----------

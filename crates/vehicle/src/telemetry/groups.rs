@@ -361,7 +361,7 @@ groups! {
         pub is_used: bool,
     }
 
-    /// SERVO_OUTPUT_RAW of the first bank: what the actuators get. Outputs 17 to 32, AUX of a PX4, come as messages alone.
+    /// SERVO_OUTPUT_RAW of outputs 1 to 16: what the actuators get.
     #[derive(Eq)]
     pub struct ServoOutputs {
         /// Pulse lengths of outputs 1 to 16; `None` for one that is off.

@@ -7378,7 +7378,7 @@ export interface components {
             /** @enum {string} */
             type: "error";
         };
-        /** @description SERVO_OUTPUT_RAW: what the actuators get. */
+        /** @description SERVO_OUTPUT_RAW of outputs 1 to 16: what the actuators get. */
         ServoOutputs: {
             /**
              * Format: double
