@@ -37,7 +37,7 @@ def test_a_circle_is_refused() -> None:
     ("crate", "uses", "says"),
     [
         ("proto", "vencejo-link", "must not depend on link"),
-        ("vehicle", "tokio", "station may use `tokio`"),
+        ("vehicle", "tokio", "station, video may use `tokio`"),
         ("flight", "pyo3", "only py may use"),
         ("vehicle", "mavlink", "only proto may use"),
         ("novelty", "serde", "not in the table"),
