@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
 use std::time::Duration;
 
 use prost::Message;
@@ -99,12 +99,15 @@ pub(in crate::carrier) struct Archive {
     org: Name,
     clock: Arc<SystemClock>,
     aircraft: Mutex<BTreeMap<Name, Kept>>,
+    /// The first aircraft without a place is reported, once.
+    is_full: Once,
 }
 
 impl Archive {
     /// Reads what there is. It blocks.
     pub(in crate::carrier) fn open(org: Name, config: HistoryConfig) -> Self {
-        let archive = Self { config, org, clock: Arc::new(SystemClock::new()), aircraft: Mutex::default() };
+        let archive =
+            Self { config, org, clock: Arc::new(SystemClock::new()), aircraft: Mutex::default(), is_full: Once::new() };
         let entries = std::fs::read_dir(&archive.config.folder).into_iter().flatten().flatten();
         let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
         let names: Vec<Name> = names.filter_map(|name| name.strip_suffix(ENDING)?.parse().ok()).collect();
@@ -144,6 +147,10 @@ impl Archive {
         }
         if all.len() < MAX_AIRCRAFT {
             act(self, all.entry(name.clone()).or_insert_with(|| Kept::of(Numbers::new())));
+        } else {
+            self.is_full.call_once(|| {
+                tracing::warn!("no history of {name} and those after it: it is kept of {MAX_AIRCRAFT} aircraft");
+            });
         }
     }
 
