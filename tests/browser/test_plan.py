@@ -364,8 +364,21 @@ async def test_a_plan_goes_to_files_and_to_the_vehicle_and_back(
             await expect(station.items).to_have_count(len(demo))
             await expect(station.plan_state).to_have_text(station.text("plan.state.verified"))
 
+            # Whatever grows between what is seen and what is about to be held, that stays under the pointer.
+            clear = panel.get_by_role("button", name=station.text("plan.clearVehicle.mission"), exact=True)
+            rehearsed = panel.get_by_text(station.text("odds.ask"), exact=True)
+            await expect(rehearsed).to_be_visible()
+            await clear.hover()
+            place = await clear.bounding_box()
+            await rehearsed.evaluate(
+                """element => {
+                    element.style.marginTop = '200px';
+                    return new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
+                }"""
+            )
+            assert await clear.bounding_box() == place
             await station.hold(
-                panel.get_by_role("button", name=station.text("plan.clearVehicle.mission"), exact=True),
+                clear,
                 until=panel.get_by_text(station.text("plan.state.not-sent"), exact=True),
             )
             await expect(station.items).to_have_count(len(demo))
