@@ -16,8 +16,8 @@ use crate::key::Name;
 use crate::payload::VERSION as PAYLOAD_VERSION;
 use crate::signature::PublicKey;
 
-/// The version of what is kept.
-const VERSION: u32 = 1;
+/// The version of what is kept. The first knew aircraft alone, which are members by their names here.
+const VERSION: u32 = 2;
 /// How long a token is good unless said otherwise, s.
 pub const TOKEN_S: u64 = 3_600;
 /// Aircraft on a roll at most: sessions that a router takes.
@@ -136,7 +136,7 @@ pub struct Roll {
     #[serde(default)]
     pub number: u64,
     /// Who is enrolled, by common name.
-    #[serde(default)]
+    #[serde(default, alias = "aircraft")]
     pub members: BTreeMap<String, Entry>,
     #[serde(default)]
     tokens: Vec<Out>,
@@ -168,10 +168,9 @@ impl Roll {
     /// What is wrong with it.
     pub fn read(bytes: &[u8]) -> Result<Self, String> {
         let roll: Self = serde_json::from_slice(bytes).map_err(|error| error.to_string())?;
-        if roll.version == VERSION {
-            Ok(roll)
-        } else {
-            Err(format!("it is of version {}, this program knows {VERSION}", roll.version))
+        match roll.version {
+            1..=VERSION => Ok(Self { version: VERSION, ..roll }),
+            other => Err(format!("it is of version {other}, this program knows those to {VERSION}")),
         }
     }
 
@@ -473,7 +472,11 @@ mod tests {
         roll.enter("plane7", &[1; 32], None, NOW, NOW);
         roll.promise(&plane("plane8"), &ticket(1), TOKEN_S, NOW).expect("promised");
         assert_eq!(Roll::read(&roll.bytes()), Ok(roll));
-        assert!(Roll::read(b"{\"version\": 2, \"hosts\": []}").is_err_and(|error| error.contains("version 2")));
+        assert!(Roll::read(b"{\"version\": 3, \"hosts\": []}").is_err_and(|error| error.contains("version 3")));
+        let first = br#"{"version": 1, "hosts": ["ground"], "aircraft": {"plane7": {"enrolled": 1, "ends": 2, "key": "00", "revoked": 2}}}"#;
+        let read = Roll::read(first).expect("the first version");
+        assert_eq!(read.members["plane7"].revoked, Some(2), "whoever was put out stays out");
+        assert_eq!(Roll::read(&read.bytes()), Ok(read));
     }
 
     #[test]
