@@ -71,7 +71,9 @@ impl Telemetry {
                 Group::Attitude
             }
             MavMessage::GLOBAL_POSITION_INT(m) => {
-                let (lat_deg, lon_deg) = check.lat_lon(m.lat, m.lon).unzip();
+                // An ArduPilot that does not know where it is yet says 0/0 (`GCS_MAVLINK::send_global_position_int`).
+                let place = if (m.lat, m.lon) == (0, 0) { None } else { check.lat_lon(m.lat, m.lon) };
+                let (lat_deg, lon_deg) = place.unzip();
                 let mut speed = |raw: i16| check.scaled(raw, i16::MAX, 1e2, VELOCITY_M_S);
                 let value = Position {
                     lat_deg,

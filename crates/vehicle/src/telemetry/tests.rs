@@ -404,6 +404,18 @@ fn a_flight_is_learned_by_the_vehicles_clock() {
 }
 
 #[test]
+fn a_position_of_0_0_is_none() {
+    let position = |lat| MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA { lat, ..Default::default() });
+    let place = |message| {
+        let position = apply(message).position.expect("heard");
+        assert!(!position.invalid);
+        (position.value.lat_deg, position.value.lon_deg)
+    };
+    assert_eq!(place(position(0)), (None, None), "before the first fix");
+    assert_eq!(place(position(1)), (Some(1e-7), Some(0.0)));
+}
+
+#[test]
 fn outputs_17_to_32_are_not_taken_for_1_to_16() {
     let outputs = |port, pulse_us| {
         MavMessage::SERVO_OUTPUT_RAW(SERVO_OUTPUT_RAW_DATA { port, servo1_raw: pulse_us, ..Default::default() })
