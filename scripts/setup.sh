@@ -261,6 +261,9 @@ native() { # release | as-tested | demo
         *) fail "native: release, as-tested or demo" ;;
     esac
     if [ "$1" = demo ]; then has_native demo release as-tested && return; else has_native "$1" && return; fi
+    # The demo's module reads the pages where they are, and is told where while it is compiled: the folder has to be there by then,
+    # the pages need not.
+    mkdir -p gcs/dist
     say "building the native module (the first time takes minutes)"
     VIRTUAL_ENV=$PWD/$VENV logged native "the native module did not build" "$VENV/bin/maturin" develop "${how[@]}" --locked
     mkdir -p "$STAMPS"
