@@ -6,7 +6,6 @@ pub mod camera;
 pub mod cause;
 pub mod command;
 pub mod command_table;
-pub mod history;
 pub mod link;
 pub mod maps;
 pub mod message;

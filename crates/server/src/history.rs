@@ -10,51 +10,59 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 /// The place of what this computer keeps on board. No fleet has such a name.
 pub const BOARD: &str = "_board";
 const ENDING: &str = ".mcap";
 const NOTE: &str = ".json";
 
-/// A file.
-#[derive(Debug, Clone, PartialEq)]
+/// A file of a history (MCAP).
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct HistoryFile {
     /// Its name.
     pub name: String,
     /// Its size.
     pub bytes: u64,
-    /// When it was written last, seconds since 1970.
+    /// When it was written last, seconds since 1970; null when the system does not say.
+    #[schema(required = true)]
     pub modified_unix_s: Option<f64>,
 }
 
-/// Numbers that are not in the archive.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Gap {
-    /// The boot on board, 16 hexadecimal digits.
+/// Numbers of records that are not in a history.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+pub struct HistoryGap {
+    /// The boot on board: 16 hexadecimal digits.
     pub boot: String,
     /// `state`, `event` or `audit`.
     pub stream: String,
-    /// The first and the last number.
+    /// The first number.
     pub first: u64,
+    /// The last number.
     pub last: u64,
-    /// Whether the aircraft has them no more.
+    /// Whether the aircraft has them no more; else they are fetched when it is there.
     pub is_lost: bool,
 }
 
 /// What is kept of one aircraft.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Kept {
-    /// The fleet, or [`BOARD`].
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct AircraftHistory {
+    /// The fleet, or `_board` for what this computer keeps on board of an aircraft.
     pub place: String,
-    /// Its name.
+    /// The aircraft's name.
     pub name: String,
     /// Its files, by name, which is by time where the clock was set.
     pub files: Vec<HistoryFile>,
-    /// How many of each stream were ever in them; empty on board, where all is kept.
+    /// How many records of each stream were ever in the files; some may have been deleted since, to make room. Empty where that is not
+    /// noted, as on board, where all is kept.
     pub records: BTreeMap<String, u64>,
-    /// What is missing of it.
-    pub gaps: Vec<Gap>,
+    /// What is missing of it on the ground; null where that is not noted.
+    #[schema(required = true)]
+    pub gaps: Option<Vec<HistoryGap>>,
+    /// Why what is missing is not known, in English: its note is damaged.
+    #[schema(required = true)]
+    pub problem: Option<String>,
 }
 
 #[derive(Deserialize)]
@@ -117,22 +125,26 @@ fn aircraft_of(name: &str) -> Option<&str> {
 /// What is kept, by place and name. Reads the disk.
 ///
 /// # Errors
-/// When a folder cannot be read, or what is noted beside files is damaged.
-pub fn list(top: &Path) -> io::Result<Vec<Kept>> {
+/// When a folder cannot be read.
+pub fn list(top: &Path) -> io::Result<Vec<AircraftHistory>> {
     let mut kept = BTreeMap::new();
     for (place, folder) in places(top)? {
         for file in files(&folder)? {
             let name =
                 aircraft_of(&file.name).or_else(|| file.name.strip_suffix(NOTE).filter(|name| !name.starts_with('.')));
             let Some(name) = name.map(ToOwned::to_owned) else { continue };
-            let aircraft = kept.entry((place.clone(), name.clone())).or_insert_with(|| {
-                let (files, records, gaps) = (Vec::new(), BTreeMap::new(), Vec::new());
-                Kept { place: place.clone(), name: name.clone(), files, records, gaps }
+            let aircraft = kept.entry((place.clone(), name.clone())).or_insert_with(|| AircraftHistory {
+                place: place.clone(),
+                name,
+                files: Vec::new(),
+                records: BTreeMap::new(),
+                gaps: None,
+                problem: None,
             });
             if file.name.ends_with(ENDING) {
                 aircraft.files.push(file);
             } else {
-                note(&folder.join(&file.name), aircraft)?;
+                take_note(&folder.join(&file.name), aircraft);
             }
         }
     }
@@ -150,28 +162,35 @@ pub fn find(top: &Path, place: &str, name: &str) -> io::Result<Option<PathBuf>> 
 }
 
 /// Takes in what is noted beside the files of an aircraft.
-fn note(path: &Path, aircraft: &mut Kept) -> io::Result<()> {
-    let noted: Note = serde_json::from_slice(&fs::read(path)?).map_err(|error| {
-        let text = format!("{} is damaged ({error}): move it away, and it is made anew", path.display());
-        io::Error::new(io::ErrorKind::InvalidData, text)
-    })?;
+fn take_note(path: &Path, aircraft: &mut AircraftHistory) {
+    let read = fs::read(path).and_then(|bytes| serde_json::from_slice::<Note>(&bytes).map_err(io::Error::from));
+    let noted = match read {
+        Ok(noted) => noted,
+        Err(error) => {
+            let name = path.file_name().unwrap_or_default().display();
+            aircraft.problem = Some(format!("{name} is damaged ({error}): move it away, and it is made anew"));
+            return;
+        }
+    };
+    let mut gaps = Vec::new();
     for NotedStream { boot, stream, have, lost } in noted.streams {
         let count: u64 = have.iter().map(|(first, last)| last.saturating_sub(*first).saturating_add(1)).sum();
         *aircraft.records.entry(stream.clone()).or_default() += count;
-        let gap = |(first, last), is_lost| Gap { boot: boot.clone(), stream: stream.clone(), first, last, is_lost };
-        aircraft.gaps.extend(lost.iter().map(|span| gap(*span, true)));
+        let gap =
+            |(first, last), is_lost| HistoryGap { boot: boot.clone(), stream: stream.clone(), first, last, is_lost };
+        gaps.extend(lost.iter().map(|span| gap(*span, true)));
         // What neither has, from 1 on, may still be fetched.
         let mut known: Vec<_> = have.iter().chain(&lost).copied().collect();
         known.sort_unstable();
         let mut next = 1;
         for (first, last) in known {
             if first > next {
-                aircraft.gaps.push(gap((next, first - 1), false));
+                gaps.push(gap((next, first - 1), false));
             }
             next = next.max(last.saturating_add(1));
         }
     }
-    Ok(())
+    aircraft.gaps = Some(gaps);
 }
 
 #[cfg(test)]
@@ -203,7 +222,8 @@ mod tests {
             kept.iter().map(|each| (each.place.as_str(), each.name.as_str(), each.files.len())).collect();
         assert_eq!(places, [("_board", "plane7", 1), ("acme", "plane7", 2), ("acme", "plane8", 0)]);
         assert_eq!(kept[1].records, [("state".to_owned(), 3)].into());
-        let gaps: Vec<_> = kept[1].gaps.iter().map(|gap| (gap.first, gap.last, gap.is_lost)).collect();
+        let gaps = kept[1].gaps.as_ref().expect("noted");
+        let gaps: Vec<_> = gaps.iter().map(|gap| (gap.first, gap.last, gap.is_lost)).collect();
         assert_eq!(gaps, [(7, 8, true), (1, 2, false), (5, 6, false)]);
         let given = |place: &str, name: &str| find(&top, place, name).expect("read").is_some();
         assert!(given("acme", "plane7_2026-11-25T09-00-00Z.mcap") && given(BOARD, "plane7_2026-11-25T08-00-00Z.mcap"));
@@ -217,7 +237,10 @@ mod tests {
             assert!(!given(place, name), "{place} {name}");
         }
         fs::write(acme.join("plane8.json"), "{").expect("written");
-        assert!(list(&top).is_err_and(|error| error.to_string().contains("plane8.json is damaged")));
+        let kept = list(&top).expect("one that is damaged hides no other");
+        assert_eq!((kept[0].gaps.as_ref(), kept[2].gaps.as_ref()), (None, None), "not noted is not whole");
+        assert!(kept[2].problem.as_ref().is_some_and(|problem| problem.contains("plane8.json is damaged")));
+        assert!(kept[1].gaps.is_some());
         fs::remove_dir_all(top).expect("removed");
     }
 }

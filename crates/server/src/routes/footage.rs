@@ -23,14 +23,20 @@ pub(super) fn router() -> OpenApiRouter<App> {
     OpenApiRouter::new().routes(routes!(list_footage)).routes(routes!(get_footage, delete_footage))
 }
 
-fn failed(error: &io::Error) -> Problem {
-    Problem::new(Cause::Recorder { reason: error.to_string() }, format!("the cameras' recordings: {error}"))
+/// What cannot be read, where a folder cannot.
+const KEPT: &str = "the cameras' recordings";
+
+fn failed(what: &str, error: &io::Error) -> Problem {
+    Problem::new(Cause::Recorder { reason: error.to_string() }, format!("{what}: {error}"))
 }
 
 /// Reads the disk beside everything else.
-async fn read<T: Send + 'static>(work: impl FnOnce() -> io::Result<T> + Send + 'static) -> Result<T, Problem> {
+pub(super) async fn read<T: Send + 'static>(
+    what: &str,
+    work: impl FnOnce() -> io::Result<T> + Send + 'static,
+) -> Result<T, Problem> {
     let read = tokio::task::spawn_blocking(work).await.map_err(|_| Problem::closed())?;
-    read.map_err(|error| failed(&error))
+    read.map_err(|error| failed(what, &error))
 }
 
 async fn find(app: &App, name: String) -> Result<(PathBuf, Footage), Problem> {
@@ -38,7 +44,7 @@ async fn find(app: &App, name: String) -> Result<(PathBuf, Footage), Problem> {
         .remedy("GET /api/v1/footage lists those that are");
     let Some(folder) = app.video_folder().map(ToOwned::to_owned) else { return Err(none) };
     let hub = app.video().clone();
-    read(move || footage::find(&folder, &hub, &name)).await?.ok_or(none)
+    read(KEPT, move || footage::find(&folder, &hub, &name)).await?.ok_or(none)
 }
 
 /// The recordings and pictures of cameras on the server's disk, the newest first, 1000 at most.
@@ -46,7 +52,7 @@ async fn find(app: &App, name: String) -> Result<(PathBuf, Footage), Problem> {
 async fn list_footage(State(app): State<App>, _: Viewer) -> Result<Json<Vec<Footage>>, Problem> {
     let Some(folder) = app.video_folder().map(ToOwned::to_owned) else { return Ok(Json(Vec::new())) };
     let hub = app.video().clone();
-    read(move || footage::list(&folder, &hub)).await.map(Json)
+    read(KEPT, move || footage::list(&folder, &hub)).await.map(Json)
 }
 
 /// A recording (Matroska) or picture (JPEG) as it is on the disk. Parts of it are given to those who ask for a range, so that a
@@ -77,7 +83,7 @@ pub(super) async fn served(
 ) -> Result<Response, Problem> {
     let (parts, _) = request.into_parts();
     let served = ServeFile::new(path).try_call(Request::from_parts(parts, Body::empty())).await;
-    let mut response = served.map_err(|error| failed(&error))?.into_response();
+    let mut response = served.map_err(|error| failed(name, &error))?.into_response();
     if response.status().is_success() {
         response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(kind));
         let attachment = format!("attachment; filename=\"{}\"", name.replace(['"', '\\'], "_"));
@@ -97,6 +103,6 @@ async fn delete_footage(State(app): State<App>, _: Operator, Name(name): Name) -
         let problem = Problem::new(Cause::Camera { name: found.camera, reason: reason.clone() }, reason);
         return Err(problem.remedy("end the recording first"));
     }
-    read(move || std::fs::remove_file(path)).await?;
+    read(KEPT, move || std::fs::remove_file(path)).await?;
     Ok(Json(Done {}))
 }

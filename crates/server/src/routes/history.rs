@@ -1,44 +1,30 @@
 //! The history of aircraft far away: what is kept on the server's disk, and its files.
 
-use std::io;
-use std::path::PathBuf;
-
 use axum::Json;
 use axum::extract::{Request, State};
 use axum::response::Response;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use super::footage::served;
-use crate::dto::cause::{Cause, Thing};
-use crate::dto::history::AircraftHistory;
+use super::footage::{read, served};
+use crate::dto::cause::Thing;
 use crate::extract::{Name, Place, Viewer};
-use crate::history;
+use crate::history::{self, AircraftHistory};
 use crate::problem::Problem;
 use crate::state::App;
+
+/// What cannot be read, where a folder cannot.
+const KEPT: &str = "the history of aircraft far away";
 
 pub(super) fn router() -> OpenApiRouter<App> {
     OpenApiRouter::new().routes(routes!(list_history)).routes(routes!(get_history_file))
 }
 
-/// Reads the disk beside everything else.
-async fn read<T: Send + 'static>(
-    app: &App,
-    work: impl FnOnce(PathBuf) -> io::Result<T> + Send + 'static,
-) -> Result<Option<T>, Problem> {
-    let Some(folder) = app.history_folder().map(ToOwned::to_owned) else { return Ok(None) };
-    let read = tokio::task::spawn_blocking(move || work(folder)).await.map_err(|_| Problem::closed())?;
-    let failed = |error: io::Error| {
-        Problem::new(Cause::Recorder { reason: error.to_string() }, format!("the history cannot be read: {error}"))
-    };
-    read.map(Some).map_err(failed)
-}
-
 /// What is kept of each aircraft of each fleet, far away and on board: its files, and what is missing in them.
 #[utoipa::path(get, path = "/history", tag = "recordings", responses((status = 200, body = Vec<AircraftHistory>), Problem))]
 async fn list_history(State(app): State<App>, _: Viewer) -> Result<Json<Vec<AircraftHistory>>, Problem> {
-    let kept = read(&app, |folder| history::list(&folder)).await?.unwrap_or_default();
-    Ok(Json(kept.into_iter().map(AircraftHistory::from).collect()))
+    let Some(folder) = app.history_folder().map(ToOwned::to_owned) else { return Ok(Json(Vec::new())) };
+    read(KEPT, move || history::list(&folder)).await.map(Json)
 }
 
 /// A file of a history (MCAP) as it is on the disk. Parts of it are given to those who ask for a range. One that is being written ends
@@ -56,7 +42,8 @@ async fn get_history_file(
 ) -> Result<Response, Problem> {
     let none = Problem::not_found(Thing::Recording, &name, "there is no such file of a history")
         .remedy("GET /api/v1/history lists those that are");
+    let Some(folder) = app.history_folder().map(ToOwned::to_owned) else { return Err(none) };
     let wanted = name.clone();
-    let path = read(&app, move |folder| history::find(&folder, &place, &wanted)).await?.flatten().ok_or(none)?;
+    let path = read(KEPT, move || history::find(&folder, &place, &wanted)).await?.ok_or(none)?;
     served(path, &name, "application/octet-stream", request).await
 }

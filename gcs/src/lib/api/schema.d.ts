@@ -1934,15 +1934,17 @@ export interface components {
         AircraftHistory: {
             /** @description Its files, by name, which is by time where the clock was set. */
             files: components["schemas"]["HistoryFile"][];
-            /** @description What is missing of it on the ground. */
-            gaps: components["schemas"]["HistoryGap"][];
+            /** @description What is missing of it on the ground; null where that is not noted. */
+            gaps: components["schemas"]["HistoryGap"][] | null;
             /** @description The aircraft's name. */
             name: string;
             /** @description The fleet, or `_board` for what this computer keeps on board of an aircraft. */
             place: string;
+            /** @description Why what is missing is not known, in English: its note is damaged. */
+            problem: string | null;
             /**
-             * @description How many records of each stream were ever in the files; some may have been deleted since, to make room. Empty on board, where
-             *     all is kept.
+             * @description How many records of each stream were ever in the files; some may have been deleted since, to make room. Empty where that is not
+             *     noted, as on board, where all is kept.
              */
             records: {
                 [key: string]: number;

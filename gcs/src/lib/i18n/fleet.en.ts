@@ -8,6 +8,7 @@ export const fleetEn = {
   'history.toFetch': '{count} records to be fetched',
   'history.lost': '{count} records lost',
   'history.whole': 'nothing is missing',
+  'history.unknown': 'what is missing is not known',
   'fleet.needing': '{count} need attention',
 
   'fleet.search': 'Search name, number, mode, text',

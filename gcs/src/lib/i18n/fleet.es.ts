@@ -9,6 +9,7 @@ export const fleetEs: Record<keyof typeof fleetEn, string> = {
   'history.toFetch': 'faltan {count} registros por traer',
   'history.lost': '{count} registros perdidos',
   'history.whole': 'no falta nada',
+  'history.unknown': 'no se sabe qué falta',
   'panel.fleet': 'Flota',
   'fleet.needing': '{count} requieren atención',
 
