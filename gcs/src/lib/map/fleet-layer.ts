@@ -27,6 +27,8 @@ const TOGETHER_PX = 34;
 const APART_M_PER_PX = 8;
 /** Closer than this each has its name. */
 const NAMED_M_PER_PX = 25;
+/** So much room has a name: where another has it, the list tells who is there. */
+const NAME_PX = { width: 56, height: 14 };
 /** A mark and its name reach so far beyond their place. */
 const EDGE_PX = 60;
 
@@ -57,10 +59,21 @@ export class FleetPainter implements Painter {
 
   paint(frame: Frame): void {
     const { width, height } = frame.size;
+    const named: XY[] = [];
     for (const feature of this.#cluster.getFeatures()) {
       const [x, y] = frame.pixel(placeOf(feature));
       const isIn = x > -EDGE_PX && y > -EDGE_PX && x < width + EDGE_PX && y < height + EDGE_PX;
-      if (isIn) paint(frame, marksOf(feature), x, y);
+      if (!isIn) continue;
+      const marks = marksOf(feature);
+      paint(frame, marks, x, y);
+      const [only] = marks.length === 1 ? marks : [];
+      if (only === undefined || frame.resolution >= NAMED_M_PER_PX) continue;
+      if (named.some(([nx, ny]) => Math.abs(nx - x) < NAME_PX.width && Math.abs(ny - y) < NAME_PX.height)) continue;
+      named.push([x, y]);
+      frame.context.font = `600 11px ${frame.theme.font}`;
+      frame.context.textAlign = 'center';
+      frame.context.textBaseline = 'top';
+      haloText(frame, only.label, x, y + 20, frame.theme.muted);
     }
   }
 
@@ -85,7 +98,7 @@ function placeOf(feature: Feature): XY {
   return [x, y];
 }
 
-function paint({ context, theme, resolution }: Frame, marks: readonly FleetMark[], px: number, py: number): void {
+function paint({ context, theme }: Frame, marks: readonly FleetMark[], px: number, py: number): void {
   const [first] = marks;
   if (first === undefined) return;
   const worst = ATTENTION_LEVELS.find((level) => marks.some((mark) => mark.level === level)) ?? 'none';
@@ -124,11 +137,5 @@ function paint({ context, theme, resolution }: Frame, marks: readonly FleetMark[
       context.lineWidth = 2;
       context.stroke();
     } else paintPlane({ context, theme }, px, py, first.heading_deg, { fill, line: edge, scale: 0.7 });
-    if (resolution < NAMED_M_PER_PX) {
-      context.font = `600 11px ${theme.font}`;
-      context.textAlign = 'center';
-      context.textBaseline = 'top';
-      haloText({ context, theme }, first.label, px, py + 20, theme.muted);
-    }
   }
 }
