@@ -31,6 +31,13 @@ macro_rules! scaled_imu {
     };
 }
 
+/// Whether a position, degE7, is one of an ArduPilot that has no origin yet: it counts from 0/0 then, metres off by what its estimate drifts
+/// (recorded, and `AP_AHRS::get_location`). Nobody flies in the open Atlantic within a kilometre of that.
+const fn is_without_origin(lat: i32, lon: i32) -> bool {
+    const NEAR: u32 = 100_000;
+    lat.unsigned_abs() < NEAR && lon.unsigned_abs() < NEAR
+}
+
 impl Telemetry {
     /// Reads a message of the vehicle into its group. `None`: the message has no group.
     pub fn apply(&mut self, message: &Message, now: MonoTime) -> Option<Group> {
@@ -71,8 +78,7 @@ impl Telemetry {
                 Group::Attitude
             }
             MavMessage::GLOBAL_POSITION_INT(m) => {
-                // An ArduPilot that does not know where it is yet says 0/0 (`GCS_MAVLINK::send_global_position_int`).
-                let place = if (m.lat, m.lon) == (0, 0) { None } else { check.lat_lon(m.lat, m.lon) };
+                let place = if is_without_origin(m.lat, m.lon) { None } else { check.lat_lon(m.lat, m.lon) };
                 let (lat_deg, lon_deg) = place.unzip();
                 let mut speed = |raw: i16| check.scaled(raw, i16::MAX, 1e2, VELOCITY_M_S);
                 let value = Position {

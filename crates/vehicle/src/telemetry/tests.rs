@@ -404,15 +404,17 @@ fn a_flight_is_learned_by_the_vehicles_clock() {
 }
 
 #[test]
-fn a_position_of_0_0_is_none() {
-    let position = |lat| MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA { lat, ..Default::default() });
-    let place = |message| {
-        let position = apply(message).position.expect("heard");
+fn a_position_counted_from_no_origin_is_none() {
+    let place = |lat, lon| {
+        let message = GLOBAL_POSITION_INT_DATA { lat, lon, ..Default::default() };
+        let position = apply(MavMessage::GLOBAL_POSITION_INT(message)).position.expect("heard");
         assert!(!position.invalid);
-        (position.value.lat_deg, position.value.lon_deg)
+        position.value.lat_deg.zip(position.value.lon_deg)
     };
-    assert_eq!(place(position(0)), (None, None), "before the first fix");
-    assert_eq!(place(position(1)), (Some(1e-7), Some(0.0)));
+    assert_eq!(place(0, 0), None);
+    assert_eq!(place(-16, -2_550), None, "as a real ArduPlane says before its first fix");
+    assert_eq!(place(0, 7_000_000), Some((0.0, 0.7)), "on the equator");
+    assert_eq!(place(514_000_000, 0), Some((51.4, 0.0)), "on the meridian of Greenwich");
 }
 
 #[test]
