@@ -39,6 +39,8 @@ def frames_of(hz: int) -> list[tuple[float, Any]]:
     kept = []
     for place, message in enumerate(heard):
         count = seen[message.get_type()] = seen.get(message.get_type(), -1) + 1
+        if message.get_type() == "GLOBAL_POSITION_INT" and abs(message.lat) < 100_000:
+            continue  # recorded before the first fix
         is_slow = message.get_type() == "HEARTBEAT"
         times = 1 if is_slow else count * hz // RECORDED_HZ - (count - 1) * hz // RECORDED_HZ
         kept += [(place / len(heard) * LAP_MS / 1000.0, message)] * times
