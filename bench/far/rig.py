@@ -39,6 +39,11 @@ def free_tcp_port() -> int:
         return int(probe.getsockname()[1])
 
 
+#: Each session that ends holds a thread until its router has been told. Of the fifty that a process has for that, a thousand sessions whose
+#: router was killed would wait for each other, ten seconds; aircraft have a process each.
+MANY_SESSIONS = "(rx: (max_blocking_threads: 2000), net: (max_blocking_threads: 2000), app: (max_blocking_threads: 2000))"
+
+
 @dataclass(frozen=True)
 class Router:
     """A running router: its process, where it is dialled, and what it told of itself at its start."""
@@ -87,7 +92,8 @@ def bare_router(*options: str, port: int = 0) -> Iterator[Router]:
 @contextlib.contextmanager
 def crowd(endpoint: str, *, aircraft: int = AIRCRAFT, rate_hz: int = RATE_HZ) -> Iterator[subprocess.Popen[str]]:
     """A thousand aircraft, all of them there."""
-    with running([example("crowd"), endpoint, ORG, str(aircraft), str(rate_hz), "stamped"]) as process:
+    arguments = [example("crowd"), endpoint, ORG, str(aircraft), str(rate_hz), "stamped"]
+    with running(arguments, {"ZENOH_RUNTIME": MANY_SESSIONS}) as process:
         wait_line(process, "{", PATIENCE_S)
         yield process
 

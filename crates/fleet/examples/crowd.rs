@@ -283,8 +283,17 @@ impl Aloft {
         let [order_key, state_key, event_key, alive_key] = keys;
         let plane = Arc::new(Mutex::new(plane));
         for (kind, key) in [(Kind::Order, &order_key), (Kind::State, &state_key), (Kind::Event, &event_key)] {
-            let asked = plane.clone();
-            let answering = move |query: Query| on_query(&asked, kind, &query, MonoTime::from_origin(began.elapsed()));
+            let (asked, runtime) = (plane.clone(), tokio::runtime::Handle::current());
+            let answering = move |query: Query| {
+                let answers = answers_to(&asked, kind, &query, MonoTime::from_origin(began.elapsed()));
+                // Aside: an answer waits for the network, and what waits here reads nothing, not even that a router has gone.
+                runtime.spawn(async move {
+                    for bytes in answers {
+                        // Whoever asked asks again.
+                        let _ = query.reply(query.key_expr().clone(), bytes).await;
+                    }
+                });
+            };
             // For as long as the session lives, as the token.
             session.declare_queryable(key).complete(true).callback(answering).background().await.map_err(words)?;
         }
@@ -395,9 +404,9 @@ async fn all_aloft(router: &Endpoint, org: &Name, planes: Vec<Plane>, began: Ins
     }
 }
 
-fn on_query(plane: &Mutex<Plane>, kind: Kind, query: &Query, now: MonoTime) {
+fn answers_to(plane: &Mutex<Plane>, kind: Kind, query: &Query, now: MonoTime) -> Vec<Vec<u8>> {
     let mut plane = lock(plane);
-    let answers = match kind {
+    match kind {
         Kind::Order => {
             let payload = query.payload().map(|payload| payload.to_bytes().into_owned()).unwrap_or_default();
             plane.on_order(&payload, now).map(|answer| answer.encode_to_vec()).into_iter().collect()
@@ -411,10 +420,5 @@ fn on_query(plane: &Mutex<Plane>, kind: Kind, query: &Query, now: MonoTime) {
             plane.speaker.events_from(from).map(Event::encode_to_vec).collect::<Vec<_>>()
         }
         Kind::Alive | Kind::List | Kind::HistoryIndex | Kind::HistoryChunk => Vec::new(),
-    };
-    drop(plane);
-    for bytes in answers {
-        // Whoever asked asks again.
-        let _ = query.reply(query.key_expr().clone(), bytes).wait();
     }
 }
