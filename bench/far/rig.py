@@ -41,7 +41,9 @@ def free_tcp_port() -> int:
 
 #: Each session that ends holds a thread until its router has been told. Of the fifty that a process has for that, a thousand sessions whose
 #: router was killed would wait for each other, ten seconds; aircraft have a process each.
-MANY_SESSIONS = "(rx: (max_blocking_threads: 2000), net: (max_blocking_threads: 2000), app: (max_blocking_threads: 2000))"
+MANY_SESSIONS = (
+    "(rx: (max_blocking_threads: 2000), net: (max_blocking_threads: 2000), app: (max_blocking_threads: 2000))"
+)
 
 
 @dataclass(frozen=True)
