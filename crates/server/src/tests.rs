@@ -848,6 +848,8 @@ async fn the_roster_is_told_whole_once_and_then_as_it_changes() {
     assert_eq!((&row["holder"], &row["is_held_here"], &row["lat_deg"]), (&json!("Luis"), &json!(false), &Value::Null));
     assert_eq!(first["followed"], json!([]));
     say(&mut socket, json!({"type": "subscribe", "vehicle": id, "rate_hz": 1})).await;
+    // Once telemetry comes, the aircraft is one of those that are followed.
+    next(&mut socket, "telemetry").await.expect("telemetry");
     station.on_remote(far, &heartbeat(11));
     let changed = loop {
         let roster = next(&mut socket, "roster").await.expect("the roster");
