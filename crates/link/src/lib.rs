@@ -61,6 +61,7 @@ mod address;
 mod address_index;
 mod clock;
 mod endpoint;
+mod fault;
 mod hub;
 mod onward;
 mod outlet;
@@ -80,6 +81,7 @@ pub use address::{
 };
 pub use clock::{Clock, SystemClock};
 pub use endpoint::{LinkHandle, serial_ports};
+pub use fault::{FaultKind, LinkFault};
 pub use hub::{FrameSink, Hub, LinkError, LinkInfo, OpenSink, Origin, Route, SendReport, SinkId, SinkScope};
 pub use outlet::PeerId;
 pub use pace::Pace;

@@ -7,6 +7,7 @@ use tokio::sync::watch;
 use vencejo_proto::{DecoderStats, Frame, FrameDecoder, MonoTime};
 
 use crate::address::LinkAddress;
+use crate::fault::LinkFault;
 use crate::outlet::{Class, Outlet, Sent, To};
 use crate::router::Slot;
 use crate::signing::UnsignedPolicy;
@@ -50,7 +51,7 @@ pub enum LinkState {
         /// 1 for the first.
         attempt: u32,
         /// What went wrong the last time.
-        last_error: Option<String>,
+        last_error: Option<LinkFault>,
     },
     /// Open. Nobody needs to have spoken yet.
     Up {

@@ -14,7 +14,7 @@ pub fn link_dict<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let now = station.now();
     let (state, detail) = match &info.state {
-        LinkState::Connecting { last_error, .. } => ("connecting", last_error.clone()),
+        LinkState::Connecting { last_error, .. } => ("connecting", last_error.as_ref().map(ToString::to_string)),
         LinkState::Up { .. } => ("up", None),
         LinkState::Down => ("down", None),
         LinkState::Ended { remark } => ("ended", remark.clone()),

@@ -24,13 +24,32 @@ pub(crate) fn seconds(moment: MonoTime) -> f64 {
     moment.as_duration().as_secs_f64()
 }
 
+fn link_fault(kind: link::FaultKind) -> dto::LinkFault {
+    match kind {
+        link::FaultKind::AddressInUse => dto::LinkFault::AddressInUse,
+        link::FaultKind::NotOurAddress => dto::LinkFault::NotOurAddress,
+        link::FaultKind::NoPermission => dto::LinkFault::NoPermission,
+        link::FaultKind::NoSerialPort => dto::LinkFault::NoSerialPort,
+        link::FaultKind::SerialPortInUse => dto::LinkFault::SerialPortInUse,
+        link::FaultKind::NoBaudRate => dto::LinkFault::NoBaudRate,
+        link::FaultKind::NoHost => dto::LinkFault::NoHost,
+        link::FaultKind::Refused => dto::LinkFault::Refused,
+        link::FaultKind::NoAnswer => dto::LinkFault::NoAnswer,
+        link::FaultKind::ClosedByPeer => dto::LinkFault::ClosedByPeer,
+        link::FaultKind::Other => dto::LinkFault::Other,
+    }
+}
+
 pub(crate) fn link_info(station: &Station, info: &link::LinkInfo, stats: &LinkStats) -> dto::LinkInfo {
     let now = station.now();
-    let (state, detail) = match &info.state {
-        link::LinkState::Connecting { last_error, .. } => (dto::LinkState::Connecting, last_error.clone()),
-        link::LinkState::Up { .. } => (dto::LinkState::Up, None),
-        link::LinkState::Down => (dto::LinkState::Down, None),
-        link::LinkState::Ended { remark } => (dto::LinkState::Ended, remark.clone()),
+    let (state, fault, detail) = match &info.state {
+        link::LinkState::Connecting { last_error, .. } => {
+            let fault = last_error.as_ref().map(|fault| link_fault(fault.kind));
+            (dto::LinkState::Connecting, fault, last_error.as_ref().map(ToString::to_string))
+        }
+        link::LinkState::Up { .. } => (dto::LinkState::Up, None, None),
+        link::LinkState::Down => (dto::LinkState::Down, None, None),
+        link::LinkState::Ended { remark } => (dto::LinkState::Ended, None, remark.clone()),
     };
     dto::LinkInfo {
         id: info.id.0,
@@ -38,6 +57,7 @@ pub(crate) fn link_info(station: &Station, info: &link::LinkInfo, stats: &LinkSt
         address: info.address.to_string(),
         local_address: station.local_address(info.id).map(|local| local.to_string()),
         state,
+        fault,
         detail,
         forward: info.forwards,
         frames_received: stats.received.frames,

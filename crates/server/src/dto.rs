@@ -35,7 +35,7 @@ pub use command::{
     SetItem, SetMode, SetSpeed, SetVelocity, SpeedKind, Takeoff,
 };
 pub use command_table::{CommandCategory, CommandInfo, CommandParam, CommandSupport};
-pub use link::{LinkInfo, LinkState, NewLink};
+pub use link::{LinkFault, LinkInfo, LinkState, NewLink};
 pub use message::RawMessage;
 pub use operation::{Operation, OperationKind, OperationResult, OperationState};
 pub use plan::{

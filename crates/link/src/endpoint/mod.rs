@@ -19,6 +19,7 @@ use vencejo_proto::MonoTime;
 pub use serial::serial_ports;
 
 use crate::address::{HostPort, LinkAddress};
+use crate::fault::{FaultKind, LinkFault};
 use crate::hub::{Hub, LinkError};
 use crate::outlet::{NoOutlet, Outlet, StreamQueue};
 use crate::port::{LinkId, LinkOptions, LinkState, Port};
@@ -130,14 +131,14 @@ pub(crate) enum End {
     /// We closed the link.
     Closed,
     /// It broke; connect again.
-    Broken(String),
+    Broken(LinkFault),
     /// There is nothing more to come.
     Over(Option<String>),
 }
 
 impl From<std::io::Error> for End {
     fn from(error: std::io::Error) -> Self {
-        Self::Broken(error.to_string())
+        Self::Broken(error.into())
     }
 }
 
@@ -311,24 +312,33 @@ fn chance() -> f64 {
 /// simulator listens on.
 async fn resolve(place: &HostPort) -> Result<Vec<std::net::SocketAddr>, End> {
     let found = tokio::time::timeout(CONNECT_TIMEOUT, tokio::net::lookup_host((place.host.as_str(), place.port))).await;
-    let Ok(found) = found else { return Err(End::Broken(format!("looking up {} took too long", place.host))) };
-    let found = found.map_err(|error| End::Broken(format!("cannot find {}: {error}", place.host)))?;
+    let broken = |kind, detail| Err(End::Broken(LinkFault::new(kind, detail)));
+    let found = match found {
+        Ok(Ok(found)) => found,
+        Ok(Err(error)) => return broken(FaultKind::NoHost, format!("cannot find {}: {error}", place.host)),
+        Err(_) => return broken(FaultKind::NoHost, format!("looking up {} took too long", place.host)),
+    };
     let mut addresses: Vec<_> = found.collect();
     addresses.sort_by_key(std::net::SocketAddr::is_ipv6);
-    if addresses.is_empty() { Err(End::Broken(format!("{} has no address", place.host))) } else { Ok(addresses) }
+    if addresses.is_empty() {
+        return broken(FaultKind::NoHost, format!("{} has no address", place.host));
+    }
+    Ok(addresses)
 }
 
 /// Says which socket could not be opened, and what to do about the usual reasons.
 fn bind_error(place: &HostPort, error: &std::io::Error) -> End {
-    let hint = match error.kind() {
-        std::io::ErrorKind::AddrInUse => "; another program listens there (another ground station?)",
-        std::io::ErrorKind::AddrNotAvailable => {
-            "; this machine does not have that address: to send there write `udpout:` or `tcp:`, to listen write 0.0.0.0"
-        }
-        std::io::ErrorKind::PermissionDenied => "; ports below 1024 are the administrator's",
-        _ => "",
+    use std::io::ErrorKind;
+    let (kind, hint) = match error.kind() {
+        ErrorKind::AddrInUse => (FaultKind::AddressInUse, "; another program listens there (another ground station?)"),
+        ErrorKind::AddrNotAvailable => (
+            FaultKind::NotOurAddress,
+            "; this machine does not have that address: to send there write `udpout:` or `tcp:`, to listen write 0.0.0.0",
+        ),
+        ErrorKind::PermissionDenied => (FaultKind::NoPermission, "; ports below 1024 are the administrator's"),
+        _ => (FaultKind::Other, ""),
     };
-    End::Broken(format!("cannot listen on {place}: {error}{hint}"))
+    End::Broken(LinkFault::new(kind, format!("cannot listen on {place}: {error}{hint}")))
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use serial2_tokio::SerialPort;
 
 use super::{Context, End, stream};
+use crate::fault::{FaultKind, LinkFault};
 use crate::outlet::{PeerId, StreamQueue};
 
 /// What is handed to the system at once: some 40 ms on a 57,600 baud line.
@@ -39,7 +40,7 @@ impl Serial {
         let end = stream::serve(context, PeerId::default(), reader, writer, &self.queue, BATCH_BYTES, |_| {}).await;
         self.queue.close();
         match end {
-            End::Broken(error) => End::Broken(format!("{}: {error}", self.path)),
+            End::Broken(fault) => End::Broken(LinkFault::new(fault.kind, format!("{}: {fault}", self.path))),
             end => end,
         }
     }
@@ -53,18 +54,23 @@ impl Serial {
         Ok((port, claim))
     }
 
-    fn explain(&self, error: &std::io::Error) -> String {
+    fn explain(&self, error: &std::io::Error) -> LinkFault {
         use std::io::ErrorKind;
-        let hint = match error.kind() {
-            ErrorKind::NotFound => "; is it plugged in? On Linux `ls /dev/serial/by-id` shows what is",
-            ErrorKind::PermissionDenied => {
-                "; may you use it? On Linux: `sudo usermod -aG dialout $USER`, then log in again"
+        let (kind, hint) = match error.kind() {
+            ErrorKind::NotFound => {
+                (FaultKind::NoSerialPort, "; is it plugged in? On Linux `ls /dev/serial/by-id` shows what is")
             }
-            ErrorKind::ResourceBusy | ErrorKind::WouldBlock => "; another program uses it",
-            ErrorKind::InvalidInput => "; the port does not have that baud rate",
-            _ => "",
+            ErrorKind::PermissionDenied => (
+                FaultKind::NoPermission,
+                "; may you use it? On Linux: `sudo usermod -aG dialout $USER`, then log in again",
+            ),
+            ErrorKind::ResourceBusy | ErrorKind::WouldBlock => {
+                (FaultKind::SerialPortInUse, "; another program uses it")
+            }
+            ErrorKind::InvalidInput => (FaultKind::NoBaudRate, "; the port does not have that baud rate"),
+            _ => (FaultKind::Other, ""),
         };
-        format!("cannot open {} at {} baud: {error}{hint}", self.path, self.baud)
+        LinkFault::new(kind, format!("cannot open {} at {} baud: {error}{hint}", self.path, self.baud))
     }
 }
 

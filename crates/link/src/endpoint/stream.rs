@@ -5,6 +5,7 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 
 use super::{Context, End};
+use crate::fault::{FaultKind, LinkFault};
 use crate::onward::Onward;
 use crate::outlet::{PeerId, StreamQueue};
 use crate::port::Intake;
@@ -65,7 +66,9 @@ async fn read(
     let mut buffer = vec![0; READ_BYTES];
     loop {
         match reader.read(&mut buffer).await {
-            Ok(0) => return End::Broken("the other end closed the connection".to_owned()),
+            Ok(0) => {
+                return End::Broken(LinkFault::new(FaultKind::ClosedByPeer, "the other end closed the connection"));
+            }
             Ok(count) => {
                 let now = context.hub.clock().now();
                 intake.feed(&context.port, &buffer[..count], |frame| {

@@ -11,6 +11,7 @@ use vencejo_proto::Frame;
 
 use super::{CONNECT_TIMEOUT, Context, End, bind_error, resolve, stream};
 use crate::address::HostPort;
+use crate::fault::{FaultKind, LinkFault};
 use crate::outlet::{Class, Outlet, PeerId, Sent, StreamQueue, To};
 use crate::systems::SystemSet;
 
@@ -69,12 +70,15 @@ impl Client {
 /// The first of the addresses of a name that lets us in: `localhost` is ::1 too, where a simulator does not listen. Each has the whole
 /// time, so that one behind which nobody answers does not keep us from the next.
 async fn connect_to_one_of(places: &[SocketAddr], name: &HostPort) -> Result<TcpStream, End> {
-    let mut failed = format!("{name} has no address");
+    let mut failed = LinkFault::new(FaultKind::NoHost, format!("{name} has no address"));
     for place in places {
         match tokio::time::timeout(CONNECT_TIMEOUT, TcpStream::connect(place)).await {
             Ok(Ok(stream)) => return Ok(stream),
-            Ok(Err(error)) => failed = format!("cannot connect to {name}: {error}"),
-            Err(_) => failed = format!("{name} does not answer"),
+            Ok(Err(error)) => {
+                let fault = LinkFault::from(error);
+                failed = LinkFault::new(fault.kind, format!("cannot connect to {name}: {fault}"));
+            }
+            Err(_) => failed = LinkFault::new(FaultKind::NoAnswer, format!("{name} does not answer")),
         }
     }
     Err(End::Broken(failed))
@@ -279,7 +283,8 @@ mod tests {
         let Err(End::Broken(error)) = in_time(connect_to_one_of(&[gone], &name)).await else {
             panic!("nobody is there")
         };
-        assert!(error.starts_with("cannot connect to a.plane:5760: "), "{error}");
+        assert_eq!(error.kind, FaultKind::Refused);
+        assert!(error.detail.starts_with("cannot connect to a.plane:5760: "), "{error}");
     }
 
     #[tokio::test]

@@ -33,7 +33,7 @@ async fn closing_ends_a_link_that_never_came_up() {
         in_time(link.wait_for(|state| matches!(state, LinkState::Connecting { last_error: Some(_), .. }))).await;
     let LinkState::Connecting { attempt, last_error: Some(error) } = state else { panic!("{state:?}") };
     assert_eq!(attempt, 2);
-    assert!(error.contains("cannot connect to 127.0.0.1:1"), "{error}");
+    assert!(error.detail.contains("cannot connect to 127.0.0.1:1"), "{error}");
     let mut watch = link.watch();
     in_time(link.close()).await;
     assert_eq!(*watch.borrow_and_update(), LinkState::Down);
@@ -55,18 +55,19 @@ async fn what_cannot_be_bound_says_what_to_do() {
     let listening = Listening::new();
     let first = listening.open("udpin:127.0.0.1:0").await;
     let taken = first.local_address().unwrap();
-    for (text, expected) in [
-        (format!("udpin:{taken}"), "another program listens there"),
-        ("udp:192.0.2.1:14550".to_owned(), "to send there write `udpout:`"),
-        ("tcpin:192.0.2.1:5760".to_owned(), "does not have that address"),
-        ("tcp:nowhere.invalid:5760".to_owned(), "cannot find nowhere.invalid"),
-        ("/dev/vencejo-no-such-port".to_owned(), "is it plugged in?"),
+    for (text, kind, expected) in [
+        (format!("udpin:{taken}"), FaultKind::AddressInUse, "another program listens there"),
+        ("udp:192.0.2.1:14550".to_owned(), FaultKind::NotOurAddress, "to send there write `udpout:`"),
+        ("tcpin:192.0.2.1:5760".to_owned(), FaultKind::NotOurAddress, "does not have that address"),
+        ("tcp:nowhere.invalid:5760".to_owned(), FaultKind::NoHost, "cannot find nowhere.invalid"),
+        ("/dev/vencejo-no-such-port".to_owned(), FaultKind::NoSerialPort, "is it plugged in?"),
     ] {
         let mut link = listening.hub.open(text.parse().unwrap(), LinkOptions::default()).unwrap();
         let state =
             in_time(link.wait_for(|state| matches!(state, LinkState::Connecting { last_error: Some(_), .. }))).await;
         let LinkState::Connecting { last_error: Some(error), .. } = state else { panic!("{state:?}") };
-        assert!(error.contains(expected), "{text}: {error}");
+        assert_eq!(error.kind, kind, "{text}: {error}");
+        assert!(error.detail.contains(expected), "{text}: {error}");
         link.close().await;
     }
 }

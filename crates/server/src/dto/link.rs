@@ -17,6 +17,34 @@ pub enum LinkState {
     Ended,
 }
 
+/// Why a link is not up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LinkFault {
+    /// Another program listens at that place.
+    AddressInUse,
+    /// To listen there, the server's machine would have to have that address.
+    NotOurAddress,
+    /// The system does not let the server.
+    NoPermission,
+    /// There is no such serial port.
+    NoSerialPort,
+    /// Another program uses the serial port.
+    SerialPortInUse,
+    /// The serial port does not have that baud rate.
+    NoBaudRate,
+    /// Nothing has that name.
+    NoHost,
+    /// That machine is there, and nothing listens at the port.
+    Refused,
+    /// No answer came in time.
+    NoAnswer,
+    /// The other end closed the connection.
+    ClosedByPeer,
+    /// Another one, which the detail alone tells.
+    Other,
+}
+
 /// A link and what went over it.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct LinkInfo {
@@ -31,7 +59,10 @@ pub struct LinkInfo {
     pub local_address: Option<String>,
     /// Its state.
     pub state: LinkState,
-    /// Why it is not up.
+    /// Why it is not up, where something went wrong.
+    #[schema(required = true)]
+    pub fault: Option<LinkFault>,
+    /// The same in words.
     #[schema(required = true)]
     pub detail: Option<String>,
     /// Whether frames between it and the other links are passed on.

@@ -443,6 +443,18 @@ export const shellEn = {
   'link.ended': 'ended',
   'link.figures': 'last heard {age} ago · {loss} lost · {ms} ms',
   'link.noFigures': 'nothing heard',
+  'link.fault.address_in_use': 'Another program listens there, perhaps another ground station.',
+  'link.fault.not_our_address':
+    'To listen there this machine would have to have that address. To send there write udpout: or tcp:, to listen 0.0.0.0.',
+  'link.fault.no_permission':
+    'The system does not let us. A serial port on Linux: sudo usermod -aG dialout $USER, then log in again. Ports below 1024 are the administrator’s.',
+  'link.fault.no_serial_port': 'There is no such serial port. Is it plugged in?',
+  'link.fault.serial_port_in_use': 'Another program uses that serial port.',
+  'link.fault.no_baud_rate': 'The serial port does not have that speed.',
+  'link.fault.no_host': 'That name is not known. Is it right, and is there a network?',
+  'link.fault.refused': 'That machine is there, but nothing listens at that port.',
+  'link.fault.no_answer': 'No answer comes from there.',
+  'link.fault.closed_by_peer': 'The other end closed the connection.',
 
   'compass.n': 'N',
   'compass.e': 'E',

@@ -444,6 +444,18 @@ export const shellEs: Record<keyof typeof shellEn, string> = {
   'link.ended': 'terminado',
   'link.figures': 'última señal hace {age} · {loss} perdido · {ms} ms',
   'link.noFigures': 'nada recibido',
+  'link.fault.address_in_use': 'Ahí ya escucha otro programa, quizá otra estación de tierra.',
+  'link.fault.not_our_address':
+    'Para escuchar ahí, esta máquina tendría que tener esa dirección. Para enviar ahí escribe udpout: o tcp:; para escuchar, 0.0.0.0.',
+  'link.fault.no_permission':
+    'El sistema no lo permite. Si es un puerto serie en Linux: sudo usermod -aG dialout $USER, y vuelve a entrar. Los puertos por debajo de 1024 son del administrador.',
+  'link.fault.no_serial_port': 'No existe ese puerto serie. ¿Está enchufado?',
+  'link.fault.serial_port_in_use': 'Otro programa usa ese puerto serie.',
+  'link.fault.no_baud_rate': 'El puerto serie no tiene esa velocidad.',
+  'link.fault.no_host': 'No se conoce ese nombre. ¿Es correcto, y hay red?',
+  'link.fault.refused': 'La máquina está ahí, pero nadie escucha en ese puerto.',
+  'link.fault.no_answer': 'De ahí no llega ninguna respuesta.',
+  'link.fault.closed_by_peer': 'El otro extremo cerró la conexión.',
 
   'compass.n': 'N',
   'compass.e': 'E',
