@@ -1,7 +1,7 @@
 import { afterEach, expect, it } from 'vitest';
 import type { Cause, Problem } from '$lib/api/types';
 import { i18n } from '$lib/i18n/index.svelte';
-import { faultWords } from './faults.svelte';
+import { faultWords, keptWords } from './faults.svelte';
 
 afterEach(() => (i18n.language = 'en'));
 
@@ -18,7 +18,7 @@ it('says by code and figures why a source does not come, and nothing of it in En
   i18n.language = 'es';
   const offline = { code: 'source-offline', service, problem: 'failed to lookup address', retry_s: 5 } as const;
   expect(faultWords(problem({ ...offline, why: 'name_unknown' }))).toEqual({
-    text: 'No hay red, y de este lugar no hay nada guardado.',
+    text: 'No se llega a la fuente.',
     why: 'No se conoce el nombre tile.example.org: no hay red, o la dirección está mal.',
     said: '',
   });
@@ -27,6 +27,18 @@ it('says by code and figures why a source does not come, and nothing of it in En
     why: 'tile.example.org no respondió en 15 s.',
     said: '',
   });
+});
+
+it('says that a copy is shown, or that there is none of all, and never both', () => {
+  const offline = problem({ code: 'source-offline', service, problem: 'x', retry_s: 5, why: 'refused' });
+  expect(keptWords({ problem: offline, isStale: true })).toBe('Shown is what was kept.');
+  expect(keptWords({ problem: offline, isStale: false })).toBe('Not all of this place is kept.');
+  const status = { type: 'source-offline', title: 'offline', status: 0, detail: '' };
+  expect(`${faultWords(status).text} ${keptWords({ problem: status, isStale: true })}`).toBe(
+    'The source is not reached. Shown is what was kept.',
+  );
+  const failed = problem({ code: 'source-failed', service, status: 500, problem: 'x' });
+  expect(keptWords({ problem: failed, isStale: false })).toBe('');
 });
 
 it('adds what a service says itself', () => {

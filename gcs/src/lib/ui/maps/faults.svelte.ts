@@ -21,6 +21,12 @@ export function faultWords(problem: Problem): FaultWords {
     : { text: problem.title, why, said: problem.detail };
 }
 
+/** What of a source that does not come is shown all the same; empty where that is not known. */
+export function keptWords({ problem, isStale }: { problem: Problem; isStale: boolean }): string {
+  if (isStale) return t('maps.whyStale');
+  return codeOf(problem) === 'source-offline' ? t('maps.whyMissing') : '';
+}
+
 const codeOf = (problem: Problem): string => problem.type.replace(/^urn:vencejo:/, '');
 
 function whyOf(cause: Cause | undefined): string {
