@@ -87,8 +87,8 @@ pub use outlet::PeerId;
 pub use pace::Pace;
 pub use port::{LinkId, LinkOptions, LinkState};
 pub use recorder::{
-    Folder, Format, Frames, Names, Noted, Recorder, RecorderConfig, RecorderHandle, RecorderState, RecorderStatus,
-    Storage, StorageFile, StoredFile, is_kept_recording, keep_recording,
+    Folder, Format, Frames, Line, Names, Noted, Recorder, RecorderConfig, RecorderHandle, RecorderState,
+    RecorderStatus, Recorders, Storage, StorageFile, StoredFile, is_kept_recording, keep_recording,
 };
 pub use router::MAX_LINKS;
 pub use signing::{KeyId, SigningCounts, SigningState, UnsignedPolicy, VehicleKeys};

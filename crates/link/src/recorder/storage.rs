@@ -28,6 +28,11 @@ pub trait Storage: Send {
     /// # Errors
     /// [`io::ErrorKind::AlreadyExists`] when it does, otherwise whatever the disk says.
     fn create_new(&mut self, name: &str) -> io::Result<Box<dyn StorageFile>>;
+    /// Opens one of its files again, which was closed with so many bytes in it, to be appended to.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::InvalidData`] when it has another size now, otherwise whatever the disk says.
+    fn append(&mut self, name: &str, bytes: u64) -> io::Result<Box<dyn StorageFile>>;
     /// All files.
     ///
     /// # Errors
@@ -105,6 +110,17 @@ impl Storage for Folder {
         // So that no other process deletes it to make room. Nobody else can have it yet.
         vencejo_store::lock::try_hold(&file)?;
         vencejo_store::sync_folder(&self.path)?;
+        Ok(Box::new(file))
+    }
+
+    fn append(&mut self, name: &str, bytes: u64) -> io::Result<Box<dyn StorageFile>> {
+        let file = fs::OpenOptions::new().append(true).open(self.path.join(name))?;
+        vencejo_store::lock::try_hold(&file)?;
+        let there = file.metadata()?.len();
+        if there != bytes {
+            let problem = format!("{name} has {there} bytes where {bytes} were written: something else changed it");
+            return Err(io::Error::new(io::ErrorKind::InvalidData, problem));
+        }
         Ok(Box::new(file))
     }
 

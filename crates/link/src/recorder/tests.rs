@@ -4,10 +4,14 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
 
+use super::status::QUEUE_ITEMS;
+use super::storage::utc_stamp;
 use super::*;
 use crate::clock::testing::{ManualClock, WALL_START_US};
 use crate::testing::{Metronome, TempDir, heartbeat, setup_signing, signed};
 use crate::tlog::TlogReader;
+
+mod many;
 
 fn age_key(name: &str) -> Option<(bool, String, u32)> {
     Frames::default().names().age_key(name)
@@ -95,6 +99,16 @@ impl Storage for SharedDisk {
         Ok(Box::new(DiskFile { disk: self.clone(), name: name.to_owned() }))
     }
 
+    fn append(&mut self, name: &str, bytes: u64) -> io::Result<Box<dyn StorageFile>> {
+        let disk = self.0.lock().unwrap();
+        let there = disk.files.get(name).ok_or(io::ErrorKind::NotFound)?.len() as u64;
+        if there == bytes {
+            Ok(Box::new(DiskFile { disk: self.clone(), name: name.to_owned() }))
+        } else {
+            Err(io::ErrorKind::InvalidData.into())
+        }
+    }
+
     fn list(&mut self) -> io::Result<Vec<StoredFile>> {
         let disk = self.0.lock().unwrap();
         Ok(disk
@@ -117,10 +131,27 @@ impl Storage for SharedDisk {
     }
 }
 
+/// Frames of the first line.
+fn of_the_first(frames: impl IntoIterator<Item = Noted>) -> VecDeque<(usize, Noted)> {
+    frames.into_iter().map(|noted| (0, noted)).collect()
+}
+
+/// What writes one line.
+fn one_line(
+    storage: impl Storage + 'static,
+    config: RecorderConfig,
+    clock: Arc<dyn Clock>,
+) -> (Writers<Frames>, watch::Receiver<RecorderStatus>) {
+    let (writer, status) = Writer::new(Frames::default(), config.retry_after, clock.now());
+    let mut writers = Writers::new(Box::new(storage), config, clock);
+    writers.add(vec![writer]);
+    (writers, status)
+}
+
 struct Bench {
     disk: SharedDisk,
     clock: Arc<ManualClock>,
-    writer: Writer,
+    writer: Writers<Frames>,
     status: watch::Receiver<RecorderStatus>,
     next: u8,
 }
@@ -132,18 +163,18 @@ impl Bench {
 
     fn on(disk: SharedDisk, config: RecorderConfig) -> Self {
         let clock = Arc::new(ManualClock::default());
-        let (writer, status) = Writer::new(Frames::default(), Box::new(disk.clone()), config, clock.clone());
+        let (writer, status) = one_line(disk.clone(), config, clock.clone());
         Self { disk, clock, writer, status, next: 0 }
     }
 
     /// So many frames come within 200 ms, and are written.
     fn write(&mut self, count: u8) {
-        let frames = (0..count)
+        let frames: Vec<_> = (0..count)
             .map(|n| Noted { at: self.clock.now(), link: LinkId(2), frame: heartbeat(1, 1, self.next.wrapping_add(n)) })
             .collect();
         self.next = self.next.wrapping_add(count);
         self.clock.advance_ms(200);
-        self.writer.on_items(&frames, 0);
+        self.writer.on_items(of_the_first(frames), &[]);
     }
 
     fn state(&self) -> RecorderState {
@@ -302,16 +333,19 @@ fn a_sync_that_fails_counts_as_a_failure() {
 
 #[test]
 fn the_queue_is_bounded_and_drops_the_oldest() {
-    let shared = Arc::new(Shared::new());
-    let handle: RecorderHandle = RecorderHandle { shared: shared.clone() };
+    let shared = Arc::new(Shared::new(QUEUE_ITEMS, Arc::default()));
+    shared.queue().dropped.push(0);
+    let handle: RecorderHandle = RecorderHandle { shared: shared.clone(), line: 0 };
     for n in 0..QUEUE_ITEMS + 100 {
         handle.record(LinkId(1), &heartbeat(1, 1, (n % 256) as u8), MonoTime::from_micros(n as u64));
     }
     handle.record(LinkId(1), &setup_signing((255, 190), (1, 1), 0), MonoTime::ZERO);
-    let (frames, dropped, closing) = wait(&shared);
-    assert_eq!((frames.len(), dropped, closing), (QUEUE_ITEMS, 100, false));
-    assert_eq!(frames[0].at, MonoTime::from_micros(100));
-    assert!(frames.iter().all(|noted| noted.frame.message_id() == 0), "the key was not noted");
+    let another = Noted { at: MonoTime::ZERO, link: LinkId(1), frame: heartbeat(1, 1, 0) };
+    assert!(!handle.offer(another), "what can be had again is not taken");
+    let (_, frames, dropped, closing) = wait(&shared);
+    assert_eq!((frames.len(), dropped, closing), (QUEUE_ITEMS, vec![100], false));
+    assert_eq!(frames[0].1.at, MonoTime::from_micros(100));
+    assert!(frames.iter().all(|(_, noted)| noted.frame.message_id() == 0), "the key was not noted");
 }
 
 #[test]
@@ -397,11 +431,10 @@ fn what_is_kept_and_what_another_process_writes_is_never_deleted() {
     // Everything is more than the quota: a hundred short flights.
     let config = RecorderConfig { max_file_bytes: 1, quota_bytes: 1, free_floor_bytes: 0, ..RecorderConfig::default() };
     for flight in 0..100 {
-        let (mut writer, status) =
-            Writer::new(Frames::default(), Box::new(Folder::new(&path)), config.clone(), clock.clone());
+        let (mut writer, status) = one_line(Folder::new(&path), config.clone(), clock.clone());
         clock.advance_ms(1000);
-        writer
-            .on_items(&VecDeque::from([Noted { at: clock.now(), link: LinkId(1), frame: heartbeat(1, 1, flight) }]), 0);
+        let noted = Noted { at: clock.now(), link: LinkId(1), frame: heartbeat(1, 1, flight) };
+        writer.on_items(of_the_first([noted]), &[]);
         let RecorderState::Recording { file } = status.borrow().state.clone() else { panic!("{:?}", status.borrow()) };
         assert!(path.join(&file).exists(), "never the one being written");
         assert!(path.join(kept).exists() && path.join(current).exists(), "flight {flight}");
@@ -414,10 +447,9 @@ fn what_is_kept_and_what_another_process_writes_is_never_deleted() {
     let gives_up_at = std::time::Instant::now() + Duration::from_secs(20);
     while path.join(kept).exists() || path.join(current).exists() {
         assert!(std::time::Instant::now() < gives_up_at, "no longer kept, no longer written");
-        let (mut writer, _status) =
-            Writer::new(Frames::default(), Box::new(Folder::new(&path)), config.clone(), clock.clone());
+        let (mut writer, _status) = one_line(Folder::new(&path), config.clone(), clock.clone());
         clock.advance_ms(1000);
-        writer.on_items(&VecDeque::new(), 0);
+        writer.on_items(VecDeque::new(), &[]);
         writer.close();
     }
 }
@@ -430,10 +462,10 @@ fn the_waits_between_tries_grow_and_end_with_success() {
     let mut waits = Vec::new();
     let mut tried_at = bench.clock.now();
     for _ in 0..1000 {
-        let retry_at = bench.writer.retry_at;
+        let retry_at = bench.writer.line(0).retry_at;
         bench.write(1);
-        if bench.writer.retry_at != retry_at {
-            waits.push((bench.writer.retry_at.since(bench.clock.now())).as_secs());
+        if bench.writer.line(0).retry_at != retry_at {
+            waits.push((bench.writer.line(0).retry_at.since(bench.clock.now())).as_secs());
             tried_at = bench.clock.now();
             tries += 1;
         }
@@ -448,7 +480,7 @@ fn the_waits_between_tries_grow_and_end_with_success() {
     }
     assert!(matches!(bench.state(), RecorderState::Recording { .. }));
     assert!(bench.status.borrow().since > tried_at);
-    assert_eq!(bench.writer.retry_wait, Duration::from_secs(1));
+    assert_eq!(bench.writer.line(0).retry_wait, Duration::from_secs(1));
 }
 
 #[test]
@@ -525,6 +557,10 @@ impl Storage for StuckDisk {
         Ok(Box::new(StuckFile(self.disk.create_new(name)?, self.gate.clone())))
     }
 
+    fn append(&mut self, name: &str, bytes: u64) -> io::Result<Box<dyn StorageFile>> {
+        Ok(Box::new(StuckFile(self.disk.append(name, bytes)?, self.gate.clone())))
+    }
+
     fn list(&mut self) -> io::Result<Vec<StoredFile>> {
         self.disk.list()
     }
@@ -560,8 +596,8 @@ fn a_disk_that_does_not_answer_holds_nobody_up_and_is_told() {
         }
     };
     until(&|| matches!(recorder.status().state, RecorderState::Recording { .. }));
-    record(WAKE_ITEMS as u64);
-    until(&|| recorder.shared.queue().items.is_empty());
+    record((QUEUE_ITEMS / WAKE_PART) as u64);
+    until(&|| recorder.all.shared.queue().items.is_empty());
     clock.advance_ms(1000);
     // It hangs in the first sync. 5 s of 1,000 frames a second pass by it, and none waits or is lost.
     until(&|| gate.has_somebody.load(Ordering::SeqCst));
@@ -582,8 +618,8 @@ fn a_disk_that_does_not_answer_holds_nobody_up_and_is_told() {
     gate.open();
     until(&|| matches!(recorder.status().state, RecorderState::Recording { .. }));
     let status = recorder.close();
-    assert_eq!((status.frames, status.dropped), (WAKE_ITEMS as u64 + 5000, 0));
-    assert_eq!(disk.frames("2026-11-21T08-00-00Z.tlog").0.len(), WAKE_ITEMS + 5000);
+    assert_eq!((status.frames, status.dropped), ((QUEUE_ITEMS / WAKE_PART) as u64 + 5000, 0));
+    assert_eq!(disk.frames("2026-11-21T08-00-00Z.tlog").0.len(), (QUEUE_ITEMS / WAKE_PART) + 5000);
 }
 
 /// How many hours are recorded, by a clock that the test moves; 1 when it is not set, 72 in a soak.
@@ -688,13 +724,12 @@ fn a_kill_at_any_moment_loses_less_than_a_second_and_the_next_session_begins_at_
 fn the_times_of_a_recording_only_rise() {
     let clock = Arc::new(ManualClock::default());
     let disk = SharedDisk::new();
-    let (mut writer, _) =
-        Writer::new(Frames::default(), Box::new(disk.clone()), RecorderConfig::default(), clock.clone());
-    writer.on_items(&VecDeque::new(), 0);
+    let (mut writer, _) = one_line(disk.clone(), RecorderConfig::default(), clock.clone());
+    writer.on_items(VecDeque::new(), &[]);
     let moments_us = [500_u64, 260, 499, 501, 504, 100, 508];
     let noted = |us| Noted { at: MonoTime::from_micros(us), link: LinkId(1), frame: heartbeat(1, 1, 0) };
     clock.advance_ms(1);
-    writer.on_items(&moments_us.into_iter().map(noted).collect(), 0);
+    writer.on_items(of_the_first(moments_us.map(noted)), &[]);
     let bytes = disk.0.lock().unwrap().files["2026-11-21T08-00-00Z.tlog"].clone();
     let times: Vec<_> = TlogReader::new(&bytes[..]).map(|entry| entry.unwrap().unix_us - WALL_START_US).collect();
     assert_eq!(times, [500, 500, 500, 500, 504, 504, 508]);
@@ -715,15 +750,14 @@ fn a_clock_that_jumps_neither_stops_the_recorder_nor_turns_its_times_back() {
     let hour_us = 3_600_000_000;
     let clock = Arc::new(Jumping(ManualClock::default(), AtomicU64::new(WALL_START_US)));
     let disk = SharedDisk::new();
-    let (mut writer, status) =
-        Writer::new(Frames::default(), Box::new(disk.clone()), RecorderConfig::default(), clock.clone());
+    let (mut writer, status) = one_line(disk.clone(), RecorderConfig::default(), clock.clone());
     for (round, unix_us) in [WALL_START_US, WALL_START_US - hour_us, WALL_START_US + hour_us, 0].into_iter().enumerate()
     {
         clock.1.store(unix_us, Ordering::SeqCst);
         for _ in 0..10 {
             clock.0.advance_ms(200);
             let frame = heartbeat(1, 1, round as u8);
-            writer.on_items(&VecDeque::from([Noted { at: clock.now(), link: LinkId(1), frame }]), 0);
+            writer.on_items(of_the_first([Noted { at: clock.now(), link: LinkId(1), frame }]), &[]);
             assert!(matches!(status.borrow().state, RecorderState::Recording { .. }), "{:?}", status.borrow());
         }
         // A machine that slept for an hour: the monotonic clock may tell that too.
@@ -734,7 +768,7 @@ fn a_clock_that_jumps_neither_stops_the_recorder_nor_turns_its_times_back() {
     let times: Vec<_> = TlogReader::new(&bytes[..]).map(|entry| entry.unwrap().unix_us).collect();
     assert!(times.len() == 40 && times.is_sorted(), "{times:?}");
     // A session of a computer that woke up in 1970 records as well.
-    let (mut writer, status) = Writer::new(Frames::default(), Box::new(disk.clone()), RecorderConfig::default(), clock);
-    writer.on_items(&VecDeque::new(), 0);
+    let (mut writer, status) = one_line(disk.clone(), RecorderConfig::default(), clock);
+    writer.on_items(VecDeque::new(), &[]);
     assert_eq!(status.borrow().state, RecorderState::Recording { file: "1970-01-01T00-00-00Z.tlog".to_owned() });
 }
