@@ -212,7 +212,9 @@ impl Ground {
         let archive = match config.history {
             Some(history) => {
                 let of = org.clone();
-                Some(Arc::new(blocking(move || Ok(Archive::open(of, history))).await?))
+                let path = history.folder.display().to_string();
+                let failed = |error: std::io::Error| FleetError::File { path, problem: error.to_string() };
+                Some(Arc::new(blocking(move || Archive::open(of, history).map_err(failed)).await?))
             }
             None => None,
         };

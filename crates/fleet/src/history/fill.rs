@@ -75,6 +75,11 @@ impl Held {
         Self { have, lost, kept: Ranges::default() }
     }
 
+    /// What another has is here as well.
+    pub fn add(&mut self, other: &Self) {
+        other.have.iter().for_each(|(first, last)| self.have.add(first, last));
+    }
+
     /// What is to be had and missing, ascending.
     fn wanted(&self) -> impl Iterator<Item = (u64, u64)> {
         let missing = self.kept.iter().flat_map(|(first, last)| self.have.missing(first, last));
@@ -133,6 +138,21 @@ impl Fill {
     #[must_use]
     pub fn held(&self) -> &BTreeMap<(u64, Stream), Held> {
         &self.held
+    }
+
+    /// These were found in the archive besides.
+    pub fn add(&mut self, found: &BTreeMap<(u64, Stream), Held>) {
+        for (key, found) in found {
+            self.held.entry(*key).or_default().add(found);
+        }
+    }
+
+    /// A record that was taken could not be kept: it is missing again.
+    pub fn drop_again(&mut self, boot: u64, stream: Stream, number: u64) {
+        if let Some(held) = self.held.get_mut(&(boot, stream)) {
+            held.have.remove(number);
+            self.is_whole = false;
+        }
     }
 
     /// Takes back what was believed to be in the archive: it goes on from an earlier picture.

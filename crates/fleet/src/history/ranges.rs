@@ -20,6 +20,20 @@ impl Ranges {
         self.0.insert(first, last);
     }
 
+    /// Takes a number out.
+    pub fn remove(&mut self, number: u64) {
+        let Some((&first, &last)) = self.0.range(..=number).next_back().filter(|(_, last)| **last >= number) else {
+            return;
+        };
+        self.0.remove(&first);
+        if first < number {
+            self.0.insert(first, number - 1);
+        }
+        if number < last {
+            self.0.insert(number + 1, last);
+        }
+    }
+
     /// Whether it has this number.
     #[must_use]
     pub fn contains(&self, number: u64) -> bool {
@@ -94,6 +108,9 @@ mod tests {
                 let last = first + rng.random_range(0..6);
                 ranges.add(first, last);
                 set.extend(first..=last);
+                let gone = rng.random_range(1..66);
+                ranges.remove(gone);
+                set.remove(&gone);
             }
             assert_eq!(ranges.count(), set.len() as u64);
             assert_eq!(ranges.last(), set.last().copied());

@@ -1,96 +1,82 @@
 //! The archive on the ground: what is heard of each aircraft goes to the disk, and what was not heard is fetched.
 //!
 //! Beside the files of an aircraft stands `NAME.json`: which numbers they have, or had before they were deleted to make room, and which are
-//! not to be had. It is written some seconds behind the files, so that it never has what they have not.
+//! not to be had. It is written behind the files, when they are on the disk, so that it never has what they have not. One thread writes the
+//! files of all aircraft.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::io;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
 use std::time::Duration;
 
 use prost::Message;
-use serde::{Deserialize, Serialize};
-use vencejo_link::{Clock, Recorder, RecorderHandle, SystemClock};
+use vencejo_link::{Clock, Line, RecorderState, Recorders, SystemClock};
 use vencejo_proto::MonoTime;
 use vencejo_store::Access;
 use zenoh::Session;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{ConsolidationMode, QueryTarget};
 
-use super::shelf::Shelf;
+use self::note::{ENDING, Numbers, Unread, of_text, to_text};
+use super::shelf::{self, Shelf};
 use super::{HistoryConfig, Item, Journal, prefix};
-use crate::history::fill::{ANSWER_WITHIN, Held};
+use crate::history::fill::ANSWER_WITHIN;
 use crate::history::pen::About;
 use crate::history::record::{IndexWanted, MAX_ANSWER_BYTES};
-use crate::history::{Fill, Index, Piece, Question, Ranges, Record, Stream};
+use crate::history::{Fill, Index, Piece, Question, Record, Stream};
 use crate::key::{Kind, Name, key_of};
 use crate::payload::{Event, State};
 
+mod note;
+
 /// How often it is looked whether something is to be asked.
 const TICK: Duration = Duration::from_millis(50);
-/// How often it is written down what the files have. They are forced to the disk more often.
+/// How often it is written down what the files have.
 const NOTE_EVERY: Duration = Duration::from_secs(5);
+/// Notes that are written each time at most; where there are more, they take turns.
+const NOTES_AT_ONCE: usize = 64;
 /// Boots that are remembered of one aircraft; of more, those that it has itself.
 const MAX_BOOTS: usize = 256;
 /// Aircraft in an archive at most.
-const MAX_AIRCRAFT: usize = vencejo_vehicle::registry::MAX_VEHICLES;
-const ENDING: &str = ".json";
-const FORMAT: u32 = 1;
+const MAX_AIRCRAFT: usize = vencejo_vehicle::registry::MAX_FAR;
 
-type Numbers = BTreeMap<(u64, Stream), Held>;
-
-/// `NAME.json`.
-#[derive(Serialize, Deserialize)]
-struct Noted {
-    format: u32,
-    streams: Vec<NotedStream>,
+/// What the files have as it is to be noted, when they have it.
+struct Pending {
+    numbers: Numbers,
+    /// From where files may have more then.
+    unread: Unread,
+    /// So many records had been handed over for it.
+    put: u64,
 }
 
-#[derive(Serialize, Deserialize)]
-struct NotedStream {
-    /// In hexadecimal: JavaScript has no such numbers.
-    boot: String,
-    stream: String,
-    have: Vec<(u64, u64)>,
-    lost: Vec<(u64, u64)>,
-}
-
-fn to_text(numbers: &Numbers) -> Vec<u8> {
-    let stream = |(&(boot, stream), held): (&(u64, Stream), &Held)| NotedStream {
-        boot: format!("{boot:016x}"),
-        stream: stream.as_str().to_owned(),
-        have: held.have.iter().collect(),
-        lost: held.lost.iter().collect(),
-    };
-    let noted = Noted { format: FORMAT, streams: numbers.iter().map(stream).collect() };
-    serde_json::to_vec(&noted).unwrap_or_default()
-}
-
-fn of_text(text: &[u8]) -> Option<Numbers> {
-    let noted: Noted = serde_json::from_slice(text).ok().filter(|noted: &Noted| noted.format == FORMAT)?;
-    let of = |ranges: Vec<(u64, u64)>| -> Ranges {
-        ranges.into_iter().filter(|(first, last)| 0 < *first && first <= last && *last < u64::MAX).collect()
-    };
-    let streams = noted.streams.into_iter().filter_map(|noted| {
-        let boot = u64::from_str_radix(&noted.boot, 16).ok()?;
-        let stream = Stream::ALL.into_iter().find(|stream| stream.as_str() == noted.stream)?;
-        Some(((boot, stream), Held::of(of(noted.have), of(noted.lost))))
-    });
-    Some(streams.collect())
+fn merge(into: &mut Numbers, found: &Numbers) {
+    for (key, found) in found {
+        into.entry(*key).or_default().add(found);
+    }
 }
 
 /// One aircraft.
 struct Kept {
     fill: Fill,
     /// Begins with the first that is heard.
-    recorder: Option<(Recorder<Journal>, RecorderHandle<Journal>)>,
+    line: Option<Line<Journal>>,
+    /// Records that were handed over to be written.
+    put: u64,
+    /// Of what was handed over before, so much was not written, or not for sure: dropped records, and failures.
+    missed: (u64, u64),
     /// UTC here less the clock on board, ms, of the boot that is heard; of the soonest sample.
     offset: Option<(u64, i64)>,
     last_state: u64,
-    /// What the files had when it was noted last, and before: the earlier is on the disk for sure.
-    noted: [Numbers; 2],
-    /// Whether nothing was written lately.
-    is_failing: bool,
+    /// What the files have for sure: what the note on the disk says, and what was read in them.
+    noted: Numbers,
+    pending: Option<Pending>,
+    /// What is still to be read.
+    unread: Option<Unread>,
+    /// The file that was written last.
+    file: Option<String>,
+    /// Why nothing was written lately.
+    problem: Option<String>,
 }
 
 /// The archive.
@@ -98,41 +84,79 @@ pub(in crate::carrier) struct Archive {
     config: HistoryConfig,
     org: Name,
     clock: Arc<SystemClock>,
+    /// `None`: it is closed.
+    recorders: Mutex<Option<Recorders<Journal>>>,
     aircraft: Mutex<BTreeMap<Name, Kept>>,
+    /// The last aircraft whose note was written: others have their turn first.
+    noted_last: Mutex<Option<Name>>,
     /// The first aircraft without a place is reported, once.
     is_full: Once,
 }
 
 impl Archive {
-    /// Reads what there is. It blocks.
-    pub(in crate::carrier) fn open(org: Name, config: HistoryConfig) -> Self {
-        let archive =
-            Self { config, org, clock: Arc::new(SystemClock::new()), aircraft: Mutex::default(), is_full: Once::new() };
+    /// Begins with what is noted. It blocks.
+    ///
+    /// # Errors
+    /// When the system gives no thread.
+    pub(in crate::carrier) fn open(org: Name, config: HistoryConfig) -> io::Result<Self> {
+        let clock = Arc::new(SystemClock::new());
+        let recorders = Mutex::new(Some(Journal::recorders(&config, clock.clone())?));
+        let (aircraft, noted_last, is_full) = (Mutex::default(), Mutex::default(), Once::new());
+        let archive = Self { config, org, clock, recorders, aircraft, noted_last, is_full };
         let entries = std::fs::read_dir(&archive.config.folder).into_iter().flatten().flatten();
-        let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-        let names: Vec<Name> = names.filter_map(|name| name.strip_suffix(ENDING)?.parse().ok()).collect();
+        let files = entries.filter_map(|entry| entry.file_name().into_string().ok());
+        // Those of whom there are files alone as well: their program was killed before it noted anything.
+        let of = |file: String| match file.strip_suffix(shelf::ENDING) {
+            Some(stem) => stem.rsplit_once('_')?.0.parse().ok(),
+            None => file.strip_suffix(ENDING)?.parse().ok(),
+        };
+        let names: BTreeSet<Name> = files.filter_map(of).collect();
         for name in names.into_iter().take(MAX_AIRCRAFT) {
-            let numbers = archive.read(&name);
-            archive.lock().insert(name, Kept::of(numbers));
+            let text = std::fs::read(archive.path(&name)).ok();
+            let (numbers, unread) = text.and_then(|text| of_text(&text)).unwrap_or_default();
+            let kept = Kept { unread: Some(unread), ..Kept::of(numbers) };
+            archive.lock().insert(name, kept);
         }
-        archive
+        Ok(archive)
     }
 
     fn path(&self, name: &Name) -> PathBuf {
         self.config.folder.join(format!("{name}{ENDING}"))
     }
 
-    /// What is noted of an aircraft, and what its newest file has beyond that.
-    fn read(&self, name: &Name) -> Numbers {
-        let path = self.path(name);
-        let mut numbers = std::fs::read(&path).ok().and_then(|text| of_text(&text)).unwrap_or_default();
+    /// What the files of an aircraft have beyond its note. It blocks.
+    fn read(&self, name: &Name, unread: &Unread) -> Numbers {
+        let mut numbers = Numbers::new();
         let shelf = Shelf::new(self.config.folder.clone(), prefix(name.as_str()));
-        let newest = shelf.names().unwrap_or_default().pop();
-        let records = newest.and_then(|newest| Shelf::file(&self.config.folder.join(newest)).ok());
-        for record in records.into_iter().flat_map(|(_, records, _)| records) {
-            numbers.entry((record.boot, record.stream)).or_default().have.add(record.number, record.number);
+        let mut names = shelf.names().unwrap_or_default();
+        match &unread.file {
+            Some(file) if unread.is_ended => names.retain(|name| shelf::age(name) > shelf::age(file)),
+            Some(file) => names.retain(|name| shelf::age(name) >= shelf::age(file)),
+            None => drop(names.drain(..names.len().saturating_sub(1))),
+        }
+        for file in names {
+            let records = Shelf::file(&self.config.folder.join(file)).ok();
+            for record in records.into_iter().flat_map(|(_, records, _)| records) {
+                numbers.entry((record.boot, record.stream)).or_default().have.add(record.number, record.number);
+            }
         }
         numbers
+    }
+
+    /// Reads what the files have beyond the notes, one aircraft after the other: a program that was killed noted it no more.
+    async fn read_all(self: &Arc<Self>) {
+        loop {
+            let next = self.lock().iter().find_map(|(name, kept)| Some((name.clone(), kept.unread.clone()?)));
+            let Some((name, unread)) = next else { return };
+            let (archive, of) = (self.clone(), name.clone());
+            // A join error would be its panic, which has been reported already.
+            let read = tokio::task::spawn_blocking(move || archive.read(&of, &unread)).await.unwrap_or_default();
+            self.with(&name, |_, kept| {
+                kept.unread = None;
+                merge(&mut kept.noted, &read);
+                kept.fill.add(&read);
+            });
+        }
     }
 
     fn lock(&self) -> MutexGuard<'_, BTreeMap<Name, Kept>> {
@@ -188,6 +212,17 @@ impl Archive {
         is_present: impl Fn(&Name) -> bool,
         now: impl Fn() -> MonoTime + Clone + Send + 'static,
     ) {
+        // Nothing is asked of an aircraft before its files were read.
+        let asking = self.ask_all(session, is_present, now);
+        tokio::join!(self.read_all(), asking);
+    }
+
+    async fn ask_all(
+        self: &Arc<Self>,
+        session: impl Fn() -> Session,
+        is_present: impl Fn(&Name) -> bool,
+        now: impl Fn() -> MonoTime + Clone + Send + 'static,
+    ) {
         let mut tick = tokio::time::interval(TICK);
         tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let mut note_due = now() + NOTE_EVERY;
@@ -205,20 +240,20 @@ impl Archive {
                 note_due = now() + NOTE_EVERY;
                 let archive = self.clone();
                 // A join error would be its panic, which has been reported already.
-                let _ = tokio::task::spawn_blocking(move || archive.note()).await;
+                let _ = tokio::task::spawn_blocking(move || archive.note(NOTES_AT_ONCE)).await;
             }
         }
     }
 
     /// Those of whom something may be to be asked.
     fn due(&self, now: MonoTime) -> Vec<Name> {
-        let is_due = |(_, kept): &(&Name, &Kept)| !kept.is_failing && kept.fill.is_due(now);
+        let is_due = |(_, kept): &(&Name, &Kept)| kept.may_ask() && kept.fill.is_due(now);
         self.lock().iter().filter(is_due).map(|(name, _)| name.clone()).collect()
     }
 
     fn question(&self, name: &Name, now: MonoTime) -> Option<Question> {
         let mut all = self.lock();
-        let kept = all.get_mut(name).filter(|kept| !kept.is_failing)?;
+        let kept = all.get_mut(name).filter(|kept| kept.may_ask())?;
         kept.fill.ask(now)
     }
 
@@ -232,7 +267,12 @@ impl Archive {
                 (Question::Piece(_), Some(bytes)) => {
                     match Piece::read(bytes).and_then(|piece| kept.fill.on_piece(&piece, now)) {
                         Ok(records) => {
-                            records.into_iter().for_each(|record| kept.put(archive, name, record));
+                            for record in records {
+                                let (boot, stream, number) = (record.boot, record.stream, record.number);
+                                if !kept.put(archive, name, record) {
+                                    kept.fill.drop_again(boot, stream, number);
+                                }
+                            }
                             true
                         }
                         Err(error) => {
@@ -248,26 +288,24 @@ impl Archive {
         });
     }
 
-    /// Writes down what the files had the last time that this was called. It blocks.
-    fn note(&self) {
-        let mut texts = Vec::new();
-        for (name, kept) in self.lock().iter_mut() {
-            let problem = kept.recorder.as_ref().and_then(|(recorder, _)| recorder.status().state.problem());
-            if let Some(problem) = problem.as_ref().filter(|_| !kept.is_failing) {
-                tracing::error!(aircraft = %name, problem, "its history is not kept; it is tried on, and fetched again");
-            }
-            kept.is_failing = problem.is_some();
-            if kept.is_failing {
-                // What was on its way did not arrive: it is fetched again.
-                kept.fill.back_to(kept.noted[1].clone());
+    /// Writes down what the files have, as far as that is on the disk; so many notes at most. It blocks.
+    fn note(&self, most: usize) {
+        let (mut texts, mut turn) = (Vec::new(), self.noted_last.lock().unwrap_or_else(PoisonError::into_inner));
+        let mut all = self.lock();
+        // Those behind the last one first.
+        let is_behind = |name: &Name| turn.as_ref().is_some_and(|last| name > last);
+        let (behind, before): (Vec<_>, Vec<_>) = all.iter_mut().partition(|(name, _)| is_behind(name));
+        for (name, kept) in behind.into_iter().chain(before) {
+            kept.look(name);
+            if texts.len() == most || !kept.may_ask() {
                 continue;
             }
-            if kept.noted[0] != kept.noted[1] {
-                texts.push((self.path(name), to_text(&kept.noted[0])));
-                kept.noted[1] = kept.noted[0].clone();
+            if let Some(text) = kept.next_note() {
+                texts.push((self.path(name), text));
+                *turn = Some(name.clone());
             }
-            kept.noted[0] = kept.fill.remembered(MAX_BOOTS);
         }
+        drop(all);
         for (path, text) in texts {
             if let Err(error) = vencejo_store::write(&path, &text, Access::Usual) {
                 tracing::warn!(path = %path.display(), %error, "it cannot be written down what the archive has");
@@ -277,51 +315,110 @@ impl Archive {
 
     /// Writes what waits, ends the files and notes what they have. It blocks.
     pub(in crate::carrier) fn close(&self) {
-        let recorders: Vec<_> = self.lock().values_mut().filter_map(|kept| kept.recorder.take()).collect();
-        for (recorder, _) in recorders {
-            recorder.close();
+        let recorders = self.recorders.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(recorders) = recorders {
+            recorders.close();
         }
         // Once for what there is, and once to write it.
-        self.note();
-        self.note();
+        self.note(usize::MAX);
+        self.note(usize::MAX);
     }
 }
 
 impl Kept {
     fn of(numbers: Numbers) -> Self {
-        let noted = [numbers.clone(), numbers.clone()];
-        Self { fill: Fill::new(numbers), recorder: None, offset: None, last_state: 0, noted, is_failing: false }
+        Self {
+            noted: numbers.clone(),
+            fill: Fill::new(numbers),
+            line: None,
+            put: 0,
+            missed: (0, 0),
+            offset: None,
+            last_state: 0,
+            pending: None,
+            unread: None,
+            file: None,
+            problem: None,
+        }
+    }
+
+    /// Whether it is known what there is, and can be added to.
+    fn may_ask(&self) -> bool {
+        self.problem.is_none() && self.unread.is_none()
+    }
+
+    /// Looks at how its files are doing, and tells it where that has changed.
+    fn look(&mut self, name: &Name) {
+        let Some(line) = &self.line else { return };
+        let status = line.status();
+        let problem = status.state.problem().filter(|_| status.state != RecorderState::Closed);
+        if let RecorderState::Recording { file } = &status.state {
+            self.file = Some(file.clone());
+        }
+        match (&self.problem, &problem) {
+            (None, Some(problem)) => {
+                tracing::error!(aircraft = %name, problem, "its history is not kept; it is tried on, and fetched again");
+            }
+            (Some(_), None) => tracing::info!(aircraft = %name, "its history is kept again"),
+            _ => {}
+        }
+        let missed = (status.dropped, status.failures);
+        if problem.is_some() || missed != self.missed {
+            // What was on its way did not arrive, or perhaps not: it is fetched again.
+            (self.missed, self.pending) = (missed, None);
+            self.fill.back_to(self.noted.clone());
+        }
+        self.problem = problem;
+    }
+
+    /// What is to be noted now: what the files had at an earlier look, where that is on the disk by now.
+    fn next_note(&mut self) -> Option<Vec<u8>> {
+        let status = self.line.as_ref().map(Line::status);
+        let safe = status.as_ref().map_or(0, |status| status.synced + status.dropped);
+        let ready = self.pending.take_if(|pending| pending.put <= safe);
+        if self.pending.is_none() {
+            let numbers = self.fill.remembered(MAX_BOOTS);
+            let is_ended = status.is_some_and(|status| status.state == RecorderState::Closed);
+            let unread = Unread { file: self.file.clone(), is_ended: is_ended && self.file.is_some() };
+            let has_news = is_ended || numbers != self.noted;
+            self.pending = has_news.then_some(Pending { numbers, unread, put: self.put });
+        }
+        let Pending { numbers, unread, .. } = ready?;
+        let text = to_text(&numbers, unread);
+        self.noted = numbers;
+        Some(text)
     }
 
     /// Something was heard.
     fn keep(&mut self, archive: &Archive, name: &Name, stream: Stream, of: (u64, u64, u64), data: &[u8]) {
         let (boot, number, clock_ms) = of;
         // While the disk takes nothing it is tried with all that comes, and nothing counts as kept.
-        if self.is_failing || self.fill.take(boot, stream, number) {
+        if self.problem.is_some() || self.fill.take(boot, stream, number) {
             let unix_ns = archive.clock.unix_us().saturating_mul(1000);
-            self.put(archive, name, Record { stream, boot, number, clock_ms, unix_ns, data: data.to_vec() });
+            let record = Record { stream, boot, number, clock_ms, unix_ns, data: data.to_vec() };
+            if !self.put(archive, name, record) {
+                self.fill.drop_again(boot, stream, number);
+            }
         }
     }
 
-    /// Writes a record, with UTC as it is known here.
-    fn put(&mut self, archive: &Archive, name: &Name, record: Record) {
-        if self.recorder.is_none() {
+    /// Has a record written, with UTC as it is known here; whether it was taken. Never waits.
+    fn put(&mut self, archive: &Archive, name: &Name, record: Record) -> bool {
+        if self.line.is_none() {
             let about = About { org: archive.org.to_string(), aircraft: name.to_string(), side: "ground" };
-            match Journal::recorder(about, &archive.config, archive.clock.clone()) {
-                Ok(recorder) => {
-                    let handle = recorder.handle();
-                    self.recorder = Some((recorder, handle));
-                }
-                Err(error) => tracing::error!(aircraft = %name, %error, "its history is not kept"),
-            }
+            let recorders = archive.recorders.lock().unwrap_or_else(PoisonError::into_inner);
+            self.line = recorders.as_ref().map(|recorders| recorders.add(Journal::new(about)));
         }
-        let Some((_, handle)) = &self.recorder else { return };
+        let Some(line) = &self.line else { return false };
         let Record { stream, boot, number, clock_ms, unix_ns, data } = record;
         let heard = self.offset.filter(|(heard, _)| *heard == boot);
         let here = heard.and_then(|(_, offset)| u64::try_from(offset.checked_add_unsigned(clock_ms)?).ok());
         let unix_ns = here.map_or(unix_ns, |ms| ms.saturating_mul(1_000_000));
         let at = archive.clock.now();
-        handle.put(Item { at, unix_ns: Some(unix_ns), stream: Some(stream), boot, number, clock_ms, data });
+        let item = Item { at, unix_ns: Some(unix_ns), stream: Some(stream), boot, number, clock_ms, data };
+        let is_taken = line.handle().offer(item);
+        self.put += u64::from(is_taken);
+        is_taken
     }
 }
 
@@ -346,16 +443,4 @@ async fn ask(session: &Session, org: &Name, name: &Name, question: &Question) ->
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_noted_is_read_again() {
-        let held = Held::of([(1, 5), (9, 9)].into_iter().collect(), [(6, 6)].into_iter().collect());
-        let numbers: Numbers = [((u64::MAX, Stream::State), held.clone()), ((7, Stream::Audit), held)].into();
-        assert_eq!(of_text(&to_text(&numbers)), Some(numbers));
-        for bad in ["", "{}", r#"{"format": 2, "streams": []}"#] {
-            assert_eq!(of_text(bad.as_bytes()), None, "{bad}");
-        }
-    }
-}
+mod tests;

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use vencejo_link::{Clock, Folder, Format, Names, Recorder, RecorderConfig};
+use vencejo_link::{Clock, Folder, Format, Names, Recorder, RecorderConfig, Recorders};
 use vencejo_proto::MonoTime;
 use vencejo_store::{Class, Space};
 
@@ -28,6 +28,9 @@ use crate::history::{Record, Stream};
 const FILE_AGE: Duration = Duration::from_secs(3600);
 /// And is no larger than this.
 const FILE_BYTES: u64 = 64 << 20;
+/// Records that wait for the disk on the ground: 6 s of a thousand aircraft that tell ten states a second, some 25 MB. What finds it full is
+/// fetched later.
+const QUEUE_ITEMS: usize = 65_536;
 
 /// Where a history is kept.
 #[derive(Debug, Clone)]
@@ -65,19 +68,34 @@ struct Journal {
 }
 
 impl Journal {
-    fn recorder(about: About, config: &HistoryConfig, clock: Arc<dyn Clock>) -> io::Result<Recorder<Self>> {
-        let folder = Folder::new(&config.folder).with_space(config.space.clone());
-        let limits = RecorderConfig {
-            max_file_bytes: FILE_BYTES.min(config.quota_bytes),
-            max_file_age: Some(FILE_AGE),
-            quota_bytes: config.quota_bytes,
-            free_floor_bytes: config.space.floors().bytes(Class::Video),
-            ..RecorderConfig::default()
-        };
+    fn new(about: About) -> Self {
         let names = Names { prefix: prefix(&about.aircraft), ending: "mcap" };
-        let journal = Self { names, about, pen: None, begun: (MonoTime::ZERO, 0) };
-        Recorder::start_format(journal, Box::new(folder), limits, clock)
+        Self { names, about, pen: None, begun: (MonoTime::ZERO, 0) }
     }
+
+    /// What writes one aircraft's, on board.
+    fn recorder(about: About, config: &HistoryConfig, clock: Arc<dyn Clock>) -> io::Result<Recorder<Self>> {
+        let (folder, limits) = place(config);
+        Recorder::start_format(Self::new(about), folder, limits, clock)
+    }
+
+    /// What writes those of all aircraft, on the ground.
+    fn recorders(config: &HistoryConfig, clock: Arc<dyn Clock>) -> io::Result<Recorders<Self>> {
+        let (folder, limits) = place(config);
+        Recorders::start(folder, RecorderConfig { queue_items: QUEUE_ITEMS, ..limits }, clock)
+    }
+}
+
+/// The folder, and what may be in it.
+fn place(config: &HistoryConfig) -> (Box<Folder>, RecorderConfig) {
+    let limits = RecorderConfig {
+        max_file_bytes: FILE_BYTES.min(config.quota_bytes),
+        max_file_age: Some(FILE_AGE),
+        quota_bytes: config.quota_bytes,
+        free_floor_bytes: config.space.floors().bytes(Class::Video),
+        ..RecorderConfig::default()
+    };
+    (Box::new(Folder::new(&config.folder).with_space(config.space.clone())), limits)
 }
 
 /// How the files of an aircraft begin.

@@ -56,6 +56,12 @@ impl Sheet {
     }
 }
 
+/// By what the names of files of one aircraft are in the order of their age: one that was begun in the same second as another has a number
+/// behind the time.
+pub(super) fn age(name: &str) -> &str {
+    name.strip_suffix(ENDING).unwrap_or(name)
+}
+
 /// Files of one aircraft.
 pub(super) struct Shelf {
     folder: PathBuf,
@@ -78,7 +84,7 @@ impl Shelf {
         };
         let names = entries.flatten().filter_map(|entry| entry.file_name().into_string().ok());
         let mut names: Vec<_> = names.filter(|name| name.starts_with(&self.prefix) && name.ends_with(ENDING)).collect();
-        names.sort();
+        names.sort_by(|one, other| age(one).cmp(age(other)));
         Ok(names)
     }
 
