@@ -14,7 +14,7 @@ use super::*;
 use crate::carrier::network::{Heard, Part as Place};
 use crate::content::{Content, Part, pack_items};
 use crate::deed::{Act, Deed, Nothing, PlanPut};
-use crate::payload::{State, VERSION};
+use crate::payload::{Answer, End, Order, Signed, State, VERSION, Want};
 use crate::signature::Signer;
 
 const WAIT: Duration = Duration::from_secs(20);
