@@ -264,6 +264,25 @@ class Organisation:
         made, new = self._native.init(list(hosts), given)
         return bool(made), list(new)
 
+    def check_name(self, name: str, *, role: Role | None = None) -> None:
+        """Say whether an aircraft, or with a role a ground station, can have a name. Nothing is looked at or changed.
+
+        Parameters
+        ----------
+        name : str
+            As in `enrol` and `enrol_station`.
+        role : str, optional
+            As in `enrol_station`.
+
+        Raises
+        ------
+        InvalidRequest
+            For a name or a role that cannot be one.
+        NotPossibleNow
+            For the name of the ground station that has the authority.
+        """
+        self._native.check_newcomer(name, role)
+
     def enrol(self, name: str, *, lasts_s: int = TOKEN_LASTS_S) -> Token:
         """A token for an aircraft. An older one for it is void from now on.
 

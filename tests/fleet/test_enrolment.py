@@ -306,10 +306,13 @@ def test_the_command_makes_a_fleet_once_and_prints_the_rules_of_a_router(tmp_pat
         (("init", "acme", "--ca-cert", __file__), 2, "--ca-key"),
         (("revoke", "plane9", "--yes"), 1, "no aircraft plane9"),
         (("enrol", "Plane"), 2, "is no name here"),
+        (("enrol", "Plane", "--fleet", "fresh"), 2, "is no name here"),
+        (("enrol", "ground", "--station", "--fleet", "fresh"), 1, "take another name"),
         (("join", "vf1.nonsense"), 2, "copy it again as a whole"),
         (("acl", "--fleet", "other"), 1, "vencejo fleet init other"),
     ]:
         result = run(tmp_path, *args)
         assert (result.exit_code, says in result.output) == (exit_code, True), (args, result.output)
+    assert not folder.with_name("fresh").exists(), "a name that cannot be makes no fleet"
     assert "this computer is in no fleet" in run(tmp_path / "empty", "doctor").output
     assert "say which fleet" in run(tmp_path / "empty", "enrol", "plane7").output

@@ -281,6 +281,16 @@ fn validity(facts: Facts) -> Validity {
 /// Name, since when, end of its certificate, when it was revoked, its role where it is a ground station.
 type Enrolled = (String, u64, u64, Option<u64>, Option<&'static str>);
 
+/// An aircraft, or with a role a ground station.
+fn newcomer(name: &str, role: Option<&str>) -> Result<Newcomer, FleetError> {
+    let newcomer = match role {
+        Some(role) => Newcomer::Station(name.parse()?, role_named(role)?),
+        None => Newcomer::Aircraft(name.parse()?),
+    };
+    newcomer.check()?;
+    Ok(newcomer)
+}
+
 fn role_named(role: &str) -> Result<Role, FleetError> {
     let bad = || FleetError::Role(role.chars().filter(|c| !c.is_control()).take(40).collect());
     Role::named(role).ok_or_else(bad)
@@ -323,6 +333,12 @@ impl PyOrganisation {
         Ok((made.authority, made.hosts))
     }
 
+    /// Whether that can be the name of an aircraft, or of a ground station with a role.
+    #[staticmethod]
+    fn check_newcomer(name: &str, role: Option<&str>) -> PyResult<()> {
+        newcomer(name, role).map(drop).map_err(raise)
+    }
+
     /// The token; where it is good; when it ends.
     fn enrol(
         &self,
@@ -332,13 +348,7 @@ impl PyOrganisation {
         role: Option<&str>,
     ) -> PyResult<(String, Vec<String>, u64)> {
         let now = unix_now();
-        let ticket = self.detached(py, |org| {
-            let newcomer = match role {
-                Some(role) => Newcomer::Station(name.parse()?, role_named(role)?),
-                None => Newcomer::Aircraft(name.parse()?),
-            };
-            org.enrol(&newcomer, lasts_s, now)
-        })?;
+        let ticket = self.detached(py, |org| org.enrol(&newcomer(name, role)?, lasts_s, now))?;
         Ok((ticket.text(), ticket.doors, now + lasts_s))
     }
 

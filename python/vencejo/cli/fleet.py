@@ -16,7 +16,7 @@ import typer
 from vencejo.cli.common import Exit, Failed, JsonOption, YesOption, clean, confirm, put_json, say, status, stdout, table
 
 if TYPE_CHECKING:
-    from vencejo.enrolment import Check, Member, Organisation
+    from vencejo.enrolment import Check, Member, Organisation, Role
     from vencejo.fleet import FarAircraft
 
 fleet_app = typer.Typer(
@@ -163,12 +163,14 @@ def enrol(
     if role is not None and not station:
         raise Failed("a role is for a ground station: give --station too", Exit.USAGE)
     organisation = _organisation(org)
+    given: Role | None = (role or StationRole.OPERATOR).value if station else None
+    organisation.check_name(name, role=given)
     if not organisation.exists:
         organisation.init()
         say(f"The fleet {organisation.org} is made, in {organisation.folder}. Keep a copy of ca.key there safe.")
     lasts_s = minutes * 60
-    if station:
-        token = organisation.enrol_station(name, role=(role or StationRole.OPERATOR).value, lasts_s=lasts_s)
+    if given is not None:
+        token = organisation.enrol_station(name, role=given, lasts_s=lasts_s)
         command = f"vencejo serve --join {token.text}"
         where = f"At the ground station {name}, within {minutes} minutes; it is shown once:"
     else:

@@ -47,6 +47,17 @@ impl Newcomer {
         }
     }
 
+    /// Whether there may be one of that name.
+    ///
+    /// # Errors
+    /// [`FleetError::Refused`]: that of the ground station that has the authority is taken.
+    pub fn check(&self) -> Result<(), FleetError> {
+        if self.common_name() == format!("{STATION_PREFIX}{GROUND}") {
+            return Err(refused(format!("{GROUND} is the ground station that has the authority: take another name")));
+        }
+        Ok(())
+    }
+
     /// Its role, where it is a ground station.
     #[must_use]
     pub fn role(&self) -> Option<Role> {
@@ -230,9 +241,7 @@ impl Roll {
         self.tokens.retain(|out| out.ends > now);
         let common_name = newcomer.common_name();
         let name = called(&common_name).0;
-        if common_name == format!("{STATION_PREFIX}{GROUND}") {
-            return Err(refused(format!("{GROUND} is the ground station that has the authority: take another name")));
-        }
+        newcomer.check()?;
         if let Some(entry) = self.members.get(&common_name).filter(|entry| entry.revoked.is_some() && entry.ends > now)
         {
             let days = (entry.ends - now).div_ceil(super::DAY_S);
