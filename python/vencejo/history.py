@@ -14,23 +14,18 @@ Examples
 
 from __future__ import annotations
 
-import json
 import os
-from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import Final
 
+from vencejo import _native
 from vencejo._closing import Closing
 from vencejo.enrolment import native
 from vencejo.errors import VencejoError
 from vencejo.station import Station, default_history_dir
 
 __all__ = ["Contents", "Gap", "Kept", "Replay", "ReplayStatus", "StreamContents", "contents", "kept"]
-
-ENDING: Final = ".mcap"
-STREAMS: Final = ("state", "event", "audit")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,43 +165,30 @@ def kept(folder: str | os.PathLike[str] | None = None) -> list[Kept]:
         folders = sorted(path for path in [*top.glob("ground/*"), top / "board"] if path.is_dir())
         return [each for path in folders for each in kept(path)]
     where = Path(folder)
-    names = {path.name.rpartition("_")[0] for path in where.glob(f"*_*{ENDING}")}
-    names |= {path.stem for path in where.glob("*.json") if not path.name.startswith(".")}
-    return [_kept(where, name) for name in sorted(names)]
+    return [_kept(where, *found) for found in _native.history_kept(os.fspath(folder))]
 
 
-def _kept(folder: Path, name: str) -> Kept:
-    files = sorted(path for path in folder.glob(f"{name}_*{ENDING}") if path.name.rpartition("_")[0] == name)
-    noted = folder / f"{name}.json"
-    records = dict.fromkeys(STREAMS, 0)
-    gaps: list[Gap] = []
-    if noted.is_file():
-        try:
-            for each in json.loads(noted.read_bytes())["streams"]:
-                have, lost = [tuple(span) for span in each["have"]], [tuple(span) for span in each["lost"]]
-                records[each["stream"]] += sum(last - first + 1 for first, last in have)
-                of = {"boot": each["boot"], "stream": each["stream"]}
-                gaps += (Gap(**of, first=first, last=last, is_lost=True) for first, last in lost)
-                gaps += (Gap(**of, first=first, last=last, is_lost=False) for first, last in _between(have, lost))
-        except (ValueError, KeyError, TypeError) as error:
-            raise VencejoError(f"{noted} is damaged: move it away, and it is made anew") from error
+def _kept(
+    folder: Path,
+    name: str,
+    files: list[tuple[str, int]],
+    records: dict[str, int],
+    gaps: list[tuple[str, str, int, int, bool]] | None,
+    problem: str | None,
+) -> Kept:
+    if problem is not None:
+        raise VencejoError(f"{folder}: {problem}")
     return Kept(
         name=name,
         folder=folder,
-        files=tuple(files),
-        bytes=sum(path.stat().st_size for path in files),
+        files=tuple(folder / name for name, _ in files),
+        bytes=sum(size for _, size in files),
         records={stream: count for stream, count in records.items() if count},
-        gaps=tuple(gaps),
+        gaps=tuple(
+            Gap(boot=boot, stream=stream, first=first, last=last, is_lost=is_lost)
+            for boot, stream, first, last, is_lost in gaps or ()
+        ),
     )
-
-
-def _between(*known: Iterable[tuple[int, ...]]) -> Iterable[tuple[int, int]]:
-    """What these ranges leave out, from 1 on."""
-    at = 1
-    for first, last in sorted(span for spans in known for span in spans):
-        if first > at:
-            yield at, first - 1
-        at = max(at, last + 1)
 
 
 @dataclass(frozen=True, kw_only=True)

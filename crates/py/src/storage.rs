@@ -1,10 +1,12 @@
 //! Files and free space for Python: the one way to the disk.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use vencejo_server::dto::storage::{StorageFault, StorageProblem};
+use vencejo_server::history::{AircraftHistory, HistoryGap};
 use vencejo_store::{Access, Class, Floors, Space};
 
 use crate::errors;
@@ -17,6 +19,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(install_file, module)?)?;
     module.add_function(wrap_pyfunction!(make_folder, module)?)?;
     module.add_function(wrap_pyfunction!(sync_folder, module)?)?;
+    module.add_function(wrap_pyfunction!(history_kept, module)?)?;
     module.add_function(wrap_pyfunction!(check_floors_mb, module)?)?;
     module.add_function(wrap_pyfunction!(default_floors_mb, module)?)
 }
@@ -26,6 +29,25 @@ pub fn space(floors_mb: Option<(u64, u64, u64)>) -> PyResult<Space> {
     let Some((maps, video, telemetry)) = floors_mb else { return Ok(Space::default()) };
     let floors = Floors::from_mb(maps, video, telemetry).map_err(|error| errors::raise("InvalidRequest", error))?;
     Ok(Space::new(floors))
+}
+
+/// Numbers that are missing: boot, stream, first and last, and whether they are not to be had.
+type Gap = (String, String, u64, u64, bool);
+/// What is kept of an aircraft: its name; name and size of each file; how many records of each stream; what is missing, where that is noted;
+/// why that is not known.
+type Kept = (String, Vec<(String, u64)>, BTreeMap<String, u64>, Option<Vec<Gap>>, Option<String>);
+
+/// What a folder keeps of the history of aircraft.
+#[pyfunction]
+fn history_kept(py: Python<'_>, folder: PathBuf) -> PyResult<Vec<Kept>> {
+    let kept = detached(py, || vencejo_server::history::in_folder("", &folder))?;
+    let of = |aircraft: AircraftHistory| {
+        let files = aircraft.files.into_iter().map(|file| (file.name, file.bytes)).collect();
+        let gap = |gap: HistoryGap| (gap.boot, gap.stream, gap.first, gap.last, gap.is_lost);
+        let gaps = aircraft.gaps.map(|gaps| gaps.into_iter().map(gap).collect());
+        (aircraft.name, files, aircraft.records, gaps, aircraft.problem)
+    };
+    Ok(kept.into_iter().map(of).collect())
 }
 
 /// What, of which camera or map source, kind of fault, in words.

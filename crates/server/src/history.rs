@@ -127,25 +127,32 @@ fn aircraft_of(name: &str) -> Option<&str> {
 /// # Errors
 /// When a folder cannot be read.
 pub fn list(top: &Path) -> io::Result<Vec<AircraftHistory>> {
+    let in_places = places(top)?.into_iter().map(|(place, folder)| in_folder(&place, &folder));
+    Ok(in_places.collect::<io::Result<Vec<_>>>()?.concat())
+}
+
+/// What is kept in the folder of a place, by name. Reads the disk.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn in_folder(place: &str, folder: &Path) -> io::Result<Vec<AircraftHistory>> {
     let mut kept = BTreeMap::new();
-    for (place, folder) in places(top)? {
-        for file in files(&folder)? {
-            let name =
-                aircraft_of(&file.name).or_else(|| file.name.strip_suffix(NOTE).filter(|name| !name.starts_with('.')));
-            let Some(name) = name.map(ToOwned::to_owned) else { continue };
-            let aircraft = kept.entry((place.clone(), name.clone())).or_insert_with(|| AircraftHistory {
-                place: place.clone(),
-                name,
-                files: Vec::new(),
-                records: BTreeMap::new(),
-                gaps: None,
-                problem: None,
-            });
-            if file.name.ends_with(ENDING) {
-                aircraft.files.push(file);
-            } else {
-                take_note(&folder.join(&file.name), aircraft);
-            }
+    for file in files(folder)? {
+        let name =
+            aircraft_of(&file.name).or_else(|| file.name.strip_suffix(NOTE).filter(|name| !name.starts_with('.')));
+        let Some(name) = name.map(ToOwned::to_owned) else { continue };
+        let aircraft = kept.entry(name.clone()).or_insert_with(|| AircraftHistory {
+            place: place.to_owned(),
+            name,
+            files: Vec::new(),
+            records: BTreeMap::new(),
+            gaps: None,
+            problem: None,
+        });
+        if file.name.ends_with(ENDING) {
+            aircraft.files.push(file);
+        } else {
+            take_note(&folder.join(&file.name), aircraft);
         }
     }
     Ok(kept.into_values().collect())

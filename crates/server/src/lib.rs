@@ -44,7 +44,7 @@ mod extract;
 mod files;
 mod ground;
 mod guard;
-mod history;
+pub mod history;
 mod landings;
 mod operations;
 mod operator;
