@@ -1,23 +1,97 @@
 """Planes in ROS 2, without ROS: each vehicle of a station has the topics and services that MAVROS would give it.
 
 `Gateway` speaks Eclipse Zenoh as ``rmw_zenoh_cpp`` does, so that nodes of ROS 2 Jazzy and newer which use that see the planes; nothing
-of ROS has to be here. A router has to be there: ``ros2 run rmw_zenoh_cpp rmw_zenohd``. `examine` looks who is at a router, and why
-somebody there sees nothing.
+of ROS has to be here. A router has to be there: ``ros2 run rmw_zenoh_cpp rmw_zenohd``; `Router` is one that is reached over TLS.
+`examine` looks who is at a router, and why somebody there sees nothing.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from os import PathLike, fspath
 from typing import Final, Literal
 
 from vencejo._closing import Closing
 from vencejo.enrolment import native
+from vencejo.errors import LinkError
 from vencejo.station import Station
 
-__all__ = ["ROUTER", "Examined", "Finding", "Gateway", "GatewayStatus", "Node", "examine"]
+__all__ = ["ROUTER", "Examined", "Finding", "Gateway", "GatewayStatus", "Node", "Router", "Unreached", "examine"]
 
 ROUTER: Final = "tcp/127.0.0.1:7447"
 """Where the router of ROS 2 on this machine is."""
+
+
+class Unreached(LinkError):
+    """A router that is not there, does not let us in, or is not believed.
+
+    Attributes
+    ----------
+    code : str
+        Its stable name: ``"no-router"``, ``"tls-spoken"``, ``"tls-missing"``, ``"tls-failed"``, ``"other-authority"``, ``"other-name"``,
+        ``"certificate-ended"``, ``"own-certificate-ended"``, ``"certificate-wanted"`` or ``"certificate-refused"``.
+    """
+
+    def __init__(self, code: str, text: str) -> None:
+        super().__init__(text)
+        self.code = code
+
+
+def _path(file: str | PathLike[str] | None) -> str | None:
+    return None if file is None else fspath(file)
+
+
+class Router:
+    """A router of ROS 2: where it is, and by which certificates it is known.
+
+    The files (PEM) are read here, and once; nothing is dialled yet.
+
+    Parameters
+    ----------
+    address : str
+        ``"tls/HOST:PORT"``, ``"quic/HOST:PORT"``, or ``"tcp/HOST:PORT"`` in the clear.
+    ca : path-like, optional
+        Certificates of the authorities of which one has to have signed the router's, for the host that is dialled. Needed with ``tls/``
+        and ``quic/``.
+    certificate, key : path-like, optional
+        A certificate that the router is shown, followed by those between it and the authority, and its private key, without a password:
+        where the router asks for one (mutual TLS).
+    plain : bool, optional
+        Take an address in the clear that is not of this machine: whoever is on the way reads and changes what goes over it.
+
+    Raises
+    ------
+    InvalidRequest
+        For an address that cannot be, one in the clear elsewhere, or files that are missing or too many.
+    VencejoError
+        For a file that cannot be read, or has not in it what it should; it says which.
+    """
+
+    def __init__(
+        self,
+        address: str = ROUTER,
+        *,
+        ca: str | PathLike[str] | None = None,
+        certificate: str | PathLike[str] | None = None,
+        key: str | PathLike[str] | None = None,
+        plain: bool = False,
+    ) -> None:
+        self._address = address
+        self._native = native("Ros2Router")(
+            address, ca=_path(ca), certificate=_path(certificate), key=_path(key), is_plain_meant=plain
+        )
+
+    @property
+    def address(self) -> str:
+        """Where it is."""
+        return self._address
+
+    def __repr__(self) -> str:
+        return f"Router({self._address!r})"
+
+
+def _router(router: str | Router) -> Router:
+    return Router(router) if isinstance(router, str) else router
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,8 +126,9 @@ class Gateway(Closing):
     ----------
     station : Station
         Whose vehicles are shown.
-    router : str, optional
-        The router, ``"tcp/HOST:PORT"``; dialled for ever. By default the one of this machine, port 7447.
+    router : str or Router, optional
+        The router, dialled for ever. By default the one of this machine, ``"tcp/127.0.0.1:7447"``; a `Router` where there is more to say
+        than an address.
     domain : int, optional
         ``ROS_DOMAIN_ID``, 0 to 232.
     names : {"mavros", "ap"}, optional
@@ -73,7 +148,7 @@ class Gateway(Closing):
         self,
         station: Station,
         *,
-        router: str = ROUTER,
+        router: str | Router = ROUTER,
         domain: int = 0,
         names: Literal["mavros", "ap"] = "mavros",
         namespace: str = "{name}",
@@ -81,7 +156,7 @@ class Gateway(Closing):
     ) -> None:
         self._native = native("Ros2Gateway")(
             station._native,
-            router=router,
+            router=_router(router)._native,
             domain=domain,
             names=names,
             namespace=namespace,
@@ -155,24 +230,26 @@ class Examined:
     findings: list[Finding]
 
 
-def examine(router: str = ROUTER, *, domain: int = 0) -> Examined:
+def examine(router: str | Router = ROUTER, *, domain: int = 0) -> Examined:
     """Look who is at a router, and why those of a domain see nothing of each other.
 
     Parameters
     ----------
-    router : str, optional
-        The router, ``"tcp/HOST:PORT"``.
+    router : str or Router, optional
+        The router.
     domain : int, optional
         ``ROS_DOMAIN_ID``, 0 to 232.
 
     Raises
     ------
-    LinkError
-        When the router is not reached; it says why.
+    Unreached
+        When the router is not reached; it says why, and what to do.
     InvalidRequest
         For an address or a domain that cannot be.
     """
-    nodes, findings = native("ros2_examine")(router, domain)
+    nodes, findings, unreached = native("ros2_examine")(_router(router)._native, domain)
+    if unreached is not None:
+        raise Unreached(*unreached)
     names = ("domain", "name", "publishers", "subscriptions", "services")
     return Examined(
         nodes=[Node(**dict(zip(names, node, strict=True))) for node in nodes],

@@ -1,6 +1,6 @@
-"""A router of Zenoh, and somebody of ROS 2 at it, by Zenoh's own Python wheel: `python -m tests.fleet.ros2_witness PORT`.
+"""A router of Zenoh, and somebody of ROS 2 at it, by Zenoh's own Python wheel: `python -m tests.fleet.ros2_witness PORT TLS_PORT CERT KEY`.
 
-It is asked by lines of JSON, and answers each with one. A process of its own, for nothing may fork once Zenoh runs.
+The router speaks in the clear at the one port, and TLS at the other. It is asked by lines of JSON, and answers each with one. A process of its own, for nothing may fork once Zenoh runs.
 """
 
 from __future__ import annotations
@@ -16,12 +16,11 @@ import zenoh
 PATIENCE_S = 60.0
 
 
-def config(port: int, mode: str) -> zenoh.Config:
+def config(mode: str, **settings: object) -> zenoh.Config:
     """Settings of a session that looks for nobody else."""
     made = zenoh.Config()
-    made.insert_json5("mode", json.dumps(mode))
-    made.insert_json5("scouting/multicast/enabled", "false")
-    made.insert_json5("listen/endpoints" if mode == "router" else "connect/endpoints", f'["tcp/127.0.0.1:{port}"]')
+    for key, value in {"mode": mode, "scouting/multicast/enabled": False, **settings}.items():
+        made.insert_json5(key.replace("__", "/"), json.dumps(value))
     return made
 
 
@@ -99,9 +98,12 @@ def answer(session: zenoh.Session, kept: list[object], do: str, **of: Any) -> An
 
 def main() -> None:
     """Answers until standard input ends."""
-    port = int(sys.argv[1])
+    port, tls_port, certificate, key = sys.argv[1:]
+    plain = f"tcp/127.0.0.1:{port}"
+    tls = {"listen_certificate": certificate, "listen_private_key": key}
+    router = config("router", listen__endpoints=[plain, f"tls/127.0.0.1:{tls_port}"], transport__link__tls=tls)
     kept: list[object] = []
-    with zenoh.open(config(port, "router")), zenoh.open(config(port, "client")) as session:
+    with zenoh.open(router), zenoh.open(config("client", connect__endpoints=[plain])) as session:
         sys.stdout.write('"ready"\n')
         sys.stdout.flush()
         for line in sys.stdin:

@@ -6,6 +6,7 @@ import contextlib
 import itertools
 import json
 import math
+import os
 import struct
 import subprocess
 import sys
@@ -19,9 +20,10 @@ from rosbags.typesys import Stores
 from typer.testing import CliRunner
 from vencejo import Plan, Station, Vehicle, _native
 from vencejo.cli import app
+from vencejo.enrolment import Organisation
 from vencejo.errors import InvalidRequest, LinkError
 from vencejo.fleet import has_fleet
-from vencejo.ros2 import Gateway, examine
+from vencejo.ros2 import Gateway, Router, examine
 
 from tests.fleet.programs import command
 from tests.fleet.ros2_offered import MAVROS, TOPICS, key, tokens, whole
@@ -54,19 +56,20 @@ def test_the_hash_of_each_type_is_that_of_its_definition(store: Stores) -> None:
 def test_what_cannot_be_is_refused_in_words() -> None:
     with Station(record=False, signing=False) as station:
         for bad, says in [
-            ({"router": "tls/127.0.0.1:7447"}, "tcp/127.0.0.1:7447"),
+            ({"router": "tls/127.0.0.1:7447"}, "--ros2-ca"),
             ({"router": "tcp/0.0.0.0:7447"}, "host name"),
+            ({"router": "tcp/192.0.2.1:7447"}, "--ros2-plain"),
             ({"domain": 233}, "232"),
             ({"names": "px4"}, "mavros or ap"),
             ({"namespace": "a b"}, "namespace"),
-            ({"router": "tcp/192.0.2.1:7447", "role": "operator"}, "could command the plane"),
+            ({"router": Router("tcp/192.0.2.1:7447", plain=True), "role": "operator"}, "could command the plane"),
         ]:
             with pytest.raises(InvalidRequest, match=says):
                 Gateway(station, **bad)  # type: ignore[arg-type]
         with reserved_ports() as [port], Gateway(station, router=f"tcp/127.0.0.1:{port}") as gateway:
             wait_for(lambda: gateway.status.problem is not None, "it to say that no router is there")
             assert "rmw_zenohd" in str(gateway.status.problem)
-            with pytest.raises(LinkError, match="no router is there"):
+            with pytest.raises(LinkError, match="nobody listens there"):
                 examine(f"tcp/127.0.0.1:{port}")
             told = CliRunner().invoke(app, ["ros", "doctor", "--ros2-router", f"tcp/127.0.0.1:{port}", "--json"])
             assert (told.exit_code, json.loads(told.stdout)["findings"][0]["code"]) == (1, "no-router")
@@ -75,9 +78,10 @@ def test_what_cannot_be_is_refused_in_words() -> None:
 class Witness:
     """A router, and somebody at it."""
 
-    def __init__(self, process: subprocess.Popen[str], port: int) -> None:
+    def __init__(self, process: subprocess.Popen[str], port: int, tls_port: int) -> None:
         self._process = process
         self.router = f"tcp/127.0.0.1:{port}"
+        self.tls = f"tls/127.0.0.1:{tls_port}"
         self.types = Types()
         self._numbers = itertools.count(1)
 
@@ -126,11 +130,11 @@ class Witness:
 
 
 @contextlib.contextmanager
-def a_witness() -> Iterator[Witness]:
+def a_witness(certificate: Path, private: Path) -> Iterator[Witness]:
     with (
-        reserved_ports() as [port],
+        reserved_ports(2) as [port, tls_port],
         subprocess.Popen(
-            [sys.executable, "-m", "tests.fleet.ros2_witness", str(port)],
+            [sys.executable, "-m", "tests.fleet.ros2_witness", *map(str, (port, tls_port, certificate, private))],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -139,18 +143,21 @@ def a_witness() -> Iterator[Witness]:
         try:
             assert process.stdout is not None
             assert process.stdout.readline() == '"ready"\n'
-            yield Witness(process, port)
+            yield Witness(process, port, tls_port)
         finally:
             process.kill()
 
 
 @pytest.mark.e2e
 def test_a_plane_is_seen_by_a_reader_of_ros_and_acts_for_an_operator_alone(tmp_path: Path) -> None:
+    # A robot's authority, by whose certificate its router is known.
+    Organisation("robot").init(hosts=["127.0.0.1"])
+    papers = Path(os.environ["VENCEJO_DATA"]) / "fleet" / "robot"
     with (
-        a_witness() as witness,
+        a_witness(papers / "station.crt", papers / "station.key") as witness,
         Plane() as plane,
         command(
-            tmp_path, "serve", "--port", "0", "--link", plane.link, "--ros2-router", witness.router,
+            tmp_path, "serve", "--port", "0", "--link", plane.link, "--ros2-router", witness.tls, "--ros2-ca", str(papers / "ca.crt"),
         ) as serve,
     ):  # fmt: skip
         serve.line()
@@ -208,6 +215,9 @@ def test_a_plane_is_seen_by_a_reader_of_ros_and_acts_for_an_operator_alone(tmp_p
 
         # The doctor says why others see nothing.
         assert examine(witness.router).findings == []
+        assert examine(Router(witness.tls, ca=papers / "ca.crt")) == examine(witness.router)
+        told = CliRunner().invoke(app, ["ros", "doctor", "--ros2-router", witness.tls.replace("tls", "tcp"), "--json"])
+        assert (told.exit_code, json.loads(told.stdout)["findings"][0]["code"]) == (1, "tls-spoken")
         ours = "@ros2_lv/0/feed/0"
         imu_type, imu_hash = "sensor_msgs::msg::dds_::Imu_", hashes()["sensor_msgs/msg/Imu"]
         for number, (name, of_hash) in enumerate([("imu%data", "TypeHashNotSupported"), ("imu%dta", imu_hash)]):

@@ -20,8 +20,33 @@ pub enum FleetError {
     #[error("'{0}' is no address here: one is like tls/ground.local:7447, quic/192.168.1.2:7447 or tcp/127.0.0.1:7447")]
     Address(String),
     /// The same of a router of ROS 2.
-    #[error("'{0}' is no router of ROS 2: one is like tcp/127.0.0.1:7447")]
+    #[error(
+        "'{0}' is no router of ROS 2: one is like tcp/127.0.0.1:7447 or tls/robot.local:7447, with a host name or an address"
+    )]
     RosRouter(String),
+    /// A router of ROS 2 on another machine, in the clear without having been asked for.
+    #[error(
+        "{0} is not of this machine, and nothing is encrypted there: use tls/ in place of tcp/, with --ros2-ca, or --ros2-plain to do without"
+    )]
+    RosPlain(String),
+    /// Certificates that are missing or too many for a router of ROS 2.
+    #[error("{address}: {problem}")]
+    RosPapers {
+        /// The router.
+        address: String,
+        /// What is wrong, and what to do.
+        problem: &'static str,
+    },
+    /// A router of ROS 2 that does not let us in, or that is not believed.
+    #[error("{address} cannot be used: {problem}")]
+    RosUnreached {
+        /// Where.
+        address: String,
+        /// A stable name.
+        code: &'static str,
+        /// What is wrong, and what to do.
+        problem: String,
+    },
     /// A name or a domain of ROS 2.
     #[error(transparent)]
     Ros(#[from] BadRosName),

@@ -37,7 +37,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
 
 pub fn raise(error: FleetError) -> PyErr {
     let class = match error {
-        FleetError::Network { .. } => "LinkError",
+        FleetError::Network { .. } | FleetError::RosUnreached { .. } => "LinkError",
         FleetError::Refused(_) => "NotPossibleNow",
         FleetError::File { .. } | FleetError::NoRandom(_) => "VencejoError",
         _ => "InvalidRequest",

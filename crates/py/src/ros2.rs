@@ -1,8 +1,10 @@
 //! Planes in ROS 2, for Python.
 
+use std::path::PathBuf;
+
 use pyo3::prelude::*;
 use vencejo_fleet::FleetError;
-use vencejo_fleet::carrier::{Gateway, GatewayConfig, RosRouter, examine};
+use vencejo_fleet::carrier::{Gateway, GatewayConfig, RosPapers, RosRouter, examine};
 use vencejo_fleet::ros2::message::{MESSAGES, SERVICES};
 
 use crate::fleet::raise;
@@ -11,9 +13,29 @@ use crate::{errors, runtime};
 
 /// Adds this module's classes.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PyRouter>()?;
     module.add_class::<PyGateway>()?;
     module.add_function(wrap_pyfunction!(ros2_examine, module)?)?;
     module.add_function(wrap_pyfunction!(ros2_types, module)?)
+}
+
+/// A router of ROS 2, with the certificates by which it is known.
+#[pyclass(frozen, name = "Ros2Router", module = "vencejo._native")]
+pub struct PyRouter(RosRouter);
+
+#[pymethods]
+impl PyRouter {
+    #[new]
+    #[pyo3(signature = (address, *, ca, certificate, key, is_plain_meant))]
+    fn new(
+        address: &str,
+        ca: Option<PathBuf>,
+        certificate: Option<PathBuf>,
+        key: Option<PathBuf>,
+        is_plain_meant: bool,
+    ) -> PyResult<Self> {
+        RosRouter::new(address, &RosPapers { ca, certificate, key, is_plain_meant }).map(Self).map_err(raise)
+    }
 }
 
 /// Whether the router is reached, why not, planes with what their topics begin with, messages sent.
@@ -29,7 +51,7 @@ impl PyGateway {
     #[pyo3(signature = (station, *, router, domain, names, namespace, is_operator))]
     fn new(
         station: &PyStation,
-        router: &str,
+        router: &PyRouter,
         domain: u32,
         names: &str,
         namespace: &str,
@@ -37,7 +59,7 @@ impl PyGateway {
     ) -> PyResult<Self> {
         let config = || -> Result<GatewayConfig, FleetError> {
             let (names, namespace) = (names.parse()?, namespace.parse()?);
-            Ok(GatewayConfig { router: router.parse()?, domain, names, namespace, is_operator })
+            Ok(GatewayConfig { router: router.0.clone(), domain, names, namespace, is_operator })
         };
         let config = config().map_err(raise)?;
         Gateway::start(station.station(), config, runtime::handle()).map(Self).map_err(raise)
@@ -58,17 +80,28 @@ type Node = (u32, String, usize, usize, usize);
 /// Whether nothing arrives because of it, its stable name, in words.
 type Finding = (bool, &'static str, String);
 
-/// Who is at a router, and what is wrong.
+/// What keeps us from a router: its stable name, in words.
+type Unreached = (&'static str, String);
+
+/// Who is at a router, and what is wrong; or why it is not reached.
 #[pyfunction]
-fn ros2_examine(py: Python<'_>, router: &str, domain: u32) -> PyResult<(Vec<Node>, Vec<Finding>)> {
-    let router: RosRouter = router.parse().map_err(raise)?;
-    let examined = runtime::wait(py, None, examine(&router, domain))?
+fn ros2_examine(
+    py: Python<'_>,
+    router: &PyRouter,
+    domain: u32,
+) -> PyResult<(Vec<Node>, Vec<Finding>, Option<Unreached>)> {
+    let examined = runtime::wait(py, None, examine(&router.0, domain))?
         .ok_or_else(|| errors::raise("ClosedError", "interrupted"))?;
-    let examined = examined.map_err(raise)?;
+    let examined = match examined {
+        Err(error @ FleetError::RosUnreached { code, .. }) => {
+            return Ok((Vec::new(), Vec::new(), Some((code, error.to_string()))));
+        }
+        examined => examined.map_err(raise)?,
+    };
     let nodes = examined.nodes.into_iter();
     let nodes = nodes.map(|node| (node.domain, node.name, node.publishers, node.subscriptions, node.services));
     let findings = examined.findings.into_iter().map(|finding| (finding.is_wrong, finding.code, finding.text));
-    Ok((nodes.collect(), findings.collect()))
+    Ok((nodes.collect(), findings.collect(), None))
 }
 
 /// Type and hash of each message and service.

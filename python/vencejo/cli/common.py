@@ -193,6 +193,14 @@ def say(text: str) -> None:
     print(clean(text, keep_lines=True), file=sys.stderr, flush=True)
 
 
+def warn_of_open_key(key: Path | None) -> None:
+    """Say where others on this machine may read a private key."""
+    # One that cannot be looked at is told of when it is to be read.
+    with contextlib.suppress(OSError):
+        if key is not None and key.stat().st_mode & 0o077:
+            say(f"Warning: others on this machine may read the TLS key {key}; run: chmod 600 {key}")
+
+
 def put_json(value: Any) -> None:
     """One line of JSON to standard output. Not-a-number is a fault of ours and never written."""
     sys.stdout.write(json.dumps(value, allow_nan=False, ensure_ascii=False, default=str) + "\n")

@@ -14,14 +14,19 @@ from vencejo.cli.fleet import joined
 from vencejo.cli.ros import (
     Names,
     Role,
+    Ros2CaOption,
+    Ros2CertOption,
     Ros2DomainOption,
+    Ros2KeyOption,
     Ros2NamesOption,
     Ros2NamespaceOption,
     Ros2News,
     Ros2Option,
     Ros2Options,
+    Ros2PlainOption,
     Ros2RoleOption,
     Ros2RouterOption,
+    router_of,
 )
 from vencejo.cli.serve import ON_BOARD_COMPONENT
 
@@ -106,6 +111,10 @@ def onboard(
     ] = 10.0,
     ros2: Ros2Option = False,
     ros2_router: Ros2RouterOption = None,
+    ros2_ca: Ros2CaOption = None,
+    ros2_cert: Ros2CertOption = None,
+    ros2_key: Ros2KeyOption = None,
+    ros2_plain: Ros2PlainOption = False,
     ros2_domain: Ros2DomainOption = 0,
     ros2_names: Ros2NamesOption = Names.MAVROS,
     ros2_namespace: Ros2NamespaceOption = "{name}",
@@ -140,6 +149,8 @@ def onboard(
         raise Failed(
             "a plane has a name in a fleet: give --fleet and --name, or neither once it has joined one", Exit.USAGE
         )
+    router = router_of(ros2_router, ros2_ca, ros2_cert, ros2_key, plain=ros2_plain, is_on=ros2)
+    ros = Ros2Options(router, ros2_domain, ros2_names, ros2_namespace, ros2_role)
     if join is not None:
         if fleet is not None:
             raise Failed("the token says which fleet and which name: leave out --fleet and --name", Exit.USAGE)
@@ -151,7 +162,6 @@ def onboard(
             "this computer is in no fleet yet: --join TOKEN, which `vencejo fleet enrol NAME` gives on the ground",
             Exit.USAGE,
         )
-    ros = Ros2Options(ros2, ros2_router, ros2_domain, ros2_names, ros2_namespace, ros2_role)
     with (
         Station(
             *link,

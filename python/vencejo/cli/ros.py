@@ -5,14 +5,15 @@ from __future__ import annotations
 import contextlib
 from dataclasses import asdict, dataclass
 from enum import Enum
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from vencejo.cli.common import Exit, JsonOption, clean, put_json, say, stdout, table
+from vencejo.cli.common import Exit, Failed, JsonOption, clean, put_json, say, stdout, table, warn_of_open_key
 
 if TYPE_CHECKING:
-    from vencejo.ros2 import Gateway
+    from vencejo.ros2 import Gateway, Router
     from vencejo.station import Station
 
 ros_app = typer.Typer(
@@ -44,8 +45,25 @@ Ros2RouterOption = Annotated[
     typer.Option(
         "--ros2-router",
         metavar="ADDRESS",
-        help=f"The router of ROS 2 to use, with --ros2 or in its place; {ROUTER} when not given.",
+        help=f"The router of ROS 2 to use, with --ros2 or in its place: tls/HOST:PORT (with --ros2-ca), quic/…, or tcp/… "
+        f"in the clear; {ROUTER} when not given.",
     ),
+]
+Ros2CaOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--ros2-ca", metavar="FILE", help="Authorities by which that router is known (PEM), for tls/ and quic/."
+    ),
+]
+Ros2CertOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--ros2-cert", metavar="FILE", help="Certificate chain (PEM) to show to that router, where it asks for one."
+    ),
+]
+Ros2KeyOption = Annotated[Path | None, typer.Option("--ros2-key", metavar="FILE", help="Its key (PEM).")]
+Ros2PlainOption = Annotated[
+    bool, typer.Option("--ros2-plain", help="Do without TLS where that router (tcp/…) is not of this machine.")
 ]
 Ros2DomainOption = Annotated[int, typer.Option("--ros2-domain", metavar="N", min=0, max=232, help="ROS_DOMAIN_ID.")]
 Ros2NamesOption = Annotated[
@@ -65,12 +83,27 @@ Ros2RoleOption = Annotated[
 ]
 
 
+def router_of(
+    address: str | None, ca: Path | None, cert: Path | None, key: Path | None, *, plain: bool, is_on: bool = False
+) -> Router | None:
+    """The router that was given, its files read; none where planes are not to be shown."""
+    if address is None and not is_on:
+        if plain or not (ca is cert is key is None):
+            raise Failed(
+                "--ros2-ca, --ros2-cert, --ros2-key and --ros2-plain are for --ros2-router ADDRESS", Exit.USAGE
+            )
+        return None
+    from vencejo.ros2 import Router
+
+    warn_of_open_key(key)
+    return Router(address or ROUTER, ca=ca, certificate=cert, key=key, plain=plain)
+
+
 @dataclass(frozen=True)
 class Ros2Options:
     """How planes are shown in ROS 2."""
 
-    is_on: bool
-    router: str | None
+    router: Router | None
     domain: int
     names: Names
     namespace: str
@@ -78,13 +111,13 @@ class Ros2Options:
 
     def gateway(self, station: Station) -> contextlib.AbstractContextManager[Gateway | None]:
         """The gateway that was asked for; none without."""
-        if not self.is_on and self.router is None:
+        if self.router is None:
             return contextlib.nullcontext()
         from vencejo.ros2 import Gateway
 
         return Gateway(
             station,
-            router=self.router or ROUTER,
+            router=self.router,
             domain=self.domain,
             names=self.names.value,
             namespace=self.namespace,
@@ -117,25 +150,31 @@ def doctor(
     ros2_router: Annotated[
         str, typer.Option("--ros2-router", metavar="ADDRESS", help="The router to look at.")
     ] = ROUTER,
+    ros2_ca: Ros2CaOption = None,
+    ros2_cert: Ros2CertOption = None,
+    ros2_key: Ros2KeyOption = None,
+    ros2_plain: Ros2PlainOption = False,
     ros2_domain: Ros2DomainOption = 0,
     json: JsonOption = False,
 ) -> None:
     """Look who is there in ROS 2, and why somebody sees nothing.
 
     It asks the router for all nodes of all domains, and compares what each of ours hears with what is sent: domain, name, type, type
-    hash, and quality of service. It ends with 1 where something is wrong.
+    hash, and quality of service. Where the router does not let it in it says why: certificates, names, TLS or none. It ends with 1 where
+    something is wrong.
 
     Example: vencejo ros doctor
 
-    Example: vencejo ros doctor --ros2-router tcp/192.168.1.10:7447 --ros2-domain 5 --json
+    Example: vencejo ros doctor --ros2-router tls/robot.local:7447 --ros2-ca ca.crt --ros2-domain 5 --json
     """
-    from vencejo.errors import LinkError
-    from vencejo.ros2 import Examined, Finding, examine
+    from vencejo.ros2 import Examined, Finding, Unreached, examine
 
+    router = router_of(ros2_router, ros2_ca, ros2_cert, ros2_key, plain=ros2_plain)
+    assert router is not None
     try:
-        examined = examine(ros2_router, domain=ros2_domain)
-    except LinkError as error:
-        finding = Finding(is_wrong=True, code="no-router", text=str(error))
+        examined = examine(router, domain=ros2_domain)
+    except Unreached as error:
+        finding = Finding(is_wrong=True, code=error.code, text=str(error))
         examined = Examined(nodes=[], findings=[finding])
     is_wrong = any(finding.is_wrong for finding in examined.findings)
     if json:

@@ -21,6 +21,7 @@ from vencejo.cli.common import (
     RecordOption,
     put_json,
     say,
+    warn_of_open_key,
 )
 from vencejo.cli.connecting import RECORDED_AGAIN
 from vencejo.cli.fleet import joined
@@ -40,14 +41,19 @@ from vencejo.cli.listening import ListenOption, default_link
 from vencejo.cli.ros import (
     Names,
     Role,
+    Ros2CaOption,
+    Ros2CertOption,
     Ros2DomainOption,
+    Ros2KeyOption,
     Ros2NamesOption,
     Ros2NamespaceOption,
     Ros2News,
     Ros2Option,
     Ros2Options,
+    Ros2PlainOption,
     Ros2RoleOption,
     Ros2RouterOption,
+    router_of,
 )
 
 if TYPE_CHECKING:
@@ -183,6 +189,10 @@ def serve(
     camera: CameraOption = None,
     ros2: Ros2Option = False,
     ros2_router: Ros2RouterOption = None,
+    ros2_ca: Ros2CaOption = None,
+    ros2_cert: Ros2CertOption = None,
+    ros2_key: Ros2KeyOption = None,
+    ros2_plain: Ros2PlainOption = False,
     ros2_domain: Ros2DomainOption = 0,
     ros2_names: Ros2NamesOption = Names.MAVROS,
     ros2_namespace: Ros2NamespaceOption = "{name}",
@@ -223,6 +233,8 @@ def serve(
     from vencejo import Floors, Station
     from vencejo.serve import Server
 
+    router = router_of(ros2_router, ros2_ca, ros2_cert, ros2_key, plain=ros2_plain, is_on=ros2)
+    ros = Ros2Options(router, ros2_domain, ros2_names, ros2_namespace, ros2_role)
     if join is not None:
         found = joined(join, as_station=True)
         if fleet not in (None, found.org):
@@ -233,12 +245,8 @@ def serve(
 
     options = IceOptions(ice, ice_host, ice_missions, ice_dialect, ice_allow or (), ice_config, ice_set or ())
     settings = options.settings()
-    ros = Ros2Options(ros2, ros2_router, ros2_domain, ros2_names, ros2_namespace, ros2_role)
     system_id, component_id = (255, 190) if on_board is None else (on_board, ON_BOARD_COMPONENT)
-    # A key that cannot be looked at is told of when it is to be read.
-    with contextlib.suppress(OSError):
-        if key is not None and key.stat().st_mode & 0o077:
-            say(f"Warning: others on this machine may read the TLS key {key}; run: chmod 600 {key}")
+    warn_of_open_key(key)
     with (
         Station(
             *(link or [default_link(listen, ask=not json)]),

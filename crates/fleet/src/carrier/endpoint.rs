@@ -54,6 +54,11 @@ pub(super) fn split(text: &str) -> Option<(&str, u16)> {
     (is_digits && is_host).then_some((host, port.parse().ok()?))
 }
 
+/// The host of `HOST:PORT`, an IPv6 address without brackets.
+pub(super) fn host_of(address: &str) -> Option<&str> {
+    split(address).map(|(host, _)| host.trim_matches(['[', ']']))
+}
+
 /// A host as it stands before a port: an IPv6 address in brackets.
 pub(super) fn bracketed(host: &str) -> String {
     if host.contains(':') { format!("[{host}]") } else { host.to_owned() }
@@ -63,18 +68,21 @@ impl FromStr for Endpoint {
     type Err = FleetError;
 
     fn from_str(text: &str) -> Result<Self, FleetError> {
-        let bad = || FleetError::Address(text.chars().filter(|c| !c.is_control()).take(80).collect());
-        let (way, rest) = text.split_once('/').ok_or_else(bad)?;
-        let way = [Way::Tcp, Way::Tls, Way::Quic].into_iter().find(|known| known.as_str() == way).ok_or_else(bad)?;
-        let (host, port) = split(rest).ok_or_else(bad)?;
-        if way == Way::Tcp {
-            let address: SocketAddr = rest.parse().map_err(|_| bad())?;
-            if !address.ip().is_loopback() {
+        let bad = || FleetError::Address(shown(text));
+        let endpoint = Self::anywhere(text).ok_or_else(bad)?;
+        if endpoint.way == Way::Tcp {
+            let ip: IpAddr = endpoint.host().parse().map_err(|_| bad())?;
+            if !ip.is_loopback() {
                 return Err(FleetError::NotLoopback(text.to_owned()));
             }
         }
-        Ok(Self { way, host: host.to_owned(), port })
+        Ok(endpoint)
     }
+}
+
+/// What was given as an address, to show it.
+fn shown(text: &str) -> String {
+    text.chars().filter(|c| !c.is_control()).take(80).collect()
 }
 
 impl fmt::Display for Endpoint {
@@ -84,11 +92,25 @@ impl fmt::Display for Endpoint {
 }
 
 impl Endpoint {
-    /// An address in the clear, `tcp/HOST:PORT`, of this or another machine: for what is no fleet's.
-    pub(super) fn in_the_clear(text: &str) -> Result<Self, FleetError> {
-        let bad = || FleetError::RosRouter(text.chars().filter(|c| !c.is_control()).take(80).collect());
-        let (host, port) = text.strip_prefix("tcp/").and_then(split).filter(|(_, port)| *port != 0).ok_or_else(bad)?;
-        Ok(Self { way: Way::Tcp, host: host.to_owned(), port })
+    /// An address in the clear or encrypted, of this or another machine.
+    fn anywhere(text: &str) -> Option<Self> {
+        let (way, rest) = text.split_once('/')?;
+        let way = [Way::Tcp, Way::Tls, Way::Quic].into_iter().find(|known| known.as_str() == way)?;
+        let (host, port) = split(rest)?;
+        Some(Self { way, host: host.to_owned(), port })
+    }
+
+    /// The address of a router of ROS 2, to dial: whether what goes there may go in the clear, is for who asks to say.
+    pub(super) fn of_ros(text: &str) -> Result<Self, FleetError> {
+        let endpoint = Self::anywhere(text).filter(|endpoint| endpoint.port != 0 && !endpoint.is_any());
+        endpoint.ok_or_else(|| FleetError::RosRouter(shown(text)))
+    }
+
+    /// Whether it is of this machine alone.
+    #[must_use]
+    pub fn is_here(&self) -> bool {
+        let host = self.host();
+        host == "localhost" || host.parse::<IpAddr>().is_ok_and(|ip| ip.is_loopback())
     }
 
     /// What goes over it.
@@ -136,6 +158,12 @@ impl Endpoint {
     #[must_use]
     pub(super) fn at(&self, host: &str) -> Self {
         Self { host: bracketed(host), ..self.clone() }
+    }
+
+    /// The same another way.
+    #[must_use]
+    pub(super) fn by(&self, way: Way) -> Self {
+        Self { way, ..self.clone() }
     }
 
     /// The same with a free port, where its port is 0: the network does not tell which one it took.

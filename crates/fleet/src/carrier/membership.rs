@@ -4,22 +4,20 @@
 use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use rustls::pki_types::ServerName;
 use serde::{Deserialize, Serialize};
-use tokio::io::AsyncReadExt;
 use tokio::net::TcpStream;
-use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
 use vencejo_store::lock;
 use vencejo_store::{Access, Lock};
 
 use super::door::{blocking, read_message, write_message};
-use super::endpoint::{Endpoint, Way, split};
-use super::tls::{self, Known};
+use super::endpoint::{Endpoint, Way, host_of};
+use super::handshake::{self, PATIENCE, REFUSAL};
+use super::tls::{self, Fault, Known};
 use super::unix_now;
 use crate::authority::Role;
 use crate::error::FleetError;
@@ -35,10 +33,6 @@ use crate::signature::PublicKey;
 
 /// The version of the file.
 const FILE_VERSION: u32 = 2;
-/// How long somebody is waited for, each time.
-const PATIENCE: Duration = Duration::from_secs(5);
-/// How long a router is listened to at least for its refusal of our certificate, which comes a round trip after the handshake.
-const REFUSAL: Duration = Duration::from_millis(100);
 
 /// An aircraft's or a ground station's place in a fleet.
 #[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -369,10 +363,11 @@ async fn ask(
         write_message(&mut stream, asked).await?;
         read_message::<Given>(&mut stream).await
     };
-    let host = split(door).map_or(door, |(host, _)| host);
+    let host = host_of(door).unwrap_or(door);
     let heard = tokio::time::timeout(2 * PATIENCE, talk).await.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
     let given = heard.map_err(|error| {
-        (true, FleetError::Network { address: door.to_owned(), problem: tls::plain_words(&error, host, unix_now()) })
+        let problem = Fault::from(&error).in_a_fleet(host, unix_now());
+        (true, FleetError::Network { address: door.to_owned(), problem })
     })?;
     given.checked().map_err(|error| (true, error))
 }
@@ -383,23 +378,10 @@ async fn connect(
     known: &Known,
     identity: Option<&Identity>,
 ) -> Result<TlsStream<TcpStream>, (bool, String)> {
-    let host = split(address)
-        .ok_or_else(|| (false, "this is no address: one is HOST:PORT".to_owned()))?
-        .0
-        .trim_matches(['[', ']']);
     let config = tls::client(known.clone(), identity).map_err(|error| (false, error.to_string()))?;
-    let name = ServerName::try_from(host.to_owned()).map_err(|error| (false, error.to_string()))?;
-    let late = || io::Error::from(io::ErrorKind::TimedOut);
-    let words = |error: &io::Error| tls::plain_words(error, host, unix_now());
-    let addresses =
-        tokio::time::timeout(PATIENCE, tokio::net::lookup_host(address)).await.unwrap_or_else(|_| Err(late()));
-    let addresses: Vec<_> =
-        addresses.map_err(|_| (false, format!("no address is known here for the name {host}")))?.collect();
-    let stream = tokio::time::timeout(PATIENCE, TcpStream::connect(&*addresses)).await.unwrap_or_else(|_| Err(late()));
-    let stream = stream.map_err(|error| (false, words(&error)))?;
-    let handshake = TlsConnector::from(config).connect(name, stream);
-    let handshake = tokio::time::timeout(PATIENCE, handshake).await.unwrap_or_else(|_| Err(late()));
-    handshake.map_err(|error| (true, words(&error)))
+    let host = host_of(address).ok_or_else(|| (false, "this is no address: one is HOST:PORT".to_owned()))?;
+    let stream = handshake::begin(address, config).await;
+    stream.map_err(|(is_there, fault)| (is_there, fault.in_a_fleet(host, unix_now())))
 }
 
 /// Whether a router or a door over TLS would take a certificate: what is wrong, in plain words. Over QUIC nothing is tried, only looked
@@ -422,18 +404,14 @@ pub(super) async fn try_out(router: &Endpoint, identity: &Identity) -> Result<()
     refusal(router, Known::Ca(identity.ca.clone()), Some(identity), REFUSAL).await
 }
 
-/// Why whoever is at an address refuses us, which is waited for so long and what the handshake took, or we them.
+/// Why whoever is at an address refuses us, or we them; in plain words.
 pub(super) async fn refusal(
     router: &Endpoint,
     known: Known,
     identity: Option<&Identity>,
     wait: Duration,
 ) -> Result<(), String> {
-    let began = Instant::now();
-    let mut stream = connect(&router.authority(), &known, identity).await.map_err(|(_, problem)| problem)?;
-    // A router says nothing first: what comes is a refusal. To connect took two round trips at least.
-    match tokio::time::timeout(wait + began.elapsed(), stream.read_u8()).await {
-        Ok(Err(error)) => Err(tls::plain_words(&error, router.host(), unix_now())),
-        Ok(Ok(_)) | Err(_) => Ok(()),
-    }
+    let config = tls::client(known, identity).map_err(|error| error.to_string())?;
+    let tried = handshake::refusal(&router.authority(), config, wait).await;
+    tried.map_err(|fault| fault.in_a_fleet(router.host(), unix_now()))
 }

@@ -5,6 +5,7 @@ mod checked;
 mod door;
 mod endpoint;
 mod ground;
+mod handshake;
 mod history;
 mod membership;
 mod network;
@@ -21,7 +22,7 @@ pub use history::{Contents, HistoryConfig, Replay, ReplayStatus};
 pub use membership::{Membership, join, renew, standing};
 pub use network::{session_of_an_aircraft, try_address};
 pub use organisation::{DOOR_PORT, Made, Organisation};
-pub use ros2::{Examined, Gateway, GatewayConfig, GatewayStatus, RosRouter, examine};
+pub use ros2::{Examined, Gateway, GatewayConfig, GatewayStatus, RosPapers, RosRouter, examine};
 
 /// Seconds since 1970, as the clock of this machine has it.
 #[must_use]

@@ -82,8 +82,31 @@ pub async fn try_address(address: &Endpoint, identity: &Identity) -> Result<(), 
     Ok(())
 }
 
-/// Joins the network; with certificates, where it is encrypted.
+/// What is believed and shown where the way is encrypted.
+#[derive(Clone, Copy)]
+pub(super) struct Papers<'a> {
+    /// The certificates of authorities, as PEM.
+    pub(super) ca: &'a str,
+    /// A certificate of ours, where one is shown.
+    pub(super) own: Option<&'a Identity>,
+}
+
+/// Joins the network of a fleet; with certificates, where it is encrypted.
 pub(super) async fn open(part: Part<'_>, identity: Option<&Identity>) -> Result<Session, FleetError> {
+    let session = join(part, identity.map(|identity| Papers { ca: &identity.ca, own: Some(identity) })).await?;
+    if let Part::Client([address, ..], _) = part
+        && !(is_with_station(&session).await || address.way() == Way::Tcp)
+    {
+        // What it declared ends with it, whatever it says.
+        let _ = session.close().await;
+        let problem = "who answers there shows a certificate that is no ground station's or router's of this fleet";
+        return Err(FleetError::Network { address: address.to_string(), problem: problem.into() });
+    }
+    Ok(session)
+}
+
+/// Joins a network, whosever it is.
+pub(super) async fn join(part: Part<'_>, papers: Option<Papers<'_>>) -> Result<Session, FleetError> {
     let addresses = match part {
         Part::Client(routers, _) => routers,
         Part::Router(listen, _) => std::slice::from_ref(listen),
@@ -124,19 +147,23 @@ pub(super) async fn open(part: Part<'_>, identity: Option<&Identity>) -> Result<
     }
     if address.way() != Way::Tcp {
         let why = "make or join a fleet with `vencejo fleet`".to_owned();
-        let identity = identity.ok_or_else(|| FleetError::NoCertificates(address.to_string(), why))?;
+        let papers = papers.ok_or_else(|| FleetError::NoCertificates(address.to_string(), why))?;
         // The files' contents, not their names: in a name a `;` or `#` would be a setting of its own.
         let text = |pem: &str| format!("\"{}\"", STANDARD.encode(pem));
         settings.extend([
-            ("transport/link/tls/enable_mtls", "true".to_owned()),
+            ("transport/link/tls/enable_mtls", papers.own.is_some().to_string()),
             ("transport/link/tls/verify_name_on_connect", "true".to_owned()),
             ("transport/link/tls/close_link_on_expiration", "true".to_owned()),
-            ("transport/link/tls/root_ca_certificate_base64", text(&identity.ca)),
-            ("transport/link/tls/connect_certificate_base64", text(&identity.certificate)),
-            ("transport/link/tls/connect_private_key_base64", text(&identity.key)),
-            ("transport/link/tls/listen_certificate_base64", text(&identity.certificate)),
-            ("transport/link/tls/listen_private_key_base64", text(&identity.key)),
+            ("transport/link/tls/root_ca_certificate_base64", text(papers.ca)),
         ]);
+        if let Some(own) = papers.own {
+            settings.extend([
+                ("transport/link/tls/connect_certificate_base64", text(&own.certificate)),
+                ("transport/link/tls/connect_private_key_base64", text(&own.key)),
+                ("transport/link/tls/listen_certificate_base64", text(&own.certificate)),
+                ("transport/link/tls/listen_private_key_base64", text(&own.key)),
+            ]);
+        }
     }
     let failed = |problem: String| FleetError::Network { address: address.to_string(), problem };
     let mut config = zenoh::Config::default();
@@ -144,18 +171,7 @@ pub(super) async fn open(part: Part<'_>, identity: Option<&Identity>) -> Result<
         // What was to be set is not told: it may be a key.
         config.insert_json5(key, &value).map_err(|_| failed(format!("{key} cannot be set")))?;
     }
-    let session = zenoh::open(config).await.map_err(|error| failed(words(&error)))?;
-    if matches!(part, Part::Client(..)) {
-        let known = is_with_station(&session).await;
-        if address.way() != Way::Tcp && !known {
-            // What it declared ends with it, whatever it says.
-            let _ = session.close().await;
-            return Err(failed(
-                "who answers there shows a certificate that is no ground station's or router's of this fleet".into(),
-            ));
-        }
-    }
-    Ok(session)
+    zenoh::open(config).await.map_err(|error| failed(words(&error)))
 }
 
 /// Whether all that a session is connected with showed the certificate of a ground station or router. Zenoh believes the public

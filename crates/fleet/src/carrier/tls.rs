@@ -80,15 +80,37 @@ fn unusable(what: &str, problem: impl std::fmt::Display) -> FleetError {
     FleetError::Certificate { what: what.to_owned(), problem: problem.to_string() }
 }
 
+/// All certificates of a PEM, one at least.
+fn chain(pem: &str, what: &str) -> Result<Vec<CertificateDer<'static>>, FleetError> {
+    let found: Result<Vec<_>, _> = CertificateDer::pem_slice_iter(pem.as_bytes()).collect();
+    let found = found.map_err(|error| unusable(what, error))?;
+    if found.is_empty() { Err(unusable(what, "there is none in it, as PEM")) } else { Ok(found) }
+}
+
 fn roots(ca: &str) -> Result<Arc<RootCertStore>, FleetError> {
-    let mut roots = RootCertStore::empty();
-    roots.add(der_of(ca)?).map_err(|error| unusable("the authority's certificate", error))?;
+    let (mut roots, what) = (RootCertStore::empty(), "the authority's certificate");
+    for authority in chain(ca, what)? {
+        roots.add(authority).map_err(|error| unusable(what, error))?;
+    }
     Ok(roots.into())
 }
 
 fn key_of(identity: &Identity) -> Result<PrivateKeyDer<'static>, FleetError> {
     // Nothing of a key is shown.
     PrivateKeyDer::from_pem_slice(identity.key.as_bytes()).map_err(|_| unusable("the key", "it cannot be read"))
+}
+
+/// Whether there is a private key in an identity: not that it is the one of its certificate.
+pub(super) fn has_key(identity: &Identity) -> bool {
+    key_of(identity).is_ok()
+}
+
+/// As [`client`], but whoever answers is another's: to see whether somebody speaks TLS at all.
+pub(super) fn stranger() -> Result<Arc<ClientConfig>, FleetError> {
+    let builder = ClientConfig::builder_with_provider(ring::default_provider().into())
+        .with_protocol_versions(&[&TLS13])
+        .map_err(|error| unusable("TLS", error))?;
+    Ok(builder.with_root_certificates(RootCertStore::empty()).with_no_client_auth().into())
 }
 
 /// How a door is asked, or a router tried; with a certificate, or without where there is none yet.
@@ -105,7 +127,7 @@ pub(super) fn client(known: Known, identity: Option<&Identity>) -> Result<Arc<Cl
     };
     Ok(Arc::new(match identity {
         Some(identity) => builder
-            .with_client_auth_cert(vec![der_of(&identity.certificate)?], key_of(identity)?)
+            .with_client_auth_cert(chain(&identity.certificate, "the certificate")?, key_of(identity)?)
             .map_err(|error| unusable("the certificate", error))?,
         None => builder.with_no_client_auth(),
     }))
@@ -129,56 +151,118 @@ pub(super) fn server(identity: &Identity) -> Result<Arc<ServerConfig>, FleetErro
     Ok(Arc::new(config))
 }
 
-/// What went wrong with whoever answers at `host`, and what to do.
-pub(super) fn plain_words(error: &io::Error, host: &str, now: u64) -> String {
-    let Some(tls) = error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>()) else {
-        return match error.kind() {
-            io::ErrorKind::ConnectionRefused => {
-                "nobody listens there: is `vencejo serve --fleet` running, and is this its address?".to_owned()
-            }
-            io::ErrorKind::TimedOut => {
-                "no answer: is the address right, and does a firewall let it through?".to_owned()
-            }
-            io::ErrorKind::UnexpectedEof | io::ErrorKind::ConnectionReset => {
-                "it hung up before it said anything: it may not speak TLS there".to_owned()
-            }
-            _ => error.to_string(),
+/// Why somebody is not reached over TLS, or not believed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Fault {
+    /// Its name has no address here.
+    NoAddress,
+    /// Nobody listens there.
+    NobodyListens,
+    /// Nobody answers.
+    Silent,
+    /// It hangs up before it says anything.
+    HangsUp,
+    /// It says something else than TLS.
+    NoTls,
+    /// Its authority is not the one with our fingerprint.
+    Stranger,
+    /// Its certificate has ended.
+    Ended,
+    /// Its certificate is not good yet.
+    NotYet,
+    /// Its certificate is not for the name that was dialled.
+    OtherName,
+    /// Its certificate is of another authority.
+    OtherAuthority,
+    /// Its certificate is wrong in another way.
+    Certificate(String),
+    /// It says that our certificate has ended, or is not good yet.
+    OursEnded,
+    /// It wants a certificate, and was shown none.
+    WantsOurs,
+    /// It does not take our certificate.
+    RefusesOurs,
+    /// It ended the handshake for another reason.
+    Alert(String),
+    /// Something else.
+    Other(String),
+}
+
+impl From<&io::Error> for Fault {
+    fn from(error: &io::Error) -> Self {
+        let Some(tls) = error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>()) else {
+            return match error.kind() {
+                io::ErrorKind::ConnectionRefused => Self::NobodyListens,
+                io::ErrorKind::TimedOut => Self::Silent,
+                io::ErrorKind::UnexpectedEof | io::ErrorKind::ConnectionReset => Self::HangsUp,
+                _ => Self::Other(error.to_string()),
+            };
         };
-    };
-    let clock = format!("the clock here says {}", day(now));
-    match tls {
-        rustls::Error::InvalidCertificate(problem) => match problem {
-            CertificateError::ApplicationVerificationFailure => {
+        match tls {
+            rustls::Error::InvalidCertificate(problem) => match problem {
+                CertificateError::ApplicationVerificationFailure => Self::Stranger,
+                CertificateError::Expired | CertificateError::ExpiredContext { .. } => Self::Ended,
+                CertificateError::NotValidYet | CertificateError::NotValidYetContext { .. } => Self::NotYet,
+                CertificateError::NotValidForName | CertificateError::NotValidForNameContext { .. } => Self::OtherName,
+                CertificateError::UnknownIssuer | CertificateError::BadSignature => Self::OtherAuthority,
+                other => Self::Certificate(other.to_string()),
+            },
+            rustls::Error::AlertReceived(alert) => match alert {
+                AlertDescription::CertificateExpired => Self::OursEnded,
+                AlertDescription::CertificateRequired => Self::WantsOurs,
+                AlertDescription::UnknownCA | AlertDescription::BadCertificate | AlertDescription::DecryptError => {
+                    Self::RefusesOurs
+                }
+                other => Self::Alert(format!("{other:?}")),
+            },
+            rustls::Error::InvalidMessage(_) => Self::NoTls,
+            other => Self::Other(other.to_string()),
+        }
+    }
+}
+
+/// How a clock is told of that may be wrong.
+fn clock(now: u64) -> String {
+    format!("the clock here says {}", day(now))
+}
+
+impl Fault {
+    /// What went wrong with whoever answers at `host`, wherever it is, where there is no more to say than that.
+    pub(super) fn plainly(&self, host: &str, now: u64) -> String {
+        match self {
+            Self::NoAddress => format!("no address is known here for the name {host}"),
+            Self::NobodyListens => "nobody listens there".to_owned(),
+            Self::Silent => "no answer: is the address right, and does a firewall let it through?".to_owned(),
+            Self::HangsUp => "it hung up before it said anything: it may not speak TLS there".to_owned(),
+            Self::NoTls => "it does not speak TLS there: is the port right?".to_owned(),
+            Self::Stranger | Self::OtherAuthority => "its certificate is of another authority".to_owned(),
+            Self::Ended => format!("its certificate has ended, or {} and is ahead", clock(now)),
+            Self::NotYet => format!("its certificate is not good yet, as {}: set it (timedatectl)", clock(now)),
+            Self::OtherName => format!("its certificate is not for {host}"),
+            Self::Certificate(problem) => format!("its certificate is not accepted: {problem}"),
+            Self::OursEnded => format!("it says that our certificate has ended, or is not good yet; {}", clock(now)),
+            Self::WantsOurs => "it wants a certificate, and we have none".to_owned(),
+            Self::RefusesOurs => "it does not take our certificate, which is of another authority".to_owned(),
+            Self::Alert(alert) => format!("it ended the handshake: {alert}"),
+            Self::Other(problem) => problem.clone(),
+        }
+    }
+
+    /// The same of a ground station of a fleet, and what to do there.
+    pub(super) fn in_a_fleet(&self, host: &str, now: u64) -> String {
+        let plainly = self.plainly(host, now);
+        match self {
+            Self::NobodyListens => format!("{plainly}: is `vencejo serve --fleet` running, and is this its address?"),
+            Self::Stranger => {
                 "somebody else answers there than who made this token: another fleet, or one who listens in on the way. \
                  Nothing was told to it"
                     .to_owned()
             }
-            CertificateError::Expired | CertificateError::ExpiredContext { .. } => {
-                format!("its certificate has ended, or {clock} and is ahead")
-            }
-            CertificateError::NotValidYet | CertificateError::NotValidYetContext { .. } => {
-                format!("its certificate is not good yet, as {clock}: set it (timedatectl)")
-            }
-            CertificateError::NotValidForName | CertificateError::NotValidForNameContext { .. } => {
-                format!("its certificate is not for {host}: on the ground run vencejo fleet init ORG --host {host}")
-            }
-            CertificateError::UnknownIssuer | CertificateError::BadSignature => {
-                "its certificate is of another authority: it is no ground station of this fleet".to_owned()
-            }
-            other => format!("its certificate is not accepted: {other}"),
-        },
-        rustls::Error::AlertReceived(alert) => match alert {
-            AlertDescription::CertificateExpired => {
-                format!("it says that our certificate has ended, or is not good yet; {clock}")
-            }
-            AlertDescription::CertificateRequired => "it wants a certificate, and we have none".to_owned(),
-            AlertDescription::UnknownCA | AlertDescription::BadCertificate | AlertDescription::DecryptError => {
-                "it does not take our certificate, which is of another authority: enrol again".to_owned()
-            }
-            other => format!("it ended the handshake: {other:?}"),
-        },
-        rustls::Error::InvalidMessage(_) => "it does not speak TLS there: is the port right?".to_owned(),
-        other => other.to_string(),
+            Self::OtherName => format!("{plainly}: on the ground run vencejo fleet init ORG --host {host}"),
+            Self::OtherAuthority => format!("{plainly}: it is no ground station of this fleet"),
+            Self::RefusesOurs => format!("{plainly}: enrol again"),
+            _ => plainly,
+        }
     }
 }
 
@@ -189,9 +273,10 @@ mod tests {
     #[test]
     fn what_goes_wrong_is_said_with_what_to_do() {
         let now = 1_800_000_000;
-        let tls = |error: rustls::Error| plain_words(&io::Error::other(error), "ground.local", now);
+        let said = |error: &io::Error, host: &str| Fault::from(error).in_a_fleet(host, now);
+        let tls = |error: rustls::Error| said(&io::Error::other(error), "ground.local");
         let shown = |problem: CertificateError| tls(rustls::Error::InvalidCertificate(problem));
-        for (said, says) in [
+        for (told, says) in [
             (shown(CertificateError::NotValidYet), "the clock here says 2027-01-15: set it (timedatectl)"),
             (
                 shown(CertificateError::Expired),
@@ -203,11 +288,11 @@ mod tests {
             (tls(rustls::Error::AlertReceived(AlertDescription::CertificateExpired)), "our certificate has ended"),
             (tls(rustls::Error::AlertReceived(AlertDescription::CertificateRequired)), "we have none"),
             (tls(rustls::Error::AlertReceived(AlertDescription::UnknownCA)), "enrol again"),
-            (plain_words(&io::ErrorKind::ConnectionRefused.into(), "", now), "nobody listens there"),
-            (plain_words(&io::ErrorKind::TimedOut.into(), "", now), "firewall"),
-            (plain_words(&io::ErrorKind::UnexpectedEof.into(), "", now), "may not speak TLS"),
+            (said(&io::ErrorKind::ConnectionRefused.into(), ""), "nobody listens there"),
+            (said(&io::ErrorKind::TimedOut.into(), ""), "firewall"),
+            (said(&io::ErrorKind::UnexpectedEof.into(), ""), "may not speak TLS"),
         ] {
-            assert!(said.contains(says), "{said}");
+            assert!(told.contains(says), "{told}");
         }
     }
 }

@@ -10,4 +10,4 @@ mod tests;
 
 pub use doctor::{Examined, examine};
 pub use gateway::{Gateway, GatewayConfig, GatewayStatus};
-pub use router::RosRouter;
+pub use router::{RosPapers, RosRouter};
