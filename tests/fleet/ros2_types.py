@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+import json
+from pathlib import Path
 from typing import Any
 
+from mcap_ros2._dynamic import generate_dynamic, serialize_dynamic
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-__all__ = ["Types"]
+__all__ = ["Types", "plain"]
 
 BESIDE = {
     # rosbags takes its `char` for another type than ROS 2 does.
@@ -42,11 +47,24 @@ SERVICES = {
 NOTHING = "uint8 structure_needs_at_least_one_member"
 
 
+def plain(message: Any) -> Any:
+    """A message as text alone has it, whoever read it: names with values, lists, numbers."""
+    if dataclasses.is_dataclass(message) or hasattr(message, "__slots__"):
+        fields = getattr(message, "__dataclass_fields__", None) or message.__slots__
+        # Neither constants nor what stands in for nothing.
+        names = [name for name in fields if not (name.isupper() or name.startswith("_") or name in NOTHING)]
+        return {name: plain(getattr(message, name)) for name in names}
+    if hasattr(message, "tolist"):
+        return message.tolist()
+    return [plain(one) for one in message] if isinstance(message, (list, tuple, bytes)) else message
+
+
 class Types:
-    """Reads, writes and hashes types of a release."""
+    """Reads, writes and hashes types of a release, by rosbags; what it reads and writes is read by Foxglove's reader too."""
 
     def __init__(self, store: Stores = Stores.ROS2_JAZZY) -> None:
         self._store = get_typestore(store)
+        self._readers = functools.cache(self._reader)
         for name, text in BESIDE.items():
             self._add(name, text)
         for name, (request, response) in SERVICES.items():
@@ -81,11 +99,48 @@ class Types:
         """The class of a message."""
         return self._store.types[name]
 
+    def text(self, name: str) -> str:
+        """The definition of a message, followed by those that are in it."""
+        return str(self._store.generate_msgdef(name.replace("/srv/", "/msg/"), ros_version=2)[0])
+
+    def _reader(self, name: str) -> Any:
+        return generate_dynamic(name, self.text(name))[name], serialize_dynamic(name, self.text(name))[name]
+
+    def _same(self, payload: bytes, name: str) -> Any:
+        """A message, which two readers understand alike."""
+        message = self._store.deserialize_cdr(payload, name)
+        ours, theirs = plain(message), plain(self._readers(name)[0](payload))
+        assert json.dumps(ours) == json.dumps(theirs), name
+        return message
+
     def read(self, payload: bytes, name: str) -> Any:
         """A message."""
-        return self._store.deserialize_cdr(payload, name.replace("/srv/", "/msg/"))
+        return self._same(payload, name.replace("/srv/", "/msg/"))
 
     def write(self, name: str, **fields: object) -> bytes:
         """A message's bytes."""
         name = name.replace("/srv/", "/msg/")
-        return bytes(self._store.serialize_cdr(self._store.types[name](**fields), name))
+        payload = bytes(self._store.serialize_cdr(self._store.types[name](**fields), name))
+        self._same(payload, name)
+        return payload
+
+    def files(self, folder: Path, *kinds: str) -> None:
+        """Writes the definitions of messages and services, and of what is in them, as a package of ROS 2 has them."""
+        for kind in kinds:
+            if "/srv/" in kind:
+                request, response = SERVICES[kind]
+                self._file(folder, f"{kind}.srv", f"{request or NOTHING}\n---\n{response}")
+                self.files(folder, *(name for name in BESIDE if name in ("mavros_msgs/msg/Waypoint",)))
+                continue
+            first, *others = self.text(kind).split("=" * 80 + "\n")
+            self._file(folder, f"{kind}.msg", first)
+            for other in others:
+                head, _, text = other.partition("\n")
+                package, _, name = head.removeprefix("MSG: ").partition("/")
+                self._file(folder, f"{package}/msg/{name.rpartition('/')[2]}.msg", text)
+
+    @staticmethod
+    def _file(folder: Path, name: str, text: str) -> None:
+        file = folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")

@@ -1,6 +1,6 @@
 """A router of Zenoh, and somebody of ROS 2 at it, by Zenoh's own Python wheel: `python -m tests.fleet.ros2_witness PORT TLS_PORT CERT KEY`.
 
-The router speaks in the clear at the one port, and TLS at the other. It is asked by lines of JSON, and answers each with one. A process of its own, for nothing may fork once Zenoh runs.
+The router speaks in the clear at the one port, and TLS at the other. It is asked by lines (ros2_lines.py).
 """
 
 from __future__ import annotations
@@ -9,9 +9,12 @@ import json
 import queue
 import sys
 import threading
+from functools import partial
 from typing import Any
 
 import zenoh
+
+from tests.fleet.ros2_lines import answer_all
 
 PATIENCE_S = 60.0
 
@@ -104,11 +107,7 @@ def main() -> None:
     router = config("router", listen__endpoints=[plain, f"tls/127.0.0.1:{tls_port}"], transport__link__tls=tls)
     kept: list[object] = []
     with zenoh.open(router), zenoh.open(config("client", connect__endpoints=[plain])) as session:
-        sys.stdout.write('"ready"\n')
-        sys.stdout.flush()
-        for line in sys.stdin:
-            sys.stdout.write(json.dumps(answer(session, kept, **json.loads(line))) + "\n")
-            sys.stdout.flush()
+        answer_all(partial(answer, session, kept))
 
 
 if __name__ == "__main__":

@@ -8,8 +8,6 @@ import json
 import math
 import os
 import struct
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,8 +24,9 @@ from vencejo.fleet import has_fleet
 from vencejo.ros2 import Gateway, Router, examine
 
 from tests.fleet.programs import command
-from tests.fleet.ros2_offered import MAVROS, TOPICS, key, tokens, whole
-from tests.fleet.ros2_types import Types
+from tests.fleet.ros2_lines import Asked, asked
+from tests.fleet.ros2_offered import MAVROS, SERVICES, TOPICS, key, tokens, whole
+from tests.fleet.ros2_types import Types, plain
 from tests.plane import Plane, offset
 from tests.support import HOME, reserved_ports, wait_for
 
@@ -78,21 +77,13 @@ def test_what_cannot_be_is_refused_in_words() -> None:
 class Witness:
     """A router, and somebody at it."""
 
-    def __init__(self, process: subprocess.Popen[str], port: int, tls_port: int) -> None:
-        self._process = process
+    def __init__(self, program: Asked, port: int, tls_port: int) -> None:
+        self.ask = program.ask
+        self.port = port
         self.router = f"tcp/127.0.0.1:{port}"
         self.tls = f"tls/127.0.0.1:{tls_port}"
         self.types = Types()
         self._numbers = itertools.count(1)
-
-    def ask(self, do: str, **of: object) -> Any:
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._process.stdin.write(json.dumps({"do": do, **of}) + "\n")
-        self._process.stdin.flush()
-        line = self._process.stdout.readline()
-        assert line, "the witness ended"
-        return json.loads(line)
 
     def hear(self, name: str, kind: str, domain: int = 0, count: int = 1) -> list[tuple[Any, int, int]]:
         """Messages, each with its number and when it was sent, ns."""
@@ -133,19 +124,9 @@ class Witness:
 def a_witness(certificate: Path, private: Path) -> Iterator[Witness]:
     with (
         reserved_ports(2) as [port, tls_port],
-        subprocess.Popen(
-            [sys.executable, "-m", "tests.fleet.ros2_witness", *map(str, (port, tls_port, certificate, private))],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        ) as process,
+        asked("tests.fleet.ros2_witness", port, tls_port, certificate, private) as program,
     ):
-        try:
-            assert process.stdout is not None
-            assert process.stdout.readline() == '"ready"\n'
-            yield Witness(process, port, tls_port)
-        finally:
-            process.kill()
+        yield Witness(program, port, tls_port)
 
 
 @pytest.mark.e2e
@@ -253,6 +234,7 @@ def test_a_plane_is_seen_by_a_reader_of_ros_and_acts_for_an_operator_alone(tmp_p
             assert not wrong.mode_sent
             missions(witness, vehicle)
             everything(witness, vehicle, gateway, plane)
+            another(witness, vehicle, tmp_path / "definitions")
             assert station.operator.request(), "it gives control to whoever asks"
             held = witness.call("/uas1/mavros/vencejo/arm", "std_srvs/srv/SetBool", **there, data=False)
             assert (held.success, "Ana holds control" in held.message) == (False, True), held.message
@@ -399,6 +381,42 @@ def everything(witness: Witness, vehicle: Vehicle, gateway: Gateway, plane: Plan
     for domain in (7, 8):
         assert {status.hardware_id for status in said[domain, "/diagnostics"].status}
     assert said[8, "/rosout"].name == "ap.v1"
-    cleared = witness.call("/uas1/mavros/mission/clear", "mavros_msgs/srv/WaypointClear", 7, **NOTHING)
-    assert cleared.success
-    wait_for(lambda: not witness.heard("/uas1/mavros/mission/waypoints", LIST, 7)[-1].waypoints, "the empty list")
+
+
+def another(witness: Witness, vehicle: Vehicle, definitions: Path) -> None:
+    """A client of others, by keys, hashes and tokens of its own, lists the same, hears the same, and its services act."""
+    at = "/uas1/mavros"
+    topics = {whole(at, name): kind for name, kind in TOPICS[MAVROS].items()}
+    services = {f"{at}/{name}": kind for name, kind in SERVICES[MAVROS].items()}
+    witness.types.files(definitions, *topics.values(), *services.values(), "service_msgs/msg/ServiceEventInfo")
+    with asked("tests.fleet.ros2_sdk", witness.port, definitions) as peer:
+        listed = [{name: [kind] for name, kind in offered.items()} for offered in (topics, services)]
+        assert peer.ask("listed", domain=7) == listed
+        peer.ask("listen", domain=7, topics=list(topics.items()))
+
+        def call(name: str, **request: object) -> Any:
+            return peer.ask("call", domain=7, name=f"{at}/{name}", kind=SERVICES[MAVROS][name], request=request)
+
+        assert call("set_mode", base_mode=0, custom_mode="FBWB") == {"mode_sent": True}
+        wait_for(lambda: vehicle.telemetry.mode == "FBWB", "the mode")
+        for value in (False, True):
+            assert call("cmd/arming", value=value) == {"success": True, "result": 0}
+            assert vehicle.telemetry.is_armed is value
+        [*_, told] = witness.heard(f"{at}/mission/waypoints", LIST, 7)
+        # What it pushes, to the last letter, is what is on board and is told.
+        assert call("mission/clear", **NOTHING) == {"success": True}
+        wait_for(lambda: not witness.heard(f"{at}/mission/waypoints", LIST, 7)[-1].waypoints, "the empty list")
+        pushed = plain(told)["waypoints"]
+        pushed[1]["z_alt"] = 70.0
+        assert call("mission/push", start_index=0, waypoints=pushed) == {"success": True, "wp_transfered": 4}
+        assert call("mission/pull", **NOTHING) == {"success": True, "wp_received": 4}
+        wait_for(lambda: len(witness.heard(f"{at}/mission/waypoints", LIST, 7)[-1].waypoints) == 4, "the list")
+        [*_, told] = witness.heard(f"{at}/mission/waypoints", LIST, 7)
+        assert [(one["command"], one["z_alt"]) for one in plain(told)["waypoints"][1:]] == [
+            (one["command"], one["z_alt"]) for one in pushed[1:]
+        ]
+
+        # What it heard is what was said, each as the others read it.
+        for name, message in peer.ask("heard", domain=7, names=list(topics)).items():
+            text = json.dumps(message)
+            wait_for(lambda: text in map(json.dumps, map(plain, witness.heard(name, topics[name], 7))), name)  # noqa: B023
