@@ -31,7 +31,7 @@ TOOLS = ROOT / ".cache/tools"
 CARGO_DENY = "0.20.2"
 CRATES_IO = "registry+https://github.com/rust-lang/crates.io-index"
 PIN = re.compile(r"^([A-Za-z0-9._-]+)==([^ \\;]+)", re.MULTILINE)
-PYTHON_LOCKS = ("run", "demo", "ice", "dev", "ice-build", "docs", "audit")
+PYTHON_LOCKS = ("run", "demo", "ice", "dev", "ice-build", "docs", "ros", "audit")
 NPM_FOLDERS = ("gcs", "examples/jderobot")
 
 # Python packages are installed beside ours, not built into it, and can be exchanged by whoever uses them: LGPL will do too.

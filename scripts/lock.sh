@@ -10,7 +10,7 @@ command -v uv >/dev/null || { echo "lock: uv is missing: python3 -m pip install 
 compile() { # output, arguments
     local output=$1
     shift
-    uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-annotate \
+    uv pip compile --quiet --universal --python-version "${PYTHON_FLOOR:-3.10}" --generate-hashes --no-annotate \
         --no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" \
         --override requirements/overrides.txt --output-file "$output" "$@" >/dev/null
 }
@@ -24,5 +24,8 @@ compile requirements/docs.lock pyproject.toml --group build --group docs --const
 # ice: what the tests compile where Debian has no ZeroC Ice for this Python; ice-build: what compiles it.
 sed -n 's/^ice = \["\(zeroc-ice[^"]*\)".*/\1/p' pyproject.toml | compile requirements/ice.lock - "$@"
 echo 'setuptools>=77' | compile requirements/ice-build.lock - "$@"
+# ros: ROS 2's own serialisation and the hashes of its types, for `make soak`; there are wheels for one Python alone.
+printf '%s\n' 'ros-rclpy[fastrtps]==9.1.2' ros-{sensor,nav,geometry,diagnostic}-msgs==5.5.1 ros-std-srvs==5.5.1 \
+    | PYTHON_FLOOR=3.11 compile requirements/ros.lock - "$@"
 # audit: what `make audit` asks for known faults with.
 echo 'pip-audit>=2.10,<3' | compile requirements/audit.lock - "$@"

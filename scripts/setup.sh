@@ -11,7 +11,7 @@
 #                             reading the web app from gcs/dist; what is there of the other two will do for it
 #   scripts/setup.sh ready    all of that for `make demo` (`ready demo`) or `make native` (`ready native`), side by side, and how far it is
 #   scripts/setup.sh ice      ZeroC Ice and what else the tests of the JdeRobot interfaces need
-#   scripts/setup.sh soak     what `make soak` needs beside that: strace
+#   scripts/setup.sh soak     what `make soak` needs beside that: strace, and where Python is 3.11 ROS 2's own serialisation (.cache/ros)
 #   scripts/setup.sh rust     only check that Rust and a C linker are there
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -194,6 +194,18 @@ ice() {
     npm_packages examples/jderobot
 }
 
+# ROS 2's own serialisation in a Python of its own, 270 MB, for tests/fleet/test_ros2_rclpy.py; its wheels are for one version alone.
+ros_python() {
+    local want
+    want=$(printf 'requirements/ros.lock\n' | fingerprint)
+    [ "$(cat .cache/ros/lock 2>/dev/null)" != "$want" ] || return 0
+    "$VENV/bin/python" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' || return 0
+    say "installing ROS 2's own serialisation"
+    "$VENV/bin/python" -m venv --clear .cache/ros
+    .cache/ros/bin/python -m pip install --quiet --require-hashes --no-deps -r requirements/ros.lock
+    echo "$want" >.cache/ros/lock
+}
+
 need_node() {
     local have
     command -v node >/dev/null && command -v npm >/dev/null \
@@ -274,7 +286,7 @@ case "${1:-}" in
     demo) python_env demo ;;
     dev) need_chromium; need_mapserver; need_faketime; python_env dev ;;
     docs) python_env docs ;;
-    soak) command -v strace >/dev/null || apt strace ;;
+    soak) command -v strace >/dev/null || apt strace; ros_python ;;
     app) app; npm_packages gcs ;;
     app-packages) need_node; npm_packages gcs ;;
     native) need_rust; native "${2:-release}" ;;

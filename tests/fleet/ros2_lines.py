@@ -34,10 +34,10 @@ class Asked:
 
 
 @contextlib.contextmanager
-def asked(module: str, *args: object) -> Iterator[Asked]:
+def asked(module: str, *args: object, python: str = sys.executable) -> Iterator[Asked]:
     """Starts one, and waits until it is ready."""
     with subprocess.Popen(
-        [sys.executable, "-m", module, *map(str, args)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [python, "-m", module, *map(str, args)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as process:
         try:
             program = Asked(process)

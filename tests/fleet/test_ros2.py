@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
-import itertools
 import json
 import math
-import os
-import struct
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +13,13 @@ from rosbags.typesys import Stores
 from typer.testing import CliRunner
 from vencejo import Plan, Station, Vehicle, _native
 from vencejo.cli import app
-from vencejo.enrolment import Organisation
 from vencejo.errors import InvalidRequest, LinkError
 from vencejo.fleet import has_fleet
 from vencejo.ros2 import Gateway, Router, examine
 
 from tests.fleet.programs import command
-from tests.fleet.ros2_lines import Asked, asked
+from tests.fleet.ros2_at_router import Witness, a_witness
+from tests.fleet.ros2_lines import asked
 from tests.fleet.ros2_offered import MAVROS, SERVICES, TOPICS, key, tokens, whole
 from tests.fleet.ros2_types import Types, plain
 from tests.plane import Plane, offset
@@ -74,71 +69,13 @@ def test_what_cannot_be_is_refused_in_words() -> None:
             assert (told.exit_code, json.loads(told.stdout)["findings"][0]["code"]) == (1, "no-router")
 
 
-class Witness:
-    """A router, and somebody at it."""
-
-    def __init__(self, program: Asked, port: int, tls_port: int) -> None:
-        self.ask = program.ask
-        self.port = port
-        self.router = f"tcp/127.0.0.1:{port}"
-        self.tls = f"tls/127.0.0.1:{tls_port}"
-        self.types = Types()
-        self._numbers = itertools.count(1)
-
-    def hear(self, name: str, kind: str, domain: int = 0, count: int = 1) -> list[tuple[Any, int, int]]:
-        """Messages, each with its number and when it was sent, ns."""
-        found = []
-        for sample in self.ask("hear", key=key(self.types, domain, name, kind), count=count):
-            number, sent_ns, length, _gid = struct.unpack("<qqB16s", bytes.fromhex(sample["attachment"]))
-            assert length == 16
-            found.append((self.types.read(bytes.fromhex(sample["payload"]), kind), number, sent_ns))
-        return found
-
-    def heard(self, name: str, kind: str, domain: int = 0, count: int = 1) -> list[Any]:
-        """All messages of a topic since it listens, so many at least."""
-        [samples] = self.ask("heard", keys=[key(self.types, domain, name, kind)], count=count)
-        return [self.types.read(bytes.fromhex(sample["payload"]), kind) for sample in samples]
-
-    def offered(self, domain: int) -> set[str]:
-        """Tokens of a domain, without sessions and numbers."""
-        found = set()
-        for token in self.ask("tokens"):
-            _, of, _session, _node, _id, *rest = token.split("/")
-            if of == str(domain):
-                found.add(f"{domain} {'/'.join(rest)}")
-        return found
-
-    def call(self, name: str, kind: str, domain: int = 0, **request: object) -> Any:
-        """The one answer of a service."""
-        payload = self.types.write(f"{kind}_Request", **request)
-        number, gid = next(self._numbers), bytes(range(16))
-        attachment = struct.pack("<qqB", number, time.time_ns(), 16) + gid
-        at = key(self.types, domain, name, kind)
-        [reply] = self.ask("call", key=at, payload=payload.hex(), attachment=attachment.hex())
-        echoed = struct.unpack("<qqB16s", bytes.fromhex(reply["attachment"]))
-        assert (echoed[0], echoed[2:]) == (number, (16, gid))
-        return self.types.read(bytes.fromhex(reply["payload"]), f"{kind}_Response")
-
-
-@contextlib.contextmanager
-def a_witness(certificate: Path, private: Path) -> Iterator[Witness]:
-    with (
-        reserved_ports(2) as [port, tls_port],
-        asked("tests.fleet.ros2_witness", port, tls_port, certificate, private) as program,
-    ):
-        yield Witness(program, port, tls_port)
-
-
 @pytest.mark.e2e
 def test_a_plane_is_seen_by_a_reader_of_ros_and_acts_for_an_operator_alone(tmp_path: Path) -> None:
-    # A robot's authority, by whose certificate its router is known.
-    Organisation("robot").init(hosts=["127.0.0.1"])
-    papers = Path(os.environ["VENCEJO_DATA"]) / "fleet" / "robot"
     with (
-        a_witness(papers / "station.crt", papers / "station.key") as witness,
+        a_witness() as witness,
         Plane() as plane,
         command(
-            tmp_path, "serve", "--port", "0", "--link", plane.link, "--ros2-router", witness.tls, "--ros2-ca", str(papers / "ca.crt"),
+            tmp_path, "serve", "--port", "0", "--link", plane.link, "--ros2-router", witness.tls, "--ros2-ca", str(witness.ca),
         ) as serve,
     ):  # fmt: skip
         serve.line()
@@ -196,7 +133,7 @@ def test_a_plane_is_seen_by_a_reader_of_ros_and_acts_for_an_operator_alone(tmp_p
 
         # The doctor says why others see nothing.
         assert examine(witness.router).findings == []
-        assert examine(Router(witness.tls, ca=papers / "ca.crt")) == examine(witness.router)
+        assert examine(Router(witness.tls, ca=witness.ca)) == examine(witness.router)
         told = CliRunner().invoke(app, ["ros", "doctor", "--ros2-router", witness.tls.replace("tls", "tcp"), "--json"])
         assert (told.exit_code, json.loads(told.stdout)["findings"][0]["code"]) == (1, "tls-spoken")
         ours = "@ros2_lv/0/feed/0"
