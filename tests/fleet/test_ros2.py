@@ -13,6 +13,7 @@ from rosbags.typesys import Stores
 from typer.testing import CliRunner
 from vencejo import Plan, Station, Vehicle, _native
 from vencejo.cli import app
+from vencejo.cli.common import Exit
 from vencejo.errors import InvalidRequest, LinkError
 from vencejo.fleet import has_fleet
 from vencejo.ros2 import Gateway, Router, examine
@@ -60,6 +61,15 @@ def test_what_cannot_be_is_refused_in_words() -> None:
         ]:
             with pytest.raises(InvalidRequest, match=says):
                 Gateway(station, **bad)  # type: ignore[arg-type]
+        onboard = ["onboard", "--link", "udpin:127.0.0.1:0", "--fleet", "acme", "--name", "plane7"]
+        for options, code, says in [
+            (["--ros2-ca", "ca.crt"], Exit.USAGE, "are for --ros2-router"),
+            (["--ros2-router", "tls/robot.local:1", "--ros2-ca", "no.crt"], Exit.FAILED, "no.crt: it cannot be read"),
+            (["--ros2-router", "tcp/192.0.2.1:7447"], Exit.USAGE, "--ros2-plain"),
+        ]:
+            for program in (["serve"], onboard):
+                told = CliRunner().invoke(app, [*program, *options])
+                assert (told.exit_code, says in told.stderr) == (code, True), told.stderr
         with reserved_ports() as [port], Gateway(station, router=f"tcp/127.0.0.1:{port}") as gateway:
             wait_for(lambda: gateway.status.problem is not None, "it to say that no router is there")
             assert "rmw_zenohd" in str(gateway.status.problem)
