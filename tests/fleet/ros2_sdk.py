@@ -50,7 +50,7 @@ class Peer:
                 sdk.get_topic_names_and_types(**at, timeout=3.0),
                 sdk.get_service_names_and_types(**at, timeout=3.0),
             )
-            return [{name: kinds for name, kinds in found if "zenoh_" not in name} for found in listed]
+            return [dict(found) for found in listed]
         if do == "listen":
             for name, kind in of["topics"]:
                 assert message_registry.load_message_type(kind), kind

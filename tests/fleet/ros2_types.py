@@ -130,7 +130,7 @@ class Types:
             if "/srv/" in kind:
                 request, response = SERVICES[kind]
                 self._file(folder, f"{kind}.srv", f"{request or NOTHING}\n---\n{response}")
-                self.files(folder, *(name for name in BESIDE if name in ("mavros_msgs/msg/Waypoint",)))
+                self.files(folder, "mavros_msgs/msg/Waypoint")
                 continue
             first, *others = self.text(kind).split("=" * 80 + "\n")
             self._file(folder, f"{kind}.msg", first)
