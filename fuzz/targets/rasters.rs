@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use vencejo_maps::files::geotiff::GeoTiff;
+use vencejo_maps::kinds::geotiff::file::GeoTiff;
 use vencejo_maps::sniff::{Picture, check_picture, describe, size_px};
 
 mod on_disk;

@@ -2,9 +2,9 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use vencejo_maps::files::TileFile;
-use vencejo_maps::files::mbtiles::Mbtiles;
-use vencejo_maps::files::pmtiles::Pmtiles;
+use vencejo_maps::live::TileFile;
+use vencejo_maps::kinds::mbtiles::Mbtiles;
+use vencejo_maps::kinds::pmtiles::Pmtiles;
 use vencejo_maps::grid::TileId;
 
 mod on_disk;

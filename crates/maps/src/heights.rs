@@ -9,9 +9,10 @@ use crate::elevation::{self, ElevationPoint, HeightTile, Profile, ProfileSample}
 use crate::error::{MapError, Result};
 use crate::geo::Corner;
 use crate::grid::{TileGrid, TileId};
+use crate::live::Live;
 use crate::service::Maps;
 use crate::settings::Role;
-use crate::source::{Live, Source};
+use crate::source::Source;
 use crate::task::blocking;
 
 /// Heights that are kept unpacked, eight bytes each.
@@ -71,7 +72,7 @@ impl Maps {
         points: Vec<Corner>,
         fault: &mut Option<String>,
     ) -> Result<Vec<Option<(f64, f64)>>> {
-        if let Live::Dem(dem) = &source.live {
+        if let Live::Heights(dem) = &source.live {
             let (dem, reading) = (dem.clone(), source.reading());
             let _turn = self.shared.readers.acquire().await.map_err(|_| MapError::Closed)?;
             let read = blocking(move || {

@@ -15,32 +15,38 @@
 //! | [`cache`] | what is kept, as MBTiles in SQLite |
 //! | [`areas`], `area_files`, [`cover`] | what is fetched ahead, files of it, and which tiles that takes |
 //! | [`net`] | fetching: who may be asked, how much may be answered |
-//! | [`wms`], [`wmts`], [`xyz`], `google`, `cog` | the services |
-//! | [`files`] | MBTiles, PMTiles, GeoTIFF, pictures with corners, files of heights |
+//! | [`kinds`], `list` | the kinds of sources, a module each: services, files, heights |
+//! | [`kind`], [`live`] | what a kind says of itself; how what was opened gives tiles and heights |
+//! | [`capabilities`], `address` | what a service offers; addresses |
 //! | [`uploads`] | files that are handed in |
 //! | [`elevation`] | heights from pictures, interpolation, profiles |
 //! | [`crs`], [`grid`] | coordinate reference systems, grids of tiles |
 //! | [`memory`] | what decoders may use and what is kept of their work |
 //! | [`sniff`], [`raster`], [`xml`] | reading what others wrote, within bounds |
 
+#[macro_use]
+mod list;
+
+mod address;
 mod area_files;
 pub mod areas;
 mod aside;
 pub mod cache;
+pub mod capabilities;
 mod changes;
-mod cog;
 pub mod cover;
 pub mod crs;
 mod downloads;
 pub mod elevation;
 pub mod error;
 pub mod file;
-pub mod files;
 pub mod geo;
-mod google;
 pub mod grid;
 mod heights;
+pub mod kind;
+pub mod kinds;
 pub mod listing;
+pub mod live;
 pub mod memory;
 pub mod net;
 pub mod presets;
@@ -56,10 +62,7 @@ mod testing;
 pub mod tile;
 mod tiles;
 pub mod uploads;
-pub mod wms;
-pub mod wmts;
 pub mod xml;
-pub mod xyz;
 
 pub use areas::{Area, AreaState, Estimate, NewArea};
 pub use error::{MapError, Result, SourceCause, Unreached};

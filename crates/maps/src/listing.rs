@@ -103,13 +103,13 @@ pub struct MapConfiguration {
 pub(crate) fn describe(source: &Source) -> MapSource {
     let settings = &source.settings;
     let refusal = settings.offline_refusal();
-    let about = source.about();
+    let about = source.live.about();
+    let way = settings.kind.way();
     let attribution = if settings.attribution.is_empty() {
         about.attribution.clone().into_iter().collect()
     } else {
         settings.attribution.clone()
     };
-    let is_google = settings.kind == SourceKind::Google;
     let version = format!("{}{:?}", settings.fingerprint(), (&settings.path, &settings.url, &settings.corners));
     let version = format!("{:08x}", crate::settings::fnv1a(version.as_bytes()) as u32);
     MapSource {
@@ -124,15 +124,15 @@ pub(crate) fn describe(source: &Source) -> MapSource {
         max_zoom: settings.max_zoom.or(about.max_zoom),
         bounds: settings.bounds.or(about.bounds),
         attribution,
-        attribution_by_view: is_google || settings.attribution_url.is_some(),
-        logo: is_google.then(|| "google".to_owned()),
+        attribution_by_view: way.is_named_by_view() || settings.attribution_url.is_some(),
+        logo: way.logo().map(str::to_owned),
         grid: source.grid().map(|grid| (*grid).clone()),
         tiles_url: format!("/api/v1/tiles/{}/{{z}}/{{x}}/{{y}}?v={version}", settings.id),
         may_cache: settings.cache == Caching::Keep && !settings.is_file(),
         offline: Offline { allowed: refusal.is_none(), reason: refusal },
         needs_key: settings.needs_key(),
         has_key: settings.key().is_some(),
-        corners: (settings.kind == SourceKind::Image).then(|| settings.corners.clone()),
+        corners: way.fields().contains(&"corners").then(|| settings.corners.clone()),
         state: source.state(),
     }
 }

@@ -104,7 +104,7 @@ impl Request {
     fn stray_key(&self, url: &Url) -> Option<String> {
         let secret = self.secret.as_deref().filter(|secret| secret.len() >= MIN_SECRET)?;
         let is_own = url.host_str().is_some_and(|host| self.key_hosts.contains(host));
-        let has_key = url.as_str().contains(secret) || url.as_str().contains(&crate::xyz::escape(secret));
+        let has_key = url.as_str().contains(secret) || url.as_str().contains(&crate::address::escape(secret));
         (has_key && !is_own).then(|| {
             let hosts: Vec<&str> = self.key_hosts.iter().map(String::as_str).collect();
             format!("would be given the key, which is for {} alone; nothing was sent", hosts.join(", "))
@@ -542,7 +542,7 @@ pub fn shown(url: &Url) -> String {
 #[must_use]
 pub fn hide(text: &str, secret: Option<&str>) -> String {
     match secret {
-        Some(secret) if !secret.is_empty() => text.replace(secret, "…").replace(&crate::xyz::escape(secret), "…"),
+        Some(secret) if !secret.is_empty() => text.replace(secret, "…").replace(&crate::address::escape(secret), "…"),
         _ => text.to_owned(),
     }
 }

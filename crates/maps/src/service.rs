@@ -8,22 +8,24 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::{Semaphore, watch};
 use vencejo_store::{Class, LowSpace, Space};
 
+use crate::address::url_fault;
 use crate::aside::Asides;
 use crate::cache::Cache;
+use crate::capabilities::Capabilities;
 use crate::downloads::Running;
 use crate::elevation::HeightTile;
 use crate::error::{MapError, Result};
 use crate::file::{DEFAULT_CACHE_MAX_MB, Sources, SourcesFile};
 use crate::geo::Bounds;
-use crate::google;
 use crate::grid::{TileGrid, TileId};
+use crate::kinds::google::fetch_attribution;
 use crate::listing::{MapConfiguration, MapSource, MapSources};
+use crate::live::{Asking, Live};
 use crate::net::{Fetcher, Patience, Request, refused};
-use crate::settings::{Attribution, Role, SourceKind, SourceSettings, url_fault};
-use crate::source::{Live, Source};
+use crate::settings::{Attribution, Role, SourceKind, SourceSettings};
+use crate::source::Source;
 use crate::task::blocking;
-use crate::wms::{self, Capabilities};
-use crate::{wmts, xml};
+use crate::xml;
 
 /// Stands for a service's capabilities among the tiles that failed.
 pub(crate) const CAPABILITIES: TileId = TileId { level: u8::MAX, column: 0, row: 0 };
@@ -391,7 +393,7 @@ impl Maps {
     /// Asks services for what is needed of their capabilities, in the background.
     fn learn(&self) {
         for source in self.sources() {
-            if matches!(source.live, Live::Wmts(_) | Live::Cog(..)) && source.grid().is_none() {
+            if matches!(source.live, Live::Service(_)) && source.grid().is_none() {
                 let maps = self.clone();
                 tokio::spawn(async move { maps.known_grid(&source).await.map(drop) });
             }
@@ -405,8 +407,8 @@ impl Maps {
         }
         match &source.live {
             Live::Unusable(reason) => return Err(source.unusable(reason.clone())),
-            Live::Wmts(_) | Live::Cog(..) => {}
-            _ => return Err(source.unusable("it has no tiles")),
+            Live::Service(_) => {}
+            Live::File(..) | Live::Heights(_) => return Err(source.unusable("it has no tiles")),
         }
         // One asks, the others wait for what it learns.
         let _learning = source.learning.lock().await;
@@ -430,21 +432,21 @@ impl Maps {
         }
     }
 
-    /// Asks a service for its grid, and notes it.
-    async fn learn_grid(&self, source: &Arc<Source>) -> Result<()> {
-        let (settings, kept, fetcher) = (&source.settings, source.clone(), &self.shared.fetcher);
-        if let Live::Cog(remote, _) = &source.live {
-            let known = remote.known(fetcher, settings, &with_key(settings), self.now_s()).await?;
-            return blocking(move || kept.set_cog(known)).await;
-        }
-        let url = wmts::capabilities_url(&with_key(settings))?;
-        let request = Request::new(settings, &url, xml::MAX_BYTES)?;
-        let answer = fetcher.fetch(&request).await?;
-        if answer.status != 200 {
-            return Err(refused(&request, &answer));
-        }
-        let layer = wmts::read_layer(&answer.body, settings).map_err(|reason| source.unusable(reason))?;
-        blocking(move || kept.set_layer(layer)).await
+    /// With what a source is asked.
+    pub(crate) fn asking<'a>(
+        &'a self,
+        source: &'a Source,
+        clock: &'a (dyn Fn() -> i64 + Send + Sync),
+        rest: &'a (dyn Fn() -> Option<MapError> + Send + Sync),
+    ) -> Asking<'a> {
+        let (settings, bytes) = (&source.settings, &source.counts.bytes);
+        Asking { settings, fetcher: &self.shared.fetcher, clock, rest, bytes }
+    }
+
+    /// Asks a service for its grid.
+    async fn learn_grid(&self, source: &Source) -> Result<()> {
+        let Live::Service(service) = &source.live else { return Ok(()) };
+        service.learn(self.asking(source, &|| self.now_s(), &|| None)).await
     }
 
     /// What a service offers. It is asked though it is no source yet; nothing but what is read of its capabilities comes back.
@@ -464,21 +466,18 @@ impl Maps {
         let mut settings = SourceSettings::new("new", "new", kind);
         (settings.url, settings.key) = (Some(url.to_owned()), key.map(str::to_owned));
         settings.local_network = local_network;
-        let address = match kind {
-            SourceKind::Wms => wms::capabilities_url(&with_key(&settings), None)?,
-            SourceKind::Wmts => wmts::capabilities_url(&with_key(&settings))?,
-            _ => return Err(MapError::Request("kind: only wms and wmts have capabilities".to_owned())),
+        let Some(offer) = kind.way().offer() else {
+            let tell: Vec<&str> =
+                SourceKind::ALL.iter().filter(|kind| kind.way().offer().is_some()).map(|kind| kind.name()).collect();
+            return Err(MapError::Request(format!("kind: only {} have capabilities", tell.join(" and "))));
         };
-        let request = Request::new(&settings, &address, xml::MAX_BYTES)?;
+        let request = Request::new(&settings, &(offer.url)(&settings.url_with_key())?, xml::MAX_BYTES)?;
         let answer = self.shared.fetcher.fetch(&request).await?;
         if answer.status != 200 {
             return Err(refused(&request, &answer));
         }
-        let read = match kind {
-            SourceKind::Wms => wms::read_capabilities(&answer.body),
-            _ => wmts::read_capabilities(&answer.body),
-        };
-        read.map_err(|reason| MapError::Service { host: crate::net::shown(&request.url), status: None, reason })
+        let failed = |reason| MapError::Service { host: crate::net::shown(&request.url), status: None, reason };
+        (offer.read)(&answer.body).map_err(failed)
     }
 
     /// Whom to name for a view of a source, and up to which zoom it has pictures there.
@@ -494,12 +493,15 @@ impl Maps {
         if settings.needs_key() && settings.key().is_none() {
             return Err(MapError::KeyMissing(id.to_owned()));
         }
-        let (mut named, max_zoom) = match (&source.live, &settings.attribution_url) {
-            (Live::Google(google, _), _) => {
-                google.attribution(&self.shared.fetcher, settings, view, zoom, self.now_s()).await?
-            }
-            (_, Some(template)) => {
-                let key = settings.key().map(crate::xyz::escape).unwrap_or_default();
+        let (clock, rest) = (|| self.now_s(), || None);
+        let asked = match &source.live {
+            Live::Service(service) => service.named(self.asking(&source, &clock, &rest), view, zoom),
+            _ => None,
+        };
+        let (mut named, max_zoom) = match (asked, &settings.attribution_url) {
+            (Some(asked), _) => asked.await?,
+            (None, Some(template)) => {
+                let key = settings.key().map(crate::address::escape).unwrap_or_default();
                 let places = [
                     ("{west}", view.west_deg.to_string()),
                     ("{south}", view.south_deg.to_string()),
@@ -509,7 +511,7 @@ impl Maps {
                     ("{key}", key),
                 ];
                 let url = places.iter().fold(template.clone(), |url, (place, value)| url.replace(place, value));
-                google::fetch_attribution(&self.shared.fetcher, settings, &url).await?
+                fetch_attribution(&self.shared.fetcher, settings, &url).await?
             }
             _ => (Vec::new(), settings.max_zoom),
         };
@@ -558,11 +560,6 @@ pub(crate) fn is_cache_of(name: &str, id: &str) -> bool {
 pub(crate) fn is_inside(path: &str) -> bool {
     let is_plain = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
     !path.contains('\\') && !path.contains(':') && Path::new(path).components().all(is_plain)
-}
-
-pub(crate) fn with_key(settings: &SourceSettings) -> String {
-    let key = settings.key().map(crate::xyz::escape).unwrap_or_default();
-    settings.url.as_deref().unwrap_or_default().replace("{key}", &key)
 }
 
 fn without_key(settings: &SourceSettings) -> SourceSettings {

@@ -1,48 +1,41 @@
 //! What a source of maps is, as its file and the dialog say it, and what of it can be wrong.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
-use crate::crs::Crs;
+use crate::address::{escape, url_fault};
+use crate::error::MapError;
 use crate::geo::{Bounds, Corner};
 
-/// Where Google's service is, unless the settings say otherwise.
-pub(crate) const GOOGLE: &str = "https://tile.googleapis.com";
+/// Makes the enumeration of the list.
+macro_rules! source_kind {
+    ($($(#[doc = $doc:literal])+ $kind:ident => $module:ident,)+) => {
+        /// How a source is read.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema)]
+        #[serde(rename_all = "snake_case")]
+        #[schema(as = MapSourceKind)]
+        pub enum SourceKind {
+            $($(#[doc = $doc])+ $kind,)+
+        }
 
-/// How a source is read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-#[schema(as = MapSourceKind)]
-pub enum SourceKind {
-    /// Tiles by an address with `{z}`, `{x}` and `{y}`.
-    Xyz,
-    /// A Web Map Service, 1.1.1 or 1.3.0.
-    Wms,
-    /// A Web Map Tile Service, 1.0.0.
-    Wmts,
-    /// Google's Map Tiles API.
-    Google,
-    /// A file of tiles in SQLite.
-    Mbtiles,
-    /// A file of tiles, PMTiles version 3.
-    Pmtiles,
-    /// A GeoTIFF: a file, with overviews or without, or a cloud-optimised one (COG) by its address.
-    Geotiff,
-    /// A picture whose four corners are known.
-    Image,
-    /// Heights: a file or a folder of SRTM `.hgt`, `.hgt.gz` or GeoTIFF.
-    Dem,
+        impl SourceKind {
+            /// All of them, in the order of the list.
+            pub const ALL: &[Self] = &[$(Self::$kind,)+];
+
+            /// Its name, in the file and in the API.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$kind => stringify!($module),)+
+                }
+            }
+        }
+    };
 }
 
-impl SourceKind {
-    /// Whether it is read from files of this machine.
-    #[must_use]
-    pub const fn is_file(self) -> bool {
-        matches!(self, Self::Mbtiles | Self::Pmtiles | Self::Geotiff | Self::Image | Self::Dem)
-    }
-}
+every_kind!(source_kind);
 
 /// What a source is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, ToSchema)]
@@ -271,18 +264,15 @@ const fn one() -> f64 {
 pub const MAX_ZOOM: u8 = 24;
 /// Highest zoom that is asked for where nothing is said.
 pub const DEFAULT_MAX_ZOOM: u8 = 19;
-/// Characters of an address at most.
-const MAX_URL: usize = 2000;
 
 impl SourceSettings {
-    /// Settings with defaults for everything else.
-    #[must_use]
-    pub fn new(id: impl Into<String>, name: impl Into<String>, kind: SourceKind) -> Self {
+    /// Settings as a reader of the file takes them where nothing but these is said.
+    pub(crate) fn unsaid(id: impl Into<String>, name: impl Into<String>, kind: SourceKind) -> Self {
         Self {
             id: id.into(),
             name: name.into(),
             kind,
-            role: if kind == SourceKind::Dem { Role::Elevation } else { Role::Base },
+            role: Role::default(),
             visible: true,
             opacity: 1.0,
             order: 0,
@@ -325,58 +315,21 @@ impl SourceSettings {
         }
     }
 
-    /// Whether the service demands a key of the user's.
-    #[must_use]
-    pub fn needs_key(&self) -> bool {
-        self.kind == SourceKind::Google
-            || [&self.url, &self.attribution_url].into_iter().flatten().any(|url| url.contains("{key}"))
-            || self.parameters.values().any(|value| value.contains("{key}"))
-    }
-
     /// The key, when there is one.
     #[must_use]
     pub fn key(&self) -> Option<&str> {
         self.key.as_deref().filter(|key| !key.is_empty())
     }
 
-    /// The hosts that its key is for: those of the addresses that the user gave.
-    #[must_use]
-    pub fn key_hosts(&self) -> BTreeSet<String> {
-        let own = (self.kind == SourceKind::Google && self.url.is_none()).then_some(GOOGLE);
-        let given = [self.url.as_deref(), self.attribution_url.as_deref(), own];
-        given.into_iter().flatten().flat_map(|url| crate::xyz::hosts(url, &self.subdomains)).collect()
+    /// The address of its service, with the user's key in it.
+    pub(crate) fn url_with_key(&self) -> String {
+        let key = self.key().map(escape).unwrap_or_default();
+        self.url.as_deref().unwrap_or_default().replace("{key}", &key)
     }
 
-    /// Whether it is read from files of this machine; a GeoTIFF may be a service's.
-    #[must_use]
-    pub const fn is_file(&self) -> bool {
-        self.kind.is_file() && !self.is_remote_tiff()
-    }
-
-    /// Whether it is a GeoTIFF that is read over the network, in parts.
-    #[must_use]
-    pub const fn is_remote_tiff(&self) -> bool {
-        matches!(self.kind, SourceKind::Geotiff) && self.url.is_some()
-    }
-
-    /// Why no offline areas may be made of it.
-    #[must_use]
-    pub fn offline_refusal(&self) -> Option<String> {
-        if self.is_file() {
-            return Some("its tiles are in a file of this machine already".to_owned());
-        }
-        if self.offline && self.cache == Caching::Keep && self.kind != SourceKind::Google {
-            return None;
-        }
-        Some(self.offline_reason.clone().unwrap_or_else(|| {
-            if self.kind == SourceKind::Google {
-                "Google's terms forbid to fetch tiles ahead and to keep them".to_owned()
-            } else if self.cache == Caching::Keep {
-                "its settings say that its terms forbid it".to_owned()
-            } else {
-                "its tiles may not be kept".to_owned()
-            }
-        }))
+    /// That it cannot be used.
+    pub(crate) fn unusable(&self, reason: impl Into<String>) -> MapError {
+        MapError::Unusable { source_id: self.id.clone(), reason: reason.into() }
     }
 
     /// What decides which picture a tile shows: when it changes, tiles kept before are another map's.
@@ -393,9 +346,8 @@ impl SourceSettings {
         format!("{:016x}", fnv1a(parts.as_bytes()))
     }
 
-    /// All that is wrong, each naming its field.
-    #[must_use]
-    pub fn faults(&self) -> Vec<String> {
+    /// What is wrong with what sources of all kinds have, each naming its field.
+    pub(crate) fn general_faults(&self) -> Vec<String> {
         let mut faults = Vec::new();
         let mut fault = |is_wrong: bool, text: &str| {
             if is_wrong {
@@ -427,103 +379,11 @@ impl SourceSettings {
         if let Some(text) = self.bounds.as_ref().and_then(Bounds::fault) {
             faults.push(format!("bounds: {text}"));
         }
-        self.kind_faults(&mut faults);
         faults
     }
 
-    fn kind_faults(&self, faults: &mut Vec<String>) {
-        let is_dem = self.kind == SourceKind::Dem;
-        if is_dem != (self.role == Role::Elevation) && (is_dem || self.encoding.is_none()) {
-            faults.push(if is_dem {
-                "role: kind dem is for role elevation".to_owned()
-            } else {
-                "encoding: heights from tiles are written as terrarium or terrain-rgb".to_owned()
-            });
-        }
-        match self.kind {
-            SourceKind::Xyz => {
-                let url = self.check_url(faults);
-                let has = |place: &str| url.contains(place);
-                if !(has("{q}") || (has("{z}") && has("{x}") && (has("{y}") || has("{-y}")))) {
-                    faults.push("url: needs {z}, {x} and {y} (or {-y}, or {q})".to_owned());
-                }
-                if has("{s}") && self.subdomains.is_empty() {
-                    faults.push(
-                        "subdomains: url has {s}, so say what it stands for, such as [\"a\", \"b\", \"c\"]".to_owned(),
-                    );
-                }
-                if let Err(fault) = crate::xyz::Template::parse(url) {
-                    faults.push(format!("url: {fault}"));
-                }
-            }
-            SourceKind::Wms => {
-                self.check_url(faults);
-                if self.layers.is_empty() {
-                    faults.push("layers: at least one is needed; POST /api/v1/maps/capabilities lists them".to_owned());
-                }
-                if !self.styles.is_empty() && self.styles.len() != self.layers.len() {
-                    faults.push("styles: one for each layer, or none at all".to_owned());
-                }
-                if self.version.as_deref().is_some_and(|version| version != "1.1.1" && version != "1.3.0") {
-                    faults.push("version: 1.1.1 or 1.3.0".to_owned());
-                }
-                self.check_crs(faults);
-            }
-            SourceKind::Wmts => {
-                self.check_url(faults);
-                if self.layer.is_none() {
-                    faults.push("layer: which is needed; POST /api/v1/maps/capabilities lists them".to_owned());
-                }
-            }
-            SourceKind::Google => {
-                if self.url.is_some() {
-                    self.check_url(faults);
-                }
-                if self.map_type.as_deref().is_some_and(|kind| !["satellite", "roadmap", "terrain"].contains(&kind)) {
-                    faults.push("map_type: satellite, roadmap or terrain".to_owned());
-                }
-            }
-            SourceKind::Geotiff if self.is_remote_tiff() => {
-                let url = self.check_url(faults);
-                if url.replace("{key}", "").contains('{') {
-                    faults.push("url: of a GeoTIFF has no place but {key}".to_owned());
-                }
-                if self.path.is_some() {
-                    faults.push("path: a GeoTIFF has a path or a url, not both".to_owned());
-                }
-                if self.role == Role::Elevation {
-                    faults.push("role: a GeoTIFF by its address is shown, not used as heights".to_owned());
-                }
-            }
-            SourceKind::Mbtiles | SourceKind::Pmtiles | SourceKind::Geotiff | SourceKind::Image | SourceKind::Dem => {
-                if self.path.as_deref().is_none_or(|path| path.trim().is_empty()) {
-                    let or = if self.kind == SourceKind::Geotiff { ", or the url of one" } else { "" };
-                    faults.push(format!("path: which file is needed{or}"));
-                }
-                if self.kind == SourceKind::Image {
-                    let is_place = |at: &Corner| at.lat_deg.abs() <= 85.0 && at.lon_deg.abs() <= 180.0;
-                    if self.corners.len() != 4 || !self.corners.iter().all(is_place) {
-                        faults.push(
-                            "corners: four are needed, top left, top right, bottom right and bottom left, within ±85° and ±180°"
-                                .to_owned(),
-                        );
-                    }
-                }
-            }
-        }
-    }
-
-    fn check_crs(&self, faults: &mut Vec<String>) {
-        if let Some(name) = &self.crs
-            && Crs::parse(name).is_none()
-        {
-            faults.push(format!(
-                "crs: {name:?} is not known here; EPSG:3857, 4326, 4258, CRS:84, 326xx, 327xx and 25828 to 25838 are"
-            ));
-        }
-    }
-
-    fn check_url(&self, faults: &mut Vec<String>) -> &str {
+    /// The address of its service, which must be there and be one.
+    pub(crate) fn check_url(&self, faults: &mut Vec<String>) -> &str {
         let Some(url) = self.url.as_deref() else {
             faults.push("url: is needed".to_owned());
             return "";
@@ -532,42 +392,6 @@ impl SourceSettings {
             faults.push(format!("url: {fault}"));
         }
         url
-    }
-}
-
-/// Why a text cannot be the address of a service; places such as `{x}` are filled first.
-#[must_use]
-pub fn url_fault(url: &str) -> Option<String> {
-    if url.len() > MAX_URL {
-        return Some(format!("has more than {MAX_URL} characters"));
-    }
-    if !(url.starts_with("http://") || url.starts_with("https://")) {
-        return Some("begins with https:// or http://".to_owned());
-    }
-    let filled: String = {
-        let mut depth = 0;
-        url.chars()
-            .filter_map(|c| match c {
-                '{' => {
-                    depth += 1;
-                    None
-                }
-                '}' => {
-                    depth -= 1;
-                    Some('0')
-                }
-                _ if depth > 0 => None,
-                c => Some(c),
-            })
-            .collect()
-    };
-    match url::Url::parse(&filled) {
-        Err(error) => Some(format!("is no address: {error}")),
-        Ok(url) if url.host_str().is_none_or(str::is_empty) => Some("names no host".to_owned()),
-        Ok(url) if !url.username().is_empty() || url.password().is_some() => {
-            Some("holds a name or password before the host; services are asked without".to_owned())
-        }
-        Ok(_) => None,
     }
 }
 

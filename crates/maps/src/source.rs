@@ -12,23 +12,14 @@ use utoipa::ToSchema;
 
 use crate::aside::{Asides, Reading};
 use crate::cache::Cache;
-use crate::cog::{Known, RemoteTiff};
-use crate::crs::Crs;
 use crate::error::{MapError, Result, SourceCause};
-use crate::files::dem::Dem;
-use crate::files::geotiff::GeoTiff;
-use crate::files::mbtiles::Mbtiles;
-use crate::files::overlay::Overlay;
-use crate::files::pmtiles::Pmtiles;
-use crate::files::{About, TileFile};
-use crate::google::Google;
 use crate::grid::{TileGrid, TileId};
-use crate::settings::{Caching, DEFAULT_MAX_ZOOM, SourceKind, SourceSettings};
+use crate::kind::Opening;
+use crate::live::Live;
+use crate::settings::{Caching, SourceSettings};
 use crate::shown::Shown;
 use crate::task::FAILED_INSIDE;
 use crate::tile::Tile;
-use crate::xyz::Template;
-use crate::{wms, wmts};
 
 /// Tiles that failed lately and are not asked for again at once.
 const MAX_FAILED: usize = 2000;
@@ -36,21 +27,6 @@ const MAX_FAILED: usize = 2000;
 const FAILED_S: i64 = 15;
 /// Silences of a service after which it is left alone for a while.
 const SILENCES: u32 = 3;
-
-/// How a source is read, ready to be.
-pub(crate) enum Live {
-    Xyz(Template, Arc<TileGrid>),
-    Wms(Crs, Arc<TileGrid>),
-    /// Known once its capabilities were read.
-    Wmts(Mutex<Option<(Arc<wmts::Layer>, Arc<TileGrid>)>>),
-    Google(Google, Arc<TileGrid>),
-    /// Known once its first part was read.
-    Cog(RemoteTiff, Mutex<Option<(Known, Arc<TileGrid>)>>),
-    File(Arc<dyn TileFile>, Arc<TileGrid>),
-    Dem(Arc<Dem>),
-    /// Cannot be used, and why.
-    Unusable(String),
-}
 
 /// Status of a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
@@ -163,7 +139,6 @@ pub struct Source {
     /// As configured, key included.
     pub(crate) settings: SourceSettings,
     pub(crate) live: Live,
-    pub(crate) about: About,
     pub(crate) cache: Option<Arc<Cache>>,
     pub(crate) shown: Shown,
     pub(crate) counts: Counts,
@@ -184,11 +159,6 @@ impl std::fmt::Debug for Source {
     }
 }
 
-/// Note of the cache that holds a WMTS layer.
-const LAYER_NOTE: &str = "wmts_layer";
-/// Note of the cache that holds where a GeoTIFF's tiles are.
-const COG_NOTE: &str = "geotiff";
-
 impl Source {
     /// Gets a source ready. Blocks: files are opened.
     pub(crate) fn open(
@@ -199,21 +169,19 @@ impl Source {
         news: watch::Sender<u64>,
     ) -> Self {
         let is_aside = asides.has(&settings);
-        let (live, about) = if is_aside {
-            (Live::Unusable(SET_ASIDE.to_owned()), About::default())
+        let live = if is_aside {
+            Live::Unusable(SET_ASIDE.to_owned())
         } else {
             let _reading = asides.reading(&settings);
+            let opening = Opening { settings: &settings, folder, cache: cache.as_ref(), asides: &asides };
             // One file's fault is not that of the others.
-            let ready = || prepare(&settings, folder, cache.as_deref(), &asides);
+            let ready = || settings.kind.way().open(&opening);
             let ready = std::panic::catch_unwind(std::panic::AssertUnwindSafe(ready));
-            ready
-                .unwrap_or_else(|_| Err(FAILED_INSIDE.to_owned()))
-                .unwrap_or_else(|reason| (Live::Unusable(reason), About::default()))
+            ready.unwrap_or_else(|_| Err(FAILED_INSIDE.to_owned())).unwrap_or_else(Live::Unusable)
         };
         Self {
             settings,
             live,
-            about,
             cache,
             shown: Shown::default(),
             counts: Counts::default(),
@@ -238,59 +206,12 @@ impl Source {
 
     /// The grid of its tiles, as far as it is known.
     pub(crate) fn grid(&self) -> Option<Arc<TileGrid>> {
-        match &self.live {
-            Live::Xyz(_, grid) | Live::Wms(_, grid) | Live::Google(_, grid) | Live::File(_, grid) => Some(grid.clone()),
-            Live::Wmts(known) => {
-                let known = known.lock().unwrap_or_else(PoisonError::into_inner);
-                known.as_ref().map(|known| known.1.clone())
-            }
-            Live::Cog(_, known) => {
-                let known = known.lock().unwrap_or_else(PoisonError::into_inner);
-                known.as_ref().map(|known| known.1.clone())
-            }
-            Live::Dem(_) | Live::Unusable(_) => None,
-        }
-    }
-
-    /// What it says about itself.
-    pub(crate) fn about(&self) -> About {
-        match &self.live {
-            Live::Cog(_, known) => {
-                let known = known.lock().unwrap_or_else(PoisonError::into_inner);
-                known.as_ref().map(|known| known.0.about()).unwrap_or_default()
-            }
-            _ => self.about.clone(),
-        }
-    }
-
-    /// Notes where a GeoTIFF of the network lies, in the cache as well, so that it is known without the network.
-    pub(crate) fn set_cog(&self, found: Known) -> Result<()> {
-        let Live::Cog(_, known) = &self.live else { return Ok(()) };
-        let grid = found.grid().ok_or_else(|| self.unusable("its system is not known here"))?;
-        if let (Some(cache), Ok(text)) = (&self.cache, serde_json::to_string(&found)) {
-            cache.set_note(COG_NOTE, &text)?;
-        }
-        let grid = Arc::new(limited(&self.settings, grid));
-        *known.lock().unwrap_or_else(PoisonError::into_inner) = Some((found, grid));
-        Ok(())
-    }
-
-    /// Notes what a WMTS service said of the layer, in the cache as well, so that it is known without the network.
-    pub(crate) fn set_layer(&self, layer: wmts::Layer) -> Result<()> {
-        let grid = layer.grid().ok_or_else(|| self.unusable("its matrix set is in a system that is not known here"))?;
-        if let (Some(cache), Ok(text)) = (&self.cache, serde_json::to_string(&layer)) {
-            cache.set_note(LAYER_NOTE, &text)?;
-        }
-        if let Live::Wmts(known) = &self.live {
-            let grid = Arc::new(limited(&self.settings, grid));
-            *known.lock().unwrap_or_else(PoisonError::into_inner) = Some((Arc::new(layer), grid));
-        }
-        Ok(())
+        self.live.grid()
     }
 
     /// That it cannot be used.
     pub(crate) fn unusable(&self, reason: impl Into<String>) -> MapError {
-        MapError::Unusable { source_id: self.settings.id.clone(), reason: reason.into() }
+        self.settings.unusable(reason)
     }
 
     /// Whether anything of it may be kept.
@@ -428,95 +349,6 @@ impl Source {
     }
 }
 
-fn limited(settings: &SourceSettings, mut grid: TileGrid) -> TileGrid {
-    if let Some(bounds) = &settings.bounds {
-        grid.extent = Some(bounds.extent_in(grid.crs));
-    }
-    // Zooms of settings are those of Web Mercator; levels of other grids have numbers of their own.
-    if grid.crs == Crs::WebMercator && !matches!(settings.kind, SourceKind::Geotiff | SourceKind::Wmts) {
-        grid.max_level = grid.max_level.min(settings.max_zoom.unwrap_or(u8::MAX));
-        grid.min_level = grid.min_level.max(settings.min_zoom.unwrap_or(0)).min(grid.max_level);
-    }
-    grid
-}
-
 /// Why a source that is set aside is not read.
 const SET_ASIDE: &str = "the program ended while it read this, so it is not read any more: replace the file, or have it tried once \
                          more (POST …/check)";
-
-fn prepare(
-    settings: &SourceSettings,
-    folder: &Path,
-    cache: Option<&Cache>,
-    asides: &Arc<Asides>,
-) -> std::result::Result<(Live, About), String> {
-    let max_zoom = settings.max_zoom.unwrap_or(DEFAULT_MAX_ZOOM);
-    let min_zoom = settings.min_zoom.unwrap_or(0);
-    let tile_px = settings.tile_px.unwrap_or(256);
-    let grid =
-        |crs: Crs| Arc::new(TileGrid::standard(crs, tile_px, min_zoom, max_zoom).within(settings.bounds.as_ref()));
-    let path = || folder.join(settings.path.as_deref().unwrap_or_default());
-    let named = |error: String| format!("{}: {error}", settings.path.as_deref().unwrap_or_default());
-    let plain = |live: Live| (live, About::default());
-    let of_file = |file: Arc<dyn TileFile>| {
-        let about = file.about();
-        let grid = Arc::new(limited(settings, file.grid().clone()));
-        (Live::File(file, grid), about)
-    };
-    Ok(match settings.kind {
-        SourceKind::Xyz => {
-            let template = Template::parse(settings.url.as_deref().unwrap_or_default())?;
-            plain(Live::Xyz(template, grid(Crs::WebMercator)))
-        }
-        SourceKind::Wms => {
-            let crs = Crs::parse(settings.crs.as_deref().unwrap_or("EPSG:3857")).ok_or("crs: is not known here")?;
-            plain(Live::Wms(crs, grid(crs)))
-        }
-        SourceKind::Wmts => {
-            let known = cache.and_then(|cache| cache.note(LAYER_NOTE).ok().flatten());
-            let layer: Option<wmts::Layer> = known.and_then(|text| serde_json::from_str(&text).ok());
-            let known = layer.and_then(|layer| {
-                let grid = Arc::new(limited(settings, layer.grid()?));
-                Some((Arc::new(layer), grid))
-            });
-            plain(Live::Wmts(Mutex::new(known)))
-        }
-        SourceKind::Google => plain(Live::Google(Google::default(), grid(Crs::WebMercator))),
-        SourceKind::Mbtiles => of_file(Arc::new(Mbtiles::open(&path(), tile_px).map_err(named)?)),
-        SourceKind::Pmtiles => of_file(Arc::new(Pmtiles::open(&path(), tile_px).map_err(named)?)),
-        SourceKind::Geotiff if settings.is_remote_tiff() => {
-            let known = cache.and_then(|cache| cache.note(COG_NOTE).ok().flatten());
-            let known: Option<Known> = known.and_then(|text| serde_json::from_str(&text).ok());
-            let known = known.and_then(|known| {
-                let grid = Arc::new(limited(settings, known.grid()?));
-                Some((known, grid))
-            });
-            plain(Live::Cog(RemoteTiff::new(asides.clone()), Mutex::new(known)))
-        }
-        SourceKind::Geotiff => of_file(Arc::new(GeoTiff::open(&path()).map_err(named)?)),
-        SourceKind::Image => of_file(Arc::new(Overlay::open(&path(), &settings.corners).map_err(named)?)),
-        SourceKind::Dem => {
-            let dem = Dem::open(&path()).map_err(named)?;
-            let about = About { bounds: dem.bounds(), ..About::default() };
-            (Live::Dem(Arc::new(dem)), about)
-        }
-    })
-}
-
-/// The address of a tile of a source whose address alone says it.
-pub(crate) fn tile_url(source: &Source, tile: TileId) -> Result<String> {
-    let settings = &source.settings;
-    match &source.live {
-        Live::Xyz(template, _) => Ok(template.fill(tile, &settings.subdomains, settings.tms, settings.key())),
-        Live::Wms(crs, grid) => {
-            let extent = grid.tile_extent(tile).ok_or(MapError::NoTile)?;
-            wms::map_url(settings, *crs, extent, grid.levels[usize::from(tile.level)].tile_px)
-        }
-        Live::Wmts(known) => {
-            let known = known.lock().unwrap_or_else(PoisonError::into_inner).clone();
-            let known = known.ok_or_else(|| source.unusable("its capabilities have not been read"))?;
-            if known.0.has(tile) { known.0.url(settings, tile) } else { Err(MapError::NoTile) }
-        }
-        _ => Err(source.unusable("it has no addresses")),
-    }
-}

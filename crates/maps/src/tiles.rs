@@ -6,22 +6,18 @@ use std::time::Duration;
 use tokio::sync::watch;
 
 use crate::cache::Kept;
-use crate::cog::Made;
 use crate::error::{MapError, Result};
-use crate::files::TileFile;
 use crate::grid::TileId;
-use crate::net::{Freshness, Request, refused};
-use crate::service::{Maps, with_key};
-use crate::settings::{Caching, SourceKind, SourceSettings};
+use crate::live::{Live, Reply, TileFile};
+use crate::net::Freshness;
+use crate::service::Maps;
+use crate::settings::{Caching, SourceSettings};
 use crate::shown::Found;
 use crate::sniff::{self, Picture};
-use crate::source::{Flight, Live, Source, SourceState, count, tile_url};
+use crate::source::{Flight, Source, SourceState, count};
 use crate::task::blocking;
 use crate::tile::{Origin, Tile};
-use crate::xml;
 
-/// Bytes of a tile at most.
-const MAX_TILE: usize = 8 * 1024 * 1024;
 /// Fetches of one source that wait or run at most.
 const MAX_FLIGHTS: usize = 512;
 /// How long a tile is new where its service says nothing.
@@ -181,121 +177,36 @@ impl Maps {
         kept: Option<&Kept>,
         retry_after: &mut Option<Duration>,
     ) -> Result<Tile> {
+        let Live::Service(service) = &source.live else { return Err(source.unusable("it is no service")) };
         let settings = &source.settings;
-        if let Live::Cog(remote, _) = &source.live {
-            return self.ask_cog(source, remote, tile, kept).await;
-        }
-        let mut is_second = false;
-        let (request, answer) = loop {
-            let url = match &source.live {
-                Live::Google(google, _) => google.url(&self.shared.fetcher, settings, tile, self.now_s()).await?,
-                _ => tile_url(source, tile)?,
-            };
-            let mut request = Request::new(settings, &url, MAX_TILE)?;
-            if let Some(kept) = kept.filter(|kept| kept.data.is_some()) {
-                request.etag.clone_from(&kept.etag);
-                request.last_modified.clone_from(&kept.last_modified);
-            }
-            let turn = self.shared.fetcher.turn(&request).await?;
-            // While it waited for its turn the service may have fallen silent.
-            if let Some(error) = source.rest(tile, self.now_s()) {
-                return Err(error);
-            }
-            let answer = self.shared.fetcher.fetch_in_turn(&request, turn).await?;
-            // A session may be ended before its time.
-            if let (Live::Google(google, _), 400 | 401 | 403, false) = (&source.live, answer.status, is_second) {
-                google.forget().await;
-                is_second = true;
-                continue;
-            }
-            break (request, answer);
-        };
-        *retry_after = answer.retry_after.filter(|_| matches!(answer.status, 429 | 503));
-        count(&source.counts.bytes, answer.body.len() as u64);
-        let now_s = self.now_s();
-        let failed = |reason: String| MapError::Service {
-            host: crate::net::shown(&request.url),
-            status: None,
-            reason: crate::net::hide(&reason, request.secret.as_deref()),
-        };
-        match answer.status {
-            304 => {
-                let kept =
-                    kept.ok_or_else(|| failed("says that nothing changed, though nothing was known".to_owned()))?;
-                let mut renewed = kept.clone();
-                (renewed.fetched_s, renewed.expires_s) = (now_s, until(now_s, lifetime(settings, &answer.freshness)));
+        let clock = || self.now_s();
+        // While it waited for its turn the service may have fallen silent.
+        let rest = || source.rest(tile, self.now_s());
+        let asking = self.asking(source, &clock, &rest);
+        match service.tile(asking, tile, kept).await? {
+            Reply::Same(mut renewed, freshness) => {
+                let now_s = self.now_s();
+                (renewed.fetched_s, renewed.expires_s) = (now_s, until(now_s, lifetime(settings, &freshness)));
                 self.renew(source, tile, &renewed).await;
                 count(&source.counts.revalidated, 1);
                 show(&renewed, Origin::Revalidated, now_s)
             }
-            204 | 404 | 410 => self.none(source, tile, kept).await,
-            200 => {
-                if let Err(reason) = sniff::check_picture(&answer.body) {
-                    let root = answer.body.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'<');
-                    let root = root.then(|| xml::Element::parse(&answer.body).ok()).flatten();
-                    return Err(match root.as_ref().and_then(xml::exception) {
-                        Some(said) => failed(said),
-                        None => failed(format!("answers with {reason}")),
-                    });
-                }
-                let mut new = Kept::new(Some(answer.body.clone()), now_s, lifetime(settings, &answer.freshness));
-                (new.etag, new.last_modified) = (answer.etag.clone(), answer.last_modified.clone());
+            Reply::None => self.none(source, tile, kept).await,
+            Reply::New { data, etag, last_modified, freshness } => {
+                let now_s = self.now_s();
+                let mut new = Kept::new(data, now_s, lifetime(settings, &freshness));
+                (new.etag, new.last_modified) = (etag, last_modified);
                 count(&source.counts.fetched, 1);
-                if may_keep(settings, &answer.freshness) {
+                if may_keep(settings, &freshness) {
                     self.keep(source, tile, new.clone()).await;
                 }
                 show(&new, Origin::Fetched, now_s)
             }
-            _ => {
-                let root = xml::Element::parse(&answer.body).ok();
-                match root.as_ref().and_then(xml::exception) {
-                    // How tile services say that there is none.
-                    Some(said) if said.contains("TileOutOfRange") => self.none(source, tile, kept).await,
-                    Some(said) => Err(failed(said)),
-                    None => Err(refused(&request, &answer)),
-                }
+            Reply::Refused(error, wait) => {
+                *retry_after = wait;
+                Err(error)
             }
         }
-    }
-
-    /// A tile of a GeoTIFF of the network.
-    async fn ask_cog(
-        &self,
-        source: &Arc<Source>,
-        remote: &crate::cog::RemoteTiff,
-        tile: TileId,
-        kept: Option<&Kept>,
-    ) -> Result<Tile> {
-        let (settings, fetcher, url) = (&source.settings, &self.shared.fetcher, with_key(&source.settings));
-        let _turn = remote.turn().await?;
-        // While it waited for its turn the service may have fallen silent.
-        if let Some(error) = source.rest(tile, self.now_s()) {
-            return Err(error);
-        }
-        let known = kept.filter(|kept| kept.data.is_some()).zip(kept.and_then(|kept| kept.etag.as_deref()));
-        if let Some((kept, mark)) = known
-            && let Some(freshness) = remote.is_still(mark, fetcher, settings, &url, self.now_s()).await?
-        {
-            let (mut renewed, now_s) = (kept.clone(), self.now_s());
-            (renewed.fetched_s, renewed.expires_s) = (now_s, until(now_s, lifetime(settings, &freshness)));
-            self.renew(source, tile, &renewed).await;
-            count(&source.counts.revalidated, 1);
-            return show(&renewed, Origin::Revalidated, now_s);
-        }
-        let grid = source.grid();
-        let Made { data, mark, freshness, bytes } = remote.tile(fetcher, settings, &url, tile, self.now_s()).await?;
-        if !remote.lies_on(grid.as_deref()).await {
-            return Err(source.unusable(crate::cog::MOVED));
-        }
-        count(&source.counts.bytes, bytes);
-        let now_s = self.now_s();
-        let mut new = Kept::new(data, now_s, lifetime(settings, &freshness));
-        new.etag = Some(mark);
-        count(&source.counts.fetched, 1);
-        if may_keep(settings, &freshness) {
-            self.keep(source, tile, new.clone()).await;
-        }
-        show(&new, Origin::Fetched, now_s)
     }
 
     /// The service says that it has no tile there. A picture that was seen before is not given up for that: services that are
@@ -383,12 +294,11 @@ impl Maps {
     /// [`MapError::Unusable`] for other kinds and files that cannot be read.
     pub async fn image(&self, id: &str) -> Result<Tile> {
         let source = self.source(id)?;
-        if source.settings.kind != SourceKind::Image {
-            return Err(source.unusable("it is no picture with corners"));
-        }
         let path = self.folder().join(source.settings.path.as_deref().unwrap_or_default());
-        let read = blocking(move || crate::files::overlay::read_file(&path).map_err(MapError::Storage)).await;
-        let data = bytes::Bytes::from(read.map_err(|error| source.unusable(error.to_string()))?);
+        let way = source.settings.kind.way();
+        let read = blocking(move || way.picture(&path).transpose().map_err(MapError::Storage)).await;
+        let read = read.map_err(|error| source.unusable(error.to_string()))?;
+        let data = bytes::Bytes::from(read.ok_or_else(|| source.unusable("it is no picture with corners"))?);
         let kind = Picture::of(&data).ok_or_else(|| source.unusable(format!("it is {}", sniff::describe(&data))))?;
         Ok(Tile { hash: sniff::hash(&data), data, picture: kind, origin: Origin::File, max_age_s: 60 })
     }

@@ -6,14 +6,8 @@ use tokio::fs::File;
 use tokio::io::AsyncWriteExt;
 
 use crate::error::{MapError, Result};
-use crate::files::dem::is_height_file;
-use crate::files::geotiff::GeoTiff;
-use crate::files::mbtiles::Mbtiles;
-use crate::files::overlay::MAX_PX;
-use crate::files::pmtiles::Pmtiles;
-use crate::files::{About, TileFile};
-use crate::geo::{Bounds, Corner};
-use crate::raster::Raster;
+use crate::kinds::{file_ends, kind_of};
+use crate::live::About;
 use crate::service::Maps;
 use crate::settings::{Role, SourceKind, SourceSettings};
 use crate::task::blocking;
@@ -71,21 +65,6 @@ impl Drop for Upload {
     }
 }
 
-/// What a file can be by its name.
-#[must_use]
-pub fn kind_of(name: &str) -> Option<SourceKind> {
-    let lower = name.to_ascii_lowercase();
-    let ends = |ends: &[&str]| ends.iter().any(|end| lower.ends_with(end));
-    Some(match () {
-        () if ends(&[".mbtiles"]) => SourceKind::Mbtiles,
-        () if ends(&[".pmtiles"]) => SourceKind::Pmtiles,
-        () if ends(&[".tif", ".tiff"]) => SourceKind::Geotiff,
-        () if ends(&[".png", ".jpg", ".jpeg", ".webp"]) => SourceKind::Image,
-        () if ends(&[".hgt", ".hgt.gz"]) => SourceKind::Dem,
-        () => return None,
-    })
-}
-
 impl Maps {
     /// Begins to take a file.
     ///
@@ -97,7 +76,7 @@ impl Maps {
             return Err(MapError::file("name", "takes a file's plain name, of 150 characters at most"));
         }
         if kind_of(name).is_none() {
-            let reason = "ends in none of .mbtiles, .pmtiles, .tif, .png, .jpg, .webp, .hgt, .hgt.gz";
+            let reason = format!("ends in none of {}", file_ends().join(", "));
             return Err(MapError::file(name, reason));
         }
         let folder = self.folder().join("tmp");
@@ -119,13 +98,14 @@ impl Maps {
         let folder = self.folder().to_owned();
         blocking(move || {
             let kind = kind_of(&upload.name).ok_or_else(|| MapError::file(&*upload.name, "is of no known kind"))?;
-            let (kind, about) = look(&upload.path, kind).map_err(|reason| MapError::file(&*upload.name, reason))?;
-            // Heights lie together: their names say where they belong.
-            let place = if kind == SourceKind::Dem { "files/heights" } else { "files" };
-            vencejo_store::make_folder(&folder.join(place))?;
-            let name = free_name(&folder.join(place), &upload.name, kind == SourceKind::Dem);
-            vencejo_store::install(&upload.path, &folder.join(place).join(&name))?;
-            let path = if kind == SourceKind::Dem { place.to_owned() } else { format!("{place}/{name}") };
+            let looked = kind.way().look(&upload.path);
+            let (kind, about) = looked.map_err(|reason| MapError::file(&*upload.name, reason))?;
+            let shelf = kind.way().shelf();
+            let place = shelf.as_ref().map_or_else(|| "files".to_owned(), |shelf| format!("files/{}", shelf.folder));
+            vencejo_store::make_folder(&folder.join(&place))?;
+            let name = free_name(&folder.join(&place), &upload.name, shelf.is_some());
+            vencejo_store::install(&upload.path, &folder.join(&place).join(&name))?;
+            let path = if shelf.is_some() { place } else { format!("{place}/{name}") };
             Ok((path.clone(), upload.bytes, propose(&name, kind, path, about)))
         })
         .await
@@ -145,11 +125,9 @@ impl Maps {
                 if about.is_file() {
                     files.push((format!("files/{name}"), about.len(), kind_of(&name)));
                 } else if about.is_dir() {
-                    let inside: Vec<_> = std::fs::read_dir(entry.path())?.flatten().collect();
-                    let heights: Vec<_> = inside.iter().filter(|entry| is_height_file(&entry.path())).collect();
-                    let bytes = heights.iter().filter_map(|entry| entry.metadata().ok()).map(|about| about.len()).sum();
-                    if !heights.is_empty() {
-                        files.push((format!("files/{name}"), bytes, Some(SourceKind::Dem)));
+                    let as_kind = |kind: &SourceKind| Some((*kind, kind.way().folder_bytes(&entry.path())?));
+                    if let Some((kind, bytes)) = SourceKind::ALL.iter().find_map(as_kind) {
+                        files.push((format!("files/{name}"), bytes, Some(kind)));
                     }
                 }
             }
@@ -160,25 +138,7 @@ impl Maps {
     }
 }
 
-/// Opens a file as what it should be; a GeoTIFF of numbers is one of heights.
-fn look(path: &Path, kind: SourceKind) -> std::result::Result<(SourceKind, About), String> {
-    Ok(match kind {
-        SourceKind::Mbtiles => (kind, Mbtiles::open(path, 256)?.about()),
-        SourceKind::Pmtiles => (kind, Pmtiles::open(path, 256)?.about()),
-        SourceKind::Geotiff => {
-            let file = GeoTiff::open(path)?;
-            let about = file.about();
-            (if file.is_heights() { SourceKind::Dem } else { kind }, about)
-        }
-        SourceKind::Image => {
-            Raster::read(&crate::files::overlay::read_file(path)?, MAX_PX)?;
-            (kind, About { is_overlay: true, ..About::default() })
-        }
-        _ => (kind, About::default()),
-    })
-}
-
-/// A name that is not taken; heights replace those of the same name, which lie at the same place.
+/// A name that is not taken; what lies on a shelf replaces what has the same name there.
 fn free_name(folder: &Path, name: &str, may_replace: bool) -> String {
     if may_replace || !folder.join(name).exists() {
         return name.to_owned();
@@ -190,26 +150,18 @@ fn free_name(folder: &Path, name: &str, may_replace: bool) -> String {
 
 fn propose(name: &str, kind: SourceKind, path: String, about: About) -> SourceSettings {
     let stem = name.split('.').next().unwrap_or(name);
-    let (id, shown) = if kind == SourceKind::Dem { ("heights", "Heights from files") } else { (stem, stem) };
+    let (id, shown) = kind.way().shelf().map_or((stem, stem), |shelf| (shelf.folder, shelf.name));
     let id: String = id
         .to_lowercase()
         .chars()
         .map(|c| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '-' })
         .take(40)
         .collect();
-    let corners = match (kind, about.bounds) {
-        (SourceKind::Image, Some(Bounds { west_deg, south_deg, east_deg, north_deg })) => {
-            [(north_deg, west_deg), (north_deg, east_deg), (south_deg, east_deg), (south_deg, west_deg)]
-                .map(|(lat_deg, lon_deg)| Corner { lat_deg, lon_deg })
-                .to_vec()
-        }
-        _ => Vec::new(),
-    };
     let mut settings = SourceSettings::new(id, about.name.unwrap_or_else(|| shown.to_owned()), kind);
     if settings.role == Role::Base && about.is_overlay {
         settings.role = Role::Overlay;
     }
-    (settings.path, settings.corners) = (Some(path), corners);
+    settings.path = Some(path);
     settings.attribution = about.attribution.into_iter().collect();
     settings
 }

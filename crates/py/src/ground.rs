@@ -7,7 +7,8 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use vencejo_flight::ground::{GroundMap, Square, SquareId, squares_around};
 use vencejo_flight::plan::{Home, Plan};
-use vencejo_maps::files::dem::Dem;
+use vencejo_maps::kinds::dem::Dem;
+use vencejo_maps::live::HeightFile;
 
 use crate::errors;
 

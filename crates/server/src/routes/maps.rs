@@ -12,11 +12,11 @@ use serde::Deserialize;
 use utoipa::IntoParams;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
+use vencejo_maps::capabilities::Capabilities;
 use vencejo_maps::geo::Bounds;
 use vencejo_maps::presets::Preset;
 use vencejo_maps::settings::SourceSettings;
 use vencejo_maps::uploads::MAX_FILE_BYTES;
-use vencejo_maps::wms::Capabilities;
 use vencejo_maps::{MapConfiguration, MapError, MapSource, MapSources, SourceState};
 
 use super::tiles::picture;

@@ -8,10 +8,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use flate2::read::GzDecoder;
 
-use super::geotiff::GeoTiff;
+use super::geotiff::file::GeoTiff;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
+use crate::kind::{Kind, Opened, Opening, Shelf, check_path};
+use crate::live::{About, Height, HeightFile, Live};
 use crate::memory::{Shelved, lease};
+use crate::settings::{Role, SourceKind, SourceSettings};
 
 /// Files of a folder at most.
 const MAX_FILES: usize = 20_000;
@@ -19,6 +22,50 @@ const MAX_FILES: usize = 20_000;
 const MAX_HGT: u64 = 3601 * 3601 * 2;
 /// SRTM's "unknown".
 const VOID: i16 = -32_768;
+
+/// How sources of the kind are read.
+pub(crate) struct Way;
+
+impl Kind for Way {
+    fn fields(&self) -> &'static [&'static str] {
+        &["path", "datum"]
+    }
+
+    fn roles(&self) -> &'static [Role] {
+        &[Role::Elevation]
+    }
+
+    fn is_file(&self, _: &SourceSettings) -> bool {
+        true
+    }
+
+    fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
+        check_path(settings, "", faults);
+    }
+
+    fn open(&self, opening: &Opening<'_>) -> Opened {
+        Ok(Live::Heights(Arc::new(opening.named(Dem::open(&opening.path()))?)))
+    }
+
+    fn file_ends(&self) -> &'static [&'static str] {
+        &[".hgt", ".hgt.gz"]
+    }
+
+    fn look(&self, _path: &Path) -> std::result::Result<(SourceKind, About), String> {
+        Ok((SourceKind::Dem, About::default()))
+    }
+
+    fn shelf(&self) -> Option<Shelf> {
+        // Heights lie together: their names say where they belong.
+        Some(Shelf { folder: "heights", name: "Heights from files" })
+    }
+
+    fn folder_bytes(&self, folder: &Path) -> Option<u64> {
+        let heights = std::fs::read_dir(folder).ok()?.flatten().filter(|entry| is_height_file(&entry.path()));
+        let bytes: Vec<u64> = heights.filter_map(|entry| entry.metadata().ok()).map(|about| about.len()).collect();
+        (!bytes.is_empty()).then(|| bytes.iter().sum())
+    }
+}
 
 /// A tile of one degree: heights at the corners and edges too, rows from the north (SRTM Topo, section 2.1).
 #[derive(Debug, Clone)]
@@ -41,13 +88,46 @@ pub struct Dem {
     bounds: Option<Bounds>,
 }
 
-/// A height with how far apart heights are there.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Height {
-    /// Above the source's datum.
-    pub alt_m: f64,
-    /// Between neighbouring heights.
-    pub resolution_m: f64,
+impl HeightFile for Dem {
+    fn bounds(&self) -> Option<Bounds> {
+        self.bounds
+    }
+
+    fn height(&self, lat_deg: f64, lon_deg: f64) -> Result<Option<Height>> {
+        let mut best: Option<Height> = None;
+        for raster in &self.rasters {
+            if best.is_none_or(|best| raster.resolution_m() < best.resolution_m)
+                && let Some(alt_m) = raster.height_m(lat_deg, lon_deg)?
+            {
+                best = Some(Height { alt_m, resolution_m: raster.resolution_m() });
+            }
+        }
+        if best.is_some() {
+            return Ok(best);
+        }
+        // Neighbours share their edges, so a place on one may be in either.
+        let (lat, lon) = (lat_deg.floor(), lon_deg.floor());
+        for (south, west) in [(lat, lon), (lat - 1.0, lon), (lat, lon - 1.0), (lat - 1.0, lon - 1.0)] {
+            let (down, right) = (south + 1.0 - lat_deg, lon_deg - west);
+            if !(0.0..=1.0).contains(&down) || !(0.0..=1.0).contains(&right) {
+                continue;
+            }
+            let west = if west >= 180.0 {
+                west - 360.0
+            } else if west < -180.0 {
+                west + 360.0
+            } else {
+                west
+            };
+            let Some(tile) = self.tiles.get(&(south as i16, west as i16)) else { continue };
+            let steps = f64::from(tile.side - 1);
+            if let Some(alt_m) = self.between(tile, right * steps, down * steps)? {
+                let resolution_m = crate::crs::METRES_PER_DEGREE / steps;
+                return Ok(Some(Height { alt_m, resolution_m }));
+            }
+        }
+        Ok(None)
+    }
 }
 
 impl Dem {
@@ -94,12 +174,6 @@ impl Dem {
         Ok(dem)
     }
 
-    /// Where it has heights.
-    #[must_use]
-    pub fn bounds(&self) -> Option<Bounds> {
-        self.bounds
-    }
-
     fn add(&mut self, path: &Path) -> std::result::Result<(), String> {
         let name = path.file_name().map(|name| name.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
         if name.ends_with(".tif") || name.ends_with(".tiff") {
@@ -121,46 +195,6 @@ impl Dem {
         let side = side.ok_or_else(|| format!("it has {bytes} bytes, which is no square of heights"))?;
         self.tiles.insert(corner, Hgt { corner, path: path.to_owned(), side, is_packed });
         Ok(())
-    }
-
-    /// The height at a place; `None` where there is none, or a void beside it. Blocks.
-    ///
-    /// # Errors
-    /// [`MapError::MapFile`] when a file is broken.
-    pub fn height(&self, lat_deg: f64, lon_deg: f64) -> Result<Option<Height>> {
-        let mut best: Option<Height> = None;
-        for raster in &self.rasters {
-            if best.is_none_or(|best| raster.resolution_m() < best.resolution_m)
-                && let Some(alt_m) = raster.height_m(lat_deg, lon_deg)?
-            {
-                best = Some(Height { alt_m, resolution_m: raster.resolution_m() });
-            }
-        }
-        if best.is_some() {
-            return Ok(best);
-        }
-        // Neighbours share their edges, so a place on one may be in either.
-        let (lat, lon) = (lat_deg.floor(), lon_deg.floor());
-        for (south, west) in [(lat, lon), (lat - 1.0, lon), (lat, lon - 1.0), (lat - 1.0, lon - 1.0)] {
-            let (down, right) = (south + 1.0 - lat_deg, lon_deg - west);
-            if !(0.0..=1.0).contains(&down) || !(0.0..=1.0).contains(&right) {
-                continue;
-            }
-            let west = if west >= 180.0 {
-                west - 360.0
-            } else if west < -180.0 {
-                west + 360.0
-            } else {
-                west
-            };
-            let Some(tile) = self.tiles.get(&(south as i16, west as i16)) else { continue };
-            let steps = f64::from(tile.side - 1);
-            if let Some(alt_m) = self.between(tile, right * steps, down * steps)? {
-                let resolution_m = crate::crs::METRES_PER_DEGREE / steps;
-                return Ok(Some(Height { alt_m, resolution_m }));
-            }
-        }
-        Ok(None)
     }
 
     fn between(&self, tile: &Hgt, column: f64, row: f64) -> Result<Option<f64>> {

@@ -10,13 +10,14 @@ use rusqlite::hooks::{AuthAction, AuthContext, Authorization};
 use rusqlite::limits::Limit;
 use rusqlite::{Connection, ErrorCode, OpenFlags, OptionalExtension, params};
 
-use super::{About, TileFile};
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
 use crate::grid::{TileGrid, TileId};
+use crate::kind::{Kind, Opened, Opening, check_path};
+use crate::live::{About, TileFile};
 use crate::memory::{Deadline, lease};
-use crate::settings::Attribution;
+use crate::settings::{Attribution, Role, SourceKind, SourceSettings};
 use crate::sniff::{self, Picture};
 
 /// Connections that wait for the next reader.
@@ -27,6 +28,39 @@ const MAX_TILE: usize = 16 * 1024 * 1024;
 const PATIENCE: Duration = Duration::from_secs(3);
 /// Bytes that one question may take: a value, its copy, and SQLite's own pages.
 pub(crate) const MEMORY: u64 = 3 * MAX_TILE as u64;
+
+/// How sources of the kind are read.
+pub(crate) struct Way;
+
+impl Kind for Way {
+    fn fields(&self) -> &'static [&'static str] {
+        &["path", "tile_px", "encoding"]
+    }
+
+    fn roles(&self) -> &'static [Role] {
+        &[Role::Base, Role::Overlay, Role::Elevation]
+    }
+
+    fn is_file(&self, _: &SourceSettings) -> bool {
+        true
+    }
+
+    fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
+        check_path(settings, "", faults);
+    }
+
+    fn open(&self, opening: &Opening<'_>) -> Opened {
+        opening.zoomed(Mbtiles::open(&opening.path(), opening.tile_px()))
+    }
+
+    fn file_ends(&self) -> &'static [&'static str] {
+        &[".mbtiles"]
+    }
+
+    fn look(&self, path: &Path) -> std::result::Result<(SourceKind, About), String> {
+        Ok((SourceKind::Mbtiles, Mbtiles::open(path, 256)?.about()))
+    }
+}
 
 /// An MBTiles file that is open for reading.
 #[derive(Debug)]

@@ -6,13 +6,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use bytes::Bytes;
 
-use super::{About, TileFile};
 use crate::crs::{Crs, MERCATOR_HALF_M};
 use crate::error::{MapError, Result};
 use crate::geo::{Bounds, Corner};
 use crate::grid::{TileGrid, TileId};
+use crate::kind::{Kind, Opened, Opening, check_path};
+use crate::live::{About, TileFile};
 use crate::memory::{Lease, Shelved};
 use crate::raster::Raster;
+use crate::settings::{Role, SourceKind, SourceSettings};
 use crate::sniff::{self, Picture};
 
 /// Pixels of a picture at most: 160 MB unpacked.
@@ -20,6 +22,51 @@ pub const MAX_PX: u64 = 40_000_000;
 /// Bytes of its file at most.
 const MAX_BYTES: u64 = 64 * 1024 * 1024;
 const TILE_PX: u32 = 256;
+
+/// How sources of the kind are read.
+pub(crate) struct Way;
+
+impl Kind for Way {
+    fn fields(&self) -> &'static [&'static str] {
+        &["path", "corners"]
+    }
+
+    fn roles(&self) -> &'static [Role] {
+        &[Role::Base, Role::Overlay]
+    }
+
+    fn is_file(&self, _: &SourceSettings) -> bool {
+        true
+    }
+
+    fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
+        check_path(settings, "", faults);
+        let is_place = |at: &Corner| at.lat_deg.abs() <= 85.0 && at.lon_deg.abs() <= 180.0;
+        if settings.corners.len() != 4 || !settings.corners.iter().all(is_place) {
+            faults.push(
+                "corners: four are needed, top left, top right, bottom right and bottom left, within ±85° and ±180°"
+                    .to_owned(),
+            );
+        }
+    }
+
+    fn open(&self, opening: &Opening<'_>) -> Opened {
+        opening.zoomed(Overlay::open(&opening.path(), &opening.settings.corners))
+    }
+
+    fn file_ends(&self) -> &'static [&'static str] {
+        &[".png", ".jpg", ".jpeg", ".webp"]
+    }
+
+    fn look(&self, path: &Path) -> std::result::Result<(SourceKind, About), String> {
+        Raster::read(&read_file(path)?, MAX_PX)?;
+        Ok((SourceKind::Image, About { is_overlay: true, ..About::default() }))
+    }
+
+    fn picture(&self, path: &Path) -> Option<std::result::Result<Vec<u8>, String>> {
+        Some(read_file(path))
+    }
+}
 
 /// A picture with its corners.
 pub struct Overlay {

@@ -1,21 +1,80 @@
 //! Google's Map Tiles API: sessions, addresses and whom to name for a view
 //! (developers.google.com/maps/documentation/tile: "Use session tokens", "Viewport information").
 
+use std::sync::Arc;
+
 use serde::Deserialize;
 use tokio::sync::Mutex;
 
+use crate::address::escape;
+use crate::cache::Kept;
+use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
-use crate::grid::TileId;
+use crate::grid::{TileGrid, TileId};
+use crate::kind::{Kind, Opened, Opening};
+use crate::live::{Asking, Live, Named, Pending, Reply, Service};
 use crate::net::{Fetcher, Request, words};
-use crate::settings::{Attribution, GOOGLE, SourceSettings};
+use crate::settings::{Attribution, Role, SourceSettings};
 use crate::sniff;
-use crate::xyz::escape;
 
+/// Where the service is, unless the settings say otherwise.
+const SERVICE: &str = "https://tile.googleapis.com";
 /// Bytes of an answer in JSON at most.
 const MAX_JSON: usize = 256 * 1024;
 /// A session is renewed so long before it ends.
 const MARGIN_S: i64 = 3600;
+
+/// How sources of the kind are read.
+pub(crate) struct Way;
+
+impl Kind for Way {
+    fn fields(&self) -> &'static [&'static str] {
+        &["key", "map_type", "language", "region"]
+    }
+
+    fn roles(&self) -> &'static [Role] {
+        &[Role::Base, Role::Overlay]
+    }
+
+    fn is_file(&self, _: &SourceSettings) -> bool {
+        false
+    }
+
+    fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
+        if settings.url.is_some() {
+            settings.check_url(faults);
+        }
+        if settings.map_type.as_deref().is_some_and(|kind| !["satellite", "roadmap", "terrain"].contains(&kind)) {
+            faults.push("map_type: satellite, roadmap or terrain".to_owned());
+        }
+    }
+
+    fn open(&self, opening: &Opening<'_>) -> Opened {
+        let grid = opening.standard_grid(Crs::WebMercator);
+        Ok(Live::Service(Box::new(Sessions { session: Mutex::default(), grid })))
+    }
+
+    fn own_url(&self) -> Option<&'static str> {
+        Some(SERVICE)
+    }
+
+    fn needs_key(&self) -> bool {
+        true
+    }
+
+    fn no_offline(&self) -> Option<&'static str> {
+        Some("Google's terms forbid to fetch tiles ahead and to keep them")
+    }
+
+    fn logo(&self) -> Option<&'static str> {
+        Some("google")
+    }
+
+    fn is_named_by_view(&self) -> bool {
+        true
+    }
+}
 
 #[derive(Debug, Clone, PartialEq)]
 struct Session {
@@ -23,28 +82,22 @@ struct Session {
     ends_s: i64,
 }
 
-/// The session of one source.
-#[derive(Debug, Default)]
-pub(crate) struct Google {
+/// The service of one source, and its session.
+struct Sessions {
     session: Mutex<Option<Session>>,
+    grid: Arc<TileGrid>,
 }
 
 #[derive(Deserialize)]
-struct Opened {
+struct Begun {
     session: String,
     /// Seconds since 1970, as text.
     expiry: String,
 }
 
-impl Google {
+impl Sessions {
     /// The address of a tile, in a session that is opened when there is none.
-    pub(crate) async fn url(
-        &self,
-        fetcher: &Fetcher,
-        settings: &SourceSettings,
-        tile: TileId,
-        now_s: i64,
-    ) -> Result<String> {
+    async fn url(&self, fetcher: &Fetcher, settings: &SourceSettings, tile: TileId, now_s: i64) -> Result<String> {
         let token = self.token(fetcher, settings, now_s).await?;
         let TileId { level, column, row } = tile;
         let key = escape(settings.key().unwrap_or_default());
@@ -52,7 +105,7 @@ impl Google {
     }
 
     /// Forgets the session, since the service refused it.
-    pub(crate) async fn forget(&self) {
+    async fn forget(&self) {
         *self.session.lock().await = None;
     }
 
@@ -86,21 +139,21 @@ impl Google {
         if answer.status != 200 {
             return Err(refused(words(answer.status, &answer.body)));
         }
-        let opened: Opened = serde_json::from_slice(&answer.body).map_err(|error| refused(error.to_string()))?;
+        let opened: Begun = serde_json::from_slice(&answer.body).map_err(|error| refused(error.to_string()))?;
         let ends_s = opened.expiry.parse().map_err(|_| refused("its end is no number".to_owned()))?;
         *session = Some(Session { token: opened.session.clone(), ends_s });
         Ok(opened.session)
     }
 
     /// Whom to name for a view, and up to which zoom it has pictures there.
-    pub(crate) async fn attribution(
+    async fn attribution(
         &self,
         fetcher: &Fetcher,
         settings: &SourceSettings,
         view: &Bounds,
         zoom: u8,
         now_s: i64,
-    ) -> Result<(Vec<Attribution>, Option<u8>)> {
+    ) -> Result<Named> {
         let token = self.token(fetcher, settings, now_s).await?;
         let url = format!(
             "{}/tile/v1/viewport?session={}&key={}&zoom={zoom}&north={}&south={}&east={}&west={}",
@@ -116,16 +169,38 @@ impl Google {
     }
 }
 
+impl Service for Sessions {
+    fn grid(&self) -> Option<Arc<TileGrid>> {
+        Some(self.grid.clone())
+    }
+
+    fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a Kept>) -> Pending<'a, Reply> {
+        Box::pin(async move {
+            let url = self.url(asking.fetcher, asking.settings, tile, asking.now_s()).await?;
+            let mut answered = asking.picture(&url, kept).await?;
+            // A session may be ended before its time.
+            if matches!(answered.1.status, 400 | 401 | 403) {
+                self.forget().await;
+                let url = self.url(asking.fetcher, asking.settings, tile, asking.now_s()).await?;
+                answered = asking.picture(&url, kept).await?;
+            }
+            asking.reply(answered, kept)
+        })
+    }
+
+    fn named<'a>(&'a self, asking: Asking<'a>, view: &'a Bounds, zoom: u8) -> Option<Pending<'a, Named>> {
+        Some(Box::pin(
+            async move { self.attribution(asking.fetcher, asking.settings, view, zoom, asking.now_s()).await },
+        ))
+    }
+}
+
 fn service(settings: &SourceSettings) -> &str {
-    settings.url.as_deref().unwrap_or(GOOGLE).trim_end_matches('/')
+    settings.url.as_deref().unwrap_or(SERVICE).trim_end_matches('/')
 }
 
 /// Asks an address whom to name: Google's `copyright`, or Azure's `copyrights`.
-pub(crate) async fn fetch_attribution(
-    fetcher: &Fetcher,
-    settings: &SourceSettings,
-    url: &str,
-) -> Result<(Vec<Attribution>, Option<u8>)> {
+pub(crate) async fn fetch_attribution(fetcher: &Fetcher, settings: &SourceSettings, url: &str) -> Result<Named> {
     #[derive(Deserialize)]
     #[serde(rename_all = "camelCase")]
     struct Said {

@@ -1,13 +1,18 @@
 //! Web Map Services 1.1.1 (OGC 01-068r3) and 1.3.0 (OGC 06-042): the address of a picture, and what a service offers.
 
-use serde::Serialize;
-use url::Url;
-use utoipa::ToSchema;
+use std::sync::Arc;
 
+use url::Url;
+
+use crate::cache::Kept;
+use crate::capabilities::{CapLayer, CapStyle, Capabilities};
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
-use crate::settings::{Attribution, SourceKind, SourceSettings};
+use crate::grid::{TileGrid, TileId};
+use crate::kind::{Kind, Offer, Opened, Opening};
+use crate::live::{Asking, Live, Pending, Reply, Service};
+use crate::settings::{Attribution, Role, SourceKind, SourceSettings};
 use crate::sniff::one_line;
 use crate::xml::Element;
 
@@ -16,95 +21,84 @@ const ZOOM_0_SCALE: f64 = 559_082_264.028_717_8;
 /// Layers that are told at most.
 const MAX_LAYERS: usize = 5000;
 
-/// What a service offers.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-#[schema(as = MapCapabilities)]
-pub struct Capabilities {
-    /// WMS or WMTS.
-    pub kind: SourceKind,
-    /// The version that it answered with.
-    pub version: String,
-    /// What it calls itself.
-    #[schema(required = true)]
-    pub title: Option<String>,
-    /// What it says about itself.
-    #[schema(required = true)]
-    pub r#abstract: Option<String>,
-    /// What it costs.
-    #[schema(required = true)]
-    pub fees: Option<String>,
-    /// What it may be used for.
-    #[schema(required = true)]
-    pub access_constraints: Option<String>,
-    /// Whom to name, where the service itself says so.
-    #[schema(required = true)]
-    pub attribution: Option<Attribution>,
-    /// Formats of its pictures that browsers show.
-    pub formats: Vec<String>,
-    /// Layers, parents first.
-    pub layers: Vec<CapLayer>,
+/// How sources of the kind are read.
+pub(crate) struct Way;
+
+impl Kind for Way {
+    fn fields(&self) -> &'static [&'static str] {
+        &[
+            "url",
+            "key",
+            "local_network",
+            "layers",
+            "styles",
+            "version",
+            "crs",
+            "format",
+            "transparent",
+            "parameters",
+            "tile_px",
+            "cache",
+        ]
+    }
+
+    fn roles(&self) -> &'static [Role] {
+        &[Role::Base, Role::Overlay]
+    }
+
+    fn is_file(&self, _: &SourceSettings) -> bool {
+        false
+    }
+
+    fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
+        settings.check_url(faults);
+        if settings.layers.is_empty() {
+            faults.push("layers: at least one is needed; POST /api/v1/maps/capabilities lists them".to_owned());
+        }
+        if !settings.styles.is_empty() && settings.styles.len() != settings.layers.len() {
+            faults.push("styles: one for each layer, or none at all".to_owned());
+        }
+        if settings.version.as_deref().is_some_and(|version| version != "1.1.1" && version != "1.3.0") {
+            faults.push("version: 1.1.1 or 1.3.0".to_owned());
+        }
+        if let Some(name) = &settings.crs
+            && Crs::parse(name).is_none()
+        {
+            faults.push(format!(
+                "crs: {name:?} is not known here; EPSG:3857, 4326, 4258, CRS:84, 326xx, 327xx and 25828 to 25838 are"
+            ));
+        }
+    }
+
+    fn open(&self, opening: &Opening<'_>) -> Opened {
+        let name = opening.settings.crs.as_deref().unwrap_or("EPSG:3857");
+        let crs = Crs::parse(name).ok_or("crs: is not known here")?;
+        Ok(Live::Service(Box::new(Pictures { crs, grid: opening.standard_grid(crs) })))
+    }
+
+    fn offer(&self) -> Option<Offer> {
+        Some(Offer { url: |address| capabilities_url(address, None), read: read_capabilities })
+    }
 }
 
-/// A style of a layer.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
-#[schema(as = MapCapStyle)]
-pub struct CapStyle {
-    /// To ask with.
-    pub name: String,
-    /// To show.
-    pub title: String,
+/// A service that draws any rectangle.
+struct Pictures {
+    crs: Crs,
+    grid: Arc<TileGrid>,
 }
 
-/// A set of tile matrices that a WMTS layer comes in.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
-#[schema(as = MapCapMatrixSet)]
-pub struct CapMatrixSet {
-    /// To ask with.
-    pub id: String,
-    /// Its coordinate reference system.
-    pub crs: String,
-    /// Matrices.
-    pub levels: u32,
-}
+impl Service for Pictures {
+    fn grid(&self) -> Option<Arc<TileGrid>> {
+        Some(self.grid.clone())
+    }
 
-/// A layer that a service offers.
-#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
-#[schema(as = MapCapLayer)]
-pub struct CapLayer {
-    /// To ask with; null for a heading.
-    #[schema(required = true)]
-    pub name: Option<String>,
-    /// To show.
-    pub title: String,
-    /// What it says about itself.
-    #[schema(required = true)]
-    pub r#abstract: Option<String>,
-    /// How deep under other layers.
-    pub depth: u32,
-    /// Its styles, the default first.
-    pub styles: Vec<CapStyle>,
-    /// Coordinate reference systems that both sides know.
-    pub crs: Vec<String>,
-    /// How many more it knows.
-    pub other_crs: u32,
-    /// WMTS: its formats.
-    pub formats: Vec<String>,
-    /// WMTS: its matrix sets that both sides know.
-    pub matrix_sets: Vec<CapMatrixSet>,
-    /// Where it has something.
-    #[schema(required = true)]
-    pub bounds: Option<Bounds>,
-    /// Whom to name.
-    #[schema(required = true)]
-    pub attribution: Option<Attribution>,
-    /// Whether it hides what is under it.
-    pub opaque: bool,
-    /// Zoom from which it shows something.
-    #[schema(required = true)]
-    pub min_zoom: Option<u8>,
-    /// Zoom up to which it shows something.
-    #[schema(required = true)]
-    pub max_zoom: Option<u8>,
+    fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a Kept>) -> Pending<'a, Reply> {
+        Box::pin(async move {
+            let extent = self.grid.tile_extent(tile).ok_or(MapError::NoTile)?;
+            let tile_px = self.grid.levels[usize::from(tile.level)].tile_px;
+            asking.tile(&map_url(asking.settings, self.crs, extent, tile_px)?, kept).await
+        })
+    }
 }
 
 /// An address with parameters set; those of the same names, in any case, are replaced.
@@ -130,7 +124,7 @@ pub fn with_parameters(address: &str, parameters: &[(&str, &str)]) -> Result<Str
 
 /// As part of a query, with the commas, colons and slashes that WMS uses left readable.
 fn encode(text: &str) -> String {
-    crate::xyz::escape(text).replace("%2C", ",").replace("%3A", ":").replace("%2F", "/")
+    crate::address::escape(text).replace("%2C", ",").replace("%3A", ":").replace("%2F", "/")
 }
 
 /// The address of a picture of a rectangle (least x and y, greatest x and y; easting or longitude first).
@@ -170,7 +164,7 @@ pub fn map_url(settings: &SourceSettings, crs: Crs, extent: [f64; 4], size_px: [
         .collect();
     parameters.extend(own.iter().map(|(name, value)| (*name, value.as_str())));
     let address = settings.url.as_deref().unwrap_or_default();
-    let address = address.replace("{key}", &settings.key().map(crate::xyz::escape).unwrap_or_default());
+    let address = address.replace("{key}", &settings.key().map(crate::address::escape).unwrap_or_default());
     with_parameters(&address, &parameters)
 }
 

@@ -1,10 +1,68 @@
-//! Addresses of tiles with places to fill: `{z} {x} {y} {-y} {q} {s} {switch:a,b} {key}`.
+//! Tiles by an address with places to fill: `{z} {x} {y} {-y} {q} {s} {switch:a,b} {key}`.
 
-use std::collections::BTreeSet;
+use std::sync::Arc;
 
-use url::Url;
+use crate::address::escape;
+use crate::cache::Kept;
+use crate::crs::Crs;
+use crate::grid::{TileGrid, TileId};
+use crate::kind::{Kind, Opened, Opening};
+use crate::live::{Asking, Live, Pending, Reply, Service};
+use crate::settings::{Role, SourceSettings};
 
-use crate::grid::TileId;
+/// How sources of the kind are read.
+pub(crate) struct Way;
+
+impl Kind for Way {
+    fn fields(&self) -> &'static [&'static str] {
+        &["url", "subdomains", "key", "local_network", "tms", "tile_px", "encoding", "cache"]
+    }
+
+    fn roles(&self) -> &'static [Role] {
+        &[Role::Base, Role::Overlay, Role::Elevation]
+    }
+
+    fn is_file(&self, _: &SourceSettings) -> bool {
+        false
+    }
+
+    fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
+        let url = settings.check_url(faults);
+        let has = |place: &str| url.contains(place);
+        if !(has("{q}") || (has("{z}") && has("{x}") && (has("{y}") || has("{-y}")))) {
+            faults.push("url: needs {z}, {x} and {y} (or {-y}, or {q})".to_owned());
+        }
+        if has("{s}") && settings.subdomains.is_empty() {
+            faults.push("subdomains: url has {s}, so say what it stands for, such as [\"a\", \"b\", \"c\"]".to_owned());
+        }
+        if let Err(fault) = Template::parse(url) {
+            faults.push(format!("url: {fault}"));
+        }
+    }
+
+    fn open(&self, opening: &Opening<'_>) -> Opened {
+        let template = Template::parse(opening.settings.url.as_deref().unwrap_or_default())?;
+        Ok(Live::Service(Box::new(Addressed { template, grid: opening.standard_grid(Crs::WebMercator) })))
+    }
+}
+
+/// A service of tiles by their address.
+struct Addressed {
+    template: Template,
+    grid: Arc<TileGrid>,
+}
+
+impl Service for Addressed {
+    fn grid(&self) -> Option<Arc<TileGrid>> {
+        Some(self.grid.clone())
+    }
+
+    fn tile<'a>(&'a self, asking: Asking<'a>, tile: TileId, kept: Option<&'a Kept>) -> Pending<'a, Reply> {
+        let settings = asking.settings;
+        let url = self.template.fill(tile, &settings.subdomains, settings.tms, settings.key());
+        Box::pin(async move { asking.tile(&url, kept).await })
+    }
+}
 
 /// A part of an address.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,39 +79,6 @@ enum Part {
     Subdomain,
     Switch(Vec<String>),
     Key,
-}
-
-/// The hosts that an address can lead to, whatever is filled in.
-pub(crate) fn hosts(text: &str, subdomains: &[String]) -> BTreeSet<String> {
-    let mut texts = vec![text.to_owned()];
-    // The host is before the path; each place there multiplies the addresses.
-    for _ in 0..4 {
-        let host_end = |text: &str| {
-            text.find("://").map_or(0, |at| at + 3 + text[at + 3..].find('/').unwrap_or(text.len() - at - 3))
-        };
-        let place = |text: &str| {
-            let open = text[..host_end(text)].find('{')?;
-            let close = open + text[open..].find('}')?;
-            Some((open, close))
-        };
-        texts = texts
-            .iter()
-            .flat_map(|text| {
-                let Some((open, close)) = place(text) else { return vec![text.clone()] };
-                let name = text[open + 1..close].to_ascii_lowercase();
-                let choices: Vec<String> = match name.strip_prefix("switch:") {
-                    Some(_) => text[open + 8..close].split(',').map(|choice| choice.trim().to_owned()).collect(),
-                    None if name == "s" => subdomains.to_vec(),
-                    // A host that depends on the tile, or on the key itself, is nobody's.
-                    None => Vec::new(),
-                };
-                choices.iter().map(|choice| format!("{}{choice}{}", &text[..open], &text[close + 1..])).collect()
-            })
-            .take(100)
-            .collect();
-    }
-    let plain = |text: &String| text.replace(['{', '}'], "0");
-    texts.iter().filter_map(|text| Url::parse(&plain(text)).ok()?.host_str().map(str::to_owned)).collect()
 }
 
 /// An address with places to fill.
@@ -143,12 +168,6 @@ pub fn quadkey(tile: TileId) -> String {
             char::from_digit(digit, 4).unwrap_or('0')
         })
         .collect()
-}
-
-/// A text as part of a query (RFC 3986, section 2.3).
-#[must_use]
-pub fn escape(text: &str) -> String {
-    url::form_urlencoded::byte_serialize(text.as_bytes()).collect::<String>().replace('+', "%20")
 }
 
 #[cfg(test)]

@@ -12,13 +12,13 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::{Semaphore, SemaphorePermit};
 use tokio::task::JoinSet;
 
+use super::file::GeoTiff;
 use crate::aside::Asides;
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
-use crate::files::geotiff::GeoTiff;
-use crate::files::{About, TileFile};
 use crate::geo::Bounds;
 use crate::grid::{Level, TileGrid, TileId};
+use crate::live::{About, TileFile};
 use crate::net::{Answer, Fetcher, Freshness, Request, refused};
 use crate::settings::SourceSettings;
 use crate::task::blocking;
@@ -336,9 +336,7 @@ impl Remote<'_> {
             let tiff = blocking(move || {
                 let _reading = reading;
                 let input = opened.clone();
-                let open = move || {
-                    Ok(Box::new(Reader { blocks: input.clone(), at: 0 }) as Box<dyn crate::files::geotiff::Input>)
-                };
+                let open = move || Ok(Box::new(Reader { blocks: input.clone(), at: 0 }) as Box<dyn super::file::Input>);
                 Ok(GeoTiff::read(name, Box::new(open)))
             });
             let reason = match tiff.await? {

@@ -16,11 +16,12 @@ use tiff::ColorType;
 use tiff::decoder::{ChunkType, Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
-use super::{About, TileFile, lzw, tags};
+use super::{lzw, tags};
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
 use crate::grid::{Level, MAX_LEVELS, TileGrid, TileId};
+use crate::live::{About, TileFile};
 use crate::memory::{Deadline, Lease, Shelved, lease};
 use crate::raster::{self, Raster, rgba_from};
 

@@ -11,13 +11,14 @@ use bytes::Bytes;
 use flate2::read::GzDecoder;
 use serde::Deserialize;
 
-use super::{About, TileFile};
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
 use crate::grid::{TileGrid, TileId};
+use crate::kind::{Kind, Opened, Opening, check_path};
+use crate::live::{About, TileFile};
 use crate::memory::{Shelved, lease};
-use crate::settings::Attribution;
+use crate::settings::{Attribution, Role, SourceKind, SourceSettings};
 use crate::sniff;
 
 const HEADER_BYTES: usize = 127;
@@ -50,6 +51,39 @@ struct Entry {
     length: u32,
     /// 0: a leaf directory.
     run: u32,
+}
+
+/// How sources of the kind are read.
+pub(crate) struct Way;
+
+impl Kind for Way {
+    fn fields(&self) -> &'static [&'static str] {
+        &["path", "tile_px", "encoding"]
+    }
+
+    fn roles(&self) -> &'static [Role] {
+        &[Role::Base, Role::Overlay, Role::Elevation]
+    }
+
+    fn is_file(&self, _: &SourceSettings) -> bool {
+        true
+    }
+
+    fn faults(&self, settings: &SourceSettings, faults: &mut Vec<String>) {
+        check_path(settings, "", faults);
+    }
+
+    fn open(&self, opening: &Opening<'_>) -> Opened {
+        opening.zoomed(Pmtiles::open(&opening.path(), opening.tile_px()))
+    }
+
+    fn file_ends(&self) -> &'static [&'static str] {
+        &[".pmtiles"]
+    }
+
+    fn look(&self, path: &Path) -> std::result::Result<(SourceKind, About), String> {
+        Ok((SourceKind::Pmtiles, Pmtiles::open(path, 256)?.about()))
+    }
 }
 
 /// A PMTiles file that is open for reading.

@@ -3,15 +3,16 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::super::wms::{is_shown, useful, with_parameters};
+use crate::address::escape;
+use crate::capabilities::{CapLayer, CapMatrixSet, CapStyle, Capabilities};
 use crate::crs::Crs;
 use crate::error::{MapError, Result};
 use crate::geo::Bounds;
 use crate::grid::{Level, MAX_LEVELS, TileGrid, TileId};
 use crate::settings::{Attribution, SourceKind, SourceSettings};
 use crate::sniff::one_line;
-use crate::wms::{CapLayer, CapMatrixSet, CapStyle, Capabilities, is_shown, useful, with_parameters};
 use crate::xml::Element;
-use crate::xyz::escape;
 
 /// Size of a pixel in metres that scale denominators are counted by.
 const PIXEL_M: f64 = 0.000_28;

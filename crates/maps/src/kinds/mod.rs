@@ -1,0 +1,155 @@
+//! The kinds of map sources: of each how it is read, and what it says of itself ([`crate::kind::Kind`]). A new kind is a module
+//! here, with its line below and in `list.rs`.
+
+pub mod dem;
+pub mod geotiff;
+pub mod google;
+pub mod image;
+pub mod mbtiles;
+pub mod pmtiles;
+pub mod wms;
+pub mod wmts;
+pub mod xyz;
+
+use std::collections::BTreeSet;
+
+use crate::kind::{Kind, KindInfo};
+use crate::settings::{Caching, Role, SourceKind, SourceSettings};
+
+/// Makes the way from a kind's name to what it says of itself.
+macro_rules! ways {
+    ($($(#[doc = $doc:literal])+ $kind:ident => $module:ident,)+) => {
+        impl SourceKind {
+            /// What the kind says of itself.
+            pub(crate) fn way(self) -> &'static dyn Kind {
+                match self {
+                    $(Self::$kind => &$module::Way,)+
+                }
+            }
+        }
+    };
+}
+
+every_kind!(ways);
+
+/// All kinds, as forms and programs need to know them.
+#[must_use]
+pub fn infos() -> Vec<KindInfo> {
+    let info = |kind: &SourceKind| {
+        let way = kind.way();
+        KindInfo {
+            kind: *kind,
+            fields: way.fields().to_vec(),
+            roles: way.roles().to_vec(),
+            file_ends: way.file_ends().to_vec(),
+            has_capabilities: way.offer().is_some(),
+        }
+    };
+    SourceKind::ALL.iter().map(info).collect()
+}
+
+/// What a file can be by its name.
+#[must_use]
+pub fn kind_of(name: &str) -> Option<SourceKind> {
+    let lower = name.to_ascii_lowercase();
+    let is_its = |kind: &&SourceKind| kind.way().file_ends().iter().any(|end| lower.ends_with(end));
+    SourceKind::ALL.iter().find(is_its).copied()
+}
+
+/// Ends of the names of files that can be handed in.
+#[must_use]
+pub fn file_ends() -> Vec<&'static str> {
+    SourceKind::ALL.iter().flat_map(|kind| kind.way().file_ends()).copied().collect()
+}
+
+/// What of the settings the kind decides.
+impl SourceSettings {
+    /// Settings with defaults for everything else.
+    #[must_use]
+    pub fn new(id: impl Into<String>, name: impl Into<String>, kind: SourceKind) -> Self {
+        let role = kind.way().roles().first().copied().unwrap_or_default();
+        Self { role, ..Self::unsaid(id, name, kind) }
+    }
+
+    /// Whether the service demands a key of the user's.
+    #[must_use]
+    pub fn needs_key(&self) -> bool {
+        self.kind.way().needs_key()
+            || [&self.url, &self.attribution_url].into_iter().flatten().any(|url| url.contains("{key}"))
+            || self.parameters.values().any(|value| value.contains("{key}"))
+    }
+
+    /// The hosts that its key is for: those of the addresses that the user gave.
+    #[must_use]
+    pub fn key_hosts(&self) -> BTreeSet<String> {
+        let url = self.url.as_deref().or(self.kind.way().own_url());
+        let given = [url, self.attribution_url.as_deref()];
+        given.into_iter().flatten().flat_map(|url| crate::address::hosts(url, &self.subdomains)).collect()
+    }
+
+    /// Whether it is read from files of this machine.
+    #[must_use]
+    pub fn is_file(&self) -> bool {
+        self.kind.way().is_file(self)
+    }
+
+    /// Why no offline areas may be made of it.
+    #[must_use]
+    pub fn offline_refusal(&self) -> Option<String> {
+        if self.is_file() {
+            return Some("its tiles are in a file of this machine already".to_owned());
+        }
+        let refused = self.kind.way().no_offline();
+        if self.offline && self.cache == Caching::Keep && refused.is_none() {
+            return None;
+        }
+        let usual = match (refused, self.cache) {
+            (Some(reason), _) => reason,
+            (None, Caching::Keep) => "its settings say that its terms forbid it",
+            (None, _) => "its tiles may not be kept",
+        };
+        Some(self.offline_reason.clone().unwrap_or_else(|| usual.to_owned()))
+    }
+
+    /// All that is wrong, each naming its field.
+    #[must_use]
+    pub fn faults(&self) -> Vec<String> {
+        let mut faults = self.general_faults();
+        let way = self.kind.way();
+        let is_heights = way.roles() == [Role::Elevation];
+        if is_heights && self.role != Role::Elevation {
+            faults.push(format!("role: kind {} is for role elevation", self.kind.name()));
+        }
+        if !is_heights && self.role == Role::Elevation && self.encoding.is_none() {
+            faults.push("encoding: heights from tiles are written as terrarium or terrain-rgb".to_owned());
+        }
+        way.faults(self, &mut faults);
+        faults
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_says_what_it_takes() {
+        let settings = SourceSettings::unsaid("a", "A", SourceKind::Xyz);
+        let of_settings = |field: &str| {
+            let text = format!(r#"{{"id": "a", "name": "A", "kind": "xyz", "{field}": null}}"#);
+            serde_json::from_str::<SourceSettings>(&text).is_ok_and(|read| read == settings)
+        };
+        assert!(!of_settings("colour"));
+        for KindInfo { kind, fields, roles, file_ends, .. } in infos() {
+            assert_eq!(serde_json::to_value(kind).expect("a name"), kind.name(), "its module is named as it is itself");
+            assert!(!roles.is_empty() && !fields.is_empty(), "{kind:?}");
+            for field in fields {
+                assert!(of_settings(field), "{kind:?}: '{field}' is no field of the settings");
+            }
+            for end in file_ends {
+                assert_eq!(kind_of(&format!("FIELD{}", end.to_uppercase())), Some(kind), "{end}: two kinds claim it");
+            }
+        }
+        assert_eq!(kind_of("field.doc"), None);
+    }
+}
