@@ -1,5 +1,5 @@
 // The maps' part of the stand-in for the server: drawn tiles, one source that fails, an area being fetched, hills.
-import type { Area, MapSource, Preset } from '../../src/lib/api/maps-types';
+import type { Area, MapKind, MapSource, Preset } from '../../src/lib/api/maps-types';
 
 const WORLD = 20_037_508.342789244;
 const grid = {
@@ -98,6 +98,23 @@ const presets: Preset[] = [
   }),
 ];
 
+const KINDS: MapKind[] = [
+  {
+    kind: 'wms',
+    fields: ['url', 'key', 'local_network', 'layers', 'transparent', 'cache'],
+    roles: ['base', 'overlay'],
+    file_ends: [],
+    has_capabilities: true,
+  },
+  {
+    kind: 'mbtiles',
+    fields: ['path', 'encoding'],
+    roles: ['base', 'overlay', 'elevation'],
+    file_ends: ['.mbtiles'],
+    has_capabilities: false,
+  },
+];
+
 const start_ms = performance.now();
 const areas = (): Area[] => {
   const done = Math.min(2400, Math.round(600 + ((performance.now() - start_ms) / 1000) * 35));
@@ -155,6 +172,7 @@ export async function mapsAnswer(
   if (path === '/maps/sources')
     return json({ sources, file: '/home/pi/.config/vencejo/sources.toml', file_error: null });
   if (path === '/maps/presets') return json(presets);
+  if (path === '/maps/kinds') return json(KINDS);
   if (path === '/maps/files') return json([{ path: 'field.mbtiles', bytes: 48_211_000, kind: 'mbtiles' }]);
   if (path === '/maps/areas' && method === 'GET') return json(areas());
   if (path === '/maps/areas/estimate') {

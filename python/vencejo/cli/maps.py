@@ -7,7 +7,7 @@ import json as json_module
 import time
 import urllib.parse
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any
 
 import typer
 
@@ -22,7 +22,6 @@ maps_app = typer.Typer(
 )
 maps_app.add_typer(areas_app, name="area")
 
-FILE_ENDS: Final = (".mbtiles", ".pmtiles", ".tif", ".tiff", ".png", ".jpg", ".jpeg", ".webp", ".hgt", ".hgt.gz")
 IdArgument = Annotated[str, typer.Argument(metavar="ID", help="Id of a source, as `vencejo maps list` shows them.")]
 
 
@@ -130,7 +129,8 @@ def add(
     what: Annotated[
         str,
         typer.Argument(
-            metavar="WHAT", help="A preset's id, a file (MBTiles, PMTiles, GeoTIFF, heights), or an address."
+            metavar="WHAT",
+            help="A preset's id, a file (MBTiles, PMTiles, GeoTIFF, heights), the name of what lies in the maps folder, or an address.",
         ),
     ],
     kind: Annotated[Kind | None, typer.Option("--kind", help="Of an address; told by its form when not given.")] = None,
@@ -291,9 +291,22 @@ def _settings(service: MapService, what: str, kind: Kind | None, name: str | Non
     if preset is not None:
         return dict(preset["settings"])
     path = Path(what)
-    if not path.name.lower().endswith(FILE_ENDS):
+    kinds = service.ask("GET", "maps/kinds")
+    there = next((file for file in service.ask("GET", "maps/files") if file["path"] in (what, f"files/{what}")), None)
+    if there is not None and there["kind"] is not None:
+        role = next(known["roles"][0] for known in kinds if known["kind"] == there["kind"])
+        shown = name or Path(there["path"]).stem
+        return {"id": _id(shown), "name": shown, "kind": there["kind"], "role": role, "path": there["path"]}
+    if path.is_dir():
+        folder = Path(service.ask("GET", "maps/config")["folder"]) / "files"
         raise Failed(
-            f"{what} is no preset, no address and no file of a kind that is known ({', '.join(FILE_ENDS)})", Exit.USAGE
+            f"{what} is a folder: copy it into {folder} on the station's machine, then vencejo maps add {path.name}",
+            Exit.USAGE,
+        )
+    ends = [end for known in kinds for end in known["file_ends"]]
+    if not path.name.lower().endswith(tuple(ends)):
+        raise Failed(
+            f"{what} is no preset, no address and no file of a kind that is known ({', '.join(ends)})", Exit.USAGE
         )
     with path.open("rb") as file, status(f"Copying {path.name} …"):
         return dict(service.send_file(f"maps/files?name={quoted(path.name)}", file)["settings"])

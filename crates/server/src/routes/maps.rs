@@ -14,6 +14,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use vencejo_maps::capabilities::Capabilities;
 use vencejo_maps::geo::Bounds;
+use vencejo_maps::kind::KindInfo;
 use vencejo_maps::presets::Preset;
 use vencejo_maps::settings::SourceSettings;
 use vencejo_maps::uploads::MAX_FILE_BYTES;
@@ -36,6 +37,7 @@ pub(super) fn router() -> OpenApiRouter<App> {
         .routes(routes!(get_map_attribution))
         .routes(routes!(order_map_sources))
         .routes(routes!(list_map_presets))
+        .routes(routes!(list_map_kinds))
         .routes(routes!(ask_map_capabilities))
         .routes(routes!(list_map_files))
 }
@@ -171,6 +173,12 @@ async fn list_map_presets(_: Viewer) -> Json<Vec<Preset>> {
     Json(vencejo_maps::presets::presets())
 }
 
+/// The kinds of sources: the settings that each takes, what it can be for, the files that are taken for it.
+#[utoipa::path(get, path = "/maps/kinds", tag = "maps", responses((status = 200, body = Vec<KindInfo>), Problem))]
+async fn list_map_kinds(_: Viewer) -> Json<Vec<KindInfo>> {
+    Json(vencejo_maps::kinds::infos())
+}
+
 /// What a WMS or WMTS offers. The service is asked though it is no source yet.
 #[utoipa::path(post, path = "/maps/capabilities", tag = "maps", request_body = CapabilitiesRequest,
     responses((status = 200, body = Capabilities), Problem))]
@@ -198,8 +206,7 @@ struct NewFile {
     name: String,
 }
 
-/// Takes a file into the maps folder: `.mbtiles`, `.pmtiles`, `.tif`, `.png`, `.jpg`, `.webp`, `.hgt`, `.hgt.gz`. The body is the
-/// file, at most 8 GiB. The answer proposes settings; nothing is shown before they are put.
+/// Takes a file into the maps folder, of a name with an end that `GET /maps/kinds` lists. The body is the file, at most 8 GiB. The answer proposes settings; nothing is shown before they are put.
 #[utoipa::path(post, path = "/maps/files", tag = "maps", params(NewFile),
     request_body(content = Vec<u8>, content_type = "application/octet-stream"),
     responses((status = 201, body = MapFileTaken), Problem))]

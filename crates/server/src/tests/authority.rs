@@ -44,6 +44,7 @@ const ROUTES: &[(Needs, &[&str])] = &[
             "GET /maps/areas",
             "GET /maps/areas/{id}",
             "GET /maps/areas/{id}/export",
+            "GET /maps/kinds",
             "GET /maps/presets",
             "GET /maps/sources",
             "GET /maps/sources/{id}/attribution",

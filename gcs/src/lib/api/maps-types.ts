@@ -13,6 +13,7 @@ export type SourceSettings = Partial<Schemas['MapSourceSettings']> &
   Pick<Schemas['MapSourceSettings'], 'id' | 'name' | 'kind'>;
 export type SourceState = Schemas['MapSourceState'];
 export type SourceRole = MapSource['role'];
+export type MapKind = Schemas['MapKind'];
 export type MapConfig = Schemas['MapConfiguration'];
 export type Preset = Omit<Schemas['MapPreset'], 'settings'> & { settings: SourceSettings };
 export type CapLayer = Schemas['MapCapLayer'];

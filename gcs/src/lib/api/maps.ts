@@ -11,6 +11,7 @@ import type {
   ElevationProfile,
   MapConfig,
   MapFile,
+  MapKind,
   MapSource,
   MapSources,
   Place,
@@ -30,6 +31,7 @@ export class MapsApi extends Http {
     this.json<unknown>('DELETE', `/maps/sources/${part(id)}?cache=${alsoCache}`);
   clearCache = (id: string) => this.json<unknown>('DELETE', `/maps/sources/${part(id)}/cache`);
   putOrder = (ids: readonly string[]) => this.json<MapSources>('PUT', '/maps/order', { ids });
+  kinds = () => this.json<MapKind[]>('GET', '/maps/kinds');
   presets = () => this.json<Preset[]>('GET', '/maps/presets');
   capabilities = (body: { kind: 'wms' | 'wmts'; url: string; key?: string; local_network?: boolean }) =>
     this.json<Capabilities>('POST', '/maps/capabilities', body);

@@ -531,11 +531,25 @@ export interface paths {
         /** The files of the maps folder. */
         get: operations["list_map_files"];
         put?: never;
-        /**
-         * Takes a file into the maps folder: `.mbtiles`, `.pmtiles`, `.tif`, `.png`, `.jpg`, `.webp`, `.hgt`, `.hgt.gz`. The body is the
-         *     file, at most 8 GiB. The answer proposes settings; nothing is shown before they are put.
-         */
+        /** Takes a file into the maps folder, of a name with an end that `GET /maps/kinds` lists. The body is the file, at most 8 GiB. The answer proposes settings; nothing is shown before they are put. */
         post: operations["take_map_file"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/kinds": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The kinds of sources: the settings that each takes, what it can be for, the files that are taken for it. */
+        get: operations["list_map_kinds"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -5598,6 +5612,19 @@ export interface components {
             /** @description To be put, changed or not. */
             settings: components["schemas"]["MapSourceSettings"];
         };
+        /** @description A kind of source as forms and programs need to know it. */
+        MapKind: {
+            /** @description Fields of a source's settings that it takes, beside those of all kinds. */
+            fields: string[];
+            /** @description Ends of the names of files that can be handed in, in small letters, such as `.mbtiles`. */
+            file_ends: string[];
+            /** @description Whether a service of this kind tells what it offers. */
+            has_capabilities: boolean;
+            /** @description Its name. */
+            kind: components["schemas"]["MapSourceKind"];
+            /** @description What its sources can be for; the first where nothing is said. */
+            roles: components["schemas"]["MapRole"][];
+        };
         /** @description One level of a grid. */
         MapLevel: {
             /** @description Top left corner of tile 0/0: easting or longitude, northing or latitude. */
@@ -9578,6 +9605,34 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["MapFileTaken"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_map_kinds: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapKind"][];
                 };
             };
             /** @description What was wrong and what to do */

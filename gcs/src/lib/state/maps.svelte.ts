@@ -1,7 +1,7 @@
 // The map's sources: what the server has, what of it a person chose to see, and what fails.
 import { SvelteMap } from 'svelte/reactivity';
 import { MapsApi } from '$lib/api/maps';
-import type { Attribution, MapSource, SourceSettings } from '$lib/api/maps-types';
+import type { Attribution, MapKind, MapSource, SourceSettings } from '$lib/api/maps-types';
 import { problemFrom } from '$lib/api/problem';
 import type { Problem } from '$lib/api/types';
 import {
@@ -36,6 +36,8 @@ export interface Failing {
 
 class Maps {
   sources = $state.raw<readonly MapSource[]>([]);
+  /** The kinds of sources that the server knows; they stay the same. */
+  kinds = $state.raw<readonly MapKind[]>([]);
   /** Where the server keeps them, for people who edit by hand; empty when it does not tell. */
   file = $state('');
   fileError = $state<string | null>(null);
@@ -167,6 +169,7 @@ class Maps {
     this.#timer = undefined;
     this.#loadedAt_ms = performance.now();
     try {
+      if (this.kinds.length === 0) this.kinds = await mapsApi.kinds();
       this.#take(await mapsApi.sources());
       this.problem = null;
     } catch (error) {
