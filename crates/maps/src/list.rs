@@ -16,6 +16,8 @@ macro_rules! every_kind {
             Mbtiles => mbtiles,
             /// A file of tiles, PMTiles version 3.
             Pmtiles => pmtiles,
+            /// A folder of tiles, a file each: `{z}/{x}/{y}.png`, `.jpg` or `.webp`.
+            Folder => folder,
             /// A GeoTIFF: a file, with overviews or without, or a cloud-optimised one (COG) by its address.
             Geotiff => geotiff,
             /// A picture whose four corners are known.

@@ -155,10 +155,10 @@ pub struct SourceSettings {
     #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "std::ops::Not::not")]
     #[schema(required = false)]
     pub local_network: bool,
-    /// XYZ, WMS: pixels of a tile's side, 64 to 2048, default 256.
+    /// Tiles: pixels of their side, 64 to 2048, default 256.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tile_px: Option<u32>,
-    /// XYZ: rows are counted from the bottom.
+    /// XYZ, folder: rows are counted from the bottom.
     #[serde(default, deserialize_with = "null_is_default", skip_serializing_if = "std::ops::Not::not")]
     #[schema(required = false)]
     pub tms: bool,

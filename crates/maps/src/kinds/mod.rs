@@ -2,6 +2,7 @@
 //! here, with its line below and in `list.rs`.
 
 pub mod dem;
+pub mod folder;
 pub mod geotiff;
 pub mod google;
 pub mod image;

@@ -5798,7 +5798,7 @@ export interface components {
          * @description How a source is read.
          * @enum {string}
          */
-        MapSourceKind: "xyz" | "wms" | "wmts" | "google" | "mbtiles" | "pmtiles" | "geotiff" | "image" | "dem";
+        MapSourceKind: "xyz" | "wms" | "wmts" | "google" | "mbtiles" | "pmtiles" | "folder" | "geotiff" | "image" | "dem";
         /** @description The settings of one source. What is absent has its default. */
         MapSourceSettings: {
             /** @description Who is to be named. */
@@ -5905,10 +5905,10 @@ export interface components {
             terms_url?: string | null;
             /**
              * Format: int32
-             * @description XYZ, WMS: pixels of a tile's side, 64 to 2048, default 256.
+             * @description Tiles: pixels of their side, 64 to 2048, default 256.
              */
             tile_px?: number | null;
-            /** @description XYZ: rows are counted from the bottom. */
+            /** @description XYZ, folder: rows are counted from the bottom. */
             tms?: boolean;
             /** @description WMS: whether what is empty is to be transparent. */
             transparent?: boolean | null;

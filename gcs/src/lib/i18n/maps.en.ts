@@ -91,6 +91,7 @@ export const mapsEn = {
   'maps.kind.wmts': 'WMTS',
   'maps.kind.mbtiles': 'MBTiles file',
   'maps.kind.pmtiles': 'PMTiles file',
+  'maps.kind.folder': 'Folder of tiles',
   'maps.kind.geotiff': 'GeoTIFF',
   'maps.kind.image': 'Picture with corners',
   'maps.kind.google': 'Google Map Tiles',

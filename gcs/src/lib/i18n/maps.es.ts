@@ -93,6 +93,7 @@ export const mapsEs: Record<keyof typeof mapsEn, string> = {
   'maps.kind.wmts': 'WMTS',
   'maps.kind.mbtiles': 'Fichero MBTiles',
   'maps.kind.pmtiles': 'Fichero PMTiles',
+  'maps.kind.folder': 'Carpeta de teselas',
   'maps.kind.geotiff': 'GeoTIFF',
   'maps.kind.image': 'Imagen con esquinas',
   'maps.kind.google': 'Google Map Tiles',
