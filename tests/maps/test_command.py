@@ -167,6 +167,20 @@ def test_an_area_is_reckoned_fetched_and_handed_on(tiles: Tiles, folder: Path, t
     assert run("area", "remove", "Field", "--yes", folder=folder).exit_code == 1
 
 
+def test_a_folder_of_tiles_is_added_by_its_name(folder: Path, tmp_path: Path) -> None:
+    place = tmp_path / "field" / "3" / "3"
+    place.mkdir(parents=True)
+    (place / "2.png").write_bytes(PICTURE)
+    elsewhere = run("add", str(tmp_path / "field"), folder=folder)
+    assert (elsewhere.exit_code, "copy it into" in elsewhere.stderr) == (2, True), elsewhere.stderr
+    (folder / "files").mkdir(exist_ok=True)
+    (tmp_path / "field").rename(folder / "files" / "field")
+    added = told("add", "field", folder=folder)
+    assert (added["ok"], added["tile"], added["bytes"]) == (True, "3/3/2", len(PICTURE)), added
+    (source,) = told("list", folder=folder)["sources"]
+    assert (source["id"], source["kind"], source["role"]) == ("field", "folder", "base")
+
+
 def test_ctrl_c_pauses_and_a_plan_leads(tiles: Tiles, folder: Path) -> None:
     from vencejo.cli.demo import demo_mission
 

@@ -168,6 +168,37 @@ def test_a_geotiff_shows_the_same_points(operator: Client, tmp_path: Path) -> No
     )
 
 
+def test_a_folder_of_tiles_is_found_shown_and_kept_to(operator: Client, mapserver: MapServer) -> None:
+    maps = Path(operator.done("GET", "maps/config")["folder"])
+    seen = operator.done("PUT", "maps/sources/to-copy", wms(mapserver, "to-copy", "1.3.0", "EPSG:3857"))
+    number = level_of(seen["grid"])
+    folder = maps / "files" / "field"
+    west, east = (int((lon_deg + 180) / 360 * 2**number) for lon_deg in (-3.83, -3.76))
+    north, south = (
+        int((1 - math.asinh(math.tan(math.radians(lat_deg))) / math.pi) / 2 * 2**number) for lat_deg in (40.36, 40.30)
+    )
+    for column in range(west, east + 1):
+        (folder / str(number) / str(column)).mkdir(parents=True)
+        for row in range(north, south + 1):
+            answer = operator.ask("GET", seen["tiles_url"].format(z=number, x=column, y=row))
+            # As gdal2tiles has them: rows from the south.
+            (folder / str(number) / str(column) / f"{2**number - 1 - row}.png").write_bytes(answer.body)
+    (found,) = [file for file in operator.done("GET", "maps/files") if file["path"] == "files/field"]
+    assert (found["kind"], found["bytes"] > 0) == ("folder", True)
+    settings = {"id": "field", "name": "Field", "kind": "folder", "path": "files/field", "tms": True}
+    source = operator.done("PUT", "maps/sources/field", settings)
+    assert (source["grid"]["min_level"], source["grid"]["max_level"]) == (number, number)
+    assert source["bounds"]["west_deg"] == pytest.approx(-3.83, abs=360 / 2**number)
+    assert (source["offline"]["allowed"], source["may_cache"]) == (False, False)
+    check_points(operator, source, 1.0)
+    outside = folder / str(number) / str(west) / f"{2**number - 1 - north}.png"
+    outside.unlink()
+    outside.symlink_to(maps / "sources.toml")
+    again = operator.done("PUT", "maps/sources/again", {**settings, "id": "again"})
+    refused = operator.ask("GET", again["tiles_url"].format(z=number, x=west, y=north))
+    assert (refused.status, "out of the folder" in refused.json["detail"]) == (409, True), refused.json
+
+
 def test_a_picture_with_corners_shows_the_same_points(operator: Client) -> None:
     encoded, png = cv2.imencode(".png", ground()[:, :, ::-1])
     assert encoded
@@ -371,10 +402,11 @@ def test_settings_that_are_wrong_name_their_fields(operator: Client, mapserver: 
     assert (answer.status, answer.json["type"]) == (422, "urn:vencejo:source-settings")
     assert {reason.partition(":")[0] for reason in answer.json["reasons"]} == {"opacity", "version", "crs"}
     assert operator.ask("PUT", "maps/sources/other", settings).status == 422
-    outside = {"id": "out", "name": "out", "kind": "mbtiles", "path": "/etc/passwd"}
-    answer = operator.ask("PUT", "maps/sources/out", outside)
-    assert answer.status == 422
-    assert "maps folder" in answer.json["detail"]
+    for kind in ("mbtiles", "folder"):
+        outside = {"id": "out", "name": "out", "kind": kind, "path": "/etc"}
+        answer = operator.ask("PUT", "maps/sources/out", outside)
+        assert answer.status == 422
+        assert "maps folder" in answer.json["detail"]
     assert operator.ask("POST", "maps/files?name=../x.mbtiles", b"x").status == 422
     broken = operator.ask("POST", "maps/files?name=x.mbtiles", b"no tiles")
     assert (broken.status, broken.json["type"]) == (422, "urn:vencejo:map-file")
