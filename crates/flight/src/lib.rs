@@ -10,6 +10,7 @@
 //! | [`checks`] | what is wrong or doubtful in a plan, before it is sent |
 //! | [`progress`] | how far and how long a mission still is |
 //! | [`way`] | the line from place to place and the circles, as a plan is drawn |
+//! | [`profile`] | the heights along it, and the ground below |
 //! | [`geodesy`] | distances, bearings, legs, local frames, polygons on WGS-84 |
 //! | [`crs`] | coordinates of maps: Web Mercator and UTM |
 //! | [`landing`] | the circle down, the final leg and the landing that end a mission |
@@ -70,6 +71,7 @@ pub mod ground;
 pub mod guidance;
 pub mod landing;
 pub mod plan;
+pub mod profile;
 pub mod progress;
 pub mod rehearsal;
 pub mod separation;

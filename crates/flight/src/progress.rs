@@ -185,6 +185,14 @@ pub(crate) fn alt_amsl_m(item: &MissionItem, home_alt_amsl_m: Option<f64>) -> Op
     }
 }
 
+/// Height above home of an item with a position, metres; `None` above terrain, and above the sea without home.
+pub(crate) fn rel_home_m(item: &MissionItem, home_alt_amsl_m: Option<f64>) -> Option<f64> {
+    match item.frame {
+        MavFrame::GlobalRelativeAlt => item.alt_m(),
+        _ => Some(alt_amsl_m(item, home_alt_amsl_m)? - home_alt_amsl_m?),
+    }
+}
+
 /// The way along the mission from an item on.
 fn walk(
     mission: &Mission,

@@ -5,8 +5,9 @@
 //! those of the plan. How the plane rounds a corner, and what the wind makes of it all, the rehearsal shows.
 
 use crate::geodesy::{GeoPoint, LocalFrame, direct, distance_m, inverse, points_along, wrap_360_deg};
+use crate::landing::STEEP_SLOPE;
 use crate::plan::{Command, MavFrame, Mission, MissionItem};
-use crate::progress::{MIN_GROUND_SPEED_M_S, ProgressOptions, alt_amsl_m, jump_index, place};
+use crate::progress::{MIN_GROUND_SPEED_M_S, ProgressOptions, alt_amsl_m, jump_index, place, rel_home_m};
 use crate::words::words;
 
 /// Points of a curve stand so many degrees of turn apart.
@@ -69,7 +70,30 @@ pub struct Leg {
     pub lat_deg: Vec<f64>,
     /// The same points' longitudes.
     pub lon_deg: Vec<f64>,
+    /// Of an approach, its descent; null for other legs, and where the two heights count from different levels.
+    #[cfg_attr(feature = "describe", schema(required = true))]
+    pub descent: Option<Descent>,
 }
+
+/// The descent of an approach.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema), schema(as = WayDescent))]
+pub struct Descent {
+    /// Height lost, metres.
+    pub drop_m: f64,
+    /// Whether it is steeper than [`STEEP_SLOPE`], or does not lead down.
+    pub is_doubtful: bool,
+}
+
+impl Leg {
+    /// The points of its line.
+    pub fn points(&self) -> impl Iterator<Item = GeoPoint> {
+        self.lat_deg.iter().zip(&self.lon_deg).filter_map(|(lat_deg, lon_deg)| GeoPoint::new(*lat_deg, *lon_deg).ok())
+    }
+}
+
+/// So much steeper may a slope be that was meant to be just [`STEEP_SLOPE`]: places and heights are rounded.
+const SLOPE_ROUNDING: f64 = 1e-3;
 
 /// The circle at an item.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,7 +145,6 @@ pub struct Jump {
 
 /// A mission as it is drawn.
 #[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "describe", derive(serde::Serialize, utoipa::ToSchema))]
 pub struct Way {
     /// The items that the vehicle flies to, in the order of the plan.
     pub stops: Vec<Stop>,
@@ -180,7 +203,7 @@ pub fn way(mission: &Mission, speed_m_s: f64, options: &ProgressOptions) -> Way 
         };
         let leg = from
             .filter(|from| distance_m(from.at, to.at) > SAME_M)
-            .map(|from| leg(from, to.at, item, &around, options));
+            .map(|from| leg(from, to.at, item, &around, home_alt_m, options));
         let leg_m = leg.as_ref().map_or(0.0, |leg| leg.length_m);
         let from_item = from.and_then(|from| from.item).map(|(_, item)| item);
         let loiter = loiter(item, from_item, leg_m, *speed_m_s, home_alt_m, options);
@@ -200,7 +223,14 @@ struct Around<'a> {
     after: Option<&'a Place<'a>>,
 }
 
-fn leg(from: &Place<'_>, to: GeoPoint, item: &MissionItem, around: &Around<'_>, options: &ProgressOptions) -> Leg {
+fn leg(
+    from: &Place<'_>,
+    to: GeoPoint,
+    item: &MissionItem,
+    around: &Around<'_>,
+    home_alt_m: Option<f64>,
+    options: &ProgressOptions,
+) -> Leg {
     let came_from_takeoff = from.item.is_some_and(|(_, item)| item.command.is_takeoff());
     let kind = match item.command {
         Command::NAV_RETURN_TO_LAUNCH => LegKind::Return,
@@ -239,7 +269,15 @@ fn leg(from: &Place<'_>, to: GeoPoint, item: &MissionItem, around: &Around<'_>, 
         course_deg: rounded(straight.bearing_start_deg, 2),
         lat_deg: line.iter().map(|point| rounded(point.lat_deg(), 7)).collect(),
         lon_deg: line.iter().map(|point| rounded(point.lon_deg(), 7)).collect(),
+        descent: if kind == LegKind::Approach { descent(from, item, length_m, home_alt_m) } else { None },
     }
+}
+
+fn descent(from: &Place<'_>, item: &MissionItem, length_m: f64, home_alt_m: Option<f64>) -> Option<Descent> {
+    let high_m = from.item.map_or(Some(0.0), |(_, before)| rel_home_m(before, home_alt_m))?;
+    let drop_m = rounded(high_m - rel_home_m(item, home_alt_m)?, 2);
+    let is_doubtful = drop_m <= 0.0 || drop_m > (STEEP_SLOPE + SLOPE_ROUNDING) * length_m;
+    Some(Descent { drop_m, is_doubtful })
 }
 
 /// How far an arc turns, degrees, clockwise positive; `None` for a straight leg: no arc, no turn, or a full one.
@@ -394,7 +432,7 @@ fn loiter(
     })
 }
 
-fn rounded(value: f64, digits: i32) -> f64 {
+pub(crate) fn rounded(value: f64, digits: i32) -> f64 {
     let scale = 10_f64.powi(digits);
     (value * scale).round() / scale
 }

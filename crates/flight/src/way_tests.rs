@@ -193,3 +193,21 @@ fn a_line_across_the_ocean_bends_on_the_map() {
     let items = vec![waypoint(at(270.0, 100_000.0))];
     assert_eq!(line(leg_of(&way_of(items, &COPTER), 0)).len(), 6);
 }
+
+#[test]
+fn an_approach_tells_how_it_goes_down() {
+    let descent = |high_m: f64, far_m: f64| {
+        let high = item(Command::NAV_WAYPOINT, [0.0; 4], at(0.0, far_m), high_m);
+        let land = item(Command::NAV_LAND, [0.0; 4], home(), 0.0);
+        let way = way_of(vec![high, land], &ProgressOptions::default());
+        assert_eq!(leg_of(&way, 0).descent, None, "no approach");
+        leg_of(&way, 1).descent.map(|descent| (descent.drop_m, descent.is_doubtful))
+    };
+    assert_eq!(descent(40.0, 500.0), Some((40.0, false)));
+    assert_eq!(descent(50.0, 500.0), Some((50.0, false)), "just as steep as may be");
+    assert_eq!(descent(60.0, 500.0), Some((60.0, true)));
+    assert_eq!(descent(0.0, 500.0), Some((0.0, true)), "level");
+    let over_terrain = MissionItem { frame: MavFrame::GlobalTerrainAlt, ..waypoint(at(0.0, 500.0)) };
+    let way = way_of(vec![over_terrain, item(Command::NAV_LAND, [0.0; 4], home(), 0.0)], &ProgressOptions::default());
+    assert_eq!(leg_of(&way, 1).descent, None, "from another level");
+}

@@ -6,6 +6,7 @@ use vencejo_flight::checks::{
 use vencejo_flight::geodesy::{GeoPoint, direct};
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan;
+use vencejo_flight::profile::profile;
 use vencejo_flight::progress::{ProgressOptions, trip};
 use vencejo_flight::rehearsal::{
     self, Air, Aircraft, Conditions, Learned, Range, Sample, Start, Trigger, glide_range, what_ifs,
@@ -15,9 +16,9 @@ use vencejo_station::{Runs, VehicleHandle, rehearse_many};
 
 use crate::convert;
 use crate::dto::{
-    Assessment, BatteryLeft, Corridor, Decision, EndingCount, FindingFix, LatLon, LearnedPlane, Plan, PlaneProfile,
-    Rehearsal, RehearsalRequest, RehearsedFlight, RehearsedPassage, RehearsedTrack, Spread, SpreadRequest,
-    VehicleProfile, WhatIf, WhatIfRequest, WhatIfs,
+    self, Assessment, BatteryLeft, Corridor, Decision, EndingCount, FindingFix, LatLon, LearnedPlane, Plan,
+    PlaneProfile, Rehearsal, RehearsalRequest, RehearsedFlight, RehearsedPassage, RehearsedTrack, Spread,
+    SpreadRequest, VehicleProfile, WhatIf, WhatIfRequest, WhatIfs,
 };
 use crate::problem::Problem;
 use crate::state::App;
@@ -62,14 +63,25 @@ pub(crate) fn assess(
     Ok(Assessment { findings, trip, rehearsal })
 }
 
-/// The way of a plan's mission as it is drawn for a vehicle, an ArduPlane as it comes when there is none.
+/// The way of a plan's mission as it is drawn for a vehicle, an ArduPlane as it comes when there is none, and its heights over the ground at hand.
 ///
 /// # Errors
-/// For what is no plan.
-pub(crate) fn laid_out(app: &App, vehicle: Option<u16>, plan: &Plan) -> Result<Way, Problem> {
-    let mission = convert::core_plan(plan)?.mission;
-    let known = app.vehicle(vehicle).and_then(|vehicle| vehicle.way(&mission));
-    Ok(known.unwrap_or_else(|| way(&mission, CheckContext::default().airspeed_m_s, &ProgressOptions::default())))
+/// For what is no plan, and for a height above ground that is none.
+pub(crate) fn laid_out(
+    app: &App,
+    vehicle: Option<u16>,
+    plan: &Plan,
+    clearance_m: Option<f64>,
+) -> Result<dto::Way, Problem> {
+    let plan = convert::core_plan(plan)?;
+    let clearance_m = clearance(clearance_m)?;
+    let mission = &plan.mission;
+    let known = app.vehicle(vehicle).and_then(|vehicle| vehicle.way(mission));
+    let way = known.unwrap_or_else(|| way(mission, CheckContext::default().airspeed_m_s, &ProgressOptions::default()));
+    let (map, is_ground_pending) = app.ground_around(&plan, None);
+    let profile = profile(mission, &way, &|point| map.height_m(point), clearance_m);
+    let Way { stops, jumps } = way;
+    Ok(dto::Way { stops, jumps, profile, is_ground_pending })
 }
 
 /// A plan as the plane would fly it, over the ground that the maps know; that is waited for.

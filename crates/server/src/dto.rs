@@ -43,7 +43,8 @@ pub use plan::{
     LandingAlternative, LandingCaution, LandingMove, LandingReasonText, LandingRequest, LatLon, LearnedPlane, Plan,
     PlanCertainty, PlanCheck, PlanFormat, PlanItem, PlanKind, PlanOnBoard, PlanState, PlanStates, PlanUncertainty,
     PlaneProfile, RallyPoint, Rehearsal, RehearsalRequest, RehearsedFlight, RehearsedPassage, RehearsedTrack,
-    ReturnPoint, Runway, Spread, SpreadRequest, VehicleProfile, WhatIf, WhatIfRequest, WhatIfs, ZoneShape,
+    ReturnPoint, Runway, Spread, SpreadRequest, VehicleProfile, Way, WayRequest, WhatIf, WhatIfRequest, WhatIfs,
+    ZoneShape,
 };
 pub use session::{NewSession, Role, SessionInfo};
 pub use signing::{ChangeSigning, SigningAct, SigningInfo};

@@ -520,6 +520,11 @@ async fn plans_in_files_and_on_the_wire_are_the_same() {
     assert_eq!((&first["item"], &first["leg"]["kind"]), (&json!(1), &json!("takeoff")), "{first}");
     assert_eq!(first["leg"]["from_item"], Value::Null);
     assert!(way["stops"].as_array().expect("a list").iter().any(|stop| stop["loiter"]["kind"] == "turns"), "{way}");
+    let ground = &way["profile"]["ground"];
+    let places = ground["distance_m"].as_array().expect("a list").len();
+    assert_eq!((ground["unknown"].as_u64(), &ground["lowest"]), (Some(places as u64), &Value::Null), "{ground}");
+    let refused = server.ask("POST", "/plan/way", None, Some(json!({"plan": plan, "clearance_m": -1.0}))).await;
+    assert_eq!(refused.status, 422);
     let mut bad = plan.clone();
     bad["items"][1]["params"][4] = json!(0.0);
     bad["items"][1]["params"][5] = json!(0.0);

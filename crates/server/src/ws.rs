@@ -338,10 +338,10 @@ impl Client {
                 });
                 Ok(())
             }
-            Ok(ClientMessage::PlanWay { seq, vehicle, plan }) => {
+            Ok(ClientMessage::PlanWay { seq, vehicle, clearance_m, plan }) => {
                 let app = self.app.clone();
                 self.questions.ask_way(async move {
-                    let done = quickly(move || laid_out(&app, vehicle, &plan)).await;
+                    let done = quickly(move || laid_out(&app, vehicle, &plan, clearance_m)).await;
                     answer(seq, done.map(|way| ServerMessage::Way { seq, way }))
                 });
                 Ok(())

@@ -256,7 +256,8 @@ class MockSocket {
     }
     if (message.type === 'plan_way') {
       // straight lines stay what they are: guesses
-      this.say({ type: 'way', seq: message.seq, stops: [], jumps: [] });
+      const profile = { points: [], loiters: [], length_m: 0, ground: null };
+      this.say({ type: 'way', seq: message.seq, stops: [], jumps: [], profile, is_ground_pending: false });
       return;
     }
     if (message.type === 'subscribe_roster') {

@@ -7,10 +7,12 @@ use vencejo_flight::checks::{Finding, FixKind};
 use vencejo_flight::formats::ComplexItem;
 use vencejo_flight::landing::{LandingDirection, Wind};
 use vencejo_flight::plan::Home;
+use vencejo_flight::profile::Profile;
 use vencejo_flight::progress::Trip;
 use vencejo_flight::rehearsal::{
     Airframe, BatteryLack, BatterySettings, Doubts, Ending, Origin, Range, Reaction, Trigger,
 };
+use vencejo_flight::way::{Jump, Stop};
 
 /// Which plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -636,6 +638,33 @@ pub struct PlanCheck {
     /// The vehicle that is to fly it: its kind, its place and whether it is on the ground are taken into account.
     #[serde(default)]
     pub vehicle: Option<u16>,
+}
+
+/// A plan to lay out.
+#[derive(Debug, Clone, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WayRequest {
+    /// The plan.
+    pub plan: Plan,
+    /// The vehicle that is to fly it; an ArduPlane as it comes when absent.
+    #[serde(default)]
+    pub vehicle: Option<u16>,
+    /// Height above the ground that should be kept, 0 to 1000; 30 by default.
+    #[serde(default)]
+    pub clearance_m: Option<f64>,
+}
+
+/// A mission as it is drawn.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct Way {
+    /// The items that the vehicle flies to, in the order of the plan.
+    pub stops: Vec<Stop>,
+    /// The jumps between them.
+    pub jumps: Vec<Jump>,
+    /// Its heights along that way, and the ground below, as far as that is at hand.
+    pub profile: Profile,
+    /// Whether more of the ground is being looked up: ask again in a moment.
+    pub is_ground_pending: bool,
 }
 
 /// A plan to rehearse.

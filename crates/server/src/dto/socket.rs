@@ -5,14 +5,13 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use vencejo_flight::landing::Wind;
-use vencejo_flight::way::Way;
 use vencejo_vehicle::telemetry::TelemetryGroups;
 
 use super::roster::{RosterChange, RosterRow};
 use super::storage::StorageProblem;
 use super::{
     Assessment, Cause, LinkInfo, MissionProgress, Operation, Plan, PlanKind, PlanState, PlaneProfile, RawMessage,
-    SessionInfo, VehicleSummary,
+    SessionInfo, VehicleSummary, Way,
 };
 
 /// What a client says on the WebSocket.
@@ -75,7 +74,7 @@ pub enum ClientMessage {
         #[serde(default)]
         profile: PlaneProfile,
     },
-    /// Wants the way of a plan's mission as it is drawn, as `POST /plan/way` tells it. One question at a time is answered, and of those
+    /// Wants the way of a plan's mission as it is drawn, with its heights, as `POST /plan/way` tells it. One question at a time is answered, and of those
     /// that come meanwhile the newest alone; none waits for an assessment.
     PlanWay {
         /// Comes back with the answer.
@@ -83,6 +82,9 @@ pub enum ClientMessage {
         /// The vehicle that is to fly it; an ArduPlane as it comes when absent.
         #[serde(default)]
         vehicle: Option<u16>,
+        /// Height above the ground that should be kept, 0 to 1000; 30 by default.
+        #[serde(default)]
+        clearance_m: Option<f64>,
         /// It.
         plan: Plan,
     },

@@ -21,7 +21,6 @@ use vencejo_flight::formats::{MAX_FILE_BYTES, Note, PlanSettings, read_plan, wri
 use vencejo_flight::landing::Wind;
 use vencejo_flight::plan::{self as core};
 use vencejo_flight::rehearsal::{Aircraft, Learner};
-use vencejo_flight::way::Way;
 use vencejo_proto::SystemId;
 use vencejo_station::{MAX_FLIGHT_BYTES, Pending, RequestResult, VehicleHandle, recorded_flight};
 use vencejo_vehicle::Request;
@@ -33,7 +32,7 @@ use crate::dto::cause::Cause;
 use crate::dto::{
     CommandInfo, FindingFix, Landing, LandingAlternative, LandingMove, LandingRequest, LearnedPlane, Operation,
     OperationKind, Plan, PlanCheck, PlanFormat, PlanKind, PlanOnBoard, PlaneProfile, Rehearsal, RehearsalRequest,
-    Spread, SpreadRequest, VehicleProfile, WhatIfRequest, WhatIfs,
+    Spread, SpreadRequest, VehicleProfile, Way, WayRequest, WhatIfRequest, WhatIfs,
 };
 use crate::extract::{Json as Body, Operator, Pilot, Vehicle, Viewer};
 use crate::landings;
@@ -282,12 +281,12 @@ async fn check(State(app): State<App>, _: Viewer, Body(asked): Body<PlanCheck>) 
     in_turn(move || Ok(Json(assess(&app, asked.vehicle, &asked.plan, None, None, &profile)?.findings))).await
 }
 
-/// The way of a plan's mission as it is drawn: the line from place to place, circles, jumps, lengths and courses. While a point is dragged, ask over the WebSocket
-/// (`plan_way`).
-#[utoipa::path(post, path = "/plan/way", tag = "plans", request_body = PlanCheck,
+/// The way of a plan's mission as it is drawn: the line from place to place, circles, jumps, lengths and courses; and its heights, with the
+/// ground below. While a point is dragged, ask over the WebSocket (`plan_way`).
+#[utoipa::path(post, path = "/plan/way", tag = "plans", request_body = WayRequest,
     responses((status = 200, body = Way), Problem))]
-async fn way(State(app): State<App>, _: Viewer, Body(asked): Body<PlanCheck>) -> Result<Json<Way>, Problem> {
-    quickly(move || assess::laid_out(&app, asked.vehicle, &asked.plan)).await.map(Json)
+async fn way(State(app): State<App>, _: Viewer, Body(asked): Body<WayRequest>) -> Result<Json<Way>, Problem> {
+    quickly(move || assess::laid_out(&app, asked.vehicle, &asked.plan, asked.clearance_m)).await.map(Json)
 }
 
 /// Designs a landing: the items that end a mission, none of their heights tuned by hand.

@@ -111,8 +111,8 @@ export class Api extends Http {
   checkPlan = (plan: Plan, vehicle?: number) =>
     this.json<PlanFinding[]>('POST', '/plan/check', vehicle === undefined ? { plan } : { plan, vehicle });
   /** The way of a plan's mission as it is drawn. */
-  way = (plan: Plan, vehicle?: number) =>
-    this.json<Way>('POST', '/plan/way', vehicle === undefined ? { plan } : { plan, vehicle });
+  way = (plan: Plan, vehicle: number | undefined, clearance_m: number) =>
+    this.json<Way>('POST', '/plan/way', { plan, vehicle: vehicle ?? null, clearance_m });
   /** Where planned flights come too near to each other. */
   separation = (asked: SeparationRequest) => this.json<Separation>('POST', '/plan/separation', asked);
   whatIf = (asked: WhatIfRequest) => this.json<WhatIfs>('POST', '/plan/what-if', asked);

@@ -1028,8 +1028,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * The way of a plan's mission as it is drawn: the line from place to place, circles, jumps, lengths and courses. While a point is dragged, ask over the WebSocket
-         *     (`plan_way`).
+         * The way of a plan's mission as it is drawn: the line from place to place, circles, jumps, lengths and courses; and its heights, with the
+         *     ground below. While a point is dragged, ask over the WebSocket (`plan_way`).
          */
         post: operations["way"];
         delete?: never;
@@ -3160,6 +3160,19 @@ export interface components {
              */
             confirm_system_id: number;
         };
+        /** @description How high above the ground the plane passes somewhere. */
+        Clearance: {
+            /**
+             * Format: double
+             * @description Height above the ground, metres.
+             */
+            clearance_m: number;
+            /**
+             * Format: double
+             * @description Way flown until there, metres.
+             */
+            distance_m: number;
+        };
         /** @description What a client says on the WebSocket. */
         ClientMessage: {
             /**
@@ -3235,6 +3248,11 @@ export interface components {
              */
             vehicle?: number | null;
         } | {
+            /**
+             * Format: double
+             * @description Height above the ground that should be kept, 0 to 1000; 30 by default.
+             */
+            clearance_m?: number | null;
             /** @description It. */
             plan: components["schemas"]["Plan"];
             /**
@@ -5293,6 +5311,14 @@ export interface components {
          * @enum {string}
          */
         LinkState: "connecting" | "up" | "down" | "ended";
+        /** @description A stretch in which the plane is too low. */
+        LowStretch: components["schemas"]["Clearance"] & {
+            /**
+             * Format: double
+             * @description Way flown until its last place, metres.
+             */
+            to_m: number;
+        };
         /** @description An offline area. */
         MapArea: {
             /**
@@ -6554,6 +6580,71 @@ export interface components {
             title: string;
             /** @description Stable kind: `urn:vencejo:` and the code of `cause`, such as `urn:vencejo:command-refused`. */
             type: string;
+        };
+        /** @description The heights of a mission. */
+        Profile: {
+            ground: components["schemas"]["ProfileGround"] | null;
+            /**
+             * Format: double
+             * @description Way flown in all, metres: circles without end or of unknown length left out.
+             */
+            length_m: number;
+            /** @description Where the plane circles. */
+            loiters: components["schemas"]["ProfileLoiter"][];
+            /** @description The line, from home or from the first item when home is not known. */
+            points: components["schemas"]["ProfilePoint"][];
+        };
+        /** @description The ground below the way, as far as it is known. */
+        ProfileGround: {
+            /** @description Way flown until each place at which it was looked up, metres. */
+            distance_m: number[];
+            /** @description Height of the ground above that at home, metres; null where it is not known. */
+            ground_rel_home_m: (number | null)[];
+            lowest: components["schemas"]["Clearance"] | null;
+            /** @description Where it is too low: below the height that was to be kept, and for take-off and landing in the ground by more than maps err. */
+            too_low: components["schemas"]["LowStretch"][];
+            /** @description Places whose height is not known. */
+            unknown: number;
+        };
+        /** @description A stretch in which the plane circles at an item. */
+        ProfileLoiter: {
+            /**
+             * Format: double
+             * @description Way flown until then, metres.
+             */
+            from_m: number;
+            /** @description Whether its length is not known, though it has one. */
+            is_unknown: boolean;
+            /** @description The item, counted from 1. */
+            item: number;
+            /** @description Until when. */
+            kind: components["schemas"]["WayCircling"];
+            /**
+             * Format: double
+             * @description Way flown after it, metres: the same when it has no end or its length is not known.
+             */
+            to_m: number;
+        };
+        /** @description A point of the line. */
+        ProfilePoint: {
+            /**
+             * Format: double
+             * @description Height above home, metres.
+             */
+            alt_rel_home_m: number;
+            /**
+             * Format: double
+             * @description Way flown since the beginning, metres.
+             */
+            distance_m: number;
+            /** @description Whether it comes after a circle without end, and is flown only when a pilot goes on to it. */
+            is_beyond: boolean;
+            /** @description Whether that is known; otherwise home or the ground there is not, or the vehicle chooses it, and it is a guess. */
+            is_certain: boolean;
+            /** @description Whether the item's own height is here: others lead to it, over the ground or round a circle. */
+            is_item: boolean;
+            /** @description The item that it belongs to, counted from 1; null for home at the beginning. */
+            item: number | null;
         };
         /** @description A line whose ground is wanted: points, or a plan's. */
         ProfileRequest: {
@@ -8217,8 +8308,12 @@ export interface components {
         WantedValue: "finite" | "latitude" | "longitude" | "height" | "whole-number" | "frame";
         /** @description A mission as it is drawn. */
         Way: {
+            /** @description Whether more of the ground is being looked up: ask again in a moment. */
+            is_ground_pending: boolean;
             /** @description The jumps between them. */
             jumps: components["schemas"]["WayJump"][];
+            /** @description Its heights along that way, and the ground below, as far as that is at hand. */
+            profile: components["schemas"]["Profile"];
             /** @description The items that the vehicle flies to, in the order of the plan. */
             stops: components["schemas"]["WayStop"][];
         };
@@ -8227,6 +8322,16 @@ export interface components {
          * @enum {string}
          */
         WayCircling: "turns" | "time" | "height" | "unlimited";
+        /** @description The descent of an approach. */
+        WayDescent: {
+            /**
+             * Format: double
+             * @description Height lost, metres.
+             */
+            drop_m: number;
+            /** @description Whether it is steeper than [`STEEP_SLOPE`], or does not lead down. */
+            is_doubtful: boolean;
+        };
         /** @description Where a jump leads. */
         WayJump: {
             /** @description The jump, counted from 1. */
@@ -8241,6 +8346,7 @@ export interface components {
              * @description Course at its beginning from place to place, degrees from true north.
              */
             course_deg: number;
+            descent: components["schemas"]["WayDescent"] | null;
             /** @description The item that it comes from, counted from 1; null for home. */
             from_item: number | null;
             /** @description What it is. */
@@ -8290,6 +8396,21 @@ export interface components {
              * @description Time in it, seconds; null likewise.
              */
             time_s: number | null;
+        };
+        /** @description A plan to lay out. */
+        WayRequest: {
+            /**
+             * Format: double
+             * @description Height above the ground that should be kept, 0 to 1000; 30 by default.
+             */
+            clearance_m?: number | null;
+            /** @description The plan. */
+            plan: components["schemas"]["Plan"];
+            /**
+             * Format: int32
+             * @description The vehicle that is to fly it; an ArduPlane as it comes when absent.
+             */
+            vehicle?: number | null;
         };
         /** @description An item that the vehicle flies to. */
         WayStop: {
@@ -10564,7 +10685,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["PlanCheck"];
+                "application/json": components["schemas"]["WayRequest"];
             };
         };
         responses: {

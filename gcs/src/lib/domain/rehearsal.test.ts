@@ -1,8 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import { destination } from './geo';
-import { makeItem } from './plan';
-import { profileOf } from './profile';
-import { wayOf } from './way';
+import { NO_PROFILE } from './profile';
 import { alongProfile, endsInDanger, firstPassages, momentAt, nearestToGround, type Track } from './rehearsal';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
@@ -68,8 +66,11 @@ describe('a moment of a rehearsal', () => {
 });
 
 describe('a track along the profile', () => {
-  const items = [300, 800].map((away_m) => makeItem('waypoint', { at: destination(HOME, 90, away_m), alt_m: 80 }));
-  const profile = profileOf(items, HOME, wayOf(items, HOME, false));
+  const made = { alt_rel_home_m: 80, is_certain: true, is_beyond: false };
+  const points = [null, 1, 2].map((item, at) => ({ ...made, item, distance_m: [0, 300, 800][at]!, is_item: at > 0 }));
+  // a point that leads to the second item over the ground
+  points.splice(2, 0, { ...made, item: 2, distance_m: 500, is_item: false });
+  const profile = { ...NO_PROFILE, points, length_m: 800 };
   const passage = (item: number, begins_s: number, reached_s: number | null) => ({
     item,
     begins_s,

@@ -166,10 +166,10 @@ export function alongProfile(track: Track, passages: readonly Passage[], profile
   /** By item number: where its leg begins, and where it is done with. */
   const stretches = new Map<number, { from_m: number; to_m: number }>();
   let before_m = 0;
-  profile.points.forEach(({ index, distance_m: to_m }, at) => {
-    if (index !== null) {
-      stretches.set(index + 1, { from_m: before_m, to_m });
-      if (profile.points[at + 1]?.index === index) return;
+  profile.points.forEach(({ item, distance_m: to_m }, at) => {
+    if (item !== null) {
+      stretches.set(item, { from_m: before_m, to_m });
+      if (profile.points[at + 1]?.item === item) return;
     }
     before_m = to_m;
   });

@@ -1,8 +1,8 @@
 import { describe, expect, it } from 'vitest';
-import { destination, distance_m } from './geo';
-import { makeItem, type PlanItem, withAlt, withParam, withPlace } from './plan';
-import { profileOf } from './profile';
-import { approachesOf, type Loiter, NO_WAY, placesFlown, type ToldWay, type Way, wayOf } from './way';
+import { destination } from './geo';
+import { makeItem, type PlanItem, withParam, withPlace } from './plan';
+import { NO_PROFILE } from './profile';
+import { type Loiter, NO_WAY, placesFlown, type ToldWay, type Way, wayOf } from './way';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
 const at = (away_m: number, bearing_deg = 0) => destination(HOME, bearing_deg, away_m);
@@ -23,10 +23,12 @@ const told = (items: readonly PlanItem[], loiters: Record<number, Loiter> = {}):
       course_deg: leg.course_deg,
       lat_deg: [leg.from.lat_deg, 40.5, leg.to.lat_deg],
       lon_deg: [leg.from.lon_deg, -3.7, leg.to.lon_deg],
+      descent: null,
     },
     loiter: loiters[index] ?? null,
   })),
   jumps: [],
+  profile: NO_PROFILE,
 });
 const guesses = (way: Way) => way.stops.map(({ leg }) => leg?.isGuess);
 
@@ -95,52 +97,4 @@ describe('what the core told', () => {
     const elsewhere = { ...HOME, lat_deg: 40.4 };
     expect(guesses(wayOf(items, elsewhere, false, answer))).toEqual([true, false, false, false]);
   });
-});
-
-describe('the height profile', () => {
-  const circling = (items: PlanItem[], loiters: Record<number, Loiter>) => {
-    const way = wayOf(items, HOME, false, { items, home: HOME, way: told(items, loiters) });
-    return profileOf(items, HOME, way);
-  };
-
-  it('has the distance that is circled, and goes on after it', () => {
-    const profile = circling([makeItem('loiter_turns', { at: at(1000), alt_m: 80 }), waypoint(2000)], { 0: LOITER });
-    expect(profile.length_m).toBeCloseTo(2002 + 200 * Math.PI, 1);
-    expect(profile.loiters).toMatchObject([{ index: 0, kind: 'turns', isUnknown: false }]);
-    expect(profile.points.filter((point) => point.isItem).map((point) => point.index)).toEqual([0, 1]);
-    expect(profile.points.every((point) => !point.isBeyond)).toBe(true);
-    expect(profile.points[0]).toMatchObject({ index: null, distance_m: 0, alt_rel_home_m: 0, isCertain: true });
-  });
-
-  it('puts the height of a climbing circle where it is reached', () => {
-    const items = [waypoint(1000, 100), makeItem('loiter_to_height', { at: at(1100), alt_m: 400 })];
-    const climb: Loiter = { ...LOITER, kind: 'height', changed_before: 0.04 };
-    const points = circling(items, { 1: climb }).points.filter((point) => point.index === 1);
-    expect(points.map((point) => point.isItem)).toEqual([false, true]);
-    expect(points[0]!.alt_rel_home_m).toBeCloseTo(112, 6);
-    expect(points[1]!.alt_rel_home_m).toBe(400);
-  });
-
-  it('tells what is flown from what comes after a circle without end', () => {
-    const items = [makeItem('loiter_unlimited', { at: at(1000), alt_m: 80 }), waypoint(2000)];
-    const profile = circling(items, { 0: { ...LOITER, kind: 'unlimited', length_m: null, time_s: null } });
-    expect(profile.loiters).toMatchObject([{ kind: 'unlimited', isUnknown: false }]);
-    expect(profile.points.map((point) => point.isBeyond)).toEqual([false, false, true]);
-  });
-
-  it('says when a height is a guess', () => {
-    const items = [makeItem('waypoint', { at: at(500), alt_m: 60, frame: 'terrain' })];
-    const way = wayOf(items, HOME, false);
-    expect(profileOf(items, HOME, way).points[1]).toMatchObject({ alt_rel_home_m: 60, isCertain: false });
-    const over = profileOf(items, HOME, way, (index) => 15 + index);
-    expect(over.points[1]).toMatchObject({ alt_rel_home_m: 75, isCertain: true });
-  });
-});
-
-it('tells how steep the way down to a landing is', () => {
-  const items = [waypoint(500, 40), makeItem('land', { at: HOME, alt_m: 0 })];
-  const [approach] = approachesOf(items, HOME, wayOf(items, HOME, false));
-  expect(approach).toMatchObject({ drop_m: 40, slope: expect.closeTo(0.08, 4) });
-  expect(distance_m(approach!.middle, at(250))).toBeLessThan(0.1);
-  expect(approachesOf([withAlt(waypoint(500), 40)], HOME, wayOf([waypoint(500)], HOME, false))).toEqual([]);
 });

@@ -4,17 +4,18 @@
  * straight lines that are marked as such.
  */
 
-import { bearing_deg, between, distance_m } from './geo';
+import { bearing_deg, distance_m } from './geo';
 import { type LonLat, sameLonLat } from './lonlat';
-import {
-  altRelHome_m,
-  DEFAULT_LOITER_RADIUS_M,
-  type Home,
-  isDestination,
-  kindOf,
-  type PlanItem,
-  placeOf,
-} from './plan';
+import { DEFAULT_LOITER_RADIUS_M, type Home, isDestination, kindOf, type PlanItem, placeOf } from './plan';
+import type { Profile } from './profile';
+
+/** How an approach goes down. */
+export interface Descent {
+  /** Height lost, metres. */
+  readonly drop_m: number;
+  /** Whether it is steep, or does not lead down. */
+  readonly is_doubtful: boolean;
+}
 
 /** What of the vehicle decides where a plan takes it. */
 export interface RouteOptions {
@@ -60,10 +61,12 @@ export interface ToldWay {
       readonly course_deg: number;
       readonly lat_deg: readonly number[];
       readonly lon_deg: readonly number[];
+      readonly descent: Descent | null;
     } | null;
     readonly loiter: Loiter | null;
   }[];
   readonly jumps: readonly { readonly item: number; readonly to_item: number }[];
+  readonly profile: Profile;
 }
 
 /** A told way, and of which plan. */
@@ -89,6 +92,8 @@ export interface Leg {
   readonly course_deg: number;
   /** At a circle it begins or ends on it. */
   readonly line: readonly LonLat[];
+  /** Of an approach, where its heights count from the same level. */
+  readonly descent: Descent | null;
   /** A straight line while the core has not told the way. */
   readonly isGuess: boolean;
 }
@@ -157,7 +162,7 @@ function straight(
   const isFromTakeoff = before !== null && kindOf(before) === 'takeoff';
   const kinds: Partial<Record<string, LegKind>> = { return_to_launch: 'return', land: 'approach', takeoff: 'takeoff' };
   return {
-    ...{ from, to, fromIndex, toIndex, isGuess: true },
+    ...{ from, to, fromIndex, toIndex, descent: null, isGuess: true },
     kind: kinds[kindOf(item)] ?? (isFromTakeoff ? 'takeoff' : 'flown'),
     length_m: distance_m(from, to),
     course_deg: bearing_deg(from, to),
@@ -193,9 +198,9 @@ class Told {
     const source = leg.from_item === null ? null : (this.#answer?.items[leg.from_item - 1] ?? null);
     const needsHome = before === null || leg.kind === 'return';
     if (source !== before || (needsHome && !isSameHome(home, this.#answer?.home ?? null))) return null;
-    const { kind, length_m, course_deg, lat_deg, lon_deg } = leg;
+    const { kind, length_m, course_deg, lat_deg, lon_deg, descent } = leg;
     const line = lat_deg.map((lat, index) => ({ lat_deg: lat, lon_deg: lon_deg[index] ?? 0 }));
-    return { ...ends, kind, length_m, course_deg, line, isGuess: false };
+    return { ...ends, kind, length_m, course_deg, line, descent, isGuess: false };
   }
 
   /** The circle at an item, also when it is dragged to another place. */
@@ -223,28 +228,3 @@ class Told {
 
 const isSameHome = (a: Home | null, b: Home | null): boolean =>
   a === b || (a !== null && b !== null && sameLonLat(a, b) && a.alt_amsl_m === b.alt_amsl_m);
-
-/** Last approach of a plan: from the place before the landing to the landing. */
-export interface Approach {
-  readonly middle: LonLat;
-  readonly length_m: number;
-  /** Height lost, metres; `null` when the two heights count from different levels. */
-  readonly drop_m: number | null;
-  /** Height lost per distance; `null` when it is not known. */
-  readonly slope: number | null;
-}
-
-/** Above this the checks call an approach steep. */
-export const STEEP_SLOPE = 0.1;
-
-export function approachesOf(items: readonly PlanItem[], home: Home | null, { stops }: Way): Approach[] {
-  return stops.flatMap(({ leg }) => {
-    if (leg?.kind !== 'approach') return [];
-    const before = leg.fromIndex === null ? null : items[leg.fromIndex];
-    const high_m = before ? altRelHome_m(before, home) : 0;
-    const low_m = altRelHome_m(items[leg.toIndex] as PlanItem, home);
-    const drop_m = high_m === null || low_m === null ? null : high_m - low_m;
-    const slope = drop_m === null || leg.length_m <= 0 ? null : drop_m / leg.length_m;
-    return [{ middle: between(leg.from, leg.to, 0.5), length_m: leg.length_m, drop_m, slope }];
-  });
-}

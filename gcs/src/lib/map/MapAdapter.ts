@@ -18,7 +18,7 @@ import { toLonLat } from 'ol/proj';
 import type { AreaHandle } from '$lib/domain/area-edit';
 import type { TileLoader } from '$lib/api/maps-tiles';
 import { type LonLat, wrap180_deg } from '$lib/domain/lonlat';
-import type { Home, PlanItem } from '$lib/domain/plan';
+import type { PlanItem } from '$lib/domain/plan';
 import { type Moment, placesOf, type Track as RehearsedTrack } from '$lib/domain/rehearsal';
 import type { Way } from '$lib/domain/way';
 import { freeCentre, type Insets, widenFactor } from '$lib/domain/sight';
@@ -232,20 +232,20 @@ export class MapAdapter {
 
   // --- What is shown ------------------------------------------------------------------------------------------------
 
-  setPlan(items: readonly PlanItem[], home: Home | null, way: Way): void {
+  setPlan(items: readonly PlanItem[], way: Way): void {
     this.#version += 1;
     const wasGuess = this.#isGuess;
     this.#isGuess = way.stops.some(({ leg }) => leg?.isGuess === true);
-    this.#route.route = items.length === 0 ? EMPTY_ROUTE : routeView(items, home, way);
+    this.#route.route = items.length === 0 ? EMPTY_ROUTE : routeView(items, way);
     // the answer about what is dragged waits for no further frame
     if (wasGuess && !this.#isGuess) this.#map.renderSync();
     else this.#map.render();
   }
 
   /** The route that the vehicle has, where it is another one; `null` when it is not shown. */
-  setVehiclePlan(items: readonly PlanItem[] | null, home: Home | null, way: Way): void {
+  setVehiclePlan(items: readonly PlanItem[] | null, way: Way): void {
     this.#version += 1;
-    this.#route.vehicleRoute = items === null ? EMPTY_ROUTE : routeView(items, home, way);
+    this.#route.vehicleRoute = items === null ? EMPTY_ROUTE : routeView(items, way);
     this.#map.render();
   }
 

@@ -4,6 +4,7 @@ import { makeItem, withParam } from '$lib/domain/plan';
 import { projection, WORLD_M } from './frame';
 import { RoutePainter } from './route-painter';
 import { routeView, toLine, toXY } from './route-view';
+import { NO_PROFILE } from '$lib/domain/profile';
 import { wayOf } from '$lib/domain/way';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
@@ -37,8 +38,9 @@ describe('route', () => {
   const circle = { kind: 'turns', radius_m: 80, is_clockwise: false, is_own_radius: true, length_m: 500 } as const;
   const loiter = { ...circle, time_s: 25, is_estimate: false, changed_before: 1 };
   const leg = { kind: 'flown', length_m: 900, course_deg: 10, lat_deg: [40.3, 40.4], lon_deg: [-3.8, -3.8] } as const;
-  const told = { stops: [{ item: 3, leg: { ...leg, from_item: 1 }, loiter }], jumps: [{ item: 4, to_item: 3 }] };
-  const route = routeView(items, HOME, wayOf(items, HOME, false, { items, home: HOME, way: told }));
+  const stop = { item: 3, leg: { ...leg, from_item: 1, descent: null }, loiter };
+  const told = { stops: [stop], jumps: [{ item: 4, to_item: 3 }], profile: NO_PROFILE };
+  const route = routeView(items, wayOf(items, HOME, false, { items, home: HOME, way: told }));
 
   it('numbers items as the vehicle counts, actions included', () => {
     expect(route.items.map((item) => item.number)).toEqual([1, 3]);

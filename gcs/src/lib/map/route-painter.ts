@@ -1,5 +1,4 @@
 // The planned route: legs with their directions, numbered items, circles, landing approaches, and what of it is flown.
-import { STEEP_SLOPE } from '$lib/domain/way';
 import { type Frame, haloText, type Painter, type Projection, strokeWithEdge, traceLine, type XY } from './frame';
 import { EMPTY_ROUTE, type RouteItem, type RouteLeg, type RouteView } from './route-view';
 
@@ -53,14 +52,13 @@ export class RoutePainter {
   #paintDirections(frame: Frame): void {
     for (const leg of this.route.legs) if (isInSight(frame, leg)) this.#paintDirection(frame, leg);
     for (const approach of this.route.approaches) {
-      if (approach.drop_m === null || approach.slope === null) continue;
       const [x, y] = frame.pixel(approach.middle);
       if (approach.length_m / frame.resolution < 110) continue;
-      const isBad = approach.slope > STEEP_SLOPE + 1e-3 || approach.slope <= 0;
       frame.context.font = `600 12px ${frame.theme.font}`;
       frame.context.textAlign = 'center';
       frame.context.textBaseline = 'bottom';
       const text = this.texts.approach(approach.drop_m, approach.length_m);
+      const { is_doubtful: isBad } = approach;
       haloText(frame, isBad ? `⚠ ${text}` : text, x, y - 12, isBad ? frame.theme.warn : frame.theme.text);
     }
   }

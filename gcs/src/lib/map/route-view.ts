@@ -2,9 +2,9 @@
 import { fromLonLat } from 'ol/proj';
 import { circle } from '$lib/domain/geo';
 import type { LonLat } from '$lib/domain/lonlat';
-import { altRelHome_m, type Home, type ItemKind, kindOf, type PlanItem, placeOf } from '$lib/domain/plan';
+import { type ItemKind, kindOf, type PlanItem, placeOf } from '$lib/domain/plan';
 import { MERCATOR_LIMIT_DEG } from '$lib/domain/projection';
-import { approachesOf, type Leg, type Way } from '$lib/domain/way';
+import type { Descent, Leg, Way } from '$lib/domain/way';
 import type { XY } from './frame';
 
 export interface RouteItem {
@@ -13,7 +13,6 @@ export interface RouteItem {
   readonly kind: ItemKind;
   readonly place: LonLat;
   readonly at: XY;
-  readonly alt_rel_home_m: number | null;
 }
 
 export interface RouteLeg {
@@ -34,10 +33,8 @@ export interface RouteCircle {
   readonly isOwnRadius: boolean;
 }
 
-export interface RouteApproach {
+export interface RouteApproach extends Descent {
   readonly middle: XY;
-  readonly slope: number | null;
-  readonly drop_m: number | null;
   readonly length_m: number;
 }
 
@@ -70,21 +67,13 @@ export function toLine(points: readonly LonLat[]): XY[] {
   });
 }
 
-export function routeView(items: readonly PlanItem[], home: Home | null, way: Way): RouteView {
+export function routeView(items: readonly PlanItem[], way: Way): RouteView {
   const places = items.map(placeOf);
   return {
     items: items.flatMap((item, index) => {
       const place = places[index] ?? null;
       if (place === null) return [];
-      return [
-        {
-          number: index + 1,
-          kind: kindOf(item),
-          place,
-          at: toXY(place),
-          alt_rel_home_m: altRelHome_m(item, home),
-        },
-      ];
+      return [{ number: index + 1, kind: kindOf(item), place, at: toXY(place) }];
     }),
     legs: way.stops.flatMap(({ leg }) => {
       if (leg === null) return [];
@@ -103,10 +92,10 @@ export function routeView(items: readonly PlanItem[], home: Home | null, way: Wa
       const to = places.slice(toIndex).find((at) => at !== null);
       return from == null || to == null ? [] : [{ from: toXY(from), to: toXY(to), number: fromIndex + 1 }];
     }),
-    approaches: approachesOf(items, home, way).map(({ middle, ...approach }) => ({
-      ...approach,
-      middle: toXY(middle),
-    })),
+    approaches: way.stops.flatMap(({ leg }) => {
+      if (leg?.descent == null) return [];
+      return [{ ...leg.descent, length_m: leg.length_m, middle: middleOf([toXY(leg.from), toXY(leg.to)]) }];
+    }),
   };
 }
 

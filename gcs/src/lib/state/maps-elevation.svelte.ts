@@ -1,17 +1,12 @@
-// The height of the ground: at the pointer, under the plane, below the plan. What is not known stays null.
+// The height of the ground: at the pointer and under the plane. What is not known stays null.
 import type { ElevationPoint } from '$lib/api/maps-types';
 import { distance_m } from '$lib/domain/geo';
 import type { LonLat } from '$lib/domain/lonlat';
-import type { Home, PlanItem } from '$lib/domain/plan';
-import { type Ground, groundOf, routePoints, type RoutePoint } from '$lib/domain/terrain';
-import { NO_WAY, type Way } from '$lib/domain/way';
 import { maps, mapsApi } from './maps.svelte';
 import { load, save } from './stored';
 
 /** Questions within this time go together. */
 const GATHER_MS = 60;
-/** A plan that changes is asked for when it has been left alone for so long. */
-const SETTLE_MS = 400;
 /** Terrain data are 10 m to 90 m apart: nearer than this the ground is the same. */
 const SAME_M = 12;
 /** Answers that are kept, and for how long one that is not known is believed. */
@@ -36,8 +31,6 @@ class Elevation {
   pointerSource = $state<string | null>(null);
   /** Ground under the plane, metres above mean sea level. */
   under_m = $state<number | null>(null);
-  /** The ground below the plan; `null` while it is not known. */
-  ground = $state.raw<Ground | null>(null);
   #clearance_m = $state(
     load('maps-clearance', DEFAULT_CLEARANCE_M, (value) =>
       typeof value === 'number' && value >= 0 && value <= 1000 ? value : null,
@@ -48,9 +41,6 @@ class Elevation {
   #gathering: { at: LonLat; resolve: (point: ElevationPoint) => void }[] = [];
   #pointer: LonLat | null = null;
   #plane: LonLat | null = null;
-  #settle: ReturnType<typeof setTimeout> | undefined;
-  #heights: { points: readonly RoutePoint[]; heights_m: readonly (number | null)[] } | null = null;
-  #route: { items: readonly PlanItem[]; home: Home | null; way: Way } = { items: [], home: null, way: NO_WAY };
 
   get clearance_m(): number {
     return this.#clearance_m;
@@ -58,7 +48,6 @@ class Elevation {
   set clearance_m(value_m: number) {
     this.#clearance_m = value_m;
     save('maps-clearance', value_m);
-    this.#judge();
   }
 
   setPointer(at: LonLat | null): void {
@@ -97,18 +86,6 @@ class Elevation {
     return alt_amsl_m == null || this.under_m === null ? null : alt_amsl_m - this.under_m;
   }
 
-  /** Tells what the plan is; its ground is known a little later. */
-  setPlan(items: readonly PlanItem[], home: Home | null, way: Way): void {
-    this.#route = { items, home, way };
-    clearTimeout(this.#settle);
-    if (!this.isKnowable || home === null || items.length === 0) {
-      this.#heights = null;
-      this.ground = null;
-      return;
-    }
-    this.#settle = setTimeout(() => void this.#askForPlan(), SETTLE_MS);
-  }
-
   /** Height of the ground at a place; asked for together with others. */
   at(at: LonLat): Promise<ElevationPoint> {
     const known = this.#answers.get(keyOf(at));
@@ -140,32 +117,6 @@ class Elevation {
       if (this.#answers.size <= KEPT) break;
       this.#answers.delete(key);
     }
-  }
-
-  async #askForPlan(): Promise<void> {
-    const { items, way } = this.#route;
-    const points = routePoints(items, way);
-    if (points.length === 0) {
-      this.ground = null;
-      return;
-    }
-    try {
-      const answer = await mapsApi.elevation(points.map(({ at: { lat_deg, lon_deg } }) => ({ lat_deg, lon_deg })));
-      if (this.#route.items !== items) return;
-      this.#heights = { points, heights_m: answer.points.map((point) => point.alt_amsl_m ?? null) };
-    } catch {
-      if (this.#route.items !== items) return;
-      this.#heights = null;
-    }
-    this.#judge();
-  }
-
-  #judge(): void {
-    const { items, home } = this.#route;
-    this.ground =
-      this.#heights === null
-        ? null
-        : groundOf(items, home, this.#heights.points, this.#heights.heights_m, this.#clearance_m);
   }
 }
 

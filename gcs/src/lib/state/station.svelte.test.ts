@@ -81,8 +81,9 @@ it('gives the answer to the last question about a plan, and none that never come
   station.receive({ type: 'error', detail: 'no plan', cause: { code: 'invalid' }, seq: 4 } as never);
   await expect(third).rejects.toThrow('no plan');
   // a way waits for no assessment, and ends none
-  const [assessed, way] = [station.assess(draft, 9, wind, 30), station.way(draft, 9)];
-  station.receive({ type: 'way', seq: 6, stops: [], jumps: [] });
+  const [assessed, way] = [station.assess(draft, 9, wind, 30), station.way(draft, 9, 30)];
+  const profile = { points: [], loiters: [], length_m: 0, ground: null };
+  station.receive({ type: 'way', seq: 6, stops: [], jumps: [], profile, is_ground_pending: false });
   await expect(way).resolves.toMatchObject({ stops: [] });
   station.receive({ type: 'assessment', seq: 5, findings: [], trip, rehearsal: null });
   await expect(assessed).resolves.toMatchObject({ trip });

@@ -140,9 +140,9 @@ export class Station {
   }
 
   /** Asks for the way of a plan that is edited; otherwise as {@link assess}. A long plan's comes another way. */
-  async way(plan: Plan, vehicle: number | undefined): Promise<Way> {
-    const told = this.#ask(this.#ways, (seq) => ({ type: 'plan_way', seq, vehicle: vehicle ?? null, plan }));
-    return told ?? api.way(plan, vehicle);
+  async way(plan: Plan, vehicle: number | undefined, clearance_m: number): Promise<Way> {
+    const asked = { type: 'plan_way', vehicle: vehicle ?? null, clearance_m, plan } as const;
+    return this.#ask(this.#ways, (seq) => ({ ...asked, seq })) ?? api.way(plan, vehicle, clearance_m);
   }
 
   /** `null`: it is too long for the WebSocket. */

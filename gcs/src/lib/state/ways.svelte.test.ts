@@ -5,10 +5,11 @@ import { PLANE_ROUTE } from '$lib/domain/way';
 import { Asker, type Question } from './ways.svelte';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
-const WAY: Way = { stops: [], jumps: [] };
+const PROFILE = { points: [], loiters: [], length_m: 0, ground: null };
+const WAY: Way = { stops: [], jumps: [], profile: PROFILE, is_ground_pending: false };
 const question = (count: number): Question => ({
   items: Array.from({ length: count }, (_, index) => ({ ...makeItem('waypoint', { at: HOME }), key: index + 1 })),
-  ...{ home: HOME, vehicle: 7, route: PLANE_ROUTE },
+  ...{ home: HOME, vehicle: 7, route: PLANE_ROUTE, clearance_m: 30, knowsGround: true },
 });
 
 it('asks one question at a time, and of those that come meanwhile the last', async () => {
@@ -43,4 +44,22 @@ it('asks one question at a time, and of those that come meanwhile the last', asy
   asked[3]?.answer(WAY);
   await Promise.resolve();
   expect(asker.answer).toBeNull();
+});
+
+it('asks again while ground is on its way, and of what is asked by then', async () => {
+  vi.useFakeTimers();
+  const asked: Plan[] = [];
+  const asker = new Asker((plan) => {
+    asked.push(plan);
+    return Promise.resolve({ ...WAY, is_ground_pending: asked.length < 3 });
+  });
+  asker.ask(question(1));
+  await vi.advanceTimersByTimeAsync(600);
+  expect(asked).toHaveLength(1);
+  asker.ask(question(2));
+  await vi.advanceTimersByTimeAsync(600);
+  expect(asked.map(({ items }) => items.length)).toEqual([1, 2]);
+  await vi.advanceTimersByTimeAsync(5000);
+  expect(asked.map(({ items }) => items.length)).toEqual([1, 2, 2]);
+  vi.useRealTimers();
 });
