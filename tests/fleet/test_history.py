@@ -2,45 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
-from mcap.exceptions import EndOfFile
-from mcap.reader import NonSeekingReader, SeekingReader
-from mcap_protobuf.decoder import DecoderFactory
+from mcap.reader import SeekingReader
 from vencejo.fleet import has_fleet
 
 from tests.fleet.programs import far_plane
+from tests.fleet.records import STREAMS, messages, numbered
 from tests.support import HOME, wait_for
 
 pytestmark = pytest.mark.skipif(not has_fleet(), reason="this build has no fleets")
-
-STREAMS = {"/state": "sequence", "/event": "number", "/audit": "number"}
-
-
-def messages(folder: Path) -> Iterator[tuple[str, bytes, Any]]:
-    """Topic, bytes and decoded message of all that is kept in a folder, as far as it was written; by Foxglove's own reader."""
-    for path in sorted(folder.glob("plane7_*.mcap")):
-        with path.open("rb") as stream:
-            reader = NonSeekingReader(stream, decoder_factories=[DecoderFactory()])
-            try:
-                for _, channel, message, decoded in reader.iter_decoded_messages(log_time_order=False):
-                    yield channel.topic, message.data, decoded
-            except EndOfFile:
-                pass  # it is being written, or its program was killed
-
-
-def numbered(folder: Path) -> dict[tuple[str, int, int], bytes]:
-    """The records of a folder by topic, boot and number."""
-    found: dict[tuple[str, int, int], bytes] = {}
-    for topic, data, decoded in messages(folder):
-        if topic in STREAMS:
-            key = (topic, decoded.boot, getattr(decoded, STREAMS[topic]))
-            assert key not in found, "nothing is kept twice"
-            found[key] = data
-    return found
 
 
 @pytest.mark.e2e
