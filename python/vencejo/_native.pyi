@@ -415,7 +415,7 @@ class FleetAircraft:
         *,
         org: str,
         name: str,
-        dial: str,
+        dial: Sequence[str],
         trust: Sequence[tuple[str, bool]],
         uplink_bit_s: float | None,
         history: tuple[str | os.PathLike[str], int, bool] | None,
@@ -430,7 +430,7 @@ class FleetGround:
         *,
         org: str,
         listen: str | None,
-        dial: str | None,
+        dial: Sequence[str],
         key_file: str | os.PathLike[str],
         history: tuple[str | os.PathLike[str], int] | None,
     ) -> None: ...

@@ -73,9 +73,9 @@ class Aircraft(Closing):
     org, name : str, optional
         The organisation, and the plane's name there: 1 to 32 of ``a-z``, ``0-9`` and ``-``. By default those of the fleet that this
         computer has joined (`vencejo.enrolment.join`).
-    dial : str, optional
-        Where the fleet's router is, such as ``"tls/ground.local:7447"``. It is dialled for ever. By default those that it was told of
-        when it joined, one after the other; else ``"tcp/127.0.0.1:7447"``.
+    dial : str or iterable of str, optional
+        Where the fleet's router is, such as ``"tls/ground.local:7447"``. It is dialled for ever; of several, the next when one is gone. By
+        default those that it was told of when it joined; else ``"tcp/127.0.0.1:7447"``.
     trust, chiefs : iterable of str, optional
         Public keys of ground stations whose orders it takes, beside those on its fleet's list; those of ``chiefs`` may take control
         from the others at once. Without any, it only tells where it is.
@@ -105,7 +105,7 @@ class Aircraft(Closing):
         *,
         org: str | None = None,
         name: str | None = None,
-        dial: str | None = None,
+        dial: str | Iterable[str] | None = None,
         trust: Iterable[str] = (),
         chiefs: Iterable[str] = (),
         uplink_kbit_s: float | None = None,
@@ -120,7 +120,7 @@ class Aircraft(Closing):
             station._native,
             org=org,
             name=name,
-            dial=dial,
+            dial=_addresses(dial),
             trust=keys,
             uplink_bit_s=uplink_bit_s,
             member_file=default_member_file() if member_file is None else Path(member_file),
@@ -142,6 +142,10 @@ class Aircraft(Closing):
     def close(self) -> None:
         """Leave the fleet."""
         self._native.close()
+
+
+def _addresses(given: str | Iterable[str] | None) -> list[str]:
+    return [given] if isinstance(given, str) else list(given or ())
 
 
 def _history(where: bool | str | Path, mb: float, side: str, *more: bool) -> tuple[Any, ...] | None:
@@ -192,8 +196,8 @@ class Fleet(Closing):
     listen : str, optional
         Where it is the fleet's router; with port 0 a free one is taken (`endpoint`). By default ``"tls/0.0.0.0:7447"`` where the fleet's
         authority is on this machine; else ``"tcp/127.0.0.1:7447"``, but where this machine has joined the fleet by a token.
-    router : str, optional
-        Another router that it uses, in place of being one. By default, where it has joined by a token, those of the fleet's list.
+    router : str or iterable of str, optional
+        Another router that it uses, in place of being one; of several, the next when one is gone. By default, where it has joined by a token, those of the fleet's list.
     door : str, optional
         Where aircraft join with a token and get their next certificate, such as ``"0.0.0.0:7448"``; nowhere by default, nor in the
         clear.
@@ -221,7 +225,7 @@ class Fleet(Closing):
         *,
         org: str,
         listen: str | None = None,
-        router: str | None = None,
+        router: str | Iterable[str] | None = None,
         door: str | None = None,
         key_file: str | Path | None = None,
         history: bool | str | Path = True,
@@ -237,7 +241,7 @@ class Fleet(Closing):
             station._native,
             org=org,
             listen=None if router else listen,
-            dial=router,
+            dial=_addresses(router),
             door=door,
             key_file=default_key_file(org) if key_file is None else Path(key_file),
             folder=organisation.folder.parent,

@@ -12,8 +12,12 @@ use vencejo_proto::MonoTime;
 pub const LADDER_HZ: [f64; 5] = [10.0, 5.0, 2.0, 1.0, 0.5];
 /// The rung of an aircraft that nobody has chosen: 1 Hz.
 const LISTED: usize = 3;
+/// Samples a second of an aircraft that nobody hears: whoever comes is told at once, so this is for a network that does not say who does.
+pub const UNHEARD_HZ: f64 = 0.2;
 /// How often an echo is asked for.
 pub const ECHO_INTERVAL: Duration = Duration::from_secs(1);
+/// The same while nobody hears the aircraft.
+const UNHEARD_ECHO_INTERVAL: Duration = Duration::from_secs(5);
 /// An echo that has not come by then counts as lost.
 pub const ECHO_LOST: Duration = Duration::from_secs(3);
 /// An echo that takes longer is late, unless even the fastest takes a third of it.
@@ -26,6 +30,25 @@ const MEMORY: Duration = Duration::from_secs(30);
 const SHARE: f64 = 0.6;
 /// Bytes on the wire beside a sample of its own: TCP, IP and what the network adds (measured: 27 of Zenoh, batched; TLS 29, TCP/IP 40).
 const OVERHEAD_BYTES: usize = 96;
+
+/// Who hears an aircraft.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Audience {
+    /// Nobody subscribes to its states.
+    Nobody,
+    /// Ground stations, each in a list of many.
+    List,
+    /// Somebody who has control of it.
+    Holder,
+}
+
+impl Audience {
+    /// Time between two echoes.
+    #[must_use]
+    pub fn echo_interval(self) -> Duration {
+        if self == Self::Nobody { UNHEARD_ECHO_INTERVAL } else { ECHO_INTERVAL }
+    }
+}
 
 /// The rate at which an aircraft may speak.
 #[derive(Debug, Clone)]
@@ -84,10 +107,14 @@ impl Budget {
         self.sample_bytes = if self.sample_bytes == 0.0 { bytes } else { 0.9 * self.sample_bytes + 0.1 * bytes };
     }
 
-    /// Samples a second now, for an aircraft that somebody `watches` or that is only in a list.
+    /// Samples a second now.
     #[must_use]
-    pub fn rate_hz(&self, watches: bool) -> f64 {
-        let wanted = if watches { 0 } else { LISTED };
+    pub fn rate_hz(&self, audience: Audience) -> f64 {
+        let wanted = match audience {
+            Audience::Nobody => return UNHEARD_HZ,
+            Audience::List => LISTED,
+            Audience::Holder => 0,
+        };
         let wanted = wanted.max(self.rung);
         // The uplink's share; the last rung always goes.
         let fits = |rate: &f64| self.uplink_bit_s.is_none_or(|bit_s| rate * self.sample_bytes * 8.0 <= SHARE * bit_s);
@@ -96,8 +123,8 @@ impl Budget {
 
     /// Time between samples.
     #[must_use]
-    pub fn interval(&self, watches: bool) -> Duration {
-        Duration::from_secs_f64(1.0 / self.rate_hz(watches))
+    pub fn interval(&self, audience: Audience) -> Duration {
+        Duration::from_secs_f64(1.0 / self.rate_hz(audience))
     }
 }
 
@@ -145,18 +172,26 @@ mod tests {
                 self.1 += ECHO_INTERVAL;
                 self.0.on_echo(Duration::from_millis(ms), self.1);
             }
-            self.0.rate_hz(true)
+            self.0.rate_hz(Audience::Holder)
         }
     }
 
     #[test]
     fn a_good_uplink_is_used_and_a_list_is_not_hurried() {
         let mut bench = Bench::new(None);
-        assert_eq!(bench.0.rate_hz(true), 1.0, "nothing is known yet");
+        assert_eq!(bench.0.rate_hz(Audience::Holder), 1.0, "nothing is known yet");
         assert_eq!(bench.echoes(10, 50), 1.0);
         assert_eq!(bench.echoes(1, 50), 2.0, "ten good seconds earn a rung");
         assert_eq!(bench.echoes(20, 50), 10.0);
-        assert_eq!((bench.echoes(100, 50), bench.0.rate_hz(false)), (10.0, 1.0));
+        assert_eq!((bench.echoes(100, 50), bench.0.rate_hz(Audience::List)), (10.0, 1.0));
+    }
+
+    #[test]
+    fn to_nobody_little_is_said_however_good_the_uplink_is() {
+        let mut bench = Bench::new(None);
+        bench.echoes(100, 50);
+        assert_eq!(bench.0.interval(Audience::Nobody), Duration::from_secs(5));
+        assert!(Audience::Nobody.echo_interval() > Audience::List.echo_interval());
     }
 
     #[test]
@@ -166,11 +201,11 @@ mod tests {
         assert_eq!(bench.echoes(1, 500), 10.0, "half a second is not late");
         assert_eq!(bench.echoes(1, 501), 5.0);
         bench.0.on_echo_lost();
-        assert_eq!(bench.0.rate_hz(true), 2.0);
+        assert_eq!(bench.0.rate_hz(Audience::Holder), 2.0);
         for _ in 0..9 {
             bench.0.on_echo_lost();
         }
-        assert_eq!((bench.0.rate_hz(true), bench.0.rate_hz(false)), (0.5, 0.5), "never silent");
+        assert_eq!((bench.0.rate_hz(Audience::Holder), bench.0.rate_hz(Audience::List)), (0.5, 0.5), "never silent");
     }
 
     #[test]
@@ -221,7 +256,7 @@ mod tests {
         let (mut queue_bit, mut late, mut samples) = (0.0_f64, 0, 0.0);
         for _ in 0..600 {
             now += ECHO_INTERVAL;
-            let rate = budget.rate_hz(true);
+            let rate = budget.rate_hz(Audience::Holder);
             samples += rate;
             queue_bit = (queue_bit + rate * 216.0 * 8.0 - 6_000.0).max(0.0);
             let took = Duration::from_secs_f64(0.08 + queue_bit / 6_000.0);

@@ -49,6 +49,10 @@ fn history_config(station: &PyStation, folder: PathBuf, quota_bytes: u64, with_f
     HistoryConfig { folder, quota_bytes, space: station.station().space().clone(), with_frames }
 }
 
+fn endpoints(texts: &[String]) -> Result<Vec<Endpoint>, FleetError> {
+    texts.iter().map(|text| text.parse()).collect()
+}
+
 /// Whether a router is reached, what the network said when it was not, who has control, states told a second, end of the certificate.
 type Status = (bool, Option<String>, Option<String>, f64, Option<u64>);
 
@@ -66,7 +70,7 @@ impl PyAircraft {
         station: &PyStation,
         org: Option<&str>,
         name: Option<&str>,
-        dial: Option<&str>,
+        dial: Vec<String>,
         trust: Vec<(String, bool)>,
         uplink_bit_s: Option<f64>,
         member_file: PathBuf,
@@ -88,11 +92,10 @@ impl PyAircraft {
             // Of another fleet, it is nothing here.
             let member =
                 member.filter(|member| member.org().as_ref() == Ok(&org) && member.name().as_ref() == Ok(&name));
-            let dial = match (dial, &member) {
-                (Some(dial), _) => vec![dial.parse()?],
-                (None, Some(_)) => Vec::new(),
-                (None, None) => vec!["tcp/127.0.0.1:7447".parse()?],
-            };
+            let mut dial = endpoints(&dial)?;
+            if dial.is_empty() && member.is_none() {
+                dial.push("tcp/127.0.0.1:7447".parse()?);
+            }
             let member = member.map(|member| (member, member_file));
             Ok(Some(AircraftConfig { org, name, dial, member, trust, uplink_bit_s, history }))
         };
@@ -145,7 +148,7 @@ impl PyGround {
         station: &PyStation,
         org: &str,
         listen: Option<&str>,
-        dial: Option<&str>,
+        dial: Vec<String>,
         door: Option<String>,
         key_file: PathBuf,
         folder: PathBuf,
@@ -156,7 +159,7 @@ impl PyGround {
             let org: Name = org.parse()?;
             Ok(GroundConfig {
                 listen: listen.map(str::parse).transpose()?,
-                dial: dial.map(str::parse).transpose()?,
+                dial: endpoints(&dial)?,
                 signer: operator::key_of_file(&key_file)?,
                 standing: standing_in(&folder, &org),
                 door,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import threading
+from dataclasses import dataclass
 from datetime import datetime, timezone
 from typing import TYPE_CHECKING, Annotated, Final, TypeAlias
 
@@ -39,7 +40,7 @@ WARN_DAYS: Final = 20
 
 def onboard(
     link: Annotated[
-        list[str],
+        list[str] | None,
         typer.Option(
             "--link",
             "-l",
@@ -47,7 +48,7 @@ def onboard(
             envvar="VENCEJO_LINK",
             help="Where the autopilot is, such as /dev/serial0,921600.",
         ),
-    ],
+    ] = None,
     join: Annotated[
         str | None,
         typer.Option(
@@ -67,12 +68,22 @@ def onboard(
     name: Annotated[
         str | None, typer.Option("--name", metavar="NAME", help="The plane's name there: 1 to 32 of a-z, 0-9 and '-'.")
     ] = None,
+    plane: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--plane",
+            metavar="NAME[@SYSTEM]=LINK",
+            help="A plane that this computer speaks for beside others, each at a link of its own, in place of --name, --system and "
+            "--link; without certificates only. Repeatable.",
+        ),
+    ] = None,
     dial: Annotated[
-        str | None,
+        list[str] | None,
         typer.Option(
             "--dial",
             metavar="ADDRESS",
-            help="Where the fleet's router is, dialled for ever; by default what was told when it was joined, else tcp/127.0.0.1:7447.",
+            help="Where the fleet's router is, dialled for ever; by default what was told when it was joined, else "
+            "tcp/127.0.0.1:7447. Repeatable: the next when one is gone.",
         ),
     ] = None,
     trust: Annotated[
@@ -140,15 +151,31 @@ def onboard(
     Example: vencejo onboard --link /dev/serial0,921600
 
     Example: vencejo onboard --fleet acme --name plane7 --link /dev/serial0,921600 --trust 3b6a27bc...
+
+    Example: vencejo onboard --fleet try --plane plane1@1=tcp:127.0.0.1:5760 --plane plane2@2=tcp:127.0.0.1:5761 --trust 3b6a27bc...
     """
     from vencejo import Station
     from vencejo.enrolment import member
     from vencejo.fleet import Aircraft
+    from vencejo.station import default_history_dir
 
-    if (fleet is None) != (name is None):
-        raise Failed(
-            "a plane has a name in a fleet: give --fleet and --name, or neither once it has joined one", Exit.USAGE
-        )
+    if plane:
+        planes = [plane_of(text, system) for text in plane]
+        if fleet is None or name is not None or link or join is not None or ros2:
+            raise Failed(
+                "--plane is with --fleet, and without --name, --link, --join and --ros2: each plane has its own",
+                Exit.USAGE,
+            )
+        if len({each.name for each in planes}) < len(planes):
+            raise Failed("two planes have the same name: give each --plane its own", Exit.USAGE)
+    elif not link:
+        raise Failed("say where the autopilot is: --link /dev/serial0,921600", Exit.USAGE)
+    else:
+        planes = [Plane(name, system, tuple(link))]
+        if (fleet is None) != (name is None):
+            raise Failed(
+                "a plane has a name in a fleet: give --fleet and --name, or neither once it has joined one", Exit.USAGE
+            )
     router = router_of(ros2_router, ros2_ca, ros2_cert, ros2_key, plain=ros2_plain, is_on=ros2)
     ros = Ros2Options(router, ros2_domain, ros2_names, ros2_namespace, ros2_role)
     if join is not None:
@@ -156,68 +183,101 @@ def onboard(
             raise Failed("the token says which fleet and which name: leave out --fleet and --name", Exit.USAGE)
         joined(join, as_station=False)
     found = member()
-    is_member = found is not None and fleet in (None, found.org) and name in (None, found.name)
+    is_member = found is not None and not plane and fleet in (None, found.org) and name in (None, found.name)
     if not is_member and fleet is None:
         raise Failed(
             "this computer is in no fleet yet: --join TOKEN, which `vencejo fleet enrol NAME` gives on the ground",
             Exit.USAGE,
         )
-    with (
-        Station(
-            *link,
-            system_id=system,
-            component_id=ON_BOARD_COMPONENT,
-            rate_hz=rate,
-            heartbeat=False,
-            record=record,
-            forward_to=forward or (),
-        ) as station,
-        Aircraft(
-            station,
-            org=fleet,
-            name=name,
-            dial=dial,
-            trust=trust or (),
-            chiefs=chief or (),
-            uplink_kbit_s=uplink,
-            history=history,
-            history_frames=history_frames,
-        ) as aircraft,
-        ros.gateway(station) as gateway,
-    ):
+    with contextlib.ExitStack() as aboard:
+        heard: list[tuple[str | None, Aircraft]] = []
+        news: list[Ros2News] = []
+        for each in planes:
+            station = aboard.enter_context(
+                Station(
+                    *each.links,
+                    system_id=each.system,
+                    component_id=ON_BOARD_COMPONENT,
+                    rate_hz=rate,
+                    heartbeat=False,
+                    record=record,
+                    forward_to=forward or (),
+                )
+            )
+            aircraft = aboard.enter_context(
+                Aircraft(
+                    station,
+                    org=fleet,
+                    name=each.name,
+                    dial=dial,
+                    trust=trust or (),
+                    chiefs=chief or (),
+                    uplink_kbit_s=uplink,
+                    # Each folder has its own limit.
+                    history=default_history_dir() / "board" / str(each.name) if history and plane else history,
+                    history_frames=history_frames,
+                )
+            )
+            heard.append((each.name if plane else None, aircraft))
+            news.append(Ros2News(aboard.enter_context(ros.gateway(station))))
         if not (trust or chief or json or is_member):
             say("It takes no orders: no --trust. It only tells where the plane is.")
-        told: Told | None = None
-        news = Ros2News(gateway)
+        told: dict[str | None, Told] = {}
         forever = threading.Event()
         with contextlib.suppress(KeyboardInterrupt):
             while True:
-                told = tell_status(aircraft.status, told, json=json)
-                news.tell()
+                for called, aircraft in heard:
+                    told[called] = tell_status(aircraft.status, told.get(called), json=json, name=called)
+                for each_news in news:
+                    each_news.tell()
                 if forever.wait(0.5):
                     return
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A plane that this computer speaks for."""
+
+    name: str | None
+    system: int
+    links: tuple[str, ...]
+
+
+def plane_of(text: str, system: int) -> Plane:
+    """A plane as it stands in --plane; of that system where it says none."""
+    called, separator, link = text.partition("=")
+    name, at, number = called.partition("@")
+    if not (name and separator and link) or (at and not (number.isdecimal() and 1 <= int(number) <= 254)):
+        raise Failed(
+            f"--plane {text}: write NAME=LINK or NAME@SYSTEM=LINK, with a system id from 1 to 254, such as "
+            "plane7@2=tcp:127.0.0.1:5761",
+            Exit.USAGE,
+        )
+    return Plane(name, int(number) if at else system, (link,))
 
 
 Told: TypeAlias = tuple[bool, str | None, frozenset[str]]
 """What was told: whether it is in the fleet, who has control, and what is wrong; while it is not, of each router that was tried."""
 
 
-def tell_status(status: AircraftStatus, told: Told | None, *, json: bool) -> Told:
-    """Say what is new; gives what holds now."""
+def tell_status(status: AircraftStatus, told: Told | None, *, json: bool, name: str | None = None) -> Told:
+    """Say what is new, of the plane of this name where there are several; gives what holds now."""
     problems = frozenset({status.problem} if status.problem else ())
     if told is not None and not told[0] and not status.is_connected:
         problems |= told[2]
     now = (status.is_connected, status.holder, problems)
     if now == told:
         return now
+    of = "" if name is None else f"{name}: "
     if json:
-        put_json({"is_connected": status.is_connected, "holder": status.holder, "problem": status.problem})
+        called = {} if name is None else {"name": name}
+        put_json({**called, "is_connected": status.is_connected, "holder": status.holder, "problem": status.problem})
     elif not status.is_connected:
-        say(f"Not in the fleet yet: {status.problem or 'no plane is heard'}")
+        say(f"{of}Not in the fleet yet: {status.problem or 'no plane is heard'}")
     elif status.problem is not None:
-        say(f"Warning: {status.problem}")
+        say(f"{of}Warning: {status.problem}")
     else:
-        say(f"In the fleet. Control: {status.holder or 'nobody'}")
+        say(f"{of}In the fleet. Control: {status.holder or 'nobody'}")
         if told is None or not told[0]:
             warn_of_end(status.certificate_ends)
     return now

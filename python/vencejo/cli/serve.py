@@ -178,11 +178,12 @@ def serve(
         ),
     ] = None,
     fleet_router: Annotated[
-        str | None,
+        list[str] | None,
         typer.Option(
             "--fleet-router",
             metavar="ADDRESS",
-            help="Another router of the fleet to use, in place of being one; one that has joined with a token knows them.",
+            help="Another router of the fleet to use, in place of being one; one that has joined with a token knows them. "
+            "Repeatable: the next when one is gone.",
         ),
     ] = None,
     history: HistoryOption = True,
@@ -285,7 +286,7 @@ def serve(
 
 
 def joined_fleet(
-    station: Station, org: str | None, *, listen: str | None, door: str | None, router: str | None, history: bool
+    station: Station, org: str | None, *, listen: str | None, door: str | None, router: list[str] | None, history: bool
 ) -> contextlib.AbstractContextManager[Fleet | None]:
     """The fleet that is joined; without an organisation none."""
     if org is None:

@@ -22,7 +22,7 @@ use super::history::{Board, HistoryConfig, Told};
 use super::membership::Membership;
 use super::network;
 use crate::authority::{Authority, Claim, Role};
-use crate::budget::{Budget, ECHO_INTERVAL, ECHO_LOST};
+use crate::budget::{Audience, Budget, ECHO_LOST};
 use crate::error::FleetError;
 use crate::key::{Kind, Name, echo_key, key_of};
 use crate::operator::random;
@@ -46,6 +46,8 @@ const AGAIN: Duration = Duration::from_secs(1);
 const DEAD_AFTER: u32 = 30;
 /// The same where there is another router to go to.
 const DEAD_BESIDE_OTHERS: u32 = 8;
+/// How long Zenoh may take to be with a router again before another is dialled, where there is one.
+const GONE_BESIDE_OTHERS: Duration = Duration::from_secs(1);
 /// Echoes lost in a row after which it is told: a router that does not know an aircraft answers nothing.
 const TELL_AFTER: u32 = 3;
 /// How often a state is made for the history while nobody hears it: each is fetched later, over a way that may be narrow.
@@ -176,8 +178,7 @@ async fn live(
             Ok(session) => {
                 post.router = Some(router.clone());
                 post.certificate_ends = post.place.as_ref().and_then(|place| Some(place.member.facts().ok()?.ends));
-                let patience = if routers.len() > 1 { DEAD_BESIDE_OTHERS } else { DEAD_AFTER };
-                let end = post.serve(&session, &mut speaker, &mut authority, &heard, patience).await;
+                let end = post.serve(&session, &mut speaker, &mut authority, &heard, routers.len() > 1).await;
                 // Its end is the end of what it declared, whatever it says.
                 let _ = session.close().await;
                 end
@@ -194,7 +195,10 @@ async fn live(
             let mut status = status.lock().unwrap_or_else(PoisonError::into_inner);
             (status.is_connected, status.problem) = (false, Some(problem));
         }
-        post.meanwhile(&mut speaker, &mut authority, &heard, tokio::time::sleep(AGAIN)).await;
+        // Another router is dialled at once; a pause is made when all have had their turn.
+        if (turn + 1) % routers.len() == 0 {
+            post.meanwhile(&mut speaker, &mut authority, &heard, tokio::time::sleep(AGAIN)).await;
+        }
     }
 }
 
@@ -356,8 +360,9 @@ impl<'a> Post<'a> {
         speaker: &mut Speaker,
         authority: &mut Authority,
         heard: &DropOldest<Received>,
-        patience: u32,
+        has_others: bool,
     ) -> Result<Ended, FleetError> {
+        let patience = if has_others { DEAD_BESIDE_OTHERS } else { DEAD_AFTER };
         let key = |kind| key_of(&self.config.org, &self.config.name, kind);
         let (state_key, event_key, list_key) = (key(Kind::State), key(Kind::Event), key(Kind::List));
         let declared = network::failed;
@@ -370,6 +375,12 @@ impl<'a> Post<'a> {
             None => None,
         };
         let _token = session.liveliness().declare_token(key(Kind::Alive)).await.map_err(declared)?;
+        // For whether anybody hears it. A router whose access control does not let it say so is believed only when no ground station
+        // answers the echo either.
+        let voice = session.declare_publisher(state_key.clone()).await.map_err(declared)?;
+        let hearers = voice.matching_listener().await.map_err(declared)?;
+        let mut has_hearers = voice.matching_status().await.map_err(declared)?.matching();
+        let mut is_with_since = self.station.now();
         let mut budget = Budget::new(self.config.uplink_bit_s, self.station.now());
         let (echoed, mut echoes) = mpsc::channel(4);
         let (mut sample_due, mut echo_due, mut lost) = (MonoTime::ZERO, MonoTime::ZERO, 0);
@@ -390,17 +401,26 @@ impl<'a> Post<'a> {
                     self.holdings.look(self.vehicle);
                     authority.on_time(now);
                     self.keep_order(authority);
-                    let watched = authority.lease().is_some();
+                    if session.info().links().await.next().is_some() {
+                        is_with_since = now;
+                    } else if has_others && now.since(is_with_since) >= GONE_BESIDE_OTHERS {
+                        return Err(self.problem("it has gone"));
+                    }
+                    let audience = match authority.lease() {
+                        Some(_) => Audience::Holder,
+                        None if has_hearers || lost < TELL_AFTER => Audience::List,
+                        None => Audience::Nobody,
+                    };
                     if now >= sample_due {
                         let state = self.sample(speaker, authority);
                         budget.on_sample(state.encoded_len());
                         network::tell(session, &state_key, &state, Priority::Data).await;
-                        sample_due = now + budget.interval(watched);
-                    } else if lost >= TELL_AFTER {
+                        sample_due = now + budget.interval(audience);
+                    } else if lost >= TELL_AFTER || audience == Audience::Nobody {
                         self.unheard(speaker, authority);
                     }
                     if now >= echo_due {
-                        echo_due = now + ECHO_INTERVAL;
+                        echo_due = now + audience.echo_interval();
                         let is_encrypted = self.router.as_ref().is_some_and(|router| router.way() != Way::Tcp);
                         if is_encrypted && !network::is_with_station(session).await {
                             return Err(self.problem("who answers there now is no router of this fleet"));
@@ -410,7 +430,7 @@ impl<'a> Post<'a> {
                             place.renew(&renewed, now);
                         }
                     }
-                    self.show(authority, budget.rate_hz(watched), lost);
+                    self.show(authority, budget.rate_hz(audience), lost);
                 }
                 Some(renewed) = renewals.recv() => match (renewed, self.place.as_mut()) {
                     (Renewed::Certificate(member), Some(place)) => {
@@ -428,6 +448,14 @@ impl<'a> Post<'a> {
                 Some(number) = numbers.recv() => {
                     if let Some(place) = &mut self.place {
                         place.on_number(number, session, &self.config.org, &renewed, self.station.now());
+                    }
+                }
+                Ok(status) = hearers.recv_async() => {
+                    has_hearers = status.matching();
+                    if has_hearers && lost >= TELL_AFTER {
+                        // Whoever has come is told at once, and echoes that nobody answered say nothing of the uplink.
+                        (sample_due, echo_due) = (MonoTime::ZERO, MonoTime::ZERO);
+                        budget = Budget::new(self.config.uplink_bit_s, self.station.now());
                     }
                 }
                 Ok(query) = orders.recv_async() => self.on_order(query, authority),

@@ -58,8 +58,8 @@ pub struct GroundConfig {
     pub org: Name,
     /// Where it is the router; port 0 takes a free one.
     pub listen: Option<Endpoint>,
-    /// Another router that it uses instead. With neither, those that its place in the fleet names.
-    pub dial: Option<Endpoint>,
+    /// Other routers, of which it uses the first that is there instead. With neither, those that its place in the fleet names.
+    pub dial: Vec<Endpoint>,
     /// Its key: what aircraft trust.
     pub signer: Signer,
     /// What it has of the fleet: for TLS and QUIC.
@@ -172,10 +172,10 @@ impl Ground {
     /// # Errors
     /// [`FleetError`].
     pub async fn start(station: Station, config: GroundConfig, runtime: &Handle) -> Result<Self, FleetError> {
-        let (given, is_router) = match (config.dial, config.listen) {
-            (Some(dial), _) => (vec![dial.dialled()?], false),
-            (None, Some(listen)) => (vec![listen.with_port()?], true),
-            (None, None) => (Vec::new(), false),
+        let dial = config.dial.into_iter().map(Endpoint::dialled).collect::<Result<Vec<_>, _>>()?;
+        let (given, is_router) = match config.listen {
+            Some(listen) if dial.is_empty() => (vec![listen.with_port()?], true),
+            _ => (dial, false),
         };
         // In the clear, and so on this machine, nobody has a name that rules could be for.
         let is_clear = given.iter().any(|endpoint| endpoint.way() == Way::Tcp);

@@ -132,8 +132,16 @@ async fn speaks_for_itself_alone(way: &str) {
         assert_eq!(sample.key_expr().as_str(), "vencejo/1/acme/plane7/state");
         assert!(tokens.try_recv().is_ok_and(|more| more.is_none()), "no other's");
     }
-    // Orders reach it by its own name, from the station far away too; nobody is there by the other's.
     let wait = Duration::from_secs(5);
+    // That somebody hears all states, it is told.
+    let _all = station.declare_subscriber(keys_of_all(&org, Kind::State)).await.expect("declared");
+    let voice = board.declare_publisher(key_of(&org, &own, Kind::State)).await.expect("declared");
+    let hearers = voice.matching_listener().await.expect("declared");
+    if !voice.matching_status().await.expect("known").matching() {
+        let status = tokio::time::timeout(wait, hearers.recv_async()).await.expect("told").expect("told");
+        assert!(status.matching());
+    }
+    // Orders reach it by its own name, from the station far away too; nobody is there by the other's.
     let order = key_of(&org, &own, Kind::Order);
     for session in [&router, &station] {
         let (asked, answered) = tokio::join!(network::ask(session, &order, vec![1], wait), async {

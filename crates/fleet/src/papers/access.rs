@@ -6,12 +6,12 @@
 
 use serde_json::{Value, json};
 
-use crate::key::{Name, keys_of_hub};
+use crate::key::{Kind, Name, keys_of_all, keys_of_hub};
 
 /// The access control of a router: a value of its configuration, as `access_control`.
 #[must_use]
 pub fn control<'a>(org: &Name, stations: &[String], aircraft: impl Iterator<Item = &'a str>) -> Value {
-    let (all, hub) = (format!("vencejo/1/{org}/**"), keys_of_hub(org));
+    let (all, hub, states) = (format!("vencejo/1/{org}/**"), keys_of_hub(org), keys_of_all(org, Kind::State));
     let rule = |id: &str, flow: &str, key: &str, messages: &[&str]| json!({"id": id, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": [key]});
     let tells = ["put", "delete", "reply", "declare_queryable", "liveliness_token"];
     let asks = ["query", "declare_subscriber", "liveliness_query", "declare_liveliness_subscriber"];
@@ -24,6 +24,8 @@ pub fn control<'a>(org: &Name, stations: &[String], aircraft: impl Iterator<Item
         rule("_stations-are-asked", "egress", &hub, &["query"]),
         rule("_aircraft-ask", "ingress", &hub, &["query"]),
         rule("_aircraft-are-answered", "egress", &hub, &["reply", "declare_queryable"]),
+        // That somebody hears all states, each of them may know: it says less where nobody does.
+        rule("_aircraft-are-heard", "egress", &states, &["declare_subscriber"]),
     ];
     let mut subjects = vec![json!({"id": "_stations", "cert_common_names": stations})];
     let of_stations = ["_stations-ask", "_stations-are-told", "_stations-answer", "_stations-are-asked"];
@@ -34,7 +36,7 @@ pub fn control<'a>(org: &Name, stations: &[String], aircraft: impl Iterator<Item
         rules.push(rule(&tell, "ingress", &own, &tells));
         rules.push(rule(&hear, "egress", &own, &asks));
         subjects.push(json!({"id": name, "cert_common_names": [name]}));
-        let rules = [tell.as_str(), hear.as_str(), "_aircraft-ask", "_aircraft-are-answered"];
+        let rules = [tell.as_str(), hear.as_str(), "_aircraft-ask", "_aircraft-are-answered", "_aircraft-are-heard"];
         policies.push(json!({"rules": rules, "subjects": [name]}));
     }
     json!({"enabled": true, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies})
@@ -58,9 +60,7 @@ mod tests {
             }
         }
         let (own, hub) = (Some("vencejo/1/acme/plane7/**"), Some("vencejo/1/acme/_hub/*"));
-        assert_eq!(
-            keys,
-            [(Some("ingress"), hub), (Some("egress"), hub), (Some("ingress"), own), (Some("egress"), own)]
-        );
+        let (ingress, egress, states) = (Some("ingress"), Some("egress"), Some("vencejo/1/acme/*/state"));
+        assert_eq!(keys, [(ingress, hub), (egress, hub), (egress, states), (ingress, own), (egress, own)]);
     }
 }

@@ -73,8 +73,8 @@ impl Bench {
     }
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_list_arrives_in_parts_and_an_order_that_is_about_another_plan_is_refused() {
+/// A station on board, which hears its plane.
+async fn on_board() -> Station {
     let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
     let link = station.open_link("udpin:127.0.0.1:0", LinkOptions::default()).expect("a link");
     let plane = tokio::net::UdpSocket::bind("127.0.0.1:0").await.expect("a socket");
@@ -90,20 +90,65 @@ async fn a_list_arrives_in_parts_and_an_order_that_is_about_another_plan_is_refu
         }
     });
     found.await.expect("it is heard");
+    station
+}
 
-    let (ana, eve) = (Signer::from_seed(&[1; 32]), Signer::from_seed(&[2; 32]));
-    let router: Endpoint = "tcp/127.0.0.1:0".parse().expect("an address");
-    let router = router.with_port().expect("a port");
-    let session = network::open(Place::Router(&router, None), None).await.expect("a router");
-    let config = AircraftConfig {
+async fn router() -> (Session, Endpoint) {
+    let at: Endpoint = "tcp/127.0.0.1:0".parse().expect("an address");
+    let at = at.with_port().expect("a port");
+    (network::open(Place::Router(&at, None), None).await.expect("a router"), at)
+}
+
+fn plane7(dial: Vec<Endpoint>, trust: BTreeMap<PublicKey, Role>) -> AircraftConfig {
+    AircraftConfig {
         org: "acme".parse().expect("a name"),
         name: "plane7".parse().expect("a name"),
-        dial: vec![router],
+        dial,
         member: None,
-        trust: [(ana.public(), Role::Operator)].into(),
+        trust,
         uplink_bit_s: None,
         history: None,
-    };
+    }
+}
+
+async fn until(what: &str, holds: impl Fn() -> bool) {
+    let waited = timeout(WAIT, async {
+        while !holds() {
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    });
+    assert!(waited.await.is_ok(), "{what}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn to_nobody_it_says_little_and_it_goes_to_the_next_router_when_one_has_gone() {
+    let station = on_board().await;
+    let ((first, at), (second, beside)) = (router().await, router().await);
+    let aircraft = Aircraft::start(station.clone(), plane7(vec![at, beside], BTreeMap::new()), &Handle::current())
+        .expect("aboard");
+    until("it is there", || aircraft.status().is_connected).await;
+    until("nobody hears it", || aircraft.status().rate_hz == 0.2).await;
+    let states = first.declare_subscriber("vencejo/1/acme/*/state").await.expect("declared");
+    until("somebody hears it", || aircraft.status().rate_hz >= 0.5).await;
+    let told = timeout(WAIT, states.recv_async()).await.expect("a state").expect("a state");
+    assert_eq!(told.key_expr().as_str(), "vencejo/1/acme/plane7/state");
+    drop(states);
+    until("nobody hears it any more", || aircraft.status().rate_hz == 0.2).await;
+
+    let states = second.declare_subscriber("vencejo/1/acme/*/state").await.expect("declared");
+    first.close().await.expect("closed");
+    timeout(WAIT, states.recv_async()).await.expect("a state over the other router").expect("a state");
+    aircraft.close().await;
+    second.close().await.expect("closed");
+    station.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_list_arrives_in_parts_and_an_order_that_is_about_another_plan_is_refused() {
+    let station = on_board().await;
+    let (ana, eve) = (Signer::from_seed(&[1; 32]), Signer::from_seed(&[2; 32]));
+    let (session, at) = router().await;
+    let config = plane7(vec![at], [(ana.public(), Role::Operator)].into());
     let aircraft = Aircraft::start(station.clone(), config, &Handle::current()).expect("an aircraft");
     let mut bench = Bench { session, state: State::default(), epoch: 0, next: 0 };
     bench.look().await;
