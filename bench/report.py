@@ -34,6 +34,10 @@ def _big(value: float) -> str:
     return f"{value / 1e6:.2f} M" if value >= 1e6 else f"{value:,.0f}"
 
 
+def _tenths(value: float) -> str:
+    return f"{value:.1f}"
+
+
 def _us(value: float) -> str:
     return f"{value:.0f} µs"
 
@@ -61,6 +65,14 @@ _LATENCY = (
 )
 _COST = (Column("cpu_percent", "CPU of a core", _percent), Column("rss_mb", "memory", _mb))
 _HANDED = Column("messages_per_s", "handed to Python /s", _big)
+
+_ORDERS = (
+    Column("command_p99_ms", "order: 99 %", _ms),
+    Column("command_median_ms", "median", _ms),
+    Column("worst_command_ms", "worst", _ms),
+    Column("commands", "orders done", _big),
+    Column("worst_failed", "not done", _big),
+)
 
 SECTIONS: dict[str, Section] = {
     "decode": Section(
@@ -165,6 +177,76 @@ SECTIONS: dict[str, Section] = {
             Column("worst_shown_lost", "aircraft shown as lost", _big),
         ),
     ),
+    "far_narrow": Section(
+        "Orders on an uplink of 256 kbit/s that telemetry would fill (eight planes, ten states/s each), 100 ms there and back",
+        "an order ≤ round trip + 250 ms at 99 %; ≥ 2 states/s",
+        (*_ORDERS, Column("states_hz", "states/s of a plane", _tenths), Column("up_kbit_s", "uplink, kbit/s", _big)),
+    ),
+    "far_poor": Section(
+        "Orders over 64 kbit/s, 600 ms there and back, 5 % of the segments lost",
+        "an order ≤ 3 s at 99 %; ≥ 0.5 states/s",
+        (*_ORDERS, Column("states_hz", "states/s", _tenths), Column("up_kbit_s", "uplink, kbit/s", _big)),
+    ),
+    "far_bytes": Section(
+        "What one aircraft sends, with the headers of TCP and IP (40 bytes a segment)",
+        "≤ 20 kbit/s at 10 states/s, ≤ 2.5 at 1 state/s, ≤ 0.7 heard by nobody",
+        (
+            Column("held_kbit_s", "in control, kbit/s", _tenths),
+            Column("held_hz", "states/s of that", _tenths),
+            Column("listed_kbit_s", "in a list, kbit/s", _tenths),
+            Column("unheard_kbit_s", "heard by nobody, kbit/s", _tenths),
+            Column("held_down_kbit_s", "to it: in control", _tenths),
+            Column("listed_down_kbit_s", "in a list", _tenths),
+            Column("unheard_down_kbit_s", "heard by nobody", _tenths),
+        ),
+    ),
+    "far_cut": Section(
+        "What goes wrong in the field, 100 ms there and back: from its begin to grey, from its end to heard and commanded again; worst of the runs",
+        "grey ≤ 3 s, commanded ≤ 5 s; nobody shown as lost because of a router",
+        (
+            Column("worst_commanding_s", "an order is done again", _s),
+            Column("worst_back_s", "heard again", _s),
+            Column("worst_grey_s", "shown grey", _s),
+            Column("worst_oldest_s", "oldest of ten planes", _s),
+            Column("worst_lost", "planes shown as lost", _big),
+        ),
+    ),
+    "far_takeover": Section(
+        "Control from one to another, 100 ms there and back, until an order of the new one is done",
+        "on board ≤ 1 s; from far away ≤ 1 s after yes; ≤ lease (10 s) + 1 s after the holder vanished",
+        (
+            Column("local_s", "on board", _s),
+            Column("consent_s", "from far away, after yes", _s),
+            Column("vanished_s", "after the holder vanished", _s),
+        ),
+    ),
+    "far_plan": Section(
+        "650-item plan sent, checked and read back, 200 ms there and back",
+        "≤ at a link + 2 round trips",
+        (Column("seconds", "time", _s),),
+    ),
+    "far_plan_cut": Section(
+        "The same, cut for 3 s at moments spread over the transfer",
+        "old or new, never mixed; known ≤ 2 s after healing",
+        (
+            Column("learnt_s", "from healing until it is known", _s),
+            Column("worst_learnt_s", "worst", _s),
+            Column("worst_mixed", "mixed, or told wrongly", _big),
+            Column("cuts", "cuts", _big),
+            Column("done", "of them the new one", _big),
+        ),
+    ),
+    "far_gap": Section(
+        "A cut way of 256 kbit/s, then the gap in the history filled while orders are given",
+        "all records, byte for byte; an order ≤ round trip + 250 ms at 99 %, ≥ 2 states/s meanwhile",
+        (
+            Column("filled_s", "from healing until it is whole", _s),
+            Column("missing", "records missing then", _big),
+            Column("worst_wrong", "missing or other at the end", _big),
+            *_ORDERS,
+            Column("states_hz", "states/s", _tenths),
+        ),
+    ),
 }
 
 _OURS = "vencejo"
@@ -241,13 +323,15 @@ STATION: dict[str, Figure] = {
 }
 
 
-def render(results: dict[str, Any]) -> str:
+def render(results: dict[str, Any], page: str = "") -> str:
     """Return the whole of RESULTS.md.
 
     Parameters
     ----------
     results
         What bench/run.py collected: ``machine`` and, per section, ``runs``, ``date`` and ``figures``.
+    page
+        RESULTS.md as it is: what was not measured here keeps its figures.
     """
     machine = results["machine"]
     lines = [
@@ -263,9 +347,12 @@ def render(results: dict[str, Any]) -> str:
             f"MAVProxy {machine['MAVProxy']}."
         ),
     ]
+    kept = {part.partition("\n")[0]: part.strip() for part in page.split("\n## ")[1:]}
     for key, section in SECTIONS.items():
         if (measured := section.measured_by or key) in results:
             lines += ["", *_table(section, results[measured])]
+        elif section.title in kept:
+            lines += ["", f"## {kept[section.title]}"]
     return "\n".join(lines) + "\n"
 
 

@@ -1,7 +1,7 @@
 """Runs every benchmark beside its peers and writes bench/RESULTS.md.
 
 ``python bench/run.py [--runs N] [--only decode,follow,…] [--seconds S]``; `make bench` does that with
-everything built. A section that is left out keeps its last figures (bench/out/results.json).
+everything built. A section that is left out keeps its last figures.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from bench import prepare, report
-from bench.far import many
+from bench.far import faults, many, narrow
+from bench.far.settings import SETTINGS
 from bench.harness import (
     BYTECODE_KEPT,
     BYTECODE_UNKEPT,
@@ -335,6 +336,12 @@ TCP_PEERS = {
     "pymavlink": ("pymavlink_peer", "tcp:"),
     "mavsdk": ("mavsdk_peer", "tcpout://"),
 }
+#: Sections to which the recorded stream is played.
+PLAYED = frozenset({"decode", "follow", "snapshots", "vehicles", "first_position", "forward"})
+#: Sections of which one run takes minutes and has many events: they have one.
+ONCE = frozenset(
+    {"far_narrow", "far_poor", "far_bytes", "far_cut", "far_takeover", "far_plan", "far_plan_cut", "far_gap"}
+)
 SECTIONS: dict[str, Callable[[int, float], Table]] = {
     "decode": decode,
     "follow": follow,
@@ -348,6 +355,14 @@ SECTIONS: dict[str, Callable[[int, float], Table]] = {
     "far": many.far,
     "far_age": many.far_age,
     "far_restart": many.far_restart,
+    "far_narrow": narrow.far_narrow,
+    "far_poor": narrow.far_poor,
+    "far_bytes": narrow.far_bytes,
+    "far_cut": faults.far_cut,
+    "far_takeover": faults.far_takeover,
+    "far_plan": faults.far_plan,
+    "far_plan_cut": faults.far_plan_cut,
+    "far_gap": faults.far_gap,
 }
 
 
@@ -387,36 +402,44 @@ def main() -> int:
         "--plane", default="", help="command line of another plane for the transfers, such as ArduPilot's"
     )
     parser.add_argument("--plane-port", type=int, default=PLANE.port, help="TCP port that it listens on")
+    parser.add_argument("--narrow-s", type=float, default=SETTINGS.narrow_s, help="seconds of orders on a narrow way")
+    parser.add_argument("--cuts", type=int, default=SETTINGS.cuts, help="moments of a plan's transfer that are cut")
+    parser.add_argument("--cut-s", type=float, default=SETTINGS.cut_s, help="seconds of the cut whose gap is filled")
     options = parser.parse_args()
+    SETTINGS.narrow_s, SETTINGS.cuts, SETTINGS.cut_s = options.narrow_s, options.cuts, options.cut_s
     PLANE.command[:], PLANE.port = shlex.split(options.plane), options.plane_port
     OUT.mkdir(parents=True, exist_ok=True)
-    if not LOAD.exists():
-        sys.exit("bench: the load generator is not built: cargo build --release --locked -p vencejo-bench-load")
     if (before := load()) > options.most_load:
         sys.exit(
             f"bench: the load is {before:.2f} a core, beyond {options.most_load}: end what else runs, or say --most-load"
         )
-    prepare.prepare(FRAMES)
-    prepare.prepare(EAGER_FRAMES, heartbeat_every=prepare.HEARTBEAT_EVERY)
-    prepare.prepare(FLEET_FRAMES, fleet=True)
+    names = options.only.split(",")
+    if not PLAYED.isdisjoint(names):
+        if not LOAD.exists():
+            sys.exit("bench: the load generator is not built: cargo build --release --locked -p vencejo-bench-load")
+        prepare.prepare(FRAMES)
+        prepare.prepare(EAGER_FRAMES, heartbeat_every=prepare.HEARTBEAT_EVERY)
+        prepare.prepare(FLEET_FRAMES, fleet=True)
     store = OUT / "results.json"
     results: dict[str, Any] = json.loads(store.read_text()) if store.exists() else {}
-    for name in options.only.split(","):
+    for name in names:
         if name not in SECTIONS:
             sys.exit(f"bench: no section {name!r}; there are {', '.join(SECTIONS)}")
         print(f"{name}:", flush=True)
+        runs = 1 if name in ONCE else options.runs
         results[name] = {
-            "runs": options.runs,
+            "runs": runs,
             "load": round(before, 2),
             "plane": "another plane" if PLANE.command else "the simulated plane",
             "date": datetime.now(timezone.utc).date().isoformat(),
-            "figures": SECTIONS[name](options.runs, options.seconds),
+            "figures": SECTIONS[name](runs, options.seconds),
         }
         results["machine"] = machine()
         store.write_text(json.dumps(results, indent=1))
         page = ROOT / "bench/RESULTS.md"
-        others = report.other_parts(page.read_text(encoding="utf-8")) if page.exists() else []
-        page.write_text("\n".join([report.render(results), *others]), encoding="utf-8")
+        before_this = page.read_text(encoding="utf-8") if page.exists() else ""
+        text = "\n".join([report.render(results, before_this), *report.other_parts(before_this)])
+        page.write_text(text, encoding="utf-8")
     print("wrote bench/RESULTS.md")
     return 0
 

@@ -81,6 +81,8 @@ def test_report_shows_ratios_and_reasons() -> None:
     page = report.render({"machine": machine, "first_position": {"runs": 5, "date": "2026-11-21", "figures": figures}})
     assert "| pymavlink | 0.250 s | — | 2.50 × |" in page
     assert "| mavsdk | not measured: not there |" in page
+    again = report.render({"machine": machine}, page)
+    assert "| pymavlink | 0.250 s | — | 2.50 × |" in again, "what is not measured keeps its figures"
     rows = [line for line in page.splitlines() if line.startswith("|")]
     assert len({row.count("|") for row in rows}) == 1, "a row with another number of cells"
 
