@@ -53,15 +53,6 @@ export function circle(centre: LonLat, radius_m: number, points = 64): LonLat[] 
   );
 }
 
-/** Length of a line of positions, metres. */
-export function length_m(points: readonly LonLat[]): number {
-  let total_m = 0;
-  for (let index = 1; index < points.length; index += 1) {
-    total_m += distance_m(points[index - 1] as LonLat, points[index] as LonLat);
-  }
-  return total_m;
-}
-
 /** How far `to` lies north and east of `from`, metres; for short distances, as along the bearing of the geodesic. */
 export function offset_m(from: LonLat, to: LonLat): { north_m: number; east_m: number } {
   const inverse = WGS84.Inverse(from.lat_deg, from.lon_deg, to.lat_deg, to.lon_deg);
