@@ -5217,6 +5217,11 @@ export interface components {
          * @enum {string}
          */
         LineCourse: "asked" | "across-wind" | "along-area" | "corridor";
+        /**
+         * @description Why a link is not up.
+         * @enum {string}
+         */
+        LinkFault: "address_in_use" | "not_our_address" | "no_permission" | "no_serial_port" | "serial_port_in_use" | "no_baud_rate" | "no_host" | "refused" | "no_answer" | "closed_by_peer" | "other";
         /** @description A link and what went over it. */
         LinkInfo: {
             /** @description Whether frames that should be signed and are not are believed there. */
@@ -5243,8 +5248,9 @@ export interface components {
              * @description Bytes that went out.
              */
             bytes_sent: number;
-            /** @description Why it is not up. */
+            /** @description The same in words. */
             detail: string | null;
+            fault: components["schemas"]["LinkFault"] | null;
             /** @description Whether frames between it and the other links are passed on. */
             forward: boolean;
             /**
