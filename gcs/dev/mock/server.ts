@@ -60,6 +60,7 @@ const link = (): LinkInfo => ({
   address: '/dev/ttyUSB0,57600',
   local_address: null,
   state: 'up',
+  fault: null,
   detail: null,
   forward: false,
   frames_received: 41_233,
