@@ -53,6 +53,30 @@ class Watch(threading.Thread):
         self.join()
 
 
+class Manned(threading.Thread):
+    """Keeps an operator's control of a ground station, as a page that is open does."""
+
+    EVERY_S = 2.0
+
+    def __init__(self, ground: Ground) -> None:
+        super().__init__(daemon=True)
+        self._ground = ground
+        self._is_over = threading.Event()
+
+    def run(self) -> None:
+        """Take it again and again until it is over."""
+        while not self._is_over.wait(self.EVERY_S):
+            self._ground.client.done("POST", "control/take")
+
+    def __enter__(self) -> Manned:
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._is_over.set()
+        self.join()
+
+
 @dataclass
 class Orders:
     """How orders went: how long those took that were done, ms, and how many were not."""

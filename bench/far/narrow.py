@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from bench.far.field import Field, field_of, until
-from bench.far.look import Watch, order, orders_for
+from bench.far.look import Manned, Watch, order, orders_for
 from bench.far.rig import free_tcp_port
 from bench.far.settings import SETTINGS
 from bench.harness import NotMeasured, contestant, quantile, repeat, result_of, running, wait_line
@@ -127,9 +127,11 @@ def far_bytes(runs: int, seconds: float) -> Table:
             ground.client.done("POST", "control/take")
             at = ground.at("plane1")
             order(ground, at)
-            time.sleep(SETTLES_S)
-            with Watch(ground, at) as watch:
-                held, held_down = kbit_s()
+            # An operator without a page has to show that it is still there.
+            with Manned(ground):
+                time.sleep(SETTLES_S)
+                with Watch(ground, at) as watch:
+                    held, held_down = kbit_s()
             ground.program.process.kill()
             ground.program.process.wait()
             # Its lease ends, and its router has noticed.

@@ -414,8 +414,15 @@ impl Fleet {
         }
         let mut renew = tokio::time::interval(RENEW_EVERY);
         renew.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        let mut control = self.station.control().news();
         loop {
             tokio::select! {
+                // Somebody may be waiting for what the last operator here has given up.
+                Ok(()) = control.changed() => {
+                    if self.station.control().holder().is_none() {
+                        self.renew();
+                    }
+                }
                 Ok(sample) = events.recv_async() => {
                     if let Some(aircraft) = self.named(Kind::Event, sample.key_expr().as_str()) {
                         aircraft.on_event(&sample.payload().to_bytes());
