@@ -254,6 +254,7 @@ export const mapEn = {
   'plan.profile': 'Height profile',
   'plan.profileHelp': 'Left and right choose an item, up and down change its height.',
   'plan.profileEmpty': 'The heights of the plan appear here.',
+  'plan.profileOld': 'The heights are those from before the last changes: Vencejo is away.',
   'plan.profileEndless': 'Circles without end',
   'plan.profileUnknown': 'Length of the circling not known',
   'plan.profilePoint': 'Item {number}: {height} above home, after {distance}',

@@ -257,6 +257,7 @@ export const mapEs: Record<keyof typeof mapEn, string> = {
   'plan.profile': 'Perfil de alturas',
   'plan.profileHelp': 'Izquierda y derecha eligen un punto; arriba y abajo cambian su altura.',
   'plan.profileEmpty': 'Aquí aparecen las alturas del plan.',
+  'plan.profileOld': 'Las alturas son las de antes de los últimos cambios: Vencejo no responde.',
   'plan.profileEndless': 'Círculos sin fin',
   'plan.profileUnknown': 'Longitud de los círculos desconocida',
   'plan.profilePoint': 'Punto {number}: {height} sobre casa, tras {distance}',

@@ -111,6 +111,12 @@ class Ways {
   profile = $derived(this.#shownAnswer?.way.profile ?? NO_PROFILE);
   /** The items of that, with the keys that they keep. */
   profileItems = $derived<Question['items']>(this.#shownAnswer?.items ?? []);
+  /** Whether these are the heights of another plan than is shown, which the core cannot be asked about. */
+  isProfileOld = $derived(
+    !station.isOnline &&
+      this.#shownAnswer !== null &&
+      this.#shownAnswer.items !== (this.isOnBoardShown ? this.#boardItems : plan.items),
+  );
   /** The ground below; `null` where nothing could tell it. */
   ground = $derived<ProfileGround | null>(elevation.isKnowable ? this.profile.ground : null);
 
