@@ -18,7 +18,7 @@ use quick::quick;
 
 fuzz_target!(|data: &[u8]| quick(|| {
     let mut listener = Listener::default();
-    let mut authority = Authority::new(1);
+    let mut authority = Authority::new(1, MonoTime::ZERO);
     let mut heard = PlansHeard::default();
     let mut rest = data;
     let mut now = MonoTime::from_millis(10_000);

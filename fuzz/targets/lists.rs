@@ -5,7 +5,9 @@ use std::time::Duration;
 
 use libfuzzer_sys::fuzz_target;
 use prost::Message;
-use vencejo_fleet::content::{Content, Digest, PART_BYTES, Part, Tray, pack_items, pack_params, unpack_items, unpack_params};
+use vencejo_fleet::content::{
+    Content, Digest, PART_BYTES, Part, Tray, pack_items, pack_params, unpack_items, unpack_params,
+};
 use vencejo_fleet::pull::{PIECE_BYTES, Pull};
 use vencejo_fleet::signature::PublicKey;
 

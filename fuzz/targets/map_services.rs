@@ -2,8 +2,9 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use vencejo_maps::kinds::wms;
+use vencejo_maps::kinds::wmts::service as wmts;
 use vencejo_maps::xml::Element;
-use vencejo_maps::{wms, wmts};
 
 mod quick;
 use quick::quick;

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use libfuzzer_sys::fuzz_target;
 use prost::Message;
 use vencejo_fleet::papers::certificate::{Ca, facts, facts_of_der};
-use vencejo_fleet::papers::roll::Roll;
+use vencejo_fleet::papers::roll::{Newcomer, Roll};
 use vencejo_fleet::papers::ticket::Ticket;
 use vencejo_fleet::papers::wire::{Asked, Given};
 
@@ -55,17 +55,17 @@ fn read(data: &[u8]) {
         _ => {
             let Ok(mut roll) = Roll::read(bytes) else { return };
             assert_eq!(Roll::read(&roll.bytes()).as_ref(), Ok(&roll), "what is written is read");
-            let name = "plane7".parse().expect("a name");
+            let plane = Newcomer::Aircraft("plane7".parse().expect("a name"));
             drop((roll.renew("plane7", &[1; 32]), roll.redeem(b"secret", &[1; 32], NOW)));
-            drop((roll.promise(&name, &Ticket::default(), 3_600, NOW), roll.revoke(&name, NOW)));
-            assert!(roll.admitted().all(|admitted| admitted != "plane7"), "whoever was put out is out");
+            drop((roll.promise(&plane, &Ticket::default(), 3_600, NOW), roll.revoke("plane7", NOW)));
+            assert!(roll.admitted(false).all(|admitted| admitted != "plane7"), "whoever was put out is out");
         }
     }
 }
 
 /// A request gets the name that it is given, whatever it says.
 fn signed(request: &[u8]) {
-    if let Ok(certificate) = CA.for_aircraft(&"plane7".parse().expect("a name"), request, NOW) {
+    if let Ok(certificate) = CA.for_member("plane7", request, NOW) {
         let facts = facts(&certificate).expect("it was made here");
         assert_eq!((facts.common_name.as_str(), facts.is_ca, facts.names.len()), ("plane7", false, 0));
     }

@@ -2,10 +2,10 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use vencejo_maps::live::TileFile;
+use vencejo_maps::grid::TileId;
 use vencejo_maps::kinds::mbtiles::Mbtiles;
 use vencejo_maps::kinds::pmtiles::Pmtiles;
-use vencejo_maps::grid::TileId;
+use vencejo_maps::live::TileFile;
 
 mod on_disk;
 use on_disk::on_disk;

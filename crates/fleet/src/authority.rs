@@ -37,7 +37,7 @@ pub const MAX_ANSWERS: usize = 1024;
 
 /// What a ground station's key is good for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "carrier", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(feature = "papers", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
 pub enum Role {
     /// Looks, and has plans and parameters read; never acts.
     Observer,
