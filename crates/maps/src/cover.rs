@@ -163,6 +163,18 @@ struct Piece {
     high: [f64; 2],
 }
 
+impl Piece {
+    /// The same so many columns to the east.
+    fn moved(&self, columns: f64) -> Self {
+        let moved = |[column, row]: [f64; 2]| [column + columns, row];
+        Self {
+            corners: self.corners.iter().copied().map(moved).collect(),
+            low: moved(self.low),
+            high: moved(self.high),
+        }
+    }
+}
+
 /// Columns and rows: first, and one behind the last.
 #[derive(Clone, Copy)]
 struct Block {
@@ -235,7 +247,7 @@ impl<'a> Level<'a> {
         let width = grid.crs.world_width();
         let across = width.map(|width| width / (of.resolution * f64::from(of.tile_px[0])));
         let is_round = across.is_some_and(|across| (across - size[0] as f64).abs() < 1e-6);
-        let pieces = polygons
+        let mut pieces: Vec<Piece> = polygons
             .iter()
             .map(|polygon| {
                 let corners: Vec<[f64; 2]> = polygon
@@ -259,6 +271,14 @@ impl<'a> Level<'a> {
             })
             .filter(|piece| piece.corners.len() > 2)
             .collect();
+        if is_round {
+            // What reaches farther than once around the world is there at its beginning too: of each column one is looked through.
+            let left = pieces.iter().map(|piece| piece.low[0]).fold(f64::INFINITY, f64::min).floor();
+            let across = size[0] as f64;
+            let again: Vec<Piece> =
+                pieces.iter().filter(|piece| piece.high[0] > left + across).map(|piece| piece.moved(-across)).collect();
+            pieces.extend(again);
+        }
         Some(Self { grid, level, pieces, size, is_round })
     }
 
@@ -448,6 +468,15 @@ mod tests {
         let bounds = Bounds { west_deg: -4.0, south_deg: 40.0, east_deg: -3.5, north_deg: 40.5 };
         let square = tiles(&grid, &Shape::Box(bounds), 15..=15, 100_000).expect("tiles").len();
         assert!(band * 10 < square && band > 60, "{band} {square}");
+    }
+
+    #[test]
+    fn a_route_over_the_date_line_is_covered_on_both_sides() {
+        let shape = Shape::Route { points: vec![at(0.0, -179.989), at(-0.389, 179.823)], buffer_m: 10.0 };
+        let covered = tiles(&mercator(), &shape, 11..=11, 100).expect("tiles");
+        let unique: BTreeSet<_> = covered.iter().map(|tile| (tile.column, tile.row)).collect();
+        assert_eq!(unique.len(), covered.len(), "each once");
+        assert!(unique.is_superset(&[(0, 1024), (2047, 1024), (2047, 1025), (2047, 1026)].into()), "{unique:?}");
     }
 
     #[test]

@@ -65,7 +65,7 @@ impl Maps {
         }
         let result = match source.rest(tile, now_s) {
             Some(error) => Err(error),
-            None => self.join_flight(source, tile, kept.clone()).await,
+            None => self.join_flight(source, tile, Want::Tile).await,
         };
         match result {
             Err(error) if error != MapError::NoTile => {
@@ -127,7 +127,7 @@ impl Maps {
     }
 
     /// Waits for the fetch of a tile, which is begun when nobody else waits for it. It ends when nobody does any more.
-    async fn join_flight(&self, source: &Arc<Source>, tile: TileId, kept: Option<Kept>) -> Result<Tile> {
+    async fn join_flight(&self, source: &Arc<Source>, tile: TileId, want: Want) -> Result<Tile> {
         let mut landing = {
             let mut flights = source.flights.lock().unwrap_or_else(PoisonError::into_inner);
             match flights.get(&tile) {
@@ -137,7 +137,7 @@ impl Maps {
                     let (flight, landing) = watch::channel(None);
                     let flight = Arc::new(flight);
                     flights.insert(tile, flight.clone());
-                    tokio::spawn(self.clone().fly(source.clone(), tile, kept, flight));
+                    tokio::spawn(self.clone().fly(source.clone(), tile, want, flight));
                     landing
                 }
             }
@@ -146,12 +146,12 @@ impl Maps {
         result.clone().unwrap_or(Err(MapError::Closed))
     }
 
-    async fn fly(self, source: Arc<Source>, tile: TileId, kept: Option<Kept>, flight: Flight) {
+    async fn fly(self, source: Arc<Source>, tile: TileId, want: Want, flight: Flight) {
         let mut closing = self.shared.closing.subscribe();
         // However it ends, who waits is told and the next one may begin.
         let landing = Landing { source: source.clone(), tile, flight: flight.clone(), result: Err(MapError::Closed) };
         let result = tokio::select! {
-            result = self.fetch(&source, tile, kept) => result,
+            result = self.fetch(&source, tile, want) => result,
             () = abandoned(&source, tile, &flight) => return,
             _ = closing.wait_for(|closing| *closing) => Err(MapError::Closed),
         };
@@ -159,10 +159,20 @@ impl Maps {
     }
 
     /// Fetches a tile, and keeps it where it may be.
-    async fn fetch(&self, source: &Arc<Source>, tile: TileId, kept: Option<Kept>) -> Result<Tile> {
+    async fn fetch(&self, source: &Arc<Source>, tile: TileId, want: Want) -> Result<Tile> {
+        let mut now_s = self.now_s();
+        let kept = match want {
+            // It may have come since whoever wants it looked: with a fetch that ended before this one was begun.
+            Want::Tile => self.kept(source, tile, now_s).await,
+            Want::Answer => None,
+        };
+        if let Some(kept) = kept.as_ref().filter(|kept| kept.expires_s > now_s) {
+            count(&source.counts.hits, 1);
+            return show(kept, Origin::Hit, now_s);
+        }
         let mut retry_after = None;
         let result = self.ask(source, tile, kept.as_ref(), &mut retry_after).await;
-        let now_s = self.now_s();
+        now_s = self.now_s();
         match &result {
             Ok(_) | Err(MapError::NoTile) => source.succeeded(Some(tile), now_s),
             Err(error) => source.failed(Some(tile), error, retry_after, now_s),
@@ -277,7 +287,7 @@ impl Maps {
             if let Some(tile) = grid.middle(level).filter(|_| !is_locked) {
                 let checked = match &source.live {
                     Live::File(..) => self.serve(&source, tile).await,
-                    _ => self.join_flight(&source, tile, None).await,
+                    _ => self.join_flight(&source, tile, Want::Answer).await,
                 };
                 // What was under way before and failed meanwhile may be asked for again too.
                 if checked.is_ok() {
@@ -328,6 +338,15 @@ impl Drop for Landing {
         drop(flights);
         self.flight.send_replace(Some(std::mem::replace(&mut self.result, Err(MapError::Closed))));
     }
+}
+
+/// What a fetch is for.
+#[derive(Clone, Copy)]
+enum Want {
+    /// The tile, which the cache has perhaps by now.
+    Tile,
+    /// To hear whether the service answers.
+    Answer,
 }
 
 /// Waits until nobody waits for a fetch any more, and takes it off the list.
