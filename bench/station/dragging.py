@@ -57,17 +57,17 @@ WATCH = """() => {
             }));
         },
     });
-    // the canvas of the plan is the third that is painted by hand, from the bottom
+    // the canvas of the plan is the third that is painted by hand, from the bottom: it is done when the next one is begun
+    let painting = false;
     const clear = CanvasRenderingContext2D.prototype.clearRect;
     CanvasRenderingContext2D.prototype.clearRect = function (...box) {
-        if (answered && asked !== null && this.canvas === document.querySelectorAll('.ol-layers canvas[aria-hidden]')[2]) {
+        if (painting) {
             const { at, event } = asked;
-            [asked, answered] = [null, false];
-            queueMicrotask(() => {
-                bench.drawn_ms.push(performance.now() - at);
-                bench.waited_ms.push(at - event);
-            });
+            [asked, answered, painting] = [null, false, false];
+            bench.drawn_ms.push(performance.now() - at);
+            bench.waited_ms.push(at - event);
         }
+        painting = answered && asked !== null && this.canvas === document.querySelectorAll('.ol-layers canvas[aria-hidden]')[2];
         return clear.apply(this, box);
     };
 }"""

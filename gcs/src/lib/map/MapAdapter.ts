@@ -156,6 +156,8 @@ export class MapAdapter {
   #looks = 0;
   /** Whether lines of the plan are guesses, as long as the core has not told them. */
   #isGuess = false;
+  /** What of the plan is shown. */
+  #way: Way | null = null;
   #cursor = '';
 
   constructor({ target, events, view, sources, tiles }: MapOptions) {
@@ -232,7 +234,10 @@ export class MapAdapter {
 
   // --- What is shown ------------------------------------------------------------------------------------------------
 
+  /** Does nothing for what is shown already. */
   setPlan(items: readonly PlanItem[], way: Way): void {
+    if (way === this.#way) return;
+    this.#way = way;
     this.#version += 1;
     const wasGuess = this.#isGuess;
     this.#isGuess = way.stops.some(({ leg }) => leg?.isGuess === true);

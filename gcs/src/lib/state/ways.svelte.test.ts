@@ -14,9 +14,11 @@ const question = (count: number): Question => ({
 
 it('asks one question at a time, and of those that come meanwhile the last', async () => {
   const asked: { plan: Plan; vehicle?: number; answer: (way: Way) => void; fail: () => void }[] = [];
+  const shown: (number | undefined)[] = [];
   const asker = new Asker(
     (plan, vehicle) =>
       new Promise((answer, fail) => asked.push({ plan, ...(vehicle !== undefined && { vehicle }), answer, fail })),
+    () => shown.push(asker.answer?.items.length),
   );
   const [one, two, three] = [question(1), question(2), question(3)];
   asker.ask(one);
@@ -31,6 +33,7 @@ it('asks one question at a time, and of those that come meanwhile the last', asy
   expect(asked[1]?.plan.items).toHaveLength(3);
   asked[1]?.answer(WAY);
   await vi.waitFor(() => expect(asker.answer?.items).toBe(three.items));
+  expect(shown).toEqual([1, 3]);
 
   // what failed may be asked again, and no plan needs no answer
   asker.ask(one);

@@ -33,14 +33,17 @@ const GROUND_AGAIN_MS = 700;
 /** Asks about one plan: one question at a time, and of those that come meanwhile the last. */
 export class Asker {
   readonly #tell: Tell;
+  readonly #onAnswer: () => void;
   answer = $state.raw<WayAnswer | null>(null);
   #asked: Question | null = null;
   #next: Question | null = null;
   #isAsking = false;
   #again: ReturnType<typeof setTimeout> | undefined;
 
-  constructor(tell: Tell) {
+  /** `onAnswer` is called with each answer, before anything that is drawn from it. */
+  constructor(tell: Tell, onAnswer: () => void = () => {}) {
     this.#tell = tell;
+    this.#onAnswer = onAnswer;
   }
 
   ask(question: Question | null): void {
@@ -75,7 +78,10 @@ export class Asker {
           return { command, name, frame, params, autocontinue };
         });
         const way = await this.#tell({ ...emptyPlan(), items: asked, home }, vehicle, clearance_m);
-        if (this.#asked !== null) this.answer = { items, home, way };
+        if (this.#asked !== null) {
+          this.answer = { items, home, way };
+          this.#onAnswer();
+        }
         clearTimeout(this.#again);
         if (way.is_ground_pending) this.#again = setTimeout(() => this.#askNow(), GROUND_AGAIN_MS);
         const early_ms = asked_ms + APART_MS - performance.now();
@@ -94,7 +100,11 @@ const isSame = (a: Question, b: Question): boolean =>
   (Object.keys(a) as (keyof Question)[]).every((key) => a[key] === b[key]);
 
 class Ways {
-  readonly #ofDraft = new Asker((...asked) => station.way(...asked));
+  readonly #ofDraft = new Asker(
+    (...asked) => station.way(...asked),
+    () => this.#listeners.forEach((listen) => listen()),
+  );
+  readonly #listeners = new Set<() => void>();
   /** Which changes seldom, and takes no draft's turn. */
   readonly #ofBoard = new Asker((...asked) => api.way(...asked));
   #boardItems = $derived(plan.vehiclePlan?.items ?? []);
@@ -119,6 +129,12 @@ class Ways {
   );
   /** The ground below; `null` where nothing could tell it. */
   ground = $derived<ProfileGround | null>(elevation.isKnowable ? this.profile.ground : null);
+
+  /** Calls at each answer about the draft, before all that the page writes of it: the map is not to wait for that. */
+  onDraft(listen: () => void): () => void {
+    this.#listeners.add(listen);
+    return () => this.#listeners.delete(listen);
+  }
 
   /** Asks for what is not known yet; to be called when anything of it, or the station, is another. */
   ask(): void {
