@@ -211,6 +211,22 @@ SECTIONS: dict[str, Section] = {
             Column("worst_lost", "planes shown as lost", _big),
         ),
     ),
+    "far_fifty": Section(
+        "Fifty planes in the air: one simulator, three stations on board, two routers and two ground stations, 100 ms there and back",
+        "all fly, none shown as lost when a router is killed",
+        (
+            Column("sent_s", "a plan sent to each and verified", _s),
+            Column("started_s", "each armed and started", _s),
+            Column("flying", "in AUTO at the end", _big),
+            Column("age_s", "what is shown is so old", _s),
+            Column("age_p99_s", "99 %", _s),
+            Column("worst_age_s", "worst", _s),
+            Column("ground_percent", "a ground station, % of a core", _tenths),
+            Column("board_percent", "a station on board, %", _tenths),
+            Column("worst_back_s", "all heard again without the router", _s),
+            Column("worst_lost", "shown as lost meanwhile", _big),
+        ),
+    ),
     "far_takeover": Section(
         "Control from one to another, 100 ms there and back, until an order of the new one is done",
         "on board ≤ 1 s; from far away ≤ 1 s after yes; ≤ lease (10 s) + 1 s after the holder vanished",

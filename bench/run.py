@@ -24,7 +24,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from bench import prepare, report
-from bench.far import faults, many, narrow
+from bench.far import faults, fifty, many, narrow
 from bench.far.settings import SETTINGS
 from bench.harness import (
     BYTECODE_KEPT,
@@ -340,7 +340,17 @@ TCP_PEERS = {
 PLAYED = frozenset({"decode", "follow", "snapshots", "vehicles", "first_position", "forward"})
 #: Sections of which one run takes minutes and has many events: they have one.
 ONCE = frozenset(
-    {"far_narrow", "far_poor", "far_bytes", "far_cut", "far_takeover", "far_plan", "far_plan_cut", "far_gap"}
+    {
+        "far_narrow",
+        "far_poor",
+        "far_bytes",
+        "far_cut",
+        "far_fifty",
+        "far_takeover",
+        "far_plan",
+        "far_plan_cut",
+        "far_gap",
+    }
 )
 SECTIONS: dict[str, Callable[[int, float], Table]] = {
     "decode": decode,
@@ -359,6 +369,7 @@ SECTIONS: dict[str, Callable[[int, float], Table]] = {
     "far_poor": narrow.far_poor,
     "far_bytes": narrow.far_bytes,
     "far_cut": faults.far_cut,
+    "far_fifty": fifty.far_fifty,
     "far_takeover": faults.far_takeover,
     "far_plan": faults.far_plan,
     "far_plan_cut": faults.far_plan_cut,
