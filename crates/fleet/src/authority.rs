@@ -240,17 +240,24 @@ impl Authority {
         self.asking.take_if(|asking| asking.until <= now);
     }
 
+    /// What becomes of an order that came before; `None` for a new one.
+    #[must_use]
+    pub fn on_known(&self, caller: &Caller, claim: &Claim) -> Option<Verdict> {
+        let known = self.known.get(&claim.id)?;
+        if known.key != caller.key {
+            return Some(refused(claim, "this id is another operator's"));
+        }
+        Some(match &known.answer {
+            Some(answer) => Verdict::Answer(Box::new(answer.clone())),
+            None => Verdict::UnderWay,
+        })
+    }
+
     /// An order came in.
     pub fn on_order(&mut self, caller: &Caller, claim: &Claim, now: MonoTime) -> Verdict {
         self.on_time(now);
-        if let Some(known) = self.known.get(&claim.id) {
-            if known.key != caller.key {
-                return refused(claim, "this id is another operator's");
-            }
-            return match &known.answer {
-                Some(answer) => Verdict::Answer(Box::new(answer.clone())),
-                None => Verdict::UnderWay,
-            };
+        if let Some(known) = self.on_known(caller, claim) {
+            return known;
         }
         if claim.boot != self.boot {
             // What the program before did with it, nobody here knows; its sender may, by how long this one has run.

@@ -15,6 +15,7 @@
 //! | [`speech`] | what an aircraft says, and what is heard of it |
 //! | [`signature`] | signatures of orders |
 //! | [`authority`] | who may act on an aircraft; on board |
+//! | [`judge`] | what becomes of an order that came; on board |
 //! | [`plans`] | what is known of the plans on board, numbered |
 //! | [`errand`] | one order on its way; on the ground |
 //! | [`pull`] | one list on its way down; on the ground |
@@ -38,6 +39,7 @@ pub mod deed;
 pub mod errand;
 mod error;
 pub mod history;
+pub mod judge;
 pub mod key;
 pub mod operator;
 pub mod outcome;

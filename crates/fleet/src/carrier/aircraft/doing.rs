@@ -1,7 +1,7 @@
 //! Doing orders on board: begun, told of while they go on, answered at their end.
 
 use vencejo_station::RequestResult;
-use vencejo_vehicle::{Danger, Reply, Request};
+use vencejo_vehicle::{Reply, Request};
 use zenoh::query::Query;
 
 use super::super::history::Told;
@@ -9,8 +9,8 @@ use super::Post;
 use super::work::UnderWay;
 use crate::act;
 use crate::authority::{Authority, Claim};
-use crate::payload::{self, MAX_MESSAGES, Order};
-use crate::signature::PublicKey;
+use crate::judge::ToDo;
+use crate::payload::{self, MAX_MESSAGES};
 
 impl Post<'_> {
     /// How far the orders have come that tell.
@@ -23,19 +23,13 @@ impl Post<'_> {
         told.take(MAX_MESSAGES).collect()
     }
 
-    pub(super) fn execute(
-        &mut self,
-        query: Query,
-        order: (PublicKey, Order),
-        claim: Claim,
-        request: Request,
-        confirmed: Option<Danger>,
-    ) {
+    pub(super) fn execute(&mut self, query: Query, to_do: ToDo) {
+        let ToDo { sender, claim, request, confirmed } = to_do;
         let vehicle = match &self.acting {
             Some((_, operator)) => self.vehicle.acting_as(operator.clone()),
             None => self.vehicle.clone(),
         };
-        let under_way = UnderWay::new(&request, order, query);
+        let under_way = UnderWay::new(&request, sender, query);
         let slot = under_way.slot();
         self.under_way.insert(claim.id, under_way);
         if request == Request::ParamList {
