@@ -21,6 +21,7 @@ use vencejo_fleet::carrier::{Endpoint, session_of_an_aircraft};
 use vencejo_fleet::key::{Kind, Name, echo_key, key_of};
 use vencejo_fleet::operator::random;
 use vencejo_fleet::payload::{Answer, End, Event, Order, Signed, Want};
+use vencejo_fleet::seal::{Picture, Seal};
 use vencejo_fleet::signature::PublicKey;
 use vencejo_fleet::speech::Speaker;
 use vencejo_proto::dialect::{
@@ -90,7 +91,8 @@ impl Plane {
     fn new(index: usize, is_troubled: bool, is_stamped: bool) -> Result<Self, Box<dyn Error>> {
         let boot = u64::from_be_bytes(random()?);
         let trouble = if is_troubled { Trouble::of(index) } else { Trouble::None };
-        let mut authority = Authority::new(boot, MonoTime::ZERO);
+        let seal = Seal::new(&random()?);
+        let mut authority = Authority::new(boot, MonoTime::ZERO, seal.clone());
         if trouble == Trouble::HeldElsewhere {
             authority.set_local(Some("Field team".to_owned()));
         }
@@ -98,7 +100,7 @@ impl Plane {
             name: format!("plane{index:04}").parse()?,
             index,
             trouble,
-            speaker: Speaker::new(boot, OWN),
+            speaker: Speaker::new(boot, OWN, seal),
             authority,
             mode: MODES[usize::from(index % 10 == 3) + 2 * usize::from(index % 25 == 11)],
             is_armed: trouble != Trouble::OnGround,
@@ -228,7 +230,7 @@ impl Plane {
             Want::Grant(_) | Want::Part(_) | Want::Recall(_) => return None,
             Want::Act(_) => Wish::Act,
         };
-        let based_on = MonoTime::from_millis(order.based_on_ms);
+        let based_on = Picture { at: MonoTime::from_millis(order.based_on_ms), mark: order.mark };
         let claim = Claim { boot: order.boot, epoch: order.epoch, id: order.id(), based_on, wish };
         let key = PublicKey(signed.key.as_slice().try_into().ok()?);
         if !key.verifies(&signed.order, &signed.signature) {

@@ -352,10 +352,10 @@ pub fn unknown(command: CommandName, target: Address, attempts: u32) -> StationE
 #[cfg(test)]
 mod tests {
     use vencejo_flight::plan::{MissionItem, PlanKind};
-    use vencejo_proto::MonoTime;
 
     use super::*;
     use crate::authority::Wish;
+    use crate::seal::Picture;
 
     #[test]
     fn a_request_comes_out_as_it_went_in() {
@@ -469,7 +469,7 @@ mod tests {
     #[test]
     fn what_the_vehicle_said_is_what_is_told_far_away() {
         let target = Address::new(250, 1);
-        let claim = Claim { boot: 1, epoch: 1, id: 5, based_on: MonoTime::ZERO, wish: Wish::Act };
+        let claim = Claim { boot: 1, epoch: 1, id: 5, based_on: Picture::default(), wish: Wish::Act };
         let arm = Request::Arm { force: false };
         let told = |result: &RequestResult| {
             result_of(&answer_of(&claim, result), &arm, "plane7", target, ModeFamily::ArduPlane)

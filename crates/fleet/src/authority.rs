@@ -15,7 +15,9 @@ use std::time::Duration;
 use vencejo_proto::MonoTime;
 
 use crate::payload::{Answer, End, Held, VERSION};
+use crate::seal::{Picture, Seal};
 use crate::signature::PublicKey;
+use crate::speech::millis;
 
 /// How long a lease lasts without a sign of its holder.
 pub const LEASE: Duration = Duration::from_secs(10);
@@ -108,7 +110,7 @@ pub struct Claim {
     /// Its id.
     pub id: u128,
     /// The moment on board that its sender's picture is of.
-    pub based_on: MonoTime,
+    pub based_on: Picture,
     /// What it wants.
     pub wish: Wish,
 }
@@ -146,6 +148,7 @@ struct Known {
 #[derive(Debug)]
 pub struct Authority {
     boot: u64,
+    seal: Seal,
     /// When it started.
     began: MonoTime,
     epoch: u64,
@@ -161,11 +164,13 @@ pub struct Authority {
 }
 
 impl Authority {
-    /// Of a station that started at `began`. `boot` is a random number: orders to the program that ran before are none to this one.
+    /// Of a station that started at `began`. `boot` is a random number: orders to the program that ran before are none to this one. `seal` marks
+    /// what this one tells.
     #[must_use]
-    pub fn new(boot: u64, began: MonoTime) -> Self {
+    pub fn new(boot: u64, began: MonoTime, seal: Seal) -> Self {
         Self {
             boot,
+            seal,
             began,
             epoch: 0,
             lease: None,
@@ -182,6 +187,12 @@ impl Authority {
     #[must_use]
     pub fn boot(&self) -> u64 {
         self.boot
+    }
+
+    /// What is told of this moment, so that orders can be based on it.
+    #[must_use]
+    pub fn picture(&self, now: MonoTime) -> Picture {
+        self.seal.picture(millis(now.as_duration()))
     }
 
     /// Key of the operator far away who has control, and the epoch.
@@ -265,10 +276,10 @@ impl Authority {
             let boot_age_ms = u64::try_from(now.since(self.began).as_millis()).unwrap_or(u64::MAX);
             return Verdict::Answer(Box::new(Answer { boot_age_ms, ..answer(claim, End::Unknown, why) }));
         }
-        if claim.based_on > now + AHEAD {
+        if claim.based_on.at > now + AHEAD || self.picture(claim.based_on.at) != claim.based_on {
             return refused(claim, "it is based on a state that was never sent");
         }
-        if now.since(claim.based_on) > FRESH {
+        if now.since(claim.based_on.at) > FRESH {
             return ended(
                 claim,
                 End::Stale,
@@ -299,7 +310,7 @@ impl Authority {
             Verdict::Answer(answer) => Some((**answer).clone()),
             Verdict::UnderWay => return verdict,
         };
-        let fresh_until = claim.based_on + FRESH + OVERTAKEN;
+        let fresh_until = claim.based_on.at + FRESH + OVERTAKEN;
         let epoch = (claim.wish != Wish::Read).then_some(self.epoch);
         let known = Known { key: caller.key, epoch, fresh_until, keep_until: now + KEEPS_ANSWERS, answer };
         self.known.insert(claim.id, known);

@@ -1,7 +1,7 @@
 //! What becomes of an order that came over the network: whose it is, whom it is for, whether it may be done. No I/O; time comes in.
 //!
 //! Whoever carries orders may read them, hold them back, repeat, change and mix them, and make some of its own: what is done is what a
-//! trusted operator signed for this aircraft, this boot and this epoch, once.
+//! trusted operator signed for this aircraft, this boot and this epoch, seconds ago, once. `lies` tries it.
 
 use std::collections::BTreeMap;
 
@@ -13,6 +13,7 @@ use crate::authority::{Authority, Caller, Claim, Role, Verdict, Wish, answer};
 use crate::content::Part;
 use crate::deed::Act;
 use crate::payload::{Answer, BadPayload, End, Order, Signed, Want};
+use crate::seal::Picture;
 use crate::signature::PublicKey;
 
 /// Who is asked to do it, and whose orders count there.
@@ -88,7 +89,7 @@ pub fn judge(
     let (signed, order) = match (signed, order) {
         (Ok(signed), Ok(order)) => (signed, order),
         (_, Err(error)) | (Err(error), _) => {
-            let nobody = Claim { boot: 0, epoch: 0, id: 0, based_on: MonoTime::ZERO, wish: Wish::Act };
+            let nobody = Claim { boot: 0, epoch: 0, id: 0, based_on: Picture::default(), wish: Wish::Act };
             return Judged::OfStranger(Vec::new(), answer(&nobody, End::Refused, &error.to_string()));
         }
     };
@@ -156,7 +157,7 @@ fn claim_of(order: &Order) -> Claim {
         Some(Want::Recall(id)) => Wish::Recall(id.as_slice().try_into().map_or(0, u128::from_be_bytes)),
         Some(Want::Act(_) | Want::Part(_)) | None => Wish::Act,
     };
-    let based_on = MonoTime::from_millis(order.based_on_ms);
+    let based_on = Picture { at: MonoTime::from_millis(order.based_on_ms), mark: order.mark };
     Claim { boot: order.boot, epoch: order.epoch, id: order.id(), based_on, wish }
 }
 
@@ -169,5 +170,7 @@ fn ended(verdict: Verdict, sender: Sender, claim: &Claim) -> Judged {
     }
 }
 
+#[cfg(test)]
+mod lies;
 #[cfg(test)]
 mod tests;

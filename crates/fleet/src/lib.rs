@@ -13,6 +13,7 @@
 //! | [`outcome`] | what an order yields, and how a transfer failed |
 //! | [`payload`] | samples, orders and answers made of these |
 //! | [`speech`] | what an aircraft says, and what is heard of it |
+//! | [`seal`] | what an order is based on: moments that were told |
 //! | [`signature`] | signatures of orders |
 //! | [`authority`] | who may act on an aircraft; on board |
 //! | [`judge`] | what becomes of an order that came; on board |
@@ -49,6 +50,7 @@ pub mod payload;
 pub mod plans;
 pub mod pull;
 pub mod ros2;
+pub mod seal;
 pub mod signature;
 pub mod speech;
 pub mod wire;

@@ -66,6 +66,9 @@ pub struct State {
     /// How far orders have come that take their time.
     #[prost(message, repeated, tag = "11")]
     pub under_way: Vec<UnderWay>,
+    /// Mark of `clock_ms`: an order that is based on this state has both.
+    #[prost(fixed64, tag = "12")]
+    pub mark: u64,
 }
 
 /// How far an order has come.
@@ -129,6 +132,9 @@ pub struct Order {
     /// Name of the operator, for others to read.
     #[prost(string, tag = "8")]
     pub operator: String,
+    /// The mark of `based_on_ms` in that state.
+    #[prost(fixed64, tag = "16")]
+    pub mark: u64,
     /// What.
     #[prost(oneof = "Want", tags = "9, 10, 11, 12, 13, 14, 15")]
     pub want: Option<Want>,
@@ -397,6 +403,7 @@ mod tests {
             id: vec![9; 16],
             based_on_ms: 300,
             operator: "Ana".into(),
+            mark: 8,
             want: Some(Want::Act(Act { deed: Some(Deed::Mode("RTL".into())), ..Act::default() })),
         };
         let mut bytes = vec![0x08, 1, 0x12, 4];
@@ -409,6 +416,7 @@ mod tests {
         bytes.extend(b"Ana");
         bytes.extend([0x6a, 5, 0x2a, 3]);
         bytes.extend(b"RTL");
+        bytes.extend([0x81, 0x01, 8, 0, 0, 0, 0, 0, 0, 0]);
         assert_eq!(order.encode_to_vec(), bytes);
         assert_eq!(Order::read(&bytes), Ok(order));
     }

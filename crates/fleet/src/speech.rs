@@ -6,6 +6,7 @@ use std::time::Duration;
 use vencejo_proto::{Address, Frame, Message, MonoTime};
 
 use crate::payload::{Event, Held, MAX_MESSAGES, Said, State, VERSION};
+use crate::seal::{Picture, Seal};
 
 /// Messages of which the newest is told: what a ground station shows. HEARTBEAT, SYS_STATUS, GPS_RAW_INT, ATTITUDE,
 /// GLOBAL_POSITION_INT, MISSION_CURRENT, NAV_CONTROLLER_OUTPUT, VFR_HUD, BATTERY_STATUS, WIND, EKF_STATUS_REPORT, WIND_COV,
@@ -20,6 +21,7 @@ pub const MAX_EVENTS: usize = 4096;
 #[derive(Debug)]
 pub struct Speaker {
     boot: u64,
+    seal: Seal,
     autopilot: Address,
     newest: BTreeMap<u32, (Frame, MonoTime, bool)>,
     sequence: u64,
@@ -30,8 +32,8 @@ pub struct Speaker {
 impl Speaker {
     /// Nothing yet.
     #[must_use]
-    pub fn new(boot: u64, autopilot: Address) -> Self {
-        Self { boot, autopilot, newest: BTreeMap::new(), sequence: 0, events: VecDeque::new(), numbered: 0 }
+    pub fn new(boot: u64, autopilot: Address, seal: Seal) -> Self {
+        Self { boot, seal, autopilot, newest: BTreeMap::new(), sequence: 0, events: VecDeque::new(), numbered: 0 }
     }
 
     /// The autopilot said something; gives the event that is to be told at once.
@@ -82,10 +84,12 @@ impl Speaker {
             }
         }
         said.truncate(MAX_MESSAGES);
+        let clock_ms = millis(now.as_duration());
         State {
             version: VERSION,
             boot: self.boot,
-            clock_ms: millis(now.as_duration()),
+            clock_ms,
+            mark: self.seal.picture(clock_ms).mark,
             sequence: self.sequence,
             system: self.autopilot.system.0.into(),
             component: self.autopilot.component.0.into(),
@@ -112,6 +116,7 @@ pub fn millis(time: Duration) -> u64 {
 pub struct Listener {
     boot: Option<u64>,
     clock_ms: u64,
+    mark: u64,
     /// When that was, here.
     at: MonoTime,
     held: Held,
@@ -138,7 +143,7 @@ impl Listener {
             // Overtaken by a later one.
             return News::default();
         }
-        (self.clock_ms, self.at) = (state.clock_ms, now);
+        (self.clock_ms, self.mark, self.at) = (state.clock_ms, state.mark, now);
         self.held = state.held.clone().unwrap_or_default();
         let of = |said: &Said| Some((said.message()?, before(now, said.age_ms)));
         let mut said: Vec<_> =
@@ -167,10 +172,10 @@ impl Listener {
         }
     }
 
-    /// The boot and the moment on board of the newest picture; `None` before the first.
+    /// The boot and the newest picture; `None` before the first.
     #[must_use]
-    pub fn picture(&self) -> Option<(u64, MonoTime)> {
-        Some((self.boot?, MonoTime::from_millis(self.clock_ms)))
+    pub fn picture(&self) -> Option<(u64, Picture)> {
+        Some((self.boot?, Picture { at: MonoTime::from_millis(self.clock_ms), mark: self.mark }))
     }
 
     /// How old that picture is here, at least.
@@ -215,7 +220,7 @@ mod tests {
     }
 
     fn speaker() -> Speaker {
-        Speaker::new(1, PLANE)
+        Speaker::new(1, PLANE, Seal::new(&[7; 32]))
     }
 
     #[test]
@@ -231,7 +236,7 @@ mod tests {
         let state = speaker.sample(Held::default(), at(2_100));
         assert_eq!(listener.on_state(&state, at(50_100)).said, []);
         assert_eq!(speaker.everything(Held::default(), at(2_100)).said.len(), 1);
-        assert_eq!(listener.picture(), Some((1, at(2_100))));
+        assert_eq!(listener.picture(), Some((1, Seal::new(&[7; 32]).picture(2_100))));
     }
 
     #[test]
@@ -241,7 +246,8 @@ mod tests {
         let late = speaker.sample(Held::default(), at(2_000));
         listener.on_state(&late, at(10));
         listener.on_state(&early, at(20));
-        assert_eq!((listener.held().holder.as_str(), listener.picture()), ("", Some((1, at(2_000)))));
+        let picture = Seal::new(&[7; 32]).picture(2_000);
+        assert_eq!((listener.held().holder.as_str(), listener.picture()), ("", Some((1, picture))));
     }
 
     #[test]
@@ -277,9 +283,9 @@ mod tests {
         assert_eq!(listener.on_state(&first.sample(Held::default(), at(9_000)), at(0)).missed_from, Some(1));
         let event = first.on_frame(&frame(&text("old"), PLANE), at(9_000)).expect("an event");
         listener.on_event(&event, at(0));
-        let mut second = Speaker::new(2, PLANE);
+        let mut second = Speaker::new(2, PLANE, Seal::new(&[7; 32]));
         assert_eq!(listener.on_state(&second.sample(Held::default(), at(10)), at(0)).missed_from, Some(1));
-        assert_eq!(listener.picture(), Some((2, at(10))));
+        assert_eq!(listener.picture(), Some((2, Seal::new(&[7; 32]).picture(10))));
         assert_eq!(listener.on_event(&event, at(0)), News::default(), "of the boot before");
         let event = second.on_frame(&frame(&text("new"), PLANE), at(10)).expect("an event");
         assert_eq!(listener.on_event(&event, at(0)).said.len(), 1);

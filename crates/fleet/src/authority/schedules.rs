@@ -28,14 +28,14 @@ enum Sent {
     Order(usize, Claim),
     Answer(usize, Box<Answer>),
     /// Boot, moment on board, who asks for control.
-    State(usize, u64, MonoTime, Option<PublicKey>),
+    State(usize, u64, Picture, Option<PublicKey>),
 }
 
 /// A station far away, as far as it has to do with this.
 struct Ground {
     caller: Caller,
     /// The newest picture: boot, moment on board, who asks.
-    seen: Option<(u64, MonoTime, Option<PublicKey>)>,
+    seen: Option<(u64, Picture, Option<PublicKey>)>,
     epoch: u64,
     /// What it has on its way, and until when it waits: several things at once, as its operators want.
     errands: Vec<(Errand, Claim, MonoTime)>,
@@ -86,7 +86,7 @@ impl World {
             is_cut: false,
         };
         Self {
-            authority: Authority::new(rng.random(), MonoTime::from_millis(1_000)),
+            authority: Authority::new(rng.random(), MonoTime::from_millis(1_000), Seal::new(&[7; 32])),
             grounds: (0..STATIONS).map(ground).collect(),
             rng,
             now: MonoTime::from_millis(1_000),
@@ -125,7 +125,8 @@ impl World {
                     let held = self.authority.held();
                     let key = |key: &[u8]| key.try_into().ok().map(PublicKey);
                     let boot = self.authority.boot();
-                    self.send(Sent::State(station, boot, self.now, key(&held.asking_key)));
+                    let picture = self.authority.picture(self.now);
+                    self.send(Sent::State(station, boot, picture, key(&held.asking_key)));
                 }
             }
             self.happen();
@@ -150,7 +151,7 @@ impl World {
             }
             8 => {
                 // The program on board starts again: with what it knew go the acts that it was at.
-                self.authority = Authority::new(self.rng.random(), self.now);
+                self.authority = Authority::new(self.rng.random(), self.now, Seal::new(&[7; 32]));
                 self.under_way.clear();
                 self.truth.given = None;
                 if self.local {
@@ -245,7 +246,7 @@ impl World {
             }
             Sent::State(station, boot, at, asking) => {
                 let ground = &mut self.grounds[station];
-                if ground.seen.is_none_or(|(known, seen, _)| known != boot || seen < at) {
+                if ground.seen.is_none_or(|(known, seen, _)| known != boot || seen.at < at.at) {
                     ground.seen = Some((boot, at, asking));
                 }
             }
@@ -267,7 +268,7 @@ impl World {
         assert_eq!(self.truth.given, Some((claim.boot, claim.epoch, caller.key)), "an act after its fence");
         assert!(!self.local, "an act beside the operator at the aircraft");
         assert!(self.truth.executed.insert(claim.id), "done twice");
-        assert!(self.now.since(claim.based_on) <= FRESH, "done on an old picture");
+        assert!(self.now.since(claim.based_on.at) <= FRESH, "done on an old picture");
         self.truth.executions += 1;
         let takes = Duration::from_millis(self.rng.random_range(10..6_000));
         self.under_way.push((self.now + takes, claim.id, station));

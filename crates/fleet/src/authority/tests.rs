@@ -21,12 +21,12 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
-        Self { authority: Authority::new(BOOT, at(99_000)), now: at(100_000), ids: 0 }
+        Self { authority: Authority::new(BOOT, at(99_000), Seal::new(&[7; 32])), now: at(100_000), ids: 0 }
     }
 
     fn claim(&mut self, wish: Wish, epoch: u64) -> Claim {
         self.ids += 1;
-        Claim { boot: BOOT, epoch, id: self.ids, based_on: self.now, wish }
+        Claim { boot: BOOT, epoch, id: self.ids, based_on: self.authority.picture(self.now), wish }
     }
 
     fn order(&mut self, caller: &Caller, wish: Wish, epoch: u64) -> Verdict {
@@ -159,6 +159,7 @@ fn an_order_is_done_at_most_once() {
 fn what_was_seen_too_long_ago_or_in_another_boot_is_no_ground_to_act() {
     let (mut bench, ana) = (Bench::new(), caller(1, Role::Operator));
     let epoch = bench.granted(&ana);
+    let of = |ms| Seal::new(&[7; 32]).picture(ms);
     let other = Claim { boot: 1, ..bench.claim(Wish::Act, epoch) };
     let verdict = bench.authority.on_order(&ana, &other, bench.now);
     assert!(matches!(verdict, Verdict::Answer(answer) if answer.boot_age_ms == 1_000), "since when it can know");
@@ -170,9 +171,12 @@ fn what_was_seen_too_long_ago_or_in_another_boot_is_no_ground_to_act() {
             _ => None,
         }
     };
-    assert_eq!(end(&mut bench, &|claim| claim.based_on = at(95_000)), None, "five seconds are fresh");
-    assert_eq!(end(&mut bench, &|claim| claim.based_on = at(94_999)), Some(End::Stale));
-    assert_eq!(end(&mut bench, &|claim| claim.based_on = at(101_001)), Some(End::Refused));
+    assert_eq!(end(&mut bench, &|claim| claim.based_on = of(95_000)), None, "five seconds are fresh");
+    assert_eq!(end(&mut bench, &|claim| claim.based_on = of(94_999)), Some(End::Stale));
+    assert_eq!(end(&mut bench, &|claim| claim.based_on = of(101_001)), Some(End::Refused));
+    // Told by somebody else, or of another moment.
+    let unmarked = |claim: &mut Claim| claim.based_on.at = at(99_999);
+    assert_eq!(end(&mut bench, &unmarked), Some(End::Refused));
     assert_eq!(end(&mut bench, &|claim| claim.boot = 1), Some(End::Unknown));
     assert_eq!(end(&mut bench, &|claim| claim.epoch -= 1), Some(End::Held));
     assert_eq!(end(&mut bench, &|claim| claim.epoch += 1), Some(End::Held), "nor one that is not there yet");

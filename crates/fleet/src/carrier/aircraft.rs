@@ -27,6 +27,7 @@ use crate::error::FleetError;
 use crate::key::{Kind, Name, echo_key, key_of};
 use crate::operator::random;
 use crate::payload::{Event, State};
+use crate::seal::Seal;
 use crate::signature::PublicKey;
 use crate::speech::{EACH, NEWEST, Speaker};
 
@@ -111,7 +112,8 @@ impl Aircraft {
             let why = "join the fleet first, with --join TOKEN".to_owned();
             config.member.as_ref().ok_or_else(|| FleetError::NoCertificates(router.to_string(), why))?;
         }
-        let (boot, began) = (u64::from_be_bytes(random()?), station.now());
+        let (boot, seal) = (u64::from_be_bytes(random()?), Seal::new(&random()?));
+        let authority = Authority::new(boot, station.now(), seal.clone());
         let history = config.history.as_ref().map(|history| {
             Board::start(&config.org, &config.name, boot, config.uplink_bit_s, history).map_err(|error| {
                 FleetError::File { path: history.folder.display().to_string(), problem: error.to_string() }
@@ -124,7 +126,7 @@ impl Aircraft {
         let shown = status.clone();
         let task = runtime.spawn(async move {
             tokio::select! {
-                () = live(&station, &config, (boot, began), &shown, history.as_ref()) => {}
+                () = live(&station, &config, (authority, seal), &shown, history.as_ref()) => {}
                 // An error means that nobody holds the handle any more: the end as well.
                 _ = stopped.wait_for(|stopped| *stopped) => {}
             }
@@ -156,14 +158,13 @@ impl Aircraft {
 async fn live(
     station: &Station,
     config: &AircraftConfig,
-    (boot, began): (u64, MonoTime),
+    (mut authority, seal): (Authority, Seal),
     status: &Arc<Mutex<AircraftStatus>>,
     history: Option<&Board>,
 ) {
     let Some(Ok(vehicle)) = station.wait_vehicle(None).wait().await else { return };
     let Some(address) = vehicle.address() else { return };
-    let mut speaker = Speaker::new(boot, address);
-    let mut authority = Authority::new(boot, began);
+    let mut speaker = Speaker::new(authority.boot(), address, seal);
     let ids: BTreeSet<u32> = NEWEST.iter().chain(&EACH).chain(&[PARAM_VALUE]).copied().collect();
     let heard = vehicle.subscribe_messages(Some(ids), WAITING);
     let frames = history.is_some_and(|history| history.has_frames).then(|| vehicle.subscribe_messages(None, WAITING));

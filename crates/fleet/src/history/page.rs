@@ -178,7 +178,7 @@ mod tests {
 
     fn states(count: u64) -> Vec<Record> {
         let plane = Address::new(7, 1);
-        let mut speaker = Speaker::new(5, plane);
+        let mut speaker = Speaker::new(5, plane, crate::seal::Seal::new(&[7; 32]));
         let state = |number: u64| {
             let now = MonoTime::from_millis(number * 100);
             let heartbeat = Message::Heartbeat(Heartbeat { custom_mode: number as u32, ..Heartbeat::default() });

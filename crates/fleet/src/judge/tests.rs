@@ -12,6 +12,7 @@ use crate::deed::{
     PlanPut, Reposition,
 };
 use crate::payload::VERSION;
+use crate::seal::Seal;
 use crate::signature::Signer;
 
 const BOOT: u64 = 77;
@@ -58,7 +59,13 @@ impl Bench {
         let trust = [(2, Role::Observer), (3, Role::Operator), (4, Role::Chief), (5, Role::Operator)];
         let trust = trust.map(|(number, role)| (signer(number).public(), role)).into();
         let now = MonoTime::from_millis(100_000);
-        Self { trust, authority: Authority::new(BOOT, MonoTime::ZERO), aboard: Aboard::default(), now, ids: 0 }
+        Self {
+            trust,
+            authority: Authority::new(BOOT, MonoTime::ZERO, Seal::new(&[7; 32])),
+            aboard: Aboard::default(),
+            now,
+            ids: 0,
+        }
     }
 
     fn order(&mut self, epoch: u64, want: Want) -> Order {
@@ -72,6 +79,7 @@ impl Bench {
             id: self.ids.to_be_bytes().to_vec(),
             based_on_ms: 100_000,
             operator: "Ana".into(),
+            mark: self.authority.picture(self.now).mark,
             want: Some(want),
         }
     }

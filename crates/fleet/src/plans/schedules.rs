@@ -14,6 +14,7 @@ use crate::authority::{Authority, Caller, Claim, Role, Verdict, Wish, answer};
 use crate::content::{Digest, PART_BYTES, Part, Shelf, Tray};
 use crate::errand::{Errand, Outcome, Step};
 use crate::payload::{Answer, End};
+use crate::seal::{Picture, Seal};
 use crate::signature::PublicKey;
 
 /// Schedules in the usual run and for each seed that `make soak` asks for.
@@ -40,7 +41,7 @@ enum Sent {
     /// What it wants, the list's name, and what its sender had seen.
     Put(usize, Claim, Digest, PlanTold),
     Answer(usize, Answer),
-    State(usize, u64, MonoTime, u32, Vec<PlanTold>),
+    State(usize, u64, Picture, u32, Vec<PlanTold>),
 }
 
 /// What a station far away is at.
@@ -59,7 +60,7 @@ enum Doing {
 
 struct Ground {
     caller: Caller,
-    seen: Option<(u64, MonoTime)>,
+    seen: Option<(u64, Picture)>,
     heard: PlansHeard,
     epoch: u64,
     doing: Doing,
@@ -116,7 +117,7 @@ impl World {
         };
         let vehicle = list_of(0);
         Self {
-            authority: Authority::new(rng.random(), MonoTime::ZERO),
+            authority: Authority::new(rng.random(), MonoTime::ZERO, Seal::new(&[7; 32])),
             rng,
             now: MonoTime::from_millis(1_000),
             plans: Plans::default(),
@@ -163,7 +164,8 @@ impl World {
                 for station in 0..STATIONS {
                     let plans = if self.rng.random_bool(0.5) { self.plans.told().to_vec() } else { Vec::new() };
                     let boot = self.authority.boot();
-                    self.send(Sent::State(station, boot, self.now, self.plans.version(), plans));
+                    let picture = self.authority.picture(self.now);
+                    self.send(Sent::State(station, boot, picture, self.plans.version(), plans));
                 }
             }
             let (due, rest) = std::mem::take(&mut self.on_the_way).into_iter().partition(|(at, _)| *at <= self.now);
@@ -187,7 +189,8 @@ impl World {
                 // The station on board starts again: what it wrote stays half written, and that is remembered.
                 self.restarts += 1;
                 self.is_doubted |= self.writing.take().is_some();
-                (self.authority, self.plans) = (Authority::new(self.rng.random(), self.now), Plans::default());
+                (self.authority, self.plans) =
+                    (Authority::new(self.rng.random(), self.now, Seal::new(&[7; 32])), Plans::default());
                 (self.shelf, self.tray) = (Shelf::default(), Tray::default());
                 let why = if self.is_doubted { Unknown::TransferFailed } else { Unknown::NeverRead };
                 (self.state, self.read_at) = (PlanState::Unknown(why), self.now + Duration::from_secs(2));
@@ -255,7 +258,7 @@ impl World {
             Sent::Answer(station, answer) => self.on_answer(station, answer),
             Sent::State(station, boot, at, version, plans) => {
                 let ground = &mut self.grounds[station];
-                if ground.seen.is_none_or(|(known, seen)| known != boot || seen < at) {
+                if ground.seen.is_none_or(|(known, seen)| known != boot || seen.at < at.at) {
                     ground.seen = Some((boot, at));
                     ground.heard.on_state(boot, version, &plans);
                 }

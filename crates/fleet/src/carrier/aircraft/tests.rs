@@ -39,6 +39,7 @@ impl Bench {
             id: self.next.to_be_bytes().to_vec(),
             based_on_ms: self.state.clock_ms,
             operator: "Ana".into(),
+            mark: self.state.mark,
             want: Some(want),
         }
         .encode_to_vec();

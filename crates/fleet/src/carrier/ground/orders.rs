@@ -110,8 +110,9 @@ impl FarAircraft {
             boot,
             epoch,
             id: id.to_vec(),
-            based_on_ms: millis(based_on.as_duration()),
+            based_on_ms: millis(based_on.at.as_duration()),
             operator: operator.to_owned(),
+            mark: based_on.mark,
             want: Some(want),
         }
         .encode_to_vec();

@@ -6,6 +6,7 @@ use vencejo_store::{Floors, Space};
 use super::*;
 use crate::history::fill::Held;
 use crate::payload::Held as Control;
+use crate::seal::Seal;
 use crate::speech::Speaker;
 
 #[test]
@@ -57,7 +58,7 @@ fn name_of(index: usize) -> Name {
 /// States 1 to `count` of one boot, as bytes too.
 fn states(boot: u64, count: u64) -> Vec<(State, Vec<u8>)> {
     let plane = Address::new(7, 1);
-    let mut speaker = Speaker::new(boot, plane);
+    let mut speaker = Speaker::new(boot, plane, Seal::new(&[7; 32]));
     let state = |number: u64| {
         let now = MonoTime::from_millis(number * 100);
         let heartbeat = MavMessage::Heartbeat(Heartbeat { custom_mode: number as u32, ..Heartbeat::default() });
