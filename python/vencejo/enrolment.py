@@ -302,7 +302,9 @@ class Organisation:
         """
         return self._token(name, lasts_s, None)
 
-    def enrol_station(self, name: str, *, role: Role = "operator", lasts_s: int = TOKEN_LASTS_S) -> Token:
+    def enrol_station(
+        self, name: str, *, role: Role = "operator", routers: Iterable[str] = (), lasts_s: int = TOKEN_LASTS_S
+    ) -> Token:
         """A token for another ground station. An older one for it is void from now on.
 
         Aircraft learn its key and role by a list that the authority signs, within seconds where they are reached.
@@ -313,20 +315,23 @@ class Organisation:
             The station's name: 1 to 32 of ``a-z``, ``0-9`` and ``-``; not ``ground``, which is the one that has the authority.
         role : str
             ``"observer"``, which looks and reads; ``"operator"``, which asks for control; or ``"chief"``, which takes it from operators at once.
+        routers : iterable of str
+            Where it is a router of the fleet as well, as others reach it, such as ``"tls/hill.example.org:7447"``: aircraft and
+            stations are told of them, and its certificate is good for these names. None by default.
         lasts_s : int
             How long it is good, s.
 
         Raises
         ------
         InvalidRequest
-            For a name or a role that cannot be one.
+            For a name, a role or an address that cannot be one.
         NotPossibleNow
             When a station of that name was revoked, and its old certificate has not ended.
         """
-        return self._token(name, lasts_s, role)
+        return self._token(name, lasts_s, role, routers)
 
-    def _token(self, name: str, lasts_s: int, role: Role | None) -> Token:
-        text, doors, ends = self._native.enrol(name, lasts_s, role)
+    def _token(self, name: str, lasts_s: int, role: Role | None, routers: Iterable[str] = ()) -> Token:
+        text, doors, ends = self._native.enrol(name, lasts_s, role, list(routers))
         return Token(text=text, doors=tuple(doors), ends=_moment(ends))
 
     def revoke(self, name: str) -> None:

@@ -194,10 +194,12 @@ class Fleet(Closing):
     org : str
         The organisation.
     listen : str, optional
-        Where it is the fleet's router; with port 0 a free one is taken (`endpoint`). By default ``"tls/0.0.0.0:7447"`` where the fleet's
-        authority is on this machine; else ``"tcp/127.0.0.1:7447"``, but where this machine has joined the fleet by a token.
+        Where it is a router of the fleet; with port 0 a free one is taken (`endpoint`). By default ``"tls/0.0.0.0:7447"`` where the fleet's
+        authority is on this machine; else ``"tcp/127.0.0.1:7447"``, but where this machine has joined the fleet by a token: then only if that was for a router
+        (`Organisation.enrol_station`), at the port that was said there.
     router : str or iterable of str, optional
-        Another router that it uses, in place of being one; of several, the next when one is gone. By default, where it has joined by a token, those of the fleet's list.
+        Another router that it uses, in place of being one; of several, the next when one is gone. With `listen`, or where it was enrolled as a
+        router, it is linked with all of them instead. By default, where it has joined by a token, those of the fleet's list.
     door : str, optional
         Where aircraft join with a token and get their next certificate, such as ``"0.0.0.0:7448"``; nowhere by default, nor in the
         clear.
@@ -235,12 +237,12 @@ class Fleet(Closing):
         self.org = org
         organisation = Organisation(org, folder=folder)
         has_joined = organisation.folder.with_suffix(".json").is_file()
-        if listen is None and (organisation.exists or not has_joined):
+        if listen is None and not router and (organisation.exists or not has_joined):
             listen = "tls/0.0.0.0:7447" if organisation.exists else "tcp/127.0.0.1:7447"
         self._native = native("FleetGround")(
             station._native,
             org=org,
-            listen=None if router else listen,
+            listen=listen,
             dial=_addresses(router),
             door=door,
             key_file=default_key_file(org) if key_file is None else Path(key_file),

@@ -118,7 +118,13 @@ pub fn stations_key(org: &Name) -> String {
     format!("vencejo/1/{org}/_hub/stations")
 }
 
-/// The keys of both.
+/// Where a router that has not the authority asks for the list of aircraft, likewise.
+#[must_use]
+pub fn admitted_key(org: &Name) -> String {
+    format!("vencejo/1/{org}/_hub/admitted")
+}
+
+/// The keys of all three.
 #[must_use]
 pub fn keys_of_hub(org: &Name) -> String {
     format!("vencejo/1/{org}/_hub/*")

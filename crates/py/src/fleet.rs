@@ -284,10 +284,10 @@ fn validity(facts: Facts) -> Validity {
 /// Name, since when, end of its certificate, when it was revoked, its role where it is a ground station.
 type Enrolled = (String, u64, u64, Option<u64>, Option<&'static str>);
 
-/// An aircraft, or with a role a ground station.
-fn newcomer(name: &str, role: Option<&str>) -> Result<Newcomer, FleetError> {
+/// An aircraft, or with a role a ground station, which may be a router at some addresses.
+fn newcomer(name: &str, role: Option<&str>, routers: Vec<String>) -> Result<Newcomer, FleetError> {
     let newcomer = match role {
-        Some(role) => Newcomer::Station(name.parse()?, role_named(role)?),
+        Some(role) => Newcomer::Station(name.parse()?, role_named(role)?, routers),
         None => Newcomer::Aircraft(name.parse()?),
     };
     newcomer.check()?;
@@ -339,7 +339,7 @@ impl PyOrganisation {
     /// Whether that can be the name of an aircraft, or of a ground station with a role.
     #[staticmethod]
     fn check_newcomer(name: &str, role: Option<&str>) -> PyResult<()> {
-        newcomer(name, role).map(drop).map_err(raise)
+        newcomer(name, role, Vec::new()).map(drop).map_err(raise)
     }
 
     /// The token; where it is good; when it ends.
@@ -349,9 +349,10 @@ impl PyOrganisation {
         name: &str,
         lasts_s: u64,
         role: Option<&str>,
+        routers: Vec<String>,
     ) -> PyResult<(String, Vec<String>, u64)> {
         let now = unix_now();
-        let ticket = self.detached(py, |org| org.enrol(&newcomer(name, role)?, lasts_s, now))?;
+        let ticket = self.detached(py, |org| org.enrol(&newcomer(name, role, routers)?, lasts_s, now))?;
         Ok((ticket.text(), ticket.doors, now + lasts_s))
     }
 

@@ -152,6 +152,14 @@ def enrol(
             help="What that may do: observer looks and reads, operator asks for control (when not given), chief takes it at once.",
         ),
     ] = None,
+    router: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--router",
+            metavar="ADDRESS",
+            help="That ground station is a router too, which others reach at this address, such as tls/hill.example.org:7447. Repeatable.",
+        ),
+    ] = None,
     json: JsonOption = False,
 ) -> None:
     """Give out a token that brings one aircraft, or ground station, into a fleet, once; the fleet is made where it is not there.
@@ -159,7 +167,11 @@ def enrol(
     Example: vencejo fleet enrol plane7 --fleet acme
 
     Example: vencejo fleet enrol tower --station --role observer
+
+    Example: vencejo fleet enrol hill --router tls/hill.example.org:7447
     """
+    # Only a ground station is a router.
+    station = station or bool(router)
     if role is not None and not station:
         raise Failed("a role is for a ground station: give --station too", Exit.USAGE)
     organisation = _organisation(org)
@@ -170,7 +182,7 @@ def enrol(
         say(f"The fleet {organisation.org} is made, in {organisation.folder}. Keep a copy of ca.key there safe.")
     lasts_s = minutes * 60
     if given is not None:
-        token = organisation.enrol_station(name, role=given, lasts_s=lasts_s)
+        token = organisation.enrol_station(name, role=given, routers=router or (), lasts_s=lasts_s)
         command = f"vencejo serve --join {token.text}"
         where = f"At the ground station {name}, within {minutes} minutes; it is shown once:"
     else:

@@ -166,7 +166,7 @@ def serve(
             "--fleet-listen",
             metavar="ADDRESS",
             help="Where aircraft of the fleet dial: tls/0.0.0.0:7447 once `vencejo fleet init` made its certificates, also "
-            "quic/…; before, tcp/127.0.0.1:7447. Port 0 takes a free one.",
+            "quic/…; before, tcp/127.0.0.1:7447. Port 0 takes a free one. With --fleet-router both routers are linked.",
         ),
     ] = None,
     fleet_door: Annotated[
@@ -183,7 +183,7 @@ def serve(
             "--fleet-router",
             metavar="ADDRESS",
             help="Another router of the fleet to use, in place of being one; one that has joined with a token knows them. "
-            "Repeatable: the next when one is gone.",
+            "Repeatable: the next when one is gone. With --fleet-listen, or enrolled as a router, it is linked with all of them.",
         ),
     ] = None,
     history: HistoryOption = True,

@@ -36,7 +36,7 @@ mod holdings;
 mod orders;
 pub(super) mod place;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 mod work;
 
 /// How often what the autopilot said is looked at: twice as often as it is told at most.

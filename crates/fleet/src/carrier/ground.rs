@@ -17,7 +17,7 @@ use zenoh::query::Query;
 use zenoh::sample::{Sample, SampleKind};
 
 use self::terms::{List, Network, Terms};
-use super::aircraft::place::ask_stations;
+use super::aircraft::place::ask_list;
 use super::door::{Door, blocking};
 use super::endpoint::{Endpoint, Way};
 use super::history::{Archive, HistoryConfig};
@@ -25,7 +25,7 @@ use super::network::{self, Heard};
 use crate::authority::RENEW_EVERY;
 use crate::content::Shelf;
 use crate::error::FleetError;
-use crate::key::{Kind, Name, aircraft_of, echo_key, key_of, keys_of_all, stations_key};
+use crate::key::{Kind, Name, admitted_key, aircraft_of, echo_key, key_of, keys_of_all, stations_key};
 use crate::payload::{Event, State, UnderWay};
 use crate::plans::{PlanTold, PlansHeard};
 use crate::signature::{PublicKey, Signer};
@@ -34,6 +34,8 @@ use crate::speech::{Listener, News};
 mod orders;
 mod plans;
 mod terms;
+#[cfg(test)]
+mod tests;
 
 pub use terms::Standing;
 
@@ -56,9 +58,9 @@ const REJOINS: Duration = Duration::from_secs(3);
 pub struct GroundConfig {
     /// The organisation.
     pub org: Name,
-    /// Where it is the router; port 0 takes a free one.
+    /// Where it is a router; port 0 takes a free one. A place that was enrolled as one has its own.
     pub listen: Option<Endpoint>,
-    /// Other routers, of which it uses the first that is there instead. With neither, those that its place in the fleet names.
+    /// Other routers: it uses the first that is there; as a router it links with all of them. With none, a place in the fleet has those that it names.
     pub dial: Vec<Endpoint>,
     /// Its key: what aircraft trust.
     pub signer: Signer,
@@ -173,23 +175,15 @@ impl Ground {
     /// [`FleetError`].
     pub async fn start(station: Station, config: GroundConfig, runtime: &Handle) -> Result<Self, FleetError> {
         let dial = config.dial.into_iter().map(Endpoint::dialled).collect::<Result<Vec<_>, _>>()?;
-        let (given, is_router) = match config.listen {
-            Some(listen) if dial.is_empty() => (vec![listen.with_port()?], true),
-            _ => (dial, false),
-        };
+        let listen = config.listen.map(Endpoint::with_port).transpose()?;
         // In the clear, and so on this machine, nobody has a name that rules could be for.
-        let is_clear = given.iter().any(|endpoint| endpoint.way() == Way::Tcp);
+        let is_clear = dial.iter().chain(&listen).any(|endpoint| endpoint.way() == Way::Tcp);
         let standing = if is_clear { Standing::Alone } else { config.standing };
-        if let (Standing::Member(_), true) = (&standing, is_router) {
-            return Err(FleetError::NoCertificates(
-                given.iter().map(Endpoint::to_string).collect(),
-                "only the ground station that has the authority can be the router; leave that address out".into(),
-            ));
-        }
         let news = Arc::new(Notify::new());
-        let network = Network::new(given, is_router, standing);
+        let network = Network::new(listen, dial, standing);
         let (terms, list) = network.look(0).await?;
-        let endpoint = terms.endpoints.first().cloned().ok_or_else(|| FleetError::Address(String::new()))?;
+        let joined_at = terms.listen.iter().chain(&terms.dial).next();
+        let endpoint = joined_at.cloned().ok_or_else(|| FleetError::Address(String::new()))?;
         let began = Instant::now();
         let session = loop {
             match network.open(&terms).await {
@@ -327,7 +321,7 @@ impl Fleet {
         let mut ready = Some(ready);
         loop {
             let changed = tokio::select! {
-                failed = self.follow(&mut ready) => match (failed, ready.take()) {
+                failed = self.follow(&mut ready, terms.listen.is_some()) => match (failed, ready.take()) {
                     (error, Some(ready)) => return drop(ready.send(Err(error))),
                     (error, None) => {
                         tracing::warn!(%error, "the fleet cannot be followed");
@@ -391,6 +385,7 @@ impl Fleet {
     async fn follow(
         self: &Arc<Self>,
         ready: &mut Option<tokio::sync::oneshot::Sender<Result<(), FleetError>>>,
+        is_router: bool,
     ) -> FleetError {
         let session = &self.session();
         let declared = async {
@@ -398,13 +393,14 @@ impl Fleet {
             let echoes = session.declare_queryable(echo_key(&self.org)).complete(true);
             let echoes = echoes.callback(self.echo()).await.map_err(failed)?;
             let lists = session.declare_queryable(stations_key(&self.org)).complete(true).await.map_err(failed)?;
+            let admitted = session.declare_queryable(admitted_key(&self.org)).complete(true).await.map_err(failed)?;
             let states = session.declare_subscriber(keys_of_all(&self.org, Kind::State)).callback(self.hear());
             let states = states.await.map_err(failed)?;
             let events = session.declare_subscriber(keys_of_all(&self.org, Kind::Event)).await.map_err(failed)?;
             let tokens = session.liveliness().declare_subscriber(keys_of_all(&self.org, Kind::Alive)).history(true);
-            Ok((echoes, lists, states, events, tokens.await.map_err(failed)?))
+            Ok((echoes, lists, admitted, states, events, tokens.await.map_err(failed)?))
         };
-        let (_echoes, lists, _states, events, tokens) = match declared.await {
+        let (_echoes, lists, admitted, _states, events, tokens) = match declared.await {
             Ok(declared) => declared,
             Err(error) => return error,
         };
@@ -438,8 +434,15 @@ impl Fleet {
                         }
                     }
                 }
+                Ok(query) = admitted.recv_async() => {
+                    let (fleet, have) = (self.clone(), have_of(&query));
+                    tokio::spawn(async move {
+                        let newer = fleet.network.admitted(have).await;
+                        network::reply(query, admitted_key(&fleet.org), newer.into_iter().collect());
+                    });
+                }
                 Ok(query) = lists.recv_async() => {
-                    let have = query.parameters().get("have").and_then(|have| have.parse().ok()).unwrap_or(0);
+                    let have = have_of(&query);
                     let list = self.list();
                     let newer = (list.0 > have).then(|| list.1.clone());
                     network::reply(query, stations_key(&self.org), newer.into_iter().collect());
@@ -447,7 +450,8 @@ impl Fleet {
                 _ = renew.tick() => {
                     self.renew();
                     if let Standing::Member(_) = self.network.standing {
-                        if !network::is_with_station(session).await {
+                        // With a router are aircraft as well, each by its name.
+                        if !(is_router || network::is_with_station(session).await) {
                             return FleetError::Network {
                                 address: self.endpoint.to_string(),
                                 problem: "who answers there now is no router of this fleet".into(),
@@ -455,8 +459,13 @@ impl Fleet {
                         }
                         let (fleet, session) = (self.clone(), session.clone());
                         tokio::spawn(async move {
-                            let lists = ask_stations(&session, &fleet.org, fleet.list().0).await;
-                            fleet.network.keep(lists).await;
+                            let stations = ask_list(&session, &stations_key(&fleet.org), fleet.list().0).await;
+                            let mut aircraft = Vec::new();
+                            if is_router {
+                                let have = fleet.network.admitted_number().await;
+                                aircraft = ask_list(&session, &admitted_key(&fleet.org), have).await;
+                            }
+                            fleet.network.keep(stations, aircraft).await;
                         });
                     }
                 }
@@ -641,4 +650,9 @@ impl FarAircraft {
     fn address(&self) -> Address {
         self.known().autopilot.unwrap_or(Address { system: SystemId::BROADCAST, component: ComponentId::AUTOPILOT })
     }
+}
+
+/// The number of the list that whoever asks has.
+fn have_of(query: &Query) -> u64 {
+    query.parameters().get("have").and_then(|have| have.parse().ok()).unwrap_or(0)
 }

@@ -9,6 +9,7 @@ use std::time::Duration;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use tokio::net::TcpStream;
 use tokio_rustls::client::TlsStream;
 use vencejo_store::lock;
@@ -22,10 +23,11 @@ use super::unix_now;
 use crate::authority::Role;
 use crate::error::FleetError;
 use crate::key::Name;
+use crate::papers::access::{self, LetIn};
 use crate::papers::certificate::{
     Facts, Identity, STATION_PREFIX, day, der_of, facts, new_key, public_of, request, sha256,
 };
-use crate::papers::stations::Stations;
+use crate::papers::stations::{Admitted, Stations};
 use crate::papers::ticket::Ticket;
 use crate::papers::wire::{Asked, BAD_REQUEST, Given};
 use crate::payload::VERSION;
@@ -46,6 +48,9 @@ pub struct Membership {
     key: String,
     /// The newest signed list of ground stations, in base64.
     stations: String,
+    /// The newest signed list of aircraft that routers let in, in base64, where it is a router.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    admitted: String,
     /// SHA-256 of the secret of the token that brought it in, so that the same command may be run again.
     token: String,
 }
@@ -70,7 +75,7 @@ impl Membership {
         };
         // What is in it is not shown: it has a key.
         let damaged = || bad("it is damaged; join the fleet again with a new token".to_owned());
-        let read: serde_json::Value = serde_json::from_str(&text).map_err(|_| damaged())?;
+        let read: Value = serde_json::from_str(&text).map_err(|_| damaged())?;
         let version = read["version"].as_u64().ok_or_else(damaged)?;
         if version != u64::from(FILE_VERSION) {
             return Err(bad(format!(
@@ -162,6 +167,49 @@ impl Membership {
         Ok(own.and_then(|own| Role::named(&own.role)))
     }
 
+    /// Where it is a router itself, as others reach it; nowhere unless it was enrolled as one.
+    ///
+    /// # Errors
+    /// [`FleetError::Refused`].
+    pub fn serves(&self) -> Result<Vec<Endpoint>, FleetError> {
+        let (name, list) = (self.name()?, self.stations()?);
+        let own = list.stations.iter().filter(|each| self.is_station() && each.name == name.as_str());
+        Ok(own.flat_map(|own| &own.routers).filter_map(|router| router.parse().ok()).collect())
+    }
+
+    /// The list of aircraft that routers let in, as it is signed, and its number; none before it was given one.
+    ///
+    /// # Errors
+    /// [`FleetError::Refused`].
+    pub(super) fn admitted(&self) -> Result<Option<(Admitted, Vec<u8>)>, FleetError> {
+        if self.admitted.is_empty() {
+            return Ok(None);
+        }
+        let damaged = |_| FleetError::Refused("its list of aircraft is damaged".into());
+        let signed = STANDARD.decode(&self.admitted).map_err(damaged)?;
+        Ok(Some((Admitted::read(&signed, &self.ca, &self.org)?, signed)))
+    }
+
+    /// The access control of its router.
+    ///
+    /// # Errors
+    /// [`FleetError::Refused`].
+    pub(super) fn access(&self) -> Result<Value, FleetError> {
+        let aircraft = self.admitted()?.map(|(list, _)| list.aircraft).unwrap_or_default();
+        let let_in = LetIn { aircraft, ..self.stations()?.let_in(self.name()?.as_str()) };
+        Ok(access::control(&self.org()?, &let_in))
+    }
+
+    /// Takes a list of aircraft that somebody brought, where it is good and newer.
+    fn take_admitted(&mut self, signed: &[u8]) -> Result<bool, FleetError> {
+        let list = Admitted::read(signed, &self.ca, &self.org)?;
+        if self.admitted()?.is_some_and(|(ours, _)| list.number <= ours.number) {
+            return Ok(false);
+        }
+        self.admitted = STANDARD.encode(signed);
+        Ok(true)
+    }
+
     /// Takes a list of ground stations that somebody brought, where it is good and newer.
     ///
     /// # Errors
@@ -184,6 +232,9 @@ impl Membership {
         match Self::read(file)? {
             Some(now) if now.token == self.token => {
                 self.take(&now.signed_stations()?)?;
+                if let Some((_, signed)) = now.admitted()? {
+                    self.take_admitted(&signed)?;
+                }
                 self.write(file)?;
                 Ok(self)
             }
@@ -191,13 +242,22 @@ impl Membership {
         }
     }
 
-    /// Keeps a newer list in the file, beside whatever certificate that has by now.
+    /// Keeps a newer list of ground stations in the file, beside whatever certificate that has by now.
     pub(super) fn keep_stations(file: &Path, signed: &[u8]) -> Result<(), FleetError> {
+        Self::keep_list(file, |member| member.take(signed))
+    }
+
+    /// The same of the list of aircraft that routers let in.
+    pub(super) fn keep_admitted(file: &Path, signed: &[u8]) -> Result<(), FleetError> {
+        Self::keep_list(file, |member| member.take_admitted(signed))
+    }
+
+    fn keep_list(file: &Path, take: impl FnOnce(&mut Self) -> Result<bool, FleetError>) -> Result<(), FleetError> {
         let problem =
             |error: io::Error| FleetError::File { path: file.display().to_string(), problem: error.to_string() };
         let _lock = Lock::of(file, lock::PATIENCE).map_err(problem)?;
         let Some(mut now) = Self::read(file)? else { return Ok(()) };
-        if now.take(signed)? { now.write(file) } else { Ok(()) }
+        if take(&mut now)? { now.write(file) } else { Ok(()) }
     }
 
     /// What it shows.
@@ -231,7 +291,8 @@ impl Membership {
             return Err(wrong("another authority"));
         }
         let stations = STANDARD.encode(stations);
-        let made = Self { version: FILE_VERSION, org, name, ca: theirs, certificate, key, stations, token };
+        let admitted = String::new();
+        let made = Self { version: FILE_VERSION, org, name, ca: theirs, certificate, key, stations, admitted, token };
         made.name()?;
         let facts = made.facts()?;
         if facts.common_name != made.name || facts.key != public_of(&made.key)? {

@@ -38,8 +38,8 @@ const CONNECT: Duration = Duration::from_secs(10);
 pub(super) enum Part<'a> {
     /// It dials the first of these routers that is there, for so long; and when that has gone, again.
     Client(&'a [Endpoint], Duration),
-    /// It is the router, which lets each say and hear what its access control says.
-    Router(&'a Endpoint, Option<&'a serde_json::Value>),
+    /// It is the router, which lets each say and hear what its access control says, and dials these others for ever.
+    Router(&'a Endpoint, &'a [Endpoint], Option<&'a serde_json::Value>),
 }
 
 /// Joins the network of one of these routers, which are tried first: that says at once, and in plain words, why one would not let us in.
@@ -109,10 +109,11 @@ pub(super) async fn open(part: Part<'_>, identity: Option<&Identity>) -> Result<
 pub(super) async fn join(part: Part<'_>, papers: Option<Papers<'_>>) -> Result<Session, FleetError> {
     let addresses = match part {
         Part::Client(routers, _) => routers,
-        Part::Router(listen, _) => std::slice::from_ref(listen),
+        Part::Router(listen, ..) => std::slice::from_ref(listen),
     };
     let Some(address) = addresses.first() else { return Err(FleetError::Address(String::new())) };
-    let ways: BTreeSet<_> = addresses.iter().map(|address| address.way().as_str()).collect();
+    let others: &[Endpoint] = if let Part::Router(_, others, _) = part { others } else { &[] };
+    let ways: BTreeSet<_> = addresses.iter().chain(others).map(|address| address.way().as_str()).collect();
     let endpoints: Vec<_> = match part {
         Part::Client(..) => addresses.iter().map(Endpoint::for_zenoh).collect(),
         Part::Router(..) => addresses.iter().map(Endpoint::to_string).collect(),
@@ -138,8 +139,11 @@ pub(super) async fn join(part: Part<'_>, papers: Option<Papers<'_>>) -> Result<S
             settings.push(("connect/timeout_ms", patience.as_millis().to_string()));
             settings.push(("connect/retry", format!("{{period_init_ms: {REDIAL_MS}}}")));
         }
-        Part::Router(_, access) => {
+        Part::Router(_, others, access) => {
             settings.push(("mode", "\"router\"".to_owned()));
+            let others: Vec<_> = others.iter().map(Endpoint::for_zenoh).collect();
+            settings.push(("connect/endpoints", json!(others).to_string()));
+            settings.push(("connect/retry", format!("{{period_init_ms: {REDIAL_MS}}}")));
             settings.push(("listen/endpoints", json!(endpoints).to_string()));
             settings.push(("listen/exit_on_failure", "true".to_owned()));
             settings.extend(access.map(|access| ("access_control", access.to_string())));

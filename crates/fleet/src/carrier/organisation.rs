@@ -5,15 +5,16 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use vencejo_store::{Access, Lock, lock::PATIENCE};
 
-use super::endpoint::{Endpoint, bracketed, split};
+use super::endpoint::{Endpoint, Way, bracketed, split};
 use crate::error::FleetError;
 use crate::key::Name;
 use crate::operator::random;
+use crate::papers::access::{self, LetIn};
 use crate::papers::certificate::{Ca, Facts, Identity, STATION_PREFIX, der_of, facts, new_key, sha256};
-use crate::papers::roll::{GROUND, Newcomer, Roll};
-use crate::papers::stations::MAX_ROUTERS;
+use crate::papers::roll::{Newcomer, Roll};
+use crate::papers::stations::{GROUND, MAX_ROUTERS};
 use crate::papers::ticket::{MAX_DOORS, SECRET_LEN, Ticket};
-use crate::papers::{access, wire};
+use crate::papers::wire;
 use crate::signature::PublicKey;
 
 /// Where aircraft are enrolled unless said otherwise.
@@ -205,9 +206,25 @@ impl Organisation {
     /// # Errors
     /// [`FleetError::File`].
     pub fn access(&self) -> Result<Value, FleetError> {
+        Ok(access::control(&self.org, &self.let_in()?))
+    }
+
+    fn let_in(&self) -> Result<LetIn, FleetError> {
         let roll = self.roll()?;
-        let stations: Vec<_> = [Self::station()].into_iter().chain(roll.admitted(true).map(str::to_owned)).collect();
-        Ok(access::control(&self.org, &stations, roll.admitted(false)))
+        let aircraft = roll.admitted(false).map(str::to_owned).collect();
+        Ok(LetIn { aircraft, ..roll.stations(&self.org).let_in(GROUND) })
+    }
+
+    /// The list of the aircraft that routers let in, signed, where it is newer than the one of this number.
+    ///
+    /// # Errors
+    /// [`FleetError::File`], [`FleetError::Certificate`], [`FleetError::Refused`] where it is too long.
+    pub(super) fn admitted(&self, have: u64) -> Result<Option<Vec<u8>>, FleetError> {
+        let roll = self.roll()?;
+        if roll.admitted_number <= have {
+            return Ok(None);
+        }
+        roll.aircraft(&self.org).signed(&self.ca()?).map(Some)
     }
 
     /// What an existing `zenohd` reads beside its own settings: encrypted ways alone, who may do what, nothing found by itself.
@@ -215,6 +232,9 @@ impl Organisation {
     /// # Errors
     /// [`FleetError::File`].
     pub fn router_config(&self) -> Result<Value, FleetError> {
+        // Another of its kind shows the same certificate.
+        let mut let_in = self.let_in()?;
+        let_in.routers.push(Self::station());
         let path = |file: &str| self.path(file).display().to_string();
         Ok(serde_json::json!({
             "mode": "router",
@@ -230,7 +250,7 @@ impl Organisation {
                     "connect_certificate": path("station.crt"), "connect_private_key": path("station.key"),
                 }},
             },
-            "access_control": self.access()?,
+            "access_control": access::control(&self.org, &let_in),
         }))
     }
 
@@ -239,6 +259,12 @@ impl Organisation {
     /// # Errors
     /// [`FleetError::Refused`], [`FleetError::File`].
     pub fn enrol(&self, newcomer: &Newcomer, lasts_s: u64, now: u64) -> Result<Ticket, FleetError> {
+        for router in newcomer.routers() {
+            let at = router.parse::<Endpoint>()?;
+            if at.way() == Way::Tcp || at.is_any() {
+                return Err(FleetError::Address(router.clone()));
+            }
+        }
         let fingerprint = sha256(&der_of(&self.read("ca.crt")?)?).to_vec();
         let secret = random::<SECRET_LEN>()?.to_vec();
         self.change(|roll| {
@@ -270,7 +296,18 @@ impl Organisation {
                 }
             };
             let key = key()?;
-            let certificate = ca.for_member(&name, &asked.request, now)?;
+            let routers = match &role {
+                Some((_, routers)) => routers.as_slice(),
+                None => roll
+                    .members
+                    .get(&name)
+                    .and_then(|entry| Some(entry.post.as_ref()?.routers.as_slice()))
+                    .unwrap_or_default(),
+            };
+            let certificate = match routers {
+                [] => ca.for_member(&name, &asked.request, now)?,
+                routers => ca.for_router(&name, &hosts_of(routers)?, &asked.request, now)?,
+            };
             roll.enter(&name, &key, before, facts(&certificate)?.ends, now);
             if let Some(role) = role {
                 let operator = asked.operator.as_slice().try_into().map(PublicKey);
@@ -308,6 +345,18 @@ impl Organisation {
 fn abroad(hosts: &[String]) -> Vec<String> {
     let far: Vec<_> = hosts.iter().filter(|host| !HERE.contains(&host.as_str())).cloned().collect();
     if far.is_empty() { hosts.to_vec() } else { far }
+}
+
+/// The host names and addresses for which a router at these addresses needs its certificate: theirs, and those of this machine alone.
+fn hosts_of(routers: &[String]) -> Result<Vec<String>, FleetError> {
+    let mut hosts = HERE.map(str::to_owned).to_vec();
+    for router in routers {
+        let host = router.parse::<Endpoint>()?.host().to_owned();
+        if !hosts.contains(&host) {
+            hosts.push(host);
+        }
+    }
+    Ok(hosts)
 }
 
 fn reached_at(hosts: &[String], port: u16) -> Vec<String> {

@@ -30,10 +30,10 @@ use crate::signature::PublicKey;
 const WAIT: Duration = Duration::from_secs(10);
 
 /// A folder that goes.
-struct Scratch(PathBuf);
+pub(super) struct Scratch(pub(super) PathBuf);
 
 impl Scratch {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let folder = std::env::temp_dir().join(format!("vencejo-fleet-{}-{count}", std::process::id()));
@@ -41,13 +41,13 @@ impl Scratch {
         Self(folder)
     }
 
-    fn organisation(&self, org: &str) -> Organisation {
+    pub(super) fn organisation(&self, org: &str) -> Organisation {
         let made = Organisation::below(&self.0, name(org));
         made.init(&["127.0.0.1".into()], None, unix_now()).expect("made");
         made
     }
 
-    fn board(&self, board: &str) -> PathBuf {
+    pub(super) fn board(&self, board: &str) -> PathBuf {
         self.0.join(board).join("aboard.json")
     }
 }
@@ -58,15 +58,15 @@ impl Drop for Scratch {
     }
 }
 
-fn name(text: &str) -> Name {
+pub(super) fn name(text: &str) -> Name {
     text.parse().expect("a name")
 }
 
-fn plane(text: &str) -> Newcomer {
+pub(super) fn plane(text: &str) -> Newcomer {
     Newcomer::Aircraft(name(text))
 }
 
-fn endpoint(text: &str) -> Endpoint {
+pub(super) fn endpoint(text: &str) -> Endpoint {
     text.parse().expect("an address")
 }
 
@@ -94,7 +94,7 @@ fn enter(organisation: &Organisation, who: &str) -> Identity {
 async fn router(organisation: &Organisation, listen: &str) -> (zenoh::Session, Endpoint) {
     let at = endpoint(listen).with_port().expect("a port");
     let (identity, access) = (organisation.identity(unix_now()).expect("read"), organisation.access().expect("made"));
-    (network::open(Part::Router(&at, Some(&access)), Some(&identity)).await.expect("a router"), at)
+    (network::open(Part::Router(&at, &[], Some(&access)), Some(&identity)).await.expect("a router"), at)
 }
 
 async fn speaks_for_itself_alone(way: &str) {
@@ -251,7 +251,7 @@ async fn whoever_has_no_good_certificate_is_not_let_in_and_told_why() {
     let broken = Identity { key: "secret-ish".into(), ..good.clone() };
     let listen = endpoint("tls/127.0.0.1:0").with_port().expect("a port");
     let error =
-        network::open(Part::Router(&listen, None), Some(&broken)).await.map(drop).expect_err("no key").to_string();
+        network::open(Part::Router(&listen, &[], None), Some(&broken)).await.map(drop).expect_err("no key").to_string();
     assert!(!error.contains("secret-ish") && !error.contains("c2VjcmV0"), "{error}");
     assert!(!error.contains(".rs"), "{error}");
     session.close().await.expect("closed");
@@ -262,7 +262,7 @@ async fn whoever_has_no_good_certificate_is_not_let_in_and_told_why() {
     let certificate = authority(&renamed).for_station("_ground", &["ground.local".into()], &key, unix_now());
     let identity =
         Identity { ca: renamed.read("ca.crt").expect("read"), certificate: certificate.expect("signed"), key };
-    let session = network::open(Part::Router(&elsewhere, None), Some(&identity)).await.expect("a router");
+    let session = network::open(Part::Router(&elsewhere, &[], None), Some(&identity)).await.expect("a router");
     let renamed = aircraft(&renamed, "plane7", unix_now());
     let why = try_out(&elsewhere, &renamed).await.expect_err("refused");
     assert!(why.contains("not for 127.0.0.2") && why.contains("--host 127.0.0.2"), "{why}");
@@ -273,7 +273,7 @@ async fn whoever_has_no_good_certificate_is_not_let_in_and_told_why() {
     let certificate = authority(&ours).for_station("plane9", &["127.0.0.1".into()], &key, unix_now()).expect("signed");
     let impostor = Identity { ca: good.ca.clone(), certificate, key };
     let at = endpoint("tls/127.0.0.1:0").with_port().expect("a port");
-    let session = network::open(Part::Router(&at, None), Some(&impostor)).await.expect("a router");
+    let session = network::open(Part::Router(&at, &[], None), Some(&impostor)).await.expect("a router");
     let error =
         network::open(Part::Client(std::slice::from_ref(&at), WAIT), Some(&good)).await.map(drop).expect_err("refused");
     assert!(error.to_string().contains("no ground station's or router's"), "{error}");
@@ -377,7 +377,7 @@ async fn a_ground_station_joins_and_the_newest_list_is_kept_whoever_brings_it() 
     let before = seven.signed_stations().expect("read");
 
     let key = PublicKey([1; 32]);
-    let tower = token(&Newcomer::Station(name("tower"), Role::Chief));
+    let tower = token(&Newcomer::Station(name("tower"), Role::Chief, vec![]));
     let error = join(&tower, &scratch.board("tower"), None).await.expect_err("refused").to_string();
     assert!(error.contains("for a ground station: vencejo serve --join"), "{error}");
     let (member, is_new) = join(&tower, &scratch.board("tower"), Some(key)).await.expect("joined");
@@ -390,7 +390,7 @@ async fn a_ground_station_joins_and_the_newest_list_is_kept_whoever_brings_it() 
     let error = join(&token(&plane("plane8")), &scratch.board("plane8"), Some(key)).await.expect_err("refused");
     assert!(error.to_string().contains("for an aircraft"), "{error}");
     // One key is one ground station's.
-    let second = token(&Newcomer::Station(name("second"), Role::Operator));
+    let second = token(&Newcomer::Station(name("second"), Role::Operator, vec![]));
     let error = join(&second, &scratch.board("second"), Some(key)).await.expect_err("refused").to_string();
     assert!(error.contains("another ground station's"), "{error}");
 

@@ -8,9 +8,20 @@ use serde_json::{Value, json};
 
 use crate::key::{Kind, Name, keys_of_all, keys_of_hub};
 
+/// Whom a router lets in, by the common names of their certificates.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct LetIn {
+    /// Ground stations.
+    pub stations: Vec<String>,
+    /// Other routers.
+    pub routers: Vec<String>,
+    /// Aircraft.
+    pub aircraft: Vec<String>,
+}
+
 /// The access control of a router: a value of its configuration, as `access_control`.
 #[must_use]
-pub fn control<'a>(org: &Name, stations: &[String], aircraft: impl Iterator<Item = &'a str>) -> Value {
+pub fn control(org: &Name, admitted: &LetIn) -> Value {
     let (all, hub, states) = (format!("vencejo/1/{org}/**"), keys_of_hub(org), keys_of_all(org, Kind::State));
     let rule = |id: &str, flow: &str, key: &str, messages: &[&str]| json!({"id": id, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": [key]});
     let tells = ["put", "delete", "reply", "declare_queryable", "liveliness_token"];
@@ -27,10 +38,19 @@ pub fn control<'a>(org: &Name, stations: &[String], aircraft: impl Iterator<Item
         // That somebody hears all states, each of them may know: it says less where nobody does.
         rule("_aircraft-are-heard", "egress", &states, &["declare_subscriber"]),
     ];
-    let mut subjects = vec![json!({"id": "_stations", "cert_common_names": stations})];
+    let mut subjects = vec![json!({"id": "_stations", "cert_common_names": admitted.stations})];
     let of_stations = ["_stations-ask", "_stations-are-told", "_stations-answer", "_stations-are-asked"];
     let mut policies = vec![json!({"rules": of_stations, "subjects": ["_stations"]})];
-    for name in aircraft {
+    if !admitted.routers.is_empty() {
+        // What is said at one is heard at the other, whoever said it: of whom it comes, a router alone knows that has its link.
+        let passes: Vec<_> = tells.iter().chain(&asks).copied().collect();
+        for (id, flow) in [("_routers-bring", "ingress"), ("_routers-are-brought", "egress")] {
+            rules.push(rule(id, flow, &all, &passes));
+        }
+        subjects.push(json!({"id": "_routers", "cert_common_names": admitted.routers}));
+        policies.push(json!({"rules": ["_routers-bring", "_routers-are-brought"], "subjects": ["_routers"]}));
+    }
+    for name in &admitted.aircraft {
         let (own, tell, hear) =
             (format!("vencejo/1/{org}/{name}/**"), format!("{name}-tells"), format!("{name}-is-asked"));
         rules.push(rule(&tell, "ingress", &own, &tells));
@@ -49,7 +69,12 @@ mod tests {
     #[test]
     fn an_aircraft_has_its_own_prefix_and_the_hub_and_nothing_else() {
         let org = "acme".parse().expect("a name");
-        let made = control(&org, &["_ground".into()], ["plane7", "stations"].into_iter());
+        let admitted = LetIn {
+            stations: vec!["_ground".into()],
+            routers: Vec::new(),
+            aircraft: vec!["plane7".into(), "stations".into()],
+        };
+        let made = control(&org, &admitted);
         assert_eq!(made["default_permission"], "deny");
         let policy = &made["policies"][1];
         let mut keys = Vec::new();

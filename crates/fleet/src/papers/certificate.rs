@@ -277,6 +277,16 @@ impl Ca {
     /// # Errors
     /// [`FleetError::Certificate`].
     pub fn for_station(&self, common_name: &str, names: &[String], key: &str, now: u64) -> Result<String, FleetError> {
+        self.serving(common_name, names, &key_pair(key, "the key")?, now)
+    }
+
+    fn serving(
+        &self,
+        common_name: &str,
+        names: &[String],
+        key: &impl PublicKeyData,
+        now: u64,
+    ) -> Result<String, FleetError> {
         if names.len() > MAX_NAMES {
             return Err(wrong(
                 "the certificate",
@@ -286,7 +296,7 @@ impl Ca {
         let params = CertificateParams::new(names.to_vec()).map_err(|error| wrong("a host name", error))?;
         // It dials other routers, too.
         let usages = vec![ExtendedKeyUsagePurpose::ServerAuth, ExtendedKeyUsagePurpose::ClientAuth];
-        self.certify(params, common_name, usages, &key_pair(key, "the key")?, now)
+        self.certify(params, common_name, usages, key, now)
     }
 
     /// A certificate for an aircraft or another ground station, for the key of its request (PKCS #10), which it has. Nothing else that
@@ -300,6 +310,23 @@ impl Ca {
             CertificateSigningRequestParams::from_der(&request).map_err(|error| wrong("the request", error))?;
         let usages = vec![ExtendedKeyUsagePurpose::ClientAuth];
         self.certify(CertificateParams::default(), common_name, usages, &request.public_key, now)
+    }
+
+    /// The same for one that is a router at these host names and addresses as well.
+    ///
+    /// # Errors
+    /// [`FleetError::Certificate`].
+    pub fn for_router(
+        &self,
+        common_name: &str,
+        names: &[String],
+        request: &[u8],
+        now: u64,
+    ) -> Result<String, FleetError> {
+        let request = CertificateSigningRequestDer::from(request);
+        let request =
+            CertificateSigningRequestParams::from_der(&request).map_err(|error| wrong("the request", error))?;
+        self.serving(common_name, names, &request.public_key, now)
     }
 
     /// Signs some bytes, which begin with what they are: no certificate begins so.

@@ -8,7 +8,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::certificate::STATION_PREFIX;
-use super::stations::{Listed, MAX_STATIONS, Stations};
+use super::stations::{Admitted, GROUND, Listed, MAX_ROUTERS, MAX_STATIONS, Stations};
 use super::ticket::{Ticket, hex};
 use crate::authority::Role;
 use crate::error::FleetError;
@@ -25,16 +25,16 @@ const MAX_AIRCRAFT: usize = 10_000;
 /// Tokens that are out at most.
 const MAX_TOKENS: usize = 1_000;
 
-/// Name of the ground station that has the authority.
-pub const GROUND: &str = "ground";
+/// A ground station's role, and the addresses at which others reach its router, where it has one.
+pub type AsStation = (Role, Vec<String>);
 
 /// Whom a token is for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Newcomer {
     /// An aircraft.
     Aircraft(Name),
-    /// A ground station.
-    Station(Name, Role),
+    /// A ground station; where it is a router as well, the addresses at which others reach that.
+    Station(Name, Role, Vec<String>),
 }
 
 impl Newcomer {
@@ -43,7 +43,7 @@ impl Newcomer {
     pub fn common_name(&self) -> String {
         match self {
             Self::Aircraft(name) => name.to_string(),
-            Self::Station(name, _) => station_called(name),
+            Self::Station(name, ..) => station_called(name),
         }
     }
 
@@ -63,7 +63,16 @@ impl Newcomer {
     pub fn role(&self) -> Option<Role> {
         match self {
             Self::Aircraft(_) => None,
-            Self::Station(_, role) => Some(*role),
+            Self::Station(_, role, _) => Some(*role),
+        }
+    }
+
+    /// Where it is a router.
+    #[must_use]
+    pub fn routers(&self) -> &[String] {
+        match self {
+            Self::Aircraft(_) => &[],
+            Self::Station(_, _, routers) => routers,
         }
     }
 }
@@ -89,6 +98,9 @@ pub struct Post {
     pub role: Role,
     /// The key that it signs orders with, in hexadecimal digits.
     pub operator: String,
+    /// Where it is a router, if it is one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub routers: Vec<String>,
 }
 
 /// One aircraft, or ground station.
@@ -121,6 +133,9 @@ pub struct Out {
     /// The role, where that is a ground station.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub role: Option<Role>,
+    /// Where that is a router, if it is one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub routers: Vec<String>,
     /// When it ends, seconds since 1970.
     pub ends: u64,
     /// SHA-256 of the key that used it.
@@ -146,6 +161,9 @@ pub struct Roll {
     /// The number of the list of ground stations.
     #[serde(default)]
     pub number: u64,
+    /// The number of the list of aircraft that other routers let in.
+    #[serde(default)]
+    pub admitted_number: u64,
     /// Who is enrolled, by common name.
     #[serde(default, alias = "aircraft")]
     pub members: BTreeMap<String, Entry>,
@@ -168,6 +186,7 @@ impl Roll {
             doors: Vec::new(),
             operator: None,
             number: 0,
+            admitted_number: 0,
             members: BTreeMap::new(),
             tokens: Vec::new(),
         }
@@ -202,29 +221,46 @@ impl Roll {
     /// The ground stations whose orders count, and the addresses, for all to know.
     #[must_use]
     pub fn stations(&self, org: &Name) -> Stations {
-        let listed = |name: &str, role: Role, operator: &str| {
+        let listed = |name: &str, role: Role, operator: &str, routers: &[String]| {
             let key = operator.parse::<PublicKey>().ok()?.0.to_vec();
-            Some(Listed { name: name.to_owned(), key, role: role.as_str().to_owned() })
+            Some(Listed { name: name.to_owned(), key, role: role.as_str().to_owned(), routers: routers.to_vec() })
         };
-        let own = self.operator.as_ref().and_then(|key| listed(GROUND, Role::Operator, key));
+        let own = self.operator.as_ref().and_then(|key| listed(GROUND, Role::Operator, key, &[]));
         let others = self.members.iter().filter(|(_, entry)| entry.revoked.is_none());
         let others = others.filter_map(|(name, entry)| Some((called(name).0, entry.post.as_ref()?)));
-        let others = others.filter_map(|(name, post)| listed(name, post.role, &post.operator));
+        let others = others.filter_map(|(name, post)| listed(name, post.role, &post.operator, &post.routers));
+        let stations: Vec<_> = own.into_iter().chain(others).collect();
+        let of_others = stations.iter().flat_map(|each| &each.routers).filter(|router| !self.routers.contains(router));
+        let routers = self.routers.iter().chain(of_others).take(MAX_ROUTERS).cloned().collect();
         Stations {
             version: PAYLOAD_VERSION,
             org: org.to_string(),
             number: self.number,
-            stations: own.into_iter().chain(others).collect(),
-            routers: self.routers.clone(),
+            stations,
+            routers,
             doors: self.doors.clone(),
         }
     }
 
-    /// Gives the list of ground stations its number, where it differs from the one `before`. A clock's, so that a copy of the roll that is
+    /// The aircraft that routers let in.
+    #[must_use]
+    pub fn aircraft(&self, org: &Name) -> Admitted {
+        Admitted {
+            version: PAYLOAD_VERSION,
+            org: org.to_string(),
+            number: self.admitted_number,
+            aircraft: self.admitted(false).map(str::to_owned).collect(),
+        }
+    }
+
+    /// Gives the lists their numbers, where they differ from those `before`. A clock's, so that a copy of the roll that is
     /// put back years later goes on above all that were given out since.
     pub fn number_after(&mut self, before: &Self, org: &Name, now: u64) {
         if self.stations(org) != before.stations(org) {
             self.number = now.max(before.number + 1);
+        }
+        if !self.admitted(false).eq(before.admitted(false)) {
+            self.admitted_number = now.max(before.admitted_number + 1);
         }
     }
 
@@ -266,7 +302,15 @@ impl Roll {
         }
         // One token each: the older one is void.
         self.tokens.retain(|out| out.name != common_name);
-        self.tokens.push(Out { hash: ticket.hash(), name: common_name, role, ends: now + lasts_s, used_by: None });
+        let routers = newcomer.routers().to_vec();
+        self.tokens.push(Out {
+            hash: ticket.hash(),
+            name: common_name,
+            role,
+            routers,
+            ends: now + lasts_s,
+            used_by: None,
+        });
         Ok(())
     }
 
@@ -275,7 +319,12 @@ impl Roll {
     ///
     /// # Errors
     /// [`FleetError::Refused`].
-    pub fn redeem(&mut self, secret: &[u8], key: &[u8; 32], now: u64) -> Result<(String, Option<Role>), FleetError> {
+    pub fn redeem(
+        &mut self,
+        secret: &[u8],
+        key: &[u8; 32],
+        now: u64,
+    ) -> Result<(String, Option<AsStation>), FleetError> {
         let ticket = Ticket { secret: secret.to_vec(), ..Ticket::default() };
         let (hash, key) = (ticket.hash(), hex(key));
         let Some(out) = self.tokens.iter_mut().find(|out| out.hash == hash) else {
@@ -292,7 +341,7 @@ impl Roll {
             )));
         }
         out.used_by = Some(key);
-        Ok((out.name.clone(), out.role))
+        Ok((out.name.clone(), out.role.map(|role| (role, out.routers.clone()))))
     }
 
     /// Whether whoever shows a good certificate, of this key, gets another: one that was enrolled again, elsewhere, does not.
@@ -318,11 +367,16 @@ impl Roll {
             .insert(common_name.to_owned(), Entry { enrolled, ends, key: hex(key), before, revoked: None, post });
     }
 
-    /// Gives a ground station that has joined its role, and takes note of the key that it signs orders with.
+    /// Gives a ground station that has joined its role, and takes note of the key that it signs orders with, and of where it is a router.
     ///
     /// # Errors
     /// [`FleetError::Refused`] for a key that is another's.
-    pub fn post(&mut self, common_name: &str, role: Role, operator: &PublicKey) -> Result<(), FleetError> {
+    pub fn post(
+        &mut self,
+        common_name: &str,
+        (role, routers): AsStation,
+        operator: &PublicKey,
+    ) -> Result<(), FleetError> {
         let operator = operator.to_string();
         let others = self.members.iter().filter(|(name, entry)| *name != common_name && entry.revoked.is_none());
         let is_taken = |entry: &Entry| entry.post.as_ref().is_some_and(|post| post.operator == operator);
@@ -330,7 +384,7 @@ impl Roll {
             return Err(refused("its key is another ground station's: move the file of its key away, and join again"));
         }
         if let Some(entry) = self.members.get_mut(common_name) {
-            entry.post = Some(Post { role, operator });
+            entry.post = Some(Post { role, operator, routers });
         }
         Ok(())
     }
@@ -384,119 +438,4 @@ impl Guesses {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::papers::DAY_S;
-
-    const NOW: u64 = 1_800_000_000;
-
-    fn plane(text: &str) -> Newcomer {
-        Newcomer::Aircraft(text.parse().expect("a name"))
-    }
-
-    fn ticket(secret: u8) -> Ticket {
-        Ticket { secret: vec![secret; 16], ..Ticket::default() }
-    }
-
-    fn says(result: Result<impl std::fmt::Debug, FleetError>, what: &str) {
-        let error = result.expect_err(what).to_string();
-        assert!(error.contains(what), "{error}");
-    }
-
-    #[test]
-    fn a_token_is_good_once_and_for_its_time() {
-        let mut roll = Roll::new(vec![]);
-        roll.promise(&plane("plane7"), &ticket(1), TOKEN_S, NOW).expect("promised");
-        assert_eq!(roll.open_tokens(NOW).count(), 1);
-        assert!(!String::from_utf8(roll.bytes()).expect("text").contains(&hex(&[1; 16])), "the secret is not kept");
-        says(roll.redeem(&[2; 16], &[1; 32], NOW), "does not know");
-        says(roll.redeem(&[1; 16], &[1; 32], NOW + TOKEN_S), "expired");
-        assert_eq!(roll.redeem(&[1; 16], &[1; 32], NOW + TOKEN_S - 1), Ok(("plane7".to_owned(), None)));
-        // The answer was lost: the same computer asks again.
-        assert_eq!(roll.redeem(&[1; 16], &[1; 32], NOW + TOKEN_S - 1), Ok(("plane7".to_owned(), None)));
-        says(roll.redeem(&[1; 16], &[3; 32], NOW), "has been used");
-        assert_eq!(roll.open_tokens(NOW).count(), 0);
-        roll.promise(&plane("plane7"), &ticket(4), TOKEN_S, NOW).expect("promised");
-        says(roll.redeem(&[1; 16], &[1; 32], NOW), "does not know");
-    }
-
-    #[test]
-    fn who_was_put_out_stays_out_and_its_name_waits_for_its_certificate() {
-        let mut roll = Roll::new(vec![]);
-        says(roll.revoke("plane7", NOW), "no aircraft plane7");
-        roll.enter("plane7", &[1; 32], None, NOW + 90 * DAY_S, NOW);
-        roll.enter("plane8", &[2; 32], None, NOW + 90 * DAY_S, NOW);
-        assert_eq!(roll.renew("plane7", &[1; 32]), Ok(()));
-        says(roll.renew("plane7", &[2; 32]), "enrolled again");
-        says(roll.renew("plane9", &[1; 32]), "no plane9");
-        // It has a new key, or has not heard that it has.
-        roll.enter("plane7", &[3; 32], Some(&[1; 32]), NOW + 90 * DAY_S, NOW);
-        assert_eq!(roll.renew("plane7", &[1; 32]), roll.renew("plane7", &[3; 32]));
-        roll.enter("plane7", &[4; 32], Some(&[3; 32]), NOW + 90 * DAY_S, NOW);
-        says(roll.renew("plane7", &[1; 32]), "enrolled again");
-        roll.revoke("plane7", NOW).expect("revoked");
-        says(roll.renew("plane7", &[4; 32]), "revoked");
-        assert_eq!(roll.admitted(false).collect::<Vec<_>>(), ["plane8"]);
-        says(roll.promise(&plane("plane7"), &ticket(1), TOKEN_S, NOW), "ends in 90 days");
-        roll.promise(&plane("plane7"), &ticket(1), TOKEN_S, NOW + 90 * DAY_S).expect("free again");
-    }
-
-    #[test]
-    fn a_ground_station_is_listed_with_its_role_until_it_is_put_out() {
-        let org = "acme".parse().expect("a name");
-        let mut roll = Roll::new(vec![]);
-        roll.operator = Some(PublicKey([9; 32]).to_string());
-        let tower = |role| Newcomer::Station("tower".parse().expect("a name"), role);
-        roll.promise(&tower(Role::Chief), &ticket(1), TOKEN_S, NOW).expect("promised");
-        let before = roll.clone();
-        let (name, role) = roll.redeem(&[1; 16], &[1; 32], NOW).expect("good");
-        assert_eq!((name.as_str(), role), ("_tower", Some(Role::Chief)));
-        roll.enter(&name, &[1; 32], None, NOW + 90 * DAY_S, NOW);
-        says(roll.clone().post(&name, Role::Chief, &PublicKey([9; 32])), "another ground station's");
-        roll.post(&name, Role::Chief, &PublicKey([1; 32])).expect("posted");
-        roll.number_after(&before, &org, NOW);
-        let listed: Vec<_> = roll.stations(&org).stations.into_iter().map(|each| (each.name, each.role)).collect();
-        assert_eq!(listed, [("ground".into(), "operator".into()), ("tower".into(), "chief".into())]);
-        assert_eq!(roll.number, NOW);
-        assert_eq!((roll.admitted(true).count(), roll.admitted(false).count()), (1, 0));
-        // An aircraft of the same name is somebody else, and changes nothing of the list.
-        let before = roll.clone();
-        roll.enter("tower", &[2; 32], None, NOW + 90 * DAY_S, NOW);
-        roll.number_after(&before, &org, NOW + 1);
-        assert_eq!(roll.number, NOW);
-        // A renewed certificate leaves it its role. Put out, it is on the list no more, whatever the clock says.
-        roll.enter(&name, &[3; 32], Some(&[1; 32]), NOW + 90 * DAY_S, NOW);
-        assert_eq!(roll.stations(&org), before.stations(&org));
-        roll.revoke(&name, NOW).expect("revoked");
-        roll.number_after(&before, &org, NOW - 7);
-        assert_eq!((roll.stations(&org).stations.len(), roll.number), (1, NOW + 1));
-        says(roll.promise(&tower(Role::Operator), &ticket(2), TOKEN_S, NOW), "tower was revoked");
-        let ground = Newcomer::Station("ground".parse().expect("a name"), Role::Operator);
-        says(roll.promise(&ground, &ticket(2), TOKEN_S, NOW), "has the authority");
-    }
-
-    #[test]
-    fn a_roll_is_read_as_it_is_kept() {
-        let mut roll = Roll::new(vec!["ground.local".into()]);
-        roll.enter("plane7", &[1; 32], None, NOW, NOW);
-        roll.promise(&plane("plane8"), &ticket(1), TOKEN_S, NOW).expect("promised");
-        assert_eq!(Roll::read(&roll.bytes()), Ok(roll));
-        assert!(Roll::read(b"{\"version\": 3, \"hosts\": []}").is_err_and(|error| error.contains("version 3")));
-        let first = br#"{"version": 1, "hosts": ["ground"], "aircraft": {"plane7": {"enrolled": 1, "ends": 2, "key": "00", "revoked": 2}}}"#;
-        let read = Roll::read(first).expect("the first version");
-        assert_eq!(read.members["plane7"].revoked, Some(2), "whoever was put out stays out");
-        assert_eq!(Roll::read(&read.bytes()), Ok(read));
-    }
-
-    #[test]
-    fn whoever_guesses_has_to_wait_and_nobody_else() {
-        let (eve, ana) = (IpAddr::from([10, 0, 0, 1]), IpAddr::from([10, 0, 0, 2]));
-        let mut guesses = Guesses::default();
-        for second in 0..10 {
-            assert!(!guesses.must_wait(eve, Duration::from_secs(second)));
-            guesses.wrong(eve, Duration::from_secs(second));
-        }
-        assert!(guesses.must_wait(eve, Duration::from_secs(59)) && !guesses.must_wait(ana, Duration::from_secs(59)));
-        assert!(!guesses.must_wait(eve, Duration::from_secs(60)));
-    }
-}
+mod tests;

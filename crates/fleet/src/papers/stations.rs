@@ -7,7 +7,8 @@ use std::collections::BTreeMap;
 
 use prost::Message;
 
-use super::certificate::{Ca, verifies};
+use super::access::LetIn;
+use super::certificate::{Ca, STATION_PREFIX, verifies};
 use crate::authority::Role;
 use crate::error::FleetError;
 use crate::payload::VERSION;
@@ -15,12 +16,19 @@ use crate::signature::PublicKey;
 
 /// Says what is signed, so that a signature of the authority for something else, such as a certificate, is none here.
 const CONTEXT: &[u8] = b"vencejo.v1.Stations\0";
+/// The same of the aircraft that routers let in.
+const ADMITTED: &[u8] = b"vencejo.v1.Admitted\0";
 /// Bytes of a signed list at most.
 pub const MAX_BYTES: usize = 12 * 1024;
+/// Bytes of the list of aircraft at most: one message.
+pub const MAX_ADMITTED: usize = crate::payload::MAX_BYTES;
 /// Ground stations in it at most.
 pub const MAX_STATIONS: usize = 64;
 /// Addresses of routers in it at most.
 pub const MAX_ROUTERS: usize = 16;
+
+/// Name of the ground station that has the authority.
+pub const GROUND: &str = "ground";
 
 /// One ground station.
 #[derive(Clone, PartialEq, Message)]
@@ -34,6 +42,9 @@ pub struct Listed {
     /// Its role, by name. One that is not known here is none.
     #[prost(string, tag = "3")]
     pub role: String,
+    /// Where it is a router, if it is one.
+    #[prost(string, repeated, tag = "4")]
+    pub routers: Vec<String>,
 }
 
 /// The list.
@@ -70,15 +81,85 @@ pub struct SignedStations {
     pub signature: Vec<u8>,
 }
 
+/// A list with the authority's signature, which holds for what the context says alone.
+fn sign(context: &[u8], list: &impl Message, ca: &Ca) -> Result<Vec<u8>, FleetError> {
+    let list = list.encode_to_vec();
+    let signature = ca.sign(&[context, &list].concat())?;
+    Ok(SignedStations { list, signature }.encode_to_vec())
+}
+
+fn read_signed<T: Message + Default>(
+    context: &[u8],
+    signed: &[u8],
+    limit: usize,
+    ca: &str,
+    bad: &impl Fn(&str) -> FleetError,
+) -> Result<T, FleetError> {
+    if signed.len() > limit {
+        return Err(bad("is too long"));
+    }
+    let signed = SignedStations::decode(signed).map_err(|_| bad("cannot be read"))?;
+    if !verifies(ca, &[context, &signed.list].concat(), &signed.signature)? {
+        return Err(bad("is not signed by this fleet's authority"));
+    }
+    T::decode(signed.list.as_slice()).map_err(|_| bad("cannot be read"))
+}
+
+/// The aircraft that routers let in: what a router that has not the authority makes its access control of. Signed and numbered as the
+/// list of stations is.
+#[derive(Clone, PartialEq, Message)]
+pub struct Admitted {
+    /// [`VERSION`].
+    #[prost(uint32, tag = "1")]
+    pub version: u32,
+    /// The organisation.
+    #[prost(string, tag = "2")]
+    pub org: String,
+    /// Grows with each list.
+    #[prost(uint64, tag = "3")]
+    pub number: u64,
+    /// Their names.
+    #[prost(string, repeated, tag = "4")]
+    pub aircraft: Vec<String>,
+}
+
+impl Admitted {
+    /// The list as it goes out.
+    ///
+    /// # Errors
+    /// [`FleetError::Refused`] where it is too long, [`FleetError::Certificate`].
+    pub fn signed(&self, ca: &Ca) -> Result<Vec<u8>, FleetError> {
+        let signed = sign(ADMITTED, self, ca)?;
+        if signed.len() > MAX_ADMITTED {
+            return Err(FleetError::Refused(format!(
+                "the list of aircraft has {} bytes, at most {MAX_ADMITTED} go to another router: give shorter names, or revoke some",
+                signed.len()
+            )));
+        }
+        Ok(signed)
+    }
+
+    /// A list from anybody, whose signature is looked at.
+    ///
+    /// # Errors
+    /// [`FleetError::Refused`] where it is not of this authority (PEM) and organisation, or cannot be read.
+    pub fn read(signed: &[u8], ca: &str, org: &str) -> Result<Self, FleetError> {
+        let bad = |why: &str| FleetError::Refused(format!("the list of aircraft {why}"));
+        let list: Self = read_signed(ADMITTED, signed, MAX_ADMITTED, ca, &bad)?;
+        if list.version != VERSION || list.org != org {
+            return Err(bad("is of another fleet or version"));
+        }
+        Ok(list)
+    }
+}
+
 impl Stations {
     /// The list as it goes out.
     ///
     /// # Errors
     /// [`FleetError::Refused`] where it is too long, [`FleetError::Certificate`].
     pub fn signed(&self, ca: &Ca) -> Result<Vec<u8>, FleetError> {
-        let list = self.encode_to_vec();
-        let signature = ca.sign(&[CONTEXT, &list].concat())?;
-        let signed = SignedStations { list, signature }.encode_to_vec();
+        let signed = sign(CONTEXT, self, ca)?;
         if signed.len() > MAX_BYTES {
             return Err(FleetError::Refused(format!(
                 "the list of ground stations and routers has {} bytes, at most {MAX_BYTES} can be: revoke some, or give shorter names of hosts",
@@ -94,14 +175,7 @@ impl Stations {
     /// [`FleetError::Refused`] where it is not of this authority (PEM) and organisation, or cannot be read.
     pub fn read(signed: &[u8], ca: &str, org: &str) -> Result<Self, FleetError> {
         let bad = |why: &str| FleetError::Refused(format!("the list of ground stations {why}"));
-        if signed.len() > MAX_BYTES {
-            return Err(bad("is too long"));
-        }
-        let signed = SignedStations::decode(signed).map_err(|_| bad("cannot be read"))?;
-        if !verifies(ca, &[CONTEXT, &signed.list].concat(), &signed.signature)? {
-            return Err(bad("is not signed by this fleet's authority"));
-        }
-        let list = Self::decode(signed.list.as_slice()).map_err(|_| bad("cannot be read"))?;
+        let list: Self = read_signed(CONTEXT, signed, MAX_BYTES, ca, &bad)?;
         if list.version != VERSION {
             return Err(bad("is of another version: use the same version of Vencejo on board and on the ground"));
         }
@@ -109,6 +183,22 @@ impl Stations {
             return Err(bad("is of another fleet"));
         }
         Ok(list)
+    }
+
+    /// Whom the router at the station of this name lets in, aircraft aside.
+    #[must_use]
+    pub fn let_in(&self, own: &str) -> LetIn {
+        let called = |each: &Listed| format!("{STATION_PREFIX}{}", each.name);
+        // Where the authority is, is a router for all others.
+        let is_router = |each: &&Listed| !each.routers.is_empty() || each.name == GROUND;
+        let (routers, stations): (Vec<_>, Vec<_>) = self.stations.iter().partition(is_router);
+        let (own, ground) = (format!("{STATION_PREFIX}{own}"), format!("{STATION_PREFIX}{GROUND}"));
+        let mut routers: Vec<_> = routers.into_iter().map(called).chain([ground]).filter(|name| *name != own).collect();
+        routers.sort();
+        routers.dedup();
+        // Programs on its own machine show its certificate.
+        let stations = [own].into_iter().chain(stations.into_iter().map(called)).collect();
+        LetIn { stations, routers, aircraft: Vec::new() }
     }
 
     /// The keys whose orders count, with their roles.
@@ -131,7 +221,8 @@ mod tests {
         let (certificate, key) = Ca::make(&org, now).expect("made");
         let (other, other_key) = Ca::make(&org, now).expect("made");
         let ca = Ca::read(&certificate, &key).expect("read");
-        let listed = |role: &str, key: u8| Listed { name: role.into(), key: vec![key; 32], role: role.into() };
+        let listed =
+            |role: &str, key: u8| Listed { name: role.into(), key: vec![key; 32], role: role.into(), routers: vec![] };
         let list = Stations {
             version: VERSION,
             org: "acme".into(),
@@ -150,7 +241,15 @@ mod tests {
             ..SignedStations::decode(signed.as_slice()).expect("a list")
         };
         let later = Stations { version: 2, ..list.clone() }.signed(&ca).expect("signed");
+        let admitted = Admitted { version: VERSION, org: "acme".into(), number: 7, aircraft: vec!["plane7".into()] };
+        let told = admitted.signed(&ca).expect("signed");
+        assert_eq!(Admitted::read(&told, &certificate, "acme"), Ok(admitted));
+        for (bytes, org, says) in [(&signed, "acme", "not signed"), (&told, "other", "another fleet")] {
+            let error = Admitted::read(bytes, &certificate, org).expect_err(says).to_string();
+            assert!(error.contains(says), "{error}");
+        }
         for (bytes, org, says) in [
+            (&told, "acme", "not signed by this fleet's authority"),
             (&forged, "acme", "not signed by this fleet's authority"),
             (&changed.encode_to_vec(), "acme", "not signed"),
             (&signed, "other", "of another fleet"),
@@ -161,5 +260,17 @@ mod tests {
             let error = Stations::read(bytes, &certificate, org).expect_err(says).to_string();
             assert!(error.contains(says), "{error}");
         }
+    }
+
+    #[test]
+    fn a_router_takes_another_for_one_only_by_the_list() {
+        let listed = |name: &str, routers: Vec<String>| Listed { name: name.into(), routers, ..Listed::default() };
+        let hill = vec!["tls/hill:7447".to_owned()];
+        let stations = vec![listed("ground", vec![]), listed("hill", hill.clone()), listed("tower", vec![])];
+        let list = Stations { stations, ..Stations::default() };
+        let LetIn { stations, routers, .. } = list.let_in("ground");
+        assert_eq!((stations, routers), (vec!["_ground".into(), "_tower".into()], vec!["_hill".to_owned()]));
+        let LetIn { stations, routers, .. } = list.let_in("hill");
+        assert_eq!((stations, routers), (vec!["_hill".into(), "_tower".into()], vec!["_ground".to_owned()]));
     }
 }

@@ -76,7 +76,7 @@ impl Place {
         self.stations_due = now + ASK_AGAIN;
         let (session, org, renewed) = (session.clone(), org.clone(), renewed.clone());
         tokio::spawn(async move {
-            for list in ask_stations(&session, &org, have).await {
+            for list in ask_list(&session, &stations_key(&org), have).await {
                 drop(renewed.send(Renewed::Stations(list)).await);
             }
         });
@@ -105,10 +105,9 @@ impl Place {
     }
 }
 
-/// The lists of ground stations that are newer than one of this number, of all who have one.
-pub(in super::super) async fn ask_stations(session: &Session, org: &Name, have: u64) -> Vec<Vec<u8>> {
-    let key = format!("{}?have={have}", stations_key(org));
-    match network::ask(session, &key, Vec::new(), ECHO_LOST).await {
+/// The lists under a key that are newer than one of this number, of all who have one.
+pub(in super::super) async fn ask_list(session: &Session, key: &str, have: u64) -> Vec<Vec<u8>> {
+    match network::ask(session, &format!("{key}?have={have}"), Vec::new(), ECHO_LOST).await {
         Heard::Answers(lists) => lists,
         Heard::Nobody | Heard::Silence => Vec::new(),
     }

@@ -75,7 +75,7 @@ impl Bench {
 }
 
 /// A station on board, which hears its plane.
-async fn on_board() -> Station {
+pub(in super::super) async fn on_board() -> Station {
     let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
     let link = station.open_link("udpin:127.0.0.1:0", LinkOptions::default()).expect("a link");
     let plane = tokio::net::UdpSocket::bind("127.0.0.1:0").await.expect("a socket");
@@ -97,7 +97,7 @@ async fn on_board() -> Station {
 async fn router() -> (Session, Endpoint) {
     let at: Endpoint = "tcp/127.0.0.1:0".parse().expect("an address");
     let at = at.with_port().expect("a port");
-    (network::open(Place::Router(&at, None), None).await.expect("a router"), at)
+    (network::open(Place::Router(&at, &[], None), None).await.expect("a router"), at)
 }
 
 fn plane7(dial: Vec<Endpoint>, trust: BTreeMap<PublicKey, Role>) -> AircraftConfig {
@@ -112,7 +112,7 @@ fn plane7(dial: Vec<Endpoint>, trust: BTreeMap<PublicKey, Role>) -> AircraftConf
     }
 }
 
-async fn until(what: &str, holds: impl Fn() -> bool) {
+pub(in super::super) async fn until(what: &str, holds: impl Fn() -> bool) {
     let waited = timeout(WAIT, async {
         while !holds() {
             tokio::time::sleep(Duration::from_millis(20)).await;

@@ -36,9 +36,10 @@ pub enum Standing {
 
 /// How the network is joined, each time.
 pub(super) struct Network {
-    /// Where it is the router; else the routers that it was told to dial, and none for those of the list.
-    pub given: Vec<Endpoint>,
-    pub is_router: bool,
+    /// Where it is a router, where it was told.
+    pub listen: Option<Endpoint>,
+    /// The routers that it was told to dial: none for those of the list.
+    pub dial: Vec<Endpoint>,
     pub standing: Standing,
     /// When a certificate was asked for last.
     asked: Mutex<Option<Instant>>,
@@ -47,7 +48,10 @@ pub(super) struct Network {
 /// What others are shown, and what a router lets them do: when it changes, the network is joined anew.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Terms {
-    pub endpoints: Vec<Endpoint>,
+    /// Where it is a router.
+    pub listen: Option<Endpoint>,
+    /// The routers that it dials: the first that is there, or as a router all of them.
+    pub dial: Vec<Endpoint>,
     identity: Option<Identity>,
     access: Option<Value>,
 }
@@ -56,22 +60,22 @@ pub(super) struct Terms {
 pub(super) type List = Arc<(u64, Vec<u8>)>;
 
 impl Network {
-    pub(super) fn new(given: Vec<Endpoint>, is_router: bool, standing: Standing) -> Self {
-        Self { given, is_router, standing, asked: Mutex::default() }
+    pub(super) fn new(listen: Option<Endpoint>, dial: Vec<Endpoint>, standing: Standing) -> Self {
+        Self { listen, dial, standing, asked: Mutex::default() }
     }
 
     /// What is to hold now; and the list of ground stations, where it is not the one of this number.
     pub(super) async fn look(&self, have: u64) -> Result<(Terms, Option<List>), FleetError> {
-        let (given, is_router) = (self.given.clone(), self.is_router);
+        let (listen, dial) = (self.listen.clone(), self.dial.clone());
         match self.standing.clone() {
-            Standing::Alone => Ok((Terms { endpoints: given, ..Terms::default() }, None)),
+            Standing::Alone => Ok((Terms { listen, dial, ..Terms::default() }, None)),
             Standing::Authority(organisation) => {
                 blocking(move || {
-                    let access = if is_router { Some(organisation.access()?) } else { None };
+                    let access = listen.is_some().then(|| organisation.access()).transpose()?;
                     let identity = Some(organisation.identity(unix_now())?);
                     let number = organisation.roll()?.number;
                     let list = if number == have { None } else { Some((number, organisation.stations()?).into()) };
-                    Ok((Terms { endpoints: given, identity, access }, list))
+                    Ok((Terms { listen, dial, identity, access }, list))
                 })
                 .await
             }
@@ -82,10 +86,23 @@ impl Network {
                     problem: "it is gone: join the fleet again with a new token".into(),
                 })?;
                 let member = self.renewed(member, &file).await;
-                let endpoints = if given.is_empty() { member.routers()? } else { given };
+                let serves = member.serves()?;
+                let listen = match (listen, serves.first()) {
+                    (Some(listen), None) => {
+                        let why = "this ground station was not enrolled as a router: leave that address out, or join with \
+                                   a token of vencejo fleet enrol NAME --router ADDRESS";
+                        return Err(FleetError::NoCertificates(listen.to_string(), why.into()));
+                    }
+                    (Some(listen), Some(_)) => Some(listen),
+                    // At all addresses of this machine: by which of them others come is the network's affair.
+                    (None, serves) => serves.map(|serves| serves.at("0.0.0.0")),
+                };
+                let access = listen.is_some().then(|| member.access()).transpose()?;
+                let others = |router: &Endpoint| !serves.contains(router);
+                let dial = if dial.is_empty() { member.routers()?.into_iter().filter(others).collect() } else { dial };
                 let number = member.stations()?.number;
                 let list = if number == have { None } else { Some((number, member.signed_stations()?).into()) };
-                Ok((Terms { endpoints, identity: Some(member.identity()), access: None }, list))
+                Ok((Terms { listen, dial, identity: Some(member.identity()), access }, list))
             }
         }
     }
@@ -113,11 +130,9 @@ impl Network {
 
     pub(super) async fn open(&self, terms: &Terms) -> Result<Session, FleetError> {
         let identity = terms.identity.as_ref();
-        match terms.endpoints.first() {
-            Some(listen) if self.is_router => {
-                network::open(Part::Router(listen, terms.access.as_ref()), identity).await
-            }
-            _ => network::dial(&terms.endpoints, identity).await,
+        match &terms.listen {
+            Some(listen) => network::open(Part::Router(listen, &terms.dial, terms.access.as_ref()), identity).await,
+            None => network::dial(&terms.dial, identity).await,
         }
     }
 
@@ -130,10 +145,11 @@ impl Network {
         news: &Arc<Notify>,
     ) -> Result<(Door, String), FleetError> {
         let (listener, at) = door::listen(address).await?;
-        let (noted, given, is_router) = (organisation.clone(), self.given.clone(), self.is_router);
+        let (noted, listen, dial) = (organisation.clone(), self.listen.clone(), self.dial.clone());
         let operator = signer.public().to_string();
         blocking(move || {
-            let routers = given.iter().map(|endpoint| noted.routers(endpoint, !is_router));
+            let (given, is_dialled) = listen.map_or((dial, true), |listen| (vec![listen], false));
+            let routers = given.iter().map(|endpoint| noted.routers(endpoint, is_dialled));
             let routers: Vec<_> = routers.collect::<Result<Vec<_>, _>>()?.concat();
             let doors = noted.doors(at)?;
             noted.change(|roll| {
@@ -145,12 +161,40 @@ impl Network {
         Ok((Door::open(listener, organisation.clone(), news.clone()), at.to_string()))
     }
 
-    /// Keeps a newer list of ground stations that somebody has, where it is a place's: the next look finds it.
-    pub(super) async fn keep(&self, lists: Vec<Vec<u8>>) {
+    /// Keeps newer lists, of ground stations and of aircraft, that somebody has, where they are a place's: the next look finds them.
+    pub(super) async fn keep(&self, stations: Vec<Vec<u8>>, aircraft: Vec<Vec<u8>>) {
         let Standing::Member(file) = self.standing.clone() else { return };
-        let kept = blocking(move || lists.iter().try_for_each(|list| Membership::keep_stations(&file, list)));
+        let kept = blocking(move || {
+            stations.iter().try_for_each(|list| Membership::keep_stations(&file, list))?;
+            aircraft.iter().try_for_each(|list| Membership::keep_admitted(&file, list))
+        });
         if let Err(error) = kept.await {
-            tracing::warn!(%error, "a list of ground stations is not taken");
+            tracing::warn!(%error, "a list that another ground station has is not taken");
         }
+    }
+
+    /// The list of aircraft that routers let in, signed, where there is a newer one than that of this number.
+    pub(super) async fn admitted(&self, have: u64) -> Option<Vec<u8>> {
+        let standing = self.standing.clone();
+        let found = blocking(move || match standing {
+            Standing::Alone => Ok(None),
+            Standing::Authority(organisation) => organisation.admitted(have),
+            Standing::Member(file) => {
+                let kept = Membership::read(&file)?.map(|member| member.admitted()).transpose()?.flatten();
+                Ok(kept.filter(|(list, _)| list.number > have).map(|(_, signed)| signed))
+            }
+        });
+        found.await.unwrap_or_else(|error| {
+            tracing::warn!(%error, "the list of aircraft is not told");
+            None
+        })
+    }
+
+    /// The number of the list of aircraft that is here.
+    pub(super) async fn admitted_number(&self) -> u64 {
+        let Standing::Member(file) = self.standing.clone() else { return 0 };
+        let kept =
+            blocking(move || Ok(Membership::read(&file)?.map(|member| member.admitted()).transpose()?.flatten()));
+        kept.await.ok().flatten().map_or(0, |(list, _)| list.number)
     }
 }

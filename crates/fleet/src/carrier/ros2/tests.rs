@@ -64,7 +64,7 @@ fn far_waypoint(alt_m: f64) -> MissionItem {
 
 async fn router() -> (Session, Endpoint) {
     let at: Endpoint = "tcp/127.0.0.1:0".parse::<Endpoint>().and_then(Endpoint::with_port).expect("a port");
-    (network::open(Part::Router(&at, None), None).await.expect("a router"), at)
+    (network::open(Part::Router(&at, &[], None), None).await.expect("a router"), at)
 }
 
 fn config(at: &Endpoint, is_operator: bool) -> GatewayConfig {

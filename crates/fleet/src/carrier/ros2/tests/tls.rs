@@ -58,7 +58,7 @@ impl Drop for Authority {
 async fn router(listen: &str, identity: &Identity) -> (Session, Endpoint) {
     let at = listen.parse::<Endpoint>().and_then(Endpoint::with_port).expect("a port");
     let papers = Papers { ca: &identity.ca, own: Some(identity) };
-    (network::join(Part::Router(&at, None), Some(papers)).await.expect("a router"), at)
+    (network::join(Part::Router(&at, &[], None), Some(papers)).await.expect("a router"), at)
 }
 
 async fn why(address: &str, papers: &RosPapers) -> (&'static str, String) {
@@ -77,7 +77,7 @@ async fn a_router_over_tls_lets_in_whom_it_knows_and_what_keeps_others_out_is_to
     let (old, ended) = router("tls/127.0.0.1:0", &robot.router("127.0.0.1", now - 100 * DAY_S)).await;
     let (named, elsewhere) = router("tls/127.0.0.1:0", &robot.router("robot.local", now)).await;
     let plain: Endpoint = "tcp/127.0.0.1:0".parse::<Endpoint>().and_then(Endpoint::with_port).expect("a port");
-    let clear = network::join(Part::Router(&plain, None), None).await.expect("a router");
+    let clear = network::join(Part::Router(&plain, &[], None), None).await.expect("a router");
     let (at, plain) = (at.to_string(), plain.to_string());
 
     let entered = open(&RosRouter::new(&at, &good).expect("files")).await.expect("let in");

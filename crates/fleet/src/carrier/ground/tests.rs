@@ -1,0 +1,120 @@
+//! Two sites: a router at each, linked, over TLS.
+
+use std::path::PathBuf;
+
+use tokio::time::timeout;
+use vencejo_station::{StationConfig, StationError};
+use vencejo_vehicle::Request;
+
+use super::super::aircraft::tests::{on_board, until};
+use super::super::aircraft::{Aircraft, AircraftConfig};
+use super::super::membership::{Membership, join};
+use super::super::organisation::Organisation;
+use super::super::tests::{Scratch, endpoint, name, plane};
+use super::super::unix_now;
+use super::*;
+use crate::authority::Role;
+use crate::papers::roll::Newcomer;
+
+const WAIT: Duration = Duration::from_secs(20);
+
+/// A ground station, and the station that it is of.
+async fn ground(listen: Option<Endpoint>, key: u8, standing: Standing) -> (Station, Ground) {
+    let station = Station::start(StationConfig::default(), Handle::current()).expect("a station");
+    let config = GroundConfig {
+        org: name("acme"),
+        listen,
+        dial: Vec::new(),
+        signer: Signer::from_seed(&[key; 32]),
+        standing,
+        door: Some("127.0.0.1:0".into()),
+        history: None,
+    };
+    let ground = Ground::start(station.clone(), config, &Handle::current()).await.expect("a ground station");
+    (station, ground)
+}
+
+async fn joined(organisation: &Organisation, newcomer: &Newcomer, file: PathBuf, key: Option<u8>) -> Membership {
+    let token = organisation.enrol(newcomer, 60, unix_now()).expect("a token").text();
+    let key = key.map(|key| Signer::from_seed(&[key; 32]).public());
+    join(&token, &file, key).await.expect("joined").0
+}
+
+/// An aircraft that dials these routers, and the station that is on board.
+async fn flying(scratch: &Scratch, organisation: &Organisation, who: &str, dial: Vec<Endpoint>) -> (Station, Aircraft) {
+    let file = scratch.board(who);
+    let member = joined(organisation, &plane(who), file.clone(), None).await;
+    let station = on_board().await;
+    let config = AircraftConfig {
+        org: name("acme"),
+        name: name(who),
+        dial,
+        member: Some((member, file)),
+        trust: BTreeMap::new(),
+        uplink_bit_s: None,
+        history: None,
+    };
+    let aircraft = Aircraft::start(station.clone(), config, &Handle::current()).expect("an aircraft");
+    (station, aircraft)
+}
+
+fn shows(ground: &Ground, who: &str) -> bool {
+    ground.aircraft().iter().any(|far| far.name == who && far.is_present && far.id.is_some())
+}
+
+/// What the station on board of an aircraft says to what is asked of it here.
+async fn answer_of(station: &Station, ground: &Ground, who: &str) -> StationError {
+    let id = ground.aircraft().into_iter().find(|far| far.name == who).and_then(|far| far.id).expect("it is there");
+    let vehicle = station.vehicle(id).expect("a vehicle");
+    let asked = vehicle.request(Request::ParamRead { name: "a b".into() });
+    let ended = timeout(WAIT, asked.wait()).await.expect("it ends").expect("it was not given up");
+    ended.expect_err("no such name")
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn aircraft_and_stations_at_either_of_two_routers_are_one_fleet_and_one_router_is_enough() {
+    let scratch = Scratch::new();
+    let organisation = scratch.organisation("acme");
+    let (valley, below) = ground(Some(endpoint("tls/127.0.0.1:0")), 1, Standing::Authority(organisation.clone())).await;
+    let at_hill = endpoint("tls/127.0.0.1:0").with_port().expect("a port");
+    let hill = Newcomer::Station(name("hill"), Role::Operator, vec![at_hill.to_string()]);
+    let place = scratch.board("hill");
+    let member = joined(&organisation, &hill, place.clone(), Some(2)).await;
+    assert_eq!(member.serves(), Ok(vec![at_hill.clone()]));
+    assert_eq!(member.routers(), Ok(vec![below.endpoint().clone(), at_hill.clone()]), "all are told of both");
+    let (hill, above) = ground(Some(at_hill.clone()), 2, Standing::Member(place)).await;
+
+    let both = vec![below.endpoint().clone(), at_hill.clone()];
+    let (seven, plane7) = flying(&scratch, &organisation, "plane7", both).await;
+    let (eight, plane8) = flying(&scratch, &organisation, "plane8", vec![at_hill]).await;
+    for ground in [&below, &above] {
+        until("each is seen at both", || shows(ground, "plane7") && shows(ground, "plane8")).await;
+    }
+    for (station, ground, who) in [(&valley, &below, "plane8"), (&hill, &above, "plane7")] {
+        let said = answer_of(station, ground, who).await.to_string();
+        assert!(said.contains("no parameter name"), "{said}");
+    }
+    // Who is put out is out at both.
+    let revoked = organisation.change(|roll| roll.revoke("plane8", unix_now()));
+    revoked.expect("revoked");
+    for ground in [&below, &above] {
+        until("it is out", || !shows(ground, "plane8") && shows(ground, "plane7")).await;
+    }
+
+    below.close().await;
+    until("it is at the other", || {
+        let there = above.aircraft().into_iter().find(|far| far.name == "plane7").expect("it is known");
+        there.is_present && there.age < Duration::from_secs(2) && plane7.status().is_connected
+    })
+    .await;
+    let said = answer_of(&hill, &above, "plane7").await.to_string();
+    assert!(said.contains("no parameter name"), "{said}");
+    for (station, aircraft) in [(&seven, &plane7), (&eight, &plane8)] {
+        aircraft.close().await;
+        station.close().await;
+    }
+    above.close().await;
+    for station in [valley, hill] {
+        station.close().await;
+    }
+}
