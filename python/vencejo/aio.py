@@ -38,7 +38,7 @@ from vencejo.vehicle import (
     ProgressCallback,
     VehicleState,
     _command_number,
-    _frame_of,
+    _height,
     _item_number,
     _joined,
 )
@@ -208,7 +208,7 @@ class AsyncVehicle(VehicleState):
         ConfirmationNeeded
             When `force` is not confirmed.
         """
-        await self._wait(self._native.arm(force, confirm, despite_mixed_plan))
+        await self._wait(self._ask("arm", force=force, confirm=confirm, despite_mixed_plan=despite_mixed_plan))
 
     async def disarm(self, *, force: bool = False, confirm: Danger | None = None) -> None:
         """Disarm; returns when the vehicle shows it.
@@ -216,21 +216,21 @@ class AsyncVehicle(VehicleState):
         `force` stops the motor even in the air (``confirm="force-disarm"``). Without it a vehicle that flies, or does not say
         that it stands, is asked only with ``confirm="disarm-in-flight"``.
         """
-        await self._wait(self._native.disarm(force, confirm))
+        await self._wait(self._ask("disarm", force=force, confirm=confirm))
 
     async def set_mode(self, mode: str | int, *, despite_mixed_plan: bool = False) -> None:
         """Change the flight mode by name (``"AUTO"``, ``"fbwa"``…) or number; returns when the vehicle shows it.
 
         A mode that follows the mission is refused while that may be mixed, see `arm`.
         """
-        await self._wait(self._native.set_mode(mode, despite_mixed_plan))
+        await self._wait(self._ask("mode", mode=mode, despite_mixed_plan=despite_mixed_plan))
 
     async def takeoff(self, *, alt_rel_home_m: float) -> None:
         """Take off and climb to a height above home. Does not arm.
 
         An ArduPlane gets its take-off height and mode TAKEOFF: it begins to roll when it is armed.
         """
-        await self._wait(self._native.takeoff(alt_rel_home_m))
+        await self._wait(self._ask("takeoff", alt_rel_home_m=alt_rel_home_m))
 
     async def goto(
         self,
@@ -250,30 +250,29 @@ class AsyncVehicle(VehicleState):
         Give the height once, by what it is counted from.
         """
         await self._wait(
-            self._goto(
-                lat_deg,
-                lon_deg,
-                alt_rel_home_m,
-                alt_amsl_m,
-                alt_terrain_m,
-                loiter_radius_m,
-                clockwise,
-                speed_m_s,
-                change_mode,
+            self._ask(
+                "goto",
+                lat_deg=lat_deg,
+                lon_deg=lon_deg,
+                **_height(alt_rel_home_m, alt_amsl_m, alt_terrain_m),
+                radius_m=loiter_radius_m,
+                clockwise=clockwise,
+                speed_m_s=speed_m_s,
+                change_mode=change_mode,
             )
         )
 
     async def set_airspeed(self, airspeed_m_s: float) -> None:
         """Change the airspeed target."""
-        await self._wait(self._native.change_speed("airspeed", airspeed_m_s))
+        await self._wait(self._ask("speed", kind="airspeed", speed_m_s=airspeed_m_s))
 
     async def set_groundspeed(self, groundspeed_m_s: float) -> None:
         """Change the least ground speed."""
-        await self._wait(self._native.change_speed("groundspeed", groundspeed_m_s))
+        await self._wait(self._ask("speed", kind="groundspeed", speed_m_s=groundspeed_m_s))
 
     async def set_altitude(self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None) -> None:
         """Change the height of the present target. Not to 0, which ArduPlane takes for none."""
-        await self._wait(self._native.change_altitude(*_frame_of(alt_rel_home_m, alt_amsl_m, None)))
+        await self._wait(self._ask("altitude", **_height(alt_rel_home_m, alt_amsl_m)))
 
     async def fly_course(self, course_deg: float, *, accel_m_s2: float = 5.0) -> None:
         """Turn to a course over ground and stay on it. Only for an ArduPlane that is in GUIDED.
@@ -285,13 +284,13 @@ class AsyncVehicle(VehicleState):
         accel_m_s2 : float, optional
             Centripetal acceleration of the turn at most, 0.05 to 20; 5 is a bank of 27 degrees.
         """
-        await self._wait(self._native.guided_course(course_deg, accel_m_s2))
+        await self._wait(self._ask("course", course_deg=course_deg, accel_m_s2=accel_m_s2))
 
     async def climb_to(
         self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None, rate_m_s: float
     ) -> None:
         """Climb or sink to a height at a rate (above 0 to 50 m/s). Only for an ArduPlane that is in GUIDED."""
-        await self._wait(self._native.guided_climb(*_frame_of(alt_rel_home_m, alt_amsl_m, None), rate_m_s))
+        await self._wait(self._ask("climb", **_height(alt_rel_home_m, alt_amsl_m), rate_m_s=rate_m_s))
 
     async def set_velocity(
         self,
@@ -318,26 +317,34 @@ class AsyncVehicle(VehicleState):
         InvalidRequest
             For a vehicle that does not hover, or is in another mode.
         """
-        await self._wait(self._native.velocity(forward_m_s, right_m_s, down_m_s, yaw_rate_rad_s))
+        await self._wait(
+            self._ask(
+                "velocity",
+                forward_m_s=forward_m_s,
+                right_m_s=right_m_s,
+                down_m_s=down_m_s,
+                yaw_rate_rad_s=yaw_rate_rad_s,
+            )
+        )
 
     async def loiter(self) -> None:
         """Circle here (mode LOITER)."""
-        await self._wait(self._native.loiter())
+        await self._wait(self._ask("loiter"))
 
     async def return_to_launch(self) -> None:
         """Return home or to a rally point (mode RTL)."""
-        await self._wait(self._native.return_to_launch())
+        await self._wait(self._ask("return-to-launch"))
 
     async def land(self, *, despite_mixed_plan: bool = False) -> None:
         """Land: an ArduPlane goes to the landing sequence of its mission, others to mode LAND.
 
         The former is refused while the mission may be mixed, see `arm`.
         """
-        await self._wait(self._native.land(despite_mixed_plan))
+        await self._wait(self._ask("land", despite_mixed_plan=despite_mixed_plan))
 
     async def abort_landing(self, *, alt_rel_home_m: float | None = None) -> None:
         """Abort a landing and climb."""
-        await self._wait(self._native.abort_landing(alt_rel_home_m))
+        await self._wait(self._ask("abort-landing", alt_rel_home_m=alt_rel_home_m))
 
     async def set_home(self, home: Home | None = None) -> None:
         """Move home to a position, or to where the vehicle is."""
@@ -384,7 +391,7 @@ class AsyncVehicle(VehicleState):
 
     async def reboot(self, *, confirm: Danger | None = None) -> None:
         """Restart the autopilot; only when it is disarmed, and with ``confirm="reboot"``."""
-        await self._wait(self._native.reboot(confirm))
+        await self._wait(self._ask("reboot", confirm=confirm))
 
     async def upload(
         self,
@@ -452,7 +459,7 @@ class AsyncVehicle(VehicleState):
         NotPossibleNow
             When it is armed, or in the air; and while the mission may be mixed, see `arm`.
         """
-        await self._wait(self._native.prepare_flight(despite_mixed_plan))
+        await self._wait(self._ask("prepare-flight", despite_mixed_plan=despite_mixed_plan))
 
     async def start_mission(self, *, from_item: int | None = None, despite_mixed_plan: bool = False) -> None:
         """Begin the mission (mode AUTO), at an item counted from 1 when given. Does not arm.
@@ -463,11 +470,11 @@ class AsyncVehicle(VehicleState):
 
     async def pause_mission(self) -> None:
         """Interrupt the mission (mode LOITER)."""
-        await self._wait(self._native.mission_pause())
+        await self._wait(self._ask("mission/pause"))
 
     async def resume_mission(self, *, despite_mixed_plan: bool = False) -> None:
         """Go on with the mission where it stands (mode AUTO); refused while it may be mixed, see `arm`."""
-        await self._wait(self._native.mission_resume(despite_mixed_plan))
+        await self._wait(self._ask("mission/resume", despite_mixed_plan=despite_mixed_plan))
 
     async def set_current_item(self, item: int, *, despite_mixed_plan: bool = False) -> None:
         """Make an item, counted from 1, the one in execution; refused while the mission may be mixed, see `arm`."""
@@ -499,9 +506,7 @@ class AsyncVehicle(VehicleState):
         severity : int, optional
             MAV_SEVERITY: 3 error, 4 warning, 5 notice, 6 info (default).
         """
-        if not 0 <= severity <= 7:
-            raise InvalidRequest(f"severity is {severity}: it goes from 0, an emergency, to 7, debug")
-        await self._wait(self._native.note(severity, text))
+        await self._wait(self._ask("texts", severity=severity, text=text))
 
     @property
     def params(self) -> AsyncParameters:

@@ -80,16 +80,11 @@ def _call_back(subscription: _native.Subscription, call: Callable[[Any], None]) 
     threading.Thread(target=run, name="vencejo-callback", daemon=True).start()
 
 
-def _frame_of(
-    alt_rel_home_m: float | None, alt_amsl_m: float | None, alt_terrain_m: float | None
-) -> tuple[float, Literal["amsl", "home", "terrain"]]:
-    given: list[tuple[float, Literal["amsl", "home", "terrain"]]] = []
-    if alt_rel_home_m is not None:
-        given.append((alt_rel_home_m, "home"))
-    if alt_amsl_m is not None:
-        given.append((alt_amsl_m, "amsl"))
-    if alt_terrain_m is not None:
-        given.append((alt_terrain_m, "terrain"))
+def _height(
+    alt_rel_home_m: float | None, alt_amsl_m: float | None, alt_terrain_m: float | None = None
+) -> dict[str, Any]:
+    heights = (("home", alt_rel_home_m), ("amsl", alt_amsl_m), ("terrain", alt_terrain_m))
+    given = [{"alt_frame": frame, "alt_m": alt_m} for frame, alt_m in heights if alt_m is not None]
     if len(given) != 1:
         raise InvalidRequest("give the height once: as alt_rel_home_m, alt_amsl_m or alt_terrain_m")
     return given[0]
@@ -386,20 +381,11 @@ class VehicleState:
 
     # Each operation as it starts; the front doors below only differ in how they wait for the end.
 
-    def _goto(
-        self,
-        lat_deg: float,
-        lon_deg: float,
-        alt_rel_home_m: float | None,
-        alt_amsl_m: float | None,
-        alt_terrain_m: float | None,
-        radius_m: float | None,
-        clockwise: bool,
-        speed_m_s: float | None,
-        change_mode: bool,
+    def _ask(
+        self, name: str, *, confirm: Danger | None = None, despite_mixed_plan: bool = False, **values: Any
     ) -> _native.Pending:
-        alt_m, frame = _frame_of(alt_rel_home_m, alt_amsl_m, alt_terrain_m)
-        return self._native.reposition(lat_deg, lon_deg, alt_m, frame, radius_m, clockwise, speed_m_s, change_mode)
+        """Ask for what describes itself in the core (`Request`), by its name and values; ``None`` is not given."""
+        return self._native.request(name, values, confirm, despite_mixed_plan)
 
     def _upload(self, plan: Plan, kind: PlanKind, check: bool, while_heard: bool = False) -> _native.Pending:
         from vencejo.plan import Plan
@@ -577,7 +563,7 @@ class Vehicle(Closing, VehicleState):
         ConfirmationNeeded
             When `force` is not confirmed.
         """
-        self._wait(self._native.arm(force, confirm, despite_mixed_plan))
+        self._wait(self._ask("arm", force=force, confirm=confirm, despite_mixed_plan=despite_mixed_plan))
 
     def disarm(self, *, force: bool = False, confirm: Danger | None = None) -> None:
         """Disarm; returns when the vehicle shows it.
@@ -585,14 +571,14 @@ class Vehicle(Closing, VehicleState):
         `force` stops the motor even in the air (``confirm="force-disarm"``). Without it a vehicle that flies, or does not say
         that it stands, is asked only with ``confirm="disarm-in-flight"``.
         """
-        self._wait(self._native.disarm(force, confirm))
+        self._wait(self._ask("disarm", force=force, confirm=confirm))
 
     def set_mode(self, mode: str | int, *, despite_mixed_plan: bool = False) -> None:
         """Change the flight mode by name (``"AUTO"``, ``"fbwa"``…) or number; returns when the vehicle shows it.
 
         A mode that follows the mission is refused while that may be mixed, see `arm`.
         """
-        self._wait(self._native.set_mode(mode, despite_mixed_plan))
+        self._wait(self._ask("mode", mode=mode, despite_mixed_plan=despite_mixed_plan))
 
     # Flying --------------------------------------------------------------------------------------------------------
 
@@ -601,7 +587,7 @@ class Vehicle(Closing, VehicleState):
 
         An ArduPlane gets its take-off height and mode TAKEOFF: it begins to roll when it is armed.
         """
-        self._wait(self._native.takeoff(alt_rel_home_m))
+        self._wait(self._ask("takeoff", alt_rel_home_m=alt_rel_home_m))
 
     def goto(
         self,
@@ -621,30 +607,29 @@ class Vehicle(Closing, VehicleState):
         Give the height once, by what it is counted from.
         """
         self._wait(
-            self._goto(
-                lat_deg,
-                lon_deg,
-                alt_rel_home_m,
-                alt_amsl_m,
-                alt_terrain_m,
-                loiter_radius_m,
-                clockwise,
-                speed_m_s,
-                change_mode,
+            self._ask(
+                "goto",
+                lat_deg=lat_deg,
+                lon_deg=lon_deg,
+                **_height(alt_rel_home_m, alt_amsl_m, alt_terrain_m),
+                radius_m=loiter_radius_m,
+                clockwise=clockwise,
+                speed_m_s=speed_m_s,
+                change_mode=change_mode,
             )
         )
 
     def set_airspeed(self, airspeed_m_s: float) -> None:
         """Change the airspeed target."""
-        self._wait(self._native.change_speed("airspeed", airspeed_m_s))
+        self._wait(self._ask("speed", kind="airspeed", speed_m_s=airspeed_m_s))
 
     def set_groundspeed(self, groundspeed_m_s: float) -> None:
         """Change the least ground speed."""
-        self._wait(self._native.change_speed("groundspeed", groundspeed_m_s))
+        self._wait(self._ask("speed", kind="groundspeed", speed_m_s=groundspeed_m_s))
 
     def set_altitude(self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None) -> None:
         """Change the height of the present target. Not to 0, which ArduPlane takes for none."""
-        self._wait(self._native.change_altitude(*_frame_of(alt_rel_home_m, alt_amsl_m, None)))
+        self._wait(self._ask("altitude", **_height(alt_rel_home_m, alt_amsl_m)))
 
     def fly_course(self, course_deg: float, *, accel_m_s2: float = 5.0) -> None:
         """Turn to a course over ground and stay on it. Only for an ArduPlane that is in GUIDED.
@@ -656,13 +641,13 @@ class Vehicle(Closing, VehicleState):
         accel_m_s2 : float, optional
             Centripetal acceleration of the turn at most, 0.05 to 20; 5 is a bank of 27 degrees.
         """
-        self._wait(self._native.guided_course(course_deg, accel_m_s2))
+        self._wait(self._ask("course", course_deg=course_deg, accel_m_s2=accel_m_s2))
 
     def climb_to(
         self, *, alt_rel_home_m: float | None = None, alt_amsl_m: float | None = None, rate_m_s: float
     ) -> None:
         """Climb or sink to a height at a rate (above 0 to 50 m/s). Only for an ArduPlane that is in GUIDED."""
-        self._wait(self._native.guided_climb(*_frame_of(alt_rel_home_m, alt_amsl_m, None), rate_m_s))
+        self._wait(self._ask("climb", **_height(alt_rel_home_m, alt_amsl_m), rate_m_s=rate_m_s))
 
     def set_velocity(
         self,
@@ -689,26 +674,34 @@ class Vehicle(Closing, VehicleState):
         InvalidRequest
             For a vehicle that does not hover, or is in another mode.
         """
-        self._wait(self._native.velocity(forward_m_s, right_m_s, down_m_s, yaw_rate_rad_s))
+        self._wait(
+            self._ask(
+                "velocity",
+                forward_m_s=forward_m_s,
+                right_m_s=right_m_s,
+                down_m_s=down_m_s,
+                yaw_rate_rad_s=yaw_rate_rad_s,
+            )
+        )
 
     def loiter(self) -> None:
         """Circle here (mode LOITER)."""
-        self._wait(self._native.loiter())
+        self._wait(self._ask("loiter"))
 
     def return_to_launch(self) -> None:
         """Return home or to a rally point (mode RTL)."""
-        self._wait(self._native.return_to_launch())
+        self._wait(self._ask("return-to-launch"))
 
     def land(self, *, despite_mixed_plan: bool = False) -> None:
         """Land: an ArduPlane goes to the landing sequence of its mission, others to mode LAND.
 
         The former is refused while the mission may be mixed, see `arm`.
         """
-        self._wait(self._native.land(despite_mixed_plan))
+        self._wait(self._ask("land", despite_mixed_plan=despite_mixed_plan))
 
     def abort_landing(self, *, alt_rel_home_m: float | None = None) -> None:
         """Abort a landing and climb."""
-        self._wait(self._native.abort_landing(alt_rel_home_m))
+        self._wait(self._ask("abort-landing", alt_rel_home_m=alt_rel_home_m))
 
     def set_home(self, home: Home | None = None) -> None:
         """Move home to a position, or to where the vehicle is."""
@@ -755,7 +748,7 @@ class Vehicle(Closing, VehicleState):
 
     def reboot(self, *, confirm: Danger | None = None) -> None:
         """Restart the autopilot; only when it is disarmed, and with ``confirm="reboot"``."""
-        self._wait(self._native.reboot(confirm))
+        self._wait(self._ask("reboot", confirm=confirm))
 
     # Missions ------------------------------------------------------------------------------------------------------
 
@@ -823,7 +816,7 @@ class Vehicle(Closing, VehicleState):
         NotPossibleNow
             When it is armed, or in the air; and while the mission may be mixed, see `arm`.
         """
-        self._wait(self._native.prepare_flight(despite_mixed_plan))
+        self._wait(self._ask("prepare-flight", despite_mixed_plan=despite_mixed_plan))
 
     def start_mission(self, *, from_item: int | None = None, despite_mixed_plan: bool = False) -> None:
         """Begin the mission (mode AUTO), at an item counted from 1 when given. Does not arm.
@@ -834,11 +827,11 @@ class Vehicle(Closing, VehicleState):
 
     def pause_mission(self) -> None:
         """Interrupt the mission (mode LOITER)."""
-        self._wait(self._native.mission_pause())
+        self._wait(self._ask("mission/pause"))
 
     def resume_mission(self, *, despite_mixed_plan: bool = False) -> None:
         """Go on with the mission where it stands (mode AUTO); refused while it may be mixed, see `arm`."""
-        self._wait(self._native.mission_resume(despite_mixed_plan))
+        self._wait(self._ask("mission/resume", despite_mixed_plan=despite_mixed_plan))
 
     def set_current_item(self, item: int, *, despite_mixed_plan: bool = False) -> None:
         """Make an item, counted from 1, the one in execution; refused while the mission may be mixed, see `arm`."""
@@ -872,9 +865,7 @@ class Vehicle(Closing, VehicleState):
         severity : int, optional
             MAV_SEVERITY: 3 error, 4 warning, 5 notice, 6 info (default).
         """
-        if not 0 <= severity <= 7:
-            raise InvalidRequest(f"severity is {severity}: it goes from 0, an emergency, to 7, debug")
-        self._wait(self._native.note(severity, text))
+        self._wait(self._ask("texts", severity=severity, text=text))
 
     # Parameters ----------------------------------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 use vencejo_flight::plan::{Home, Mission};
 use vencejo_proto::{Address, CommandInt, CommandLong, MissionSeq};
 use vencejo_station::{RequestResult, StationError};
-use vencejo_vehicle::command::{CommandName, CommandResult, cmd};
+use vencejo_vehicle::command::{CommandName, CommandResult};
 use vencejo_vehicle::modes::{FlightMode, ModeFamily};
 use vencejo_vehicle::transfer::TransferError;
 use vencejo_vehicle::{AltFrame, Danger, ModeChoice, Reply, Request, SpeedKind, Turn, VehicleError};
@@ -31,8 +31,8 @@ pub fn act_of(request: &Request, confirmed: Option<Danger>) -> Result<Act, &'sta
         }
         Request::Arm { force } => Deed::Arm(*force),
         Request::Disarm { force } => Deed::Disarm(*force),
-        Request::SetMode(ModeChoice::Name(name)) => Deed::Mode(name.clone()),
-        Request::SetMode(ModeChoice::Custom(number)) => Deed::ModeNumber(*number),
+        Request::SetMode { mode: ModeChoice::Name(name) } => Deed::Mode(name.clone()),
+        Request::SetMode { mode: ModeChoice::Custom(number) } => Deed::ModeNumber(*number),
         Request::Takeoff { alt_rel_home_m } => Deed::Takeoff(*alt_rel_home_m),
         Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, speed_m_s, change_mode } => {
             Deed::Reposition(Reposition {
@@ -108,7 +108,16 @@ pub fn act_of(request: &Request, confirmed: Option<Danger>) -> Result<Act, &'sta
                         a course or a climb, or fly it at a direct link",
             );
         }
-        _ => return Err("this program does not send it over a network; ask for it at a direct link"),
+        other => {
+            let Ok(text) = serde_json::to_string(other) else {
+                return Err("this program does not send it over a network; ask for it at a direct link");
+            };
+            // JSON has no number for some of what a float can be.
+            if serde_json::from_str(&text).ok().as_ref() != Some(other) {
+                return Err("one of its values is no finite number; give one");
+            }
+            Deed::Other(text)
+        }
     };
     let confirmed = confirmed.map(|danger| danger.code().to_owned()).unwrap_or_default();
     Ok(Act { despite_mixed_plan: false, confirmed, deed: Some(deed) })
@@ -136,8 +145,8 @@ pub fn request_of(act: &Act) -> Result<(Request, Option<Danger>), BadPayload> {
     let request = match deed {
         Deed::Arm(force) => Request::Arm { force: *force },
         Deed::Disarm(force) => Request::Disarm { force: *force },
-        Deed::Mode(name) => Request::SetMode(ModeChoice::Name(name.clone())),
-        Deed::ModeNumber(number) => Request::SetMode(ModeChoice::Custom(*number)),
+        Deed::Mode(name) => Request::SetMode { mode: ModeChoice::Name(name.clone()) },
+        Deed::ModeNumber(number) => Request::SetMode { mode: ModeChoice::Custom(*number) },
         Deed::Takeoff(alt_rel_home_m) => Request::Takeoff { alt_rel_home_m: *alt_rel_home_m },
         Deed::Reposition(to) => Request::Reposition {
             lat_deg: to.lat_deg,
@@ -205,6 +214,7 @@ pub fn request_of(act: &Act) -> Result<(Request, Option<Danger>), BadPayload> {
         Deed::ParamList(_) => Request::ParamList,
         Deed::ParamRead(name) => Request::ParamRead { name: name.clone() },
         Deed::ParamSet(param) => Request::ParamSet { name: param.name.clone(), value: param.value },
+        Deed::Other(text) => serde_json::from_str(text).map_err(|_| BadPayload::Field("other"))?,
     };
     let confirmed = match act.confirmed.as_str() {
         "" => None,
@@ -232,30 +242,6 @@ pub fn brief(act: &Act) -> String {
         }
         deed => format!("{deed:?}").chars().take(200).collect(),
     }
-}
-
-/// The command that stands for a request where nobody knows what became of it.
-#[must_use]
-pub fn command_of(request: &Request) -> CommandName {
-    CommandName(match request {
-        Request::DespiteMixedPlan(request) => return command_of(request),
-        Request::Arm { .. } | Request::Disarm { .. } => cmd::COMPONENT_ARM_DISARM,
-        Request::Reposition { .. } => cmd::DO_REPOSITION,
-        Request::ChangeSpeed { .. } => cmd::DO_CHANGE_SPEED,
-        Request::ChangeAltitude { .. } => cmd::DO_CHANGE_ALTITUDE,
-        Request::Land => cmd::DO_LAND_START,
-        Request::AbortLanding { .. } => cmd::DO_GO_AROUND,
-        Request::SetCurrentItem(_) => cmd::DO_SET_MISSION_CURRENT,
-        Request::GuidedCourse { .. } => cmd::GUIDED_CHANGE_HEADING,
-        Request::GuidedClimb { .. } => cmd::GUIDED_CHANGE_ALTITUDE,
-        Request::SetHome(_) => cmd::DO_SET_HOME,
-        Request::Reboot => cmd::PREFLIGHT_REBOOT_SHUTDOWN,
-        Request::RawCommandLong(long) => long.command,
-        Request::RawCommandInt(int) => int.command,
-        Request::RequestMessage { .. } => cmd::REQUEST_MESSAGE,
-        Request::SetMessageRate { .. } => cmd::SET_MESSAGE_INTERVAL,
-        _ => cmd::DO_SET_MODE,
-    })
 }
 
 /// What an answer says of a result on board.
@@ -309,7 +295,7 @@ pub fn result_of(answer: &Answer, request: &Request, name: &str, target: Address
             let cure = answer.cure.checked_sub(1).and_then(|number| u32::try_from(number).ok());
             Err(StationError::Vehicle(VehicleError::CommandRefused {
                 target,
-                command: command.unwrap_or_else(|| command_of(request)),
+                command: command.unwrap_or_else(|| request.command()),
                 result: CommandResult(u8::try_from(answer.result).unwrap_or(u8::MAX)),
                 reasons: answer.reasons.clone(),
                 cure: cure.map(|custom_mode| FlightMode { family, custom_mode }),
@@ -338,7 +324,7 @@ pub fn unknown_end(request: &Request, target: Address, attempts: u32, waited: Du
         Request::DownloadPlan { .. } | Request::ParamList | Request::ParamRead { .. } | Request::ParamSet { .. } => {
             TransferError::Timeout { step: STEP, waited }
         }
-        request => return unknown(command_of(request), target, attempts),
+        request => return unknown(request.command(), target, attempts),
     };
     VehicleError::Transfer(error).into()
 }
@@ -352,6 +338,8 @@ pub fn unknown(command: CommandName, target: Address, attempts: u32) -> StationE
 #[cfg(test)]
 mod tests {
     use vencejo_flight::plan::{MissionItem, PlanKind};
+    use vencejo_vehicle::command::cmd;
+    use vencejo_vehicle::telemetry::Severity;
 
     use super::*;
     use crate::authority::Wish;
@@ -372,8 +360,8 @@ mod tests {
         let requests = [
             Request::Arm { force: true },
             Request::Disarm { force: false },
-            Request::SetMode(ModeChoice::Name("FBWA".into())),
-            Request::SetMode(ModeChoice::Custom(0)),
+            Request::SetMode { mode: ModeChoice::Name("FBWA".into()) },
+            Request::SetMode { mode: ModeChoice::Custom(0) },
             Request::Takeoff { alt_rel_home_m: 50.0 },
             reposition(AltFrame::RelHome, Turn::CounterClockwise, Some(60.0)),
             reposition(AltFrame::Terrain, Turn::Clockwise, None),
@@ -428,6 +416,8 @@ mod tests {
             Request::ParamList,
             Request::ParamRead { name: "WP_RADIUS".into() },
             Request::ParamSet { name: "WP_RADIUS".into(), value: 90.1 },
+            // Nothing here knows its form: as any that is new.
+            Request::Note { severity: Severity::INFO, text: "\"ñ\"".into() },
         ];
         for request in requests {
             let act = act_of(&request, None).expect("goes over a network");
@@ -459,6 +449,11 @@ mod tests {
             (Err(BadPayload::Field("command")), Err(BadPayload::Field("params")))
         );
         let put = |list| odd(Deed::PlanPut(PlanPut { kind: 0, revision: 1, list, despite_findings: false }));
+        assert_eq!(
+            odd(Deed::Other(r#"{"warp":{"factor":9}}"#.into())),
+            Err(BadPayload::Field("other")),
+            "newer than this"
+        );
         assert_eq!(put(None), Err(BadPayload::Field("list")));
         assert!(put(Some(Content::of(b"nonsense".to_vec()))).is_err());
         assert!(put(Some(Content::of(pack_items(&Mission::default())).at_most(0))).is_err(), "by its name alone");

@@ -18,7 +18,7 @@ pub struct Act {
     /// What.
     #[prost(
         oneof = "Deed",
-        tags = "3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 32, 33, 34"
+        tags = "3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 32, 33, 34, 35"
     )]
     pub deed: Option<Deed>,
 }
@@ -122,6 +122,9 @@ pub enum Deed {
     /// Write a parameter.
     #[prost(message, tag = "34")]
     ParamSet(NewParam),
+    /// What has no form of its own here: a request that describes itself, as JSON.
+    #[prost(string, tag = "35")]
+    Other(String),
 }
 
 /// Where to fly.

@@ -19,6 +19,7 @@ mod pending;
 mod plan;
 mod recording;
 mod rehearsal;
+mod requests;
 #[cfg(feature = "fleet")]
 mod ros2;
 mod runtime;

@@ -11,8 +11,7 @@ use vencejo_proto::{Address, CommandInt, CommandLong, Message, MissionSeq, Syste
 use vencejo_station::{SigningChange, StationError, VehicleHandle};
 use vencejo_vehicle::modes::{Action, ModeFamily};
 use vencejo_vehicle::signing::SETUP_SIGNING_ID;
-use vencejo_vehicle::telemetry::Severity;
-use vencejo_vehicle::{AltFrame, Danger, ModeChoice, PlanState, Request, SpeedKind, Turn};
+use vencejo_vehicle::{Danger, PlanState, Request};
 
 use crate::link::{link_dict, signing_dict};
 use crate::messages::{fields_of, message_id, message_ids};
@@ -22,7 +21,7 @@ use crate::plan::{FindingTuple, PlanTuple, findings, home_from_tuple, plan_from_
 use crate::rehearsal::{self, LearnedTuple, Profile, RehearsalTuple, WhatIfTuple};
 use crate::subscription::Subscription;
 use crate::telemetry::{TelemetrySnapshot, seconds};
-use crate::{errors, ground, runtime};
+use crate::{errors, ground, requests, runtime};
 
 /// Adds this module's class and functions.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -60,28 +59,12 @@ pub struct PyVehicle {
     vehicle: VehicleHandle,
 }
 
-/// A mode by name or by number.
-#[derive(FromPyObject)]
-enum Mode {
-    Number(u32),
-    Name(String),
-}
-
 fn kind_of(name: &str) -> PyResult<PlanKind> {
     match name {
         "mission" => Ok(PlanKind::Mission),
         "fence" => Ok(PlanKind::Fence),
         "rally" => Ok(PlanKind::Rally),
         other => Err(invalid(format!("'{other}' is no kind of plan; it is 'mission', 'fence' or 'rally'"))),
-    }
-}
-
-fn alt_frame_of(name: &str) -> PyResult<AltFrame> {
-    match name {
-        "amsl" => Ok(AltFrame::Amsl),
-        "home" => Ok(AltFrame::RelHome),
-        "terrain" => Ok(AltFrame::Terrain),
-        other => Err(invalid(format!("'{other}' is no height; it is counted from 'amsl', 'home' or 'terrain'"))),
     }
 }
 
@@ -281,26 +264,19 @@ impl PyVehicle {
         }
     }
 
-    #[pyo3(signature = (force, confirm, despite_mixed_plan))]
-    fn arm(&self, py: Python<'_>, force: bool, confirm: Option<&str>, despite_mixed_plan: bool) -> PyResult<PyPending> {
-        self.start_confirmed(py, guarded(Request::Arm { force }, despite_mixed_plan), confirm)
-    }
-
-    #[pyo3(signature = (force, confirm))]
-    fn disarm(&self, py: Python<'_>, force: bool, confirm: Option<&str>) -> PyResult<PyPending> {
-        self.start_confirmed(py, Request::Disarm { force }, confirm)
-    }
-
-    fn set_mode(&self, py: Python<'_>, mode: Mode, despite_mixed_plan: bool) -> PyPending {
-        let mode = match mode {
-            Mode::Number(number) => ModeChoice::Custom(number),
-            Mode::Name(name) => ModeChoice::Name(name),
-        };
-        self.start_guarded(py, Request::SetMode(mode), despite_mixed_plan)
-    }
-
-    fn prepare_flight(&self, py: Python<'_>, despite_mixed_plan: bool) -> PyPending {
-        self.start_guarded(py, Request::PrepareFlight, despite_mixed_plan)
+    /// Asks for what describes itself in the core, by its name and values; `None` stands for a value that is not given. `confirm` names
+    /// what a program knows to be dangerous about it.
+    #[pyo3(signature = (name, values, confirm, despite_mixed_plan))]
+    fn request(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        values: &Bound<'_, PyDict>,
+        confirm: Option<&str>,
+        despite_mixed_plan: bool,
+    ) -> PyResult<PyPending> {
+        let request = requests::named(name, values)?;
+        self.start_confirmed(py, guarded(request, despite_mixed_plan), confirm)
     }
 
     /// The mode it is in, the mode to change to, whether the mission is set back, whether any of it is needed, and all in words.
@@ -315,91 +291,10 @@ impl PyVehicle {
         ))
     }
 
-    fn takeoff(&self, py: Python<'_>, alt_rel_home_m: f64) -> PyPending {
-        self.start(py, Request::Takeoff { alt_rel_home_m })
-    }
-
-    #[allow(clippy::too_many_arguments, reason = "the arguments of one command")]
-    fn reposition(
-        &self,
-        py: Python<'_>,
-        lat_deg: f64,
-        lon_deg: f64,
-        alt_m: f64,
-        alt_frame: &str,
-        radius_m: Option<f64>,
-        clockwise: bool,
-        speed_m_s: Option<f64>,
-        change_mode: bool,
-    ) -> PyResult<PyPending> {
-        let turn = if clockwise { Turn::Clockwise } else { Turn::CounterClockwise };
-        let alt_frame = alt_frame_of(alt_frame)?;
-        let request =
-            Request::Reposition { lat_deg, lon_deg, alt_m, alt_frame, radius_m, turn, speed_m_s, change_mode };
-        Ok(self.start(py, request))
-    }
-
-    fn change_speed(&self, py: Python<'_>, kind: &str, speed_m_s: f64) -> PyResult<PyPending> {
-        let kind = match kind {
-            "airspeed" => SpeedKind::Airspeed,
-            "groundspeed" => SpeedKind::Groundspeed,
-            other => return Err(invalid(format!("'{other}' is no speed; it is 'airspeed' or 'groundspeed'"))),
-        };
-        Ok(self.start(py, Request::ChangeSpeed { kind, speed_m_s }))
-    }
-
-    fn change_altitude(&self, py: Python<'_>, alt_m: f64, alt_frame: &str) -> PyResult<PyPending> {
-        Ok(self.start(py, Request::ChangeAltitude { alt_m, alt_frame: alt_frame_of(alt_frame)? }))
-    }
-
-    fn guided_course(&self, py: Python<'_>, course_deg: f64, accel_m_s2: f64) -> PyPending {
-        self.start(py, Request::GuidedCourse { course_deg, accel_m_s2 })
-    }
-
-    fn guided_climb(&self, py: Python<'_>, alt_m: f64, alt_frame: &str, rate_m_s: f64) -> PyResult<PyPending> {
-        Ok(self.start(py, Request::GuidedClimb { alt_m, alt_frame: alt_frame_of(alt_frame)?, rate_m_s }))
-    }
-
-    fn velocity(
-        &self,
-        py: Python<'_>,
-        forward_m_s: f64,
-        right_m_s: f64,
-        down_m_s: f64,
-        yaw_rate_rad_s: f64,
-    ) -> PyPending {
-        self.start(py, Request::Velocity { forward_m_s, right_m_s, down_m_s, yaw_rate_rad_s })
-    }
-
-    fn loiter(&self, py: Python<'_>) -> PyPending {
-        self.start(py, Request::LoiterHere)
-    }
-
-    fn return_to_launch(&self, py: Python<'_>) -> PyPending {
-        self.start(py, Request::ReturnToLaunch)
-    }
-
-    fn land(&self, py: Python<'_>, despite_mixed_plan: bool) -> PyPending {
-        self.start_guarded(py, Request::Land, despite_mixed_plan)
-    }
-
-    #[pyo3(signature = (alt_rel_home_m))]
-    fn abort_landing(&self, py: Python<'_>, alt_rel_home_m: Option<f64>) -> PyPending {
-        self.start(py, Request::AbortLanding { alt_rel_home_m })
-    }
-
     #[pyo3(signature = (from_item, despite_mixed_plan))]
     fn mission_start(&self, py: Python<'_>, from_item: Option<u16>, despite_mixed_plan: bool) -> PyResult<PyPending> {
         let from = from_item.map(|item| self.seq(item)).transpose()?;
         Ok(self.start_guarded(py, Request::MissionStart { from }, despite_mixed_plan))
-    }
-
-    fn mission_pause(&self, py: Python<'_>) -> PyPending {
-        self.start(py, Request::MissionPause)
-    }
-
-    fn mission_resume(&self, py: Python<'_>, despite_mixed_plan: bool) -> PyPending {
-        self.start_guarded(py, Request::MissionResume, despite_mixed_plan)
     }
 
     fn set_current_item(&self, py: Python<'_>, item: u16, despite_mixed_plan: bool) -> PyResult<PyPending> {
@@ -543,15 +438,6 @@ impl PyVehicle {
     #[pyo3(signature = (name, value, confirm))]
     fn param_set(&self, py: Python<'_>, name: String, value: f64, confirm: Option<&str>) -> PyResult<PyPending> {
         self.start_confirmed(py, Request::ParamSet { name, value }, confirm)
-    }
-
-    fn note(&self, py: Python<'_>, severity: u8, text: String) -> PyPending {
-        self.start(py, Request::Note { severity: Severity(severity), text })
-    }
-
-    #[pyo3(signature = (confirm))]
-    fn reboot(&self, py: Python<'_>, confirm: Option<&str>) -> PyResult<PyPending> {
-        self.start_confirmed(py, Request::Reboot, confirm)
     }
 
     fn lacks_terrain(&self) -> bool {

@@ -30,10 +30,7 @@ use utoipa::{PartialSchema, ToSchema};
 use vencejo_vehicle::Refusal;
 
 pub use cause::Cause;
-pub use command::{
-    AbortLanding, AltFrame, ClimbTo, Done, FlyCourse, Force, Goto, MissionStart, Mode, NewNote, SetAltitude, SetHome,
-    SetItem, SetMode, SetSpeed, SetVelocity, SpeedKind, Takeoff,
-};
+pub use command::{Done, MissionStart, SetHome, SetItem};
 pub use command_table::{CommandCategory, CommandInfo, CommandParam, CommandSupport};
 pub use link::{LinkFault, LinkInfo, LinkState, NewLink};
 pub use message::RawMessage;

@@ -203,9 +203,11 @@ impl<'de, A: VariantAccess<'de>> VariantAccess<'de> for Objects<A> {
 
 #[cfg(test)]
 mod tests {
+    use vencejo_vehicle::ModeChoice;
+
     use super::*;
     use crate::dto::message::RawCommandLong;
-    use crate::dto::{Force, Plan, SetMode};
+    use crate::dto::{MissionStart, Plan};
 
     fn read<T: for<'de> Deserialize<'de>>(text: &str) -> Result<T, String> {
         serde_json::from_str::<Strict<T>>(text).map(|strict| strict.0).map_err(|error| error.to_string())
@@ -220,7 +222,9 @@ mod tests {
         }
         assert!(read::<Plan>(r#"{"items": [[16, 3, [0, 0, 0, 0, 40, -3, 100], true]]}"#).is_err());
         assert!(
-            read::<Force>("[]").is_err() && read::<Force>("[true]").is_err() && read::<Option<Force>>("[]").is_err()
+            read::<MissionStart>("[]").is_err()
+                && read::<MissionStart>("[1]").is_err()
+                && read::<Option<MissionStart>>("[]").is_err()
         );
     }
 
@@ -230,7 +234,7 @@ mod tests {
             "fence": {"zones": [{"inclusion": true, "shape": "circle", "points": [{"lat_deg": 40, "lon_deg": -3}],
             "radius_m": 50}]}, "rally": [], "home": {"lat_deg": 40, "lon_deg": -3, "alt_amsl_m": 600}}"#;
         assert_eq!(read::<Plan>(text), serde_json::from_str::<Plan>(text).map_err(|error| error.to_string()));
-        assert!(read::<SetMode>(r#"{"mode": "AUTO"}"#).is_ok() && read::<SetMode>(r#"{"mode": 10}"#).is_ok());
+        assert!(read::<ModeChoice>(r#""AUTO""#).is_ok() && read::<ModeChoice>("10").is_ok());
         assert!(read::<RawCommandLong>(r#"{"command": "DO_CHANGE_SPEED", "params": [1, null]}"#).is_ok());
         assert!(read::<Plan>(r#"{"itmes": []}"#).expect_err("unknown").contains("itmes"));
     }

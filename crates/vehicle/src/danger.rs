@@ -6,9 +6,10 @@ use std::fmt;
 use vencejo_flight::plan::PlanKind;
 use vencejo_proto::{FieldValue, Message, MonoTime, SystemId};
 
-use crate::command::{aux, cmd, whole};
+use crate::command::{CommandMessage, aux, cmd, whole};
 use crate::request::Request;
 use crate::telemetry::{LOST_AFTER, Telemetry};
+use crate::vehicle::commands_of;
 
 /// Below this ground speed a fixed wing that does not say whether it flies is taken to stand…
 const STANDS_BELOW_M_S: f64 = 3.0;
@@ -108,18 +109,18 @@ impl Danger {
     #[must_use]
     pub fn of_request(request: &Request, telemetry: &Telemetry, now: MonoTime) -> Option<Self> {
         match request {
-            Request::Arm { force } => force.then_some(Self::ForceArm),
-            Request::Disarm { force: true } => Some(Self::ForceDisarm),
-            Request::Disarm { force: false } => may_fly(telemetry, now).then_some(Self::DisarmInFlight),
             Request::RawCommandLong(command) => of_command(command.command, &command.params, telemetry, now),
             Request::RawCommandInt(command) => of_command(command.command, &command.params, telemetry, now),
             Request::ClearPlan { kind } => Some(Self::Clear(*kind)),
             // An empty list clears.
             Request::UploadPlan { kind, items, .. } => items.is_empty().then_some(Self::Clear(*kind)),
             Request::ParamSet { name, value } => of_param(name, *value),
-            Request::Reboot => Some(Self::Reboot),
             Request::DespiteMixedPlan(request) => Self::of_request(request, telemetry, now),
-            _ => None,
+            // What it sends tells.
+            request => commands_of(request).iter().find_map(|command| match command {
+                CommandMessage::Long(command) => of_command(command.command, &command.params, telemetry, now),
+                CommandMessage::Int(command) => of_command(command.command, &command.params, telemetry, now),
+            }),
         }
     }
 

@@ -70,6 +70,8 @@
 
 pub mod command;
 mod danger;
+#[cfg(feature = "describe")]
+mod described;
 mod error;
 pub mod heartbeat;
 mod id;
@@ -92,6 +94,8 @@ pub mod transfer;
 mod vehicle;
 
 pub use danger::Danger;
+#[cfg(feature = "describe")]
+pub use described::Described;
 pub use error::VehicleError;
 pub use id::VehicleId;
 pub use plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};

@@ -1,10 +1,13 @@
-//! What can be asked of a vehicle, and what comes back.
+//! What can be asked of a vehicle, and what comes back. Behind the feature `describe` the list of requests describes itself: names, values and
+//! ranges, from which the doors are made.
 
 use std::fmt;
 
 use vencejo_flight::plan::{Home, MissionItem, PlanKind};
 use vencejo_proto::{CommandInt, CommandLong, Message, MissionSeq};
 
+#[cfg(feature = "describe")]
+use crate::described::given;
 use crate::error::VehicleError;
 use crate::modes::FlightMode;
 use crate::plan_record::StoredRecord;
@@ -24,19 +27,26 @@ impl fmt::Display for RequestId {
 
 /// A flight mode as a caller names it.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "describe", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(untagged))]
 pub enum ModeChoice {
-    /// By name: `"AUTO"`, `"fbwa"`, `"Avoid ADSB"`, `"mode 42"`.
-    Name(String),
     /// By the number of HEARTBEAT's `custom_mode`.
     Custom(u32),
+    /// By name: `"AUTO"`, `"fbwa"`, `"Avoid ADSB"`, `"mode 42"`.
+    Name(String),
 }
 
 /// What a height in a request is counted from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "describe",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum AltFrame {
     /// Above mean sea level (`MAV_FRAME_GLOBAL`).
     Amsl,
     /// Above home (`MAV_FRAME_GLOBAL_RELATIVE_ALT`).
+    #[cfg_attr(feature = "describe", serde(rename = "home"))]
     RelHome,
     /// Above the terrain below (`MAV_FRAME_GLOBAL_TERRAIN_ALT`).
     Terrain,
@@ -56,6 +66,11 @@ impl AltFrame {
 
 /// Which speed DO_CHANGE_SPEED sets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "describe",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "snake_case")
+)]
 pub enum SpeedKind {
     /// Through the air.
     Airspeed,
@@ -63,8 +78,9 @@ pub enum SpeedKind {
     Groundspeed,
 }
 
-/// Which way to circle.
+/// Which way to circle. Said to others as whether it is clockwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "describe", derive(serde::Serialize, serde::Deserialize), serde(from = "bool", into = "bool"))]
 pub enum Turn {
     /// Clockwise seen from above.
     #[default]
@@ -76,31 +92,44 @@ pub enum Turn {
 /// Something to do. Every value is checked before anything is sent.
 ///
 /// Upload, arm, mode and start are separate acts: no request does another as a side effect. Each one says below which
-/// messages it sends and when it counts as done.
+/// messages it sends and when it counts as done; `vehicle/steps.rs` does so. One that describes itself, as all do but those with
+/// `serde(skip)`, is thereby a path of the HTTP API by its name, can be asked for by it in the native module of Python, and goes over a
+/// network. Its documentation is theirs.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "describe",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(rename_all = "kebab-case", rename_all_fields = "snake_case", deny_unknown_fields)
+)]
 #[non_exhaustive]
 pub enum Request {
-    /// Arms. Done when a HEARTBEAT shows it. `force` skips the vehicle's own checks (magic number 21196).
+    /// Arms. Done when a HEARTBEAT shows it; refused with the vehicle's reasons when its checks fail.
     Arm {
-        /// Arm in spite of failing pre-arm checks.
+        /// In spite of the vehicle's own checks (magic number 21196).
+        #[cfg_attr(feature = "describe", serde(default))]
         force: bool,
     },
-    /// Disarms. Done when a HEARTBEAT shows it. `force` disarms in the air.
+    /// Disarms. Done when a HEARTBEAT shows it.
     Disarm {
-        /// Disarm even while flying.
+        /// Even while flying.
+        #[cfg_attr(feature = "describe", serde(default))]
         force: bool,
     },
-    /// Changes the mode. Done when a HEARTBEAT shows it.
-    SetMode(ModeChoice),
+    /// Changes the flight mode. Done when a HEARTBEAT shows it.
+    #[cfg_attr(feature = "describe", serde(rename = "mode"))]
+    SetMode {
+        /// Which: its name, one of the vehicle's `mode_names`, or its number on the wire.
+        mode: ModeChoice,
+    },
     /// Takes off. A fixed-wing ArduPilot: sets parameter `TKOFF_ALT`, then mode TAKEOFF; it starts to roll when it is
     /// armed (or at once when it already is). Others: MAV_CMD_NAV_TAKEOFF, for which they must be armed.
     Takeoff {
         /// Height to climb to, metres above home, 1 to 10,000.
         alt_rel_home_m: f64,
     },
-    /// Flies to a position and loiters there: MAV_CMD_DO_REPOSITION by COMMAND_INT. An ArduPlane from before COMMAND_INT gets
-    /// MISSION_ITEM with `current` = 2 instead, which enters GUIDED by itself and knows neither radius nor sense nor speed
-    /// ([`VehicleError::TooOld`]).
+    /// Flies to a position and circles there: MAV_CMD_DO_REPOSITION by COMMAND_INT. An ArduPlane from before COMMAND_INT gets
+    /// MISSION_ITEM with `current` = 2 instead, which enters GUIDED by itself and knows neither radius nor sense nor speed.
+    #[cfg_attr(feature = "describe", serde(rename = "goto"))]
     Reposition {
         /// WGS-84 latitude.
         lat_deg: f64,
@@ -110,24 +139,28 @@ pub enum Request {
         alt_m: f64,
         /// What `alt_m` is counted from.
         alt_frame: AltFrame,
-        /// Radius of the loiter, metres; `None`: the vehicle's own.
+        /// Radius of the circle, 1 to 30,000; the vehicle's own when absent.
         radius_m: Option<f64>,
-        /// Sense of the loiter.
+        /// Sense of the circle; clockwise when absent.
+        #[cfg_attr(feature = "describe", serde(rename = "clockwise", default), schema(value_type = bool))]
         turn: Turn,
-        /// Ground speed; `None`: the vehicle's own.
+        /// Ground speed, 0.1 to 200; the vehicle's own when absent.
         speed_m_s: Option<f64>,
-        /// Whether to enter GUIDED for it; without it a vehicle in another mode refuses.
+        /// Whether to enter GUIDED for it, which it does when absent; without it a vehicle in another mode refuses.
+        #[cfg_attr(feature = "describe", serde(default = "given::yes"))]
         change_mode: bool,
     },
     /// Changes the speed: MAV_CMD_DO_CHANGE_SPEED.
+    #[cfg_attr(feature = "describe", serde(rename = "speed"))]
     ChangeSpeed {
         /// Which speed.
         kind: SpeedKind,
-        /// How fast, above 0 to 200.
+        /// How fast, 0.1 to 200.
         speed_m_s: f64,
     },
     /// Changes the height of the present target: MAV_CMD_DO_CHANGE_ALTITUDE. For ArduPlane in GUIDED or LOITER. One from before
     /// COMMAND_INT gets MISSION_ITEM with `current` = 3.
+    #[cfg_attr(feature = "describe", serde(rename = "altitude"))]
     ChangeAltitude {
         /// Height, counted as `alt_frame` says; not 0, which ArduPlane takes for none.
         alt_m: f64,
@@ -136,35 +169,43 @@ pub enum Request {
     },
     /// Turns to a course over ground and stays on it: MAV_CMD_GUIDED_CHANGE_HEADING. Only for an ArduPlane in GUIDED, which
     /// no request enters for it.
+    #[cfg_attr(feature = "describe", serde(rename = "course"))]
     GuidedCourse {
         /// Course over ground, degrees from true north, 0 to below 360.
         course_deg: f64,
-        /// Centripetal acceleration of the turn at most, m/s², 0.05 to 20; 5 is a bank of 27 degrees.
+        /// Centripetal acceleration of the turn at most, 0.05 to 20; 5, a bank of 27 degrees, when absent.
+        #[cfg_attr(feature = "describe", serde(default = "given::course_accel_m_s2"))]
         accel_m_s2: f64,
     },
     /// Climbs or sinks to a height at a rate: MAV_CMD_GUIDED_CHANGE_ALTITUDE. Only for an ArduPlane in GUIDED.
+    #[cfg_attr(feature = "describe", serde(rename = "climb"))]
     GuidedClimb {
         /// Height, counted as `alt_frame` says; ArduPlane takes neither 0 nor −1.
         alt_m: f64,
         /// What `alt_m` is counted from.
         alt_frame: AltFrame,
-        /// How fast, up or down, m/s, above 0 to 50.
+        /// How fast, up or down, 0.01 to 50.
         rate_m_s: f64,
     },
     /// Flies at a velocity: SET_POSITION_TARGET_LOCAL_NED, relative to the heading. Only for an ArduCopter in GUIDED or a PX4 in
     /// OFFBOARD, which no request enters for it. It has no answer: done when it is sent. The vehicle stops by itself when it is
     /// not repeated (ArduCopter after GUID_TIMEOUT, 3 s; PX4 after 0.5 s).
     Velocity {
-        /// Forward, m/s, −50 to 50.
+        /// Forward, −50 to 50.
+        #[cfg_attr(feature = "describe", serde(default))]
         forward_m_s: f64,
-        /// To the right, m/s, −50 to 50.
+        /// To the right, −50 to 50.
+        #[cfg_attr(feature = "describe", serde(default))]
         right_m_s: f64,
-        /// Down, m/s, −50 to 50.
+        /// Down, −50 to 50.
+        #[cfg_attr(feature = "describe", serde(default))]
         down_m_s: f64,
-        /// Clockwise seen from above, rad/s, −10 to 10.
+        /// Clockwise seen from above, −10 to 10.
+        #[cfg_attr(feature = "describe", serde(default))]
         yaw_rate_rad_s: f64,
     },
     /// Circles (or hovers) here: mode LOITER.
+    #[cfg_attr(feature = "describe", serde(rename = "loiter"))]
     LoiterHere,
     /// Returns to launch: mode RTL.
     ReturnToLaunch,
@@ -172,39 +213,47 @@ pub enum Request {
     Land,
     /// Aborts a landing and climbs: MAV_CMD_DO_GO_AROUND.
     AbortLanding {
-        /// Height to climb to, metres above home; `None`: the vehicle's own.
+        /// Height to climb to, metres above home, 1 to 10,000; the vehicle's own when absent.
         alt_rel_home_m: Option<f64>,
     },
-    /// Prepares a flight, on the ground and disarmed: changes to a mode that arms where the present one does not
-    /// ([`FlightMode::to_arm_in`]), and sets the mission, when there is one, back to its beginning, its jump counters too. A text
-    /// ([`Request::Note`]) says so before. Refused when armed or in the air. It neither arms nor starts;
-    /// [`crate::Vehicle::flight_preparation`] tells before what it does.
+    /// Prepares a flight, on the ground and disarmed: changes to a mode that arms where the present one does not, and sets the
+    /// mission, when there is one, back to its beginning, its jump counters too. A text of ours says so before. Refused when armed or
+    /// in the air. It neither arms nor starts; what is known of the vehicle (`progress.preparation`) tells before what it does.
     PrepareFlight,
     /// Starts the mission: mode AUTO, after setting the current item when `from` is given. Never arms. The first item is the
     /// mission's beginning: its jump counters are set back too.
+    #[cfg_attr(feature = "describe", serde(skip))]
     MissionStart {
         /// Item to begin with; `None`: where the vehicle stands in the mission.
         from: Option<MissionSeq>,
     },
     /// Interrupts the mission: mode LOITER.
+    #[cfg_attr(feature = "describe", serde(rename = "mission/pause"))]
     MissionPause,
     /// Goes on with the mission where it stands: mode AUTO.
+    #[cfg_attr(feature = "describe", serde(rename = "mission/resume"))]
     MissionResume,
     /// Makes an item the current one: MAV_CMD_DO_SET_MISSION_CURRENT, or MISSION_SET_CURRENT for an older vehicle.
+    #[cfg_attr(feature = "describe", serde(skip))]
     SetCurrentItem(MissionSeq),
     /// Moves home to a position, or to where the vehicle is: MAV_CMD_DO_SET_HOME.
+    #[cfg_attr(feature = "describe", serde(skip))]
     SetHome(Option<Home>),
     /// Any command by COMMAND_LONG. Its `target` is replaced by the vehicle when it is 0/0. Not repeated when it gets no
     /// answer, unless it is known to be safe to do twice ([`crate::command::is_idempotent`]).
+    #[cfg_attr(feature = "describe", serde(skip))]
     RawCommandLong(CommandLong),
     /// Any command by COMMAND_INT, likewise.
+    #[cfg_attr(feature = "describe", serde(skip))]
     RawCommandInt(CommandInt),
     /// Asks for one message once: MAV_CMD_REQUEST_MESSAGE. Done when the message arrives.
+    #[cfg_attr(feature = "describe", serde(skip))]
     RequestMessage {
         /// Message id.
         message_id: u32,
     },
     /// Sets the rate of a message, now and after every reboot: MAV_CMD_SET_MESSAGE_INTERVAL.
+    #[cfg_attr(feature = "describe", serde(skip))]
     SetMessageRate {
         /// Message id.
         message_id: u32,
@@ -213,6 +262,7 @@ pub enum Request {
     },
     /// Replaces a plan and reads it back: done when the vehicle has it. For an ArduPilot mission `items` does not hold home;
     /// it is put in front as item 0.
+    #[cfg_attr(feature = "describe", serde(skip))]
     UploadPlan {
         /// What to replace.
         kind: PlanKind,
@@ -225,33 +275,39 @@ pub enum Request {
         despite_findings: bool,
     },
     /// Reads a plan.
+    #[cfg_attr(feature = "describe", serde(skip))]
     DownloadPlan {
         /// What to read.
         kind: PlanKind,
     },
     /// Removes a plan and checks that it is gone.
+    #[cfg_attr(feature = "describe", serde(skip))]
     ClearPlan {
         /// What to remove.
         kind: PlanKind,
     },
     /// Reads all parameters.
+    #[cfg_attr(feature = "describe", serde(skip))]
     ParamList,
     /// Reads one parameter.
+    #[cfg_attr(feature = "describe", serde(skip))]
     ParamRead {
         /// Name, up to 16 characters.
         name: String,
     },
     /// Writes one parameter. Done when the vehicle says that it has the value.
+    #[cfg_attr(feature = "describe", serde(skip))]
     ParamSet {
         /// Name, up to 16 characters.
         name: String,
         /// Value; must be finite.
         value: f64,
     },
-    /// Puts a text of ours beside those of the vehicle, as component 190: for whoever watches this vehicle through this station.
-    /// Nothing is sent.
+    /// Puts a text of ours beside those of the vehicle, for whoever watches it through this station. Nothing is sent.
+    #[cfg_attr(feature = "describe", serde(rename = "texts"))]
     Note {
-        /// How serious it is.
+        /// `MAV_SEVERITY`: 0 emergency to 7 debug; 6, info, when absent.
+        #[cfg_attr(feature = "describe", serde(default = "given::info"), schema(value_type = u8, maximum = 7))]
         severity: Severity,
         /// The text; cut to 500 characters.
         text: String,
@@ -260,6 +316,7 @@ pub enum Request {
     Reboot,
     /// Does what is asked although the mission on board may be a mixture ([`PlanState::may_be_mixed`]), in which case arming,
     /// following the mission and jumping in it are refused otherwise. It is written among the vehicle's texts and in the log.
+    #[cfg_attr(feature = "describe", serde(skip))]
     DespiteMixedPlan(Box<Request>),
 }
 

@@ -17,6 +17,7 @@ pub const CHUNK_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// `MAV_SEVERITY`: 0 emergency, 1 alert, 2 critical, 3 error, 4 warning, 5 notice, 6 info, 7 debug.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "describe", derive(serde::Serialize, serde::Deserialize))]
 pub struct Severity(pub u8);
 
 impl Severity {

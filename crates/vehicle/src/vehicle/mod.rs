@@ -29,6 +29,7 @@ mod onboard;
 mod operation;
 mod ops;
 mod raw;
+mod sent;
 mod steps;
 mod target;
 mod tell;
@@ -62,6 +63,7 @@ use crate::transfer::FtpSessions;
 use board::OnBoard;
 use lane::Lane;
 use operation::{Op, State};
+pub(crate) use sent::commands_of;
 use steps::Context;
 
 /// Settings of a vehicle.

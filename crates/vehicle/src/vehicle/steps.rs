@@ -407,7 +407,7 @@ impl Context<'_> {
         let step = match request {
             Request::Arm { force } => self.arm(true, force),
             Request::Disarm { force } => self.arm(false, force),
-            Request::SetMode(choice) => {
+            Request::SetMode { mode: choice } => {
                 let family = self.family()?;
                 self.set_mode(match choice {
                     ModeChoice::Name(name) => family.parse(&name)?,
@@ -585,6 +585,9 @@ impl Context<'_> {
                     return Err(invalid("value", value, "a parameter's value is a finite number"));
                 }
                 Step::ParamSet(param_name(&name)?, value)
+            }
+            Request::Note { severity, .. } if severity.0 > 7 => {
+                return Err(invalid("severity", severity.0, "it goes from 0, an emergency, to 7, debug"));
             }
             Request::Note { severity, text } => Step::Note(severity, text.chars().take(MAX_NOTE).collect()),
             Request::DespiteMixedPlan(request) => return self.steps(*request),

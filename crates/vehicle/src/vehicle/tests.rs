@@ -420,7 +420,7 @@ fn ask(world: &mut Pair, request: Request) -> Result<Reply, VehicleError> {
 }
 
 fn mode(name: &str) -> Request {
-    Request::SetMode(ModeChoice::Name(name.into()))
+    Request::SetMode { mode: ModeChoice::Name(name.into()) }
 }
 
 const ARM: Request = Request::Arm { force: false };
@@ -496,7 +496,7 @@ fn a_refusal_carries_what_the_vehicle_wrote() {
     let error = ask(&mut world, ARM).expect_err("refused");
     assert!(error.to_string().ends_with(": PreArm: Compass not calibrated"), "{error}");
 
-    let error = ask(&mut world, Request::SetMode(ModeChoice::Custom(99))).expect_err("refused");
+    let error = ask(&mut world, Request::SetMode { mode: ModeChoice::Custom(99) }).expect_err("refused");
     assert!(error.to_string().ends_with("No such mode 99"), "{error}");
 }
 
@@ -1412,7 +1412,11 @@ fn modes_and_refusals_of_a_recorded_plane() {
     // The first heartbeat of the recording is the one that shows AUTO, so the mode is asked for by number.
     let station = play(
         "arm-refused-and-modes",
-        &[(1_003, ARM), (2_101, Request::SetMode(ModeChoice::Custom(99))), (3_104, Request::RawCommandLong(takeoff))],
+        &[
+            (1_003, ARM),
+            (2_101, Request::SetMode { mode: ModeChoice::Custom(99) }),
+            (3_104, Request::RawCommandLong(takeoff)),
+        ],
     );
     let results: Vec<_> = station.results.values().collect();
     assert_eq!(results.len(), 3);

@@ -1245,7 +1245,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Aborts a landing and climbs. */
+        /** Aborts a landing and climbs: MAV_CMD_DO_GO_AROUND. */
         post: operations["abort_landing"];
         delete?: never;
         options?: never;
@@ -1262,8 +1262,11 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Changes the height of the present target; a plane must be in GUIDED or LOITER. */
-        post: operations["set_altitude"];
+        /**
+         * Changes the height of the present target: MAV_CMD_DO_CHANGE_ALTITUDE. For ArduPlane in GUIDED or LOITER. One from before
+         *     COMMAND_INT gets MISSION_ITEM with `current` = 3.
+         */
+        post: operations["altitude"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1279,7 +1282,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Arms. Refused with the vehicle's reasons when its checks fail; `force` skips them. */
+        /** Arms. Done when a HEARTBEAT shows it; refused with the vehicle's reasons when its checks fail. */
         post: operations["arm"];
         delete?: never;
         options?: never;
@@ -1296,8 +1299,8 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Climbs or sinks to a height at a rate. Only for an ArduPlane that is in GUIDED. */
-        post: operations["climb_to"];
+        /** Climbs or sinks to a height at a rate: MAV_CMD_GUIDED_CHANGE_ALTITUDE. Only for an ArduPlane in GUIDED. */
+        post: operations["climb"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1347,8 +1350,11 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Turns to a course over ground and stays on it. Only for an ArduPlane that is in GUIDED. */
-        post: operations["fly_course"];
+        /**
+         * Turns to a course over ground and stays on it: MAV_CMD_GUIDED_CHANGE_HEADING. Only for an ArduPlane in GUIDED, which
+         *     no request enters for it.
+         */
+        post: operations["course"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1364,7 +1370,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Disarms; `force` does so in the air. */
+        /** Disarms. Done when a HEARTBEAT shows it. */
         post: operations["disarm"];
         delete?: never;
         options?: never;
@@ -1381,7 +1387,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Flies to a position and circles there, in mode GUIDED. */
+        /**
+         * Flies to a position and circles there: MAV_CMD_DO_REPOSITION by COMMAND_INT. An ArduPlane from before COMMAND_INT gets
+         *     MISSION_ITEM with `current` = 2 instead, which enters GUIDED by itself and knows neither radius nor sense nor speed.
+         */
         post: operations["goto"];
         delete?: never;
         options?: never;
@@ -1415,7 +1424,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Lands: a plane flies the landing of its mission. */
+        /** Lands. A fixed-wing ArduPilot: jumps to the landing sequence of its mission (MAV_CMD_DO_LAND_START). Others: mode LAND. */
         post: operations["land"];
         delete?: never;
         options?: never;
@@ -1432,7 +1441,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Circles here: mode LOITER. */
+        /** Circles (or hovers) here: mode LOITER. */
         post: operations["loiter"];
         delete?: never;
         options?: never;
@@ -1521,7 +1530,7 @@ export interface paths {
         get?: never;
         put?: never;
         /** Interrupts the mission: mode LOITER. */
-        post: operations["pause_mission"];
+        post: operations["mission_pause"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1538,7 +1547,7 @@ export interface paths {
         get?: never;
         put?: never;
         /** Goes on with the mission where it stands: mode AUTO. */
-        post: operations["resume_mission"];
+        post: operations["mission_resume"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1571,8 +1580,8 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Changes the flight mode. */
-        post: operations["set_mode"];
+        /** Changes the flight mode. Done when a HEARTBEAT shows it. */
+        post: operations["mode"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1754,7 +1763,8 @@ export interface paths {
         put?: never;
         /**
          * Prepares a flight, on the ground and disarmed: changes to a mode that arms where the present one does not, and sets the
-         *     mission back to its beginning. `progress.preparation` tells what it changes. It neither arms nor starts.
+         *     mission, when there is one, back to its beginning, its jump counters too. A text of ours says so before. Refused when armed or
+         *     in the air. It neither arms nor starts; what is known of the vehicle (`progress.preparation`) tells before what it does.
          */
         post: operations["prepare_flight"];
         delete?: never;
@@ -1789,7 +1799,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Reboots the autopilot; only while it is disarmed. */
+        /** Reboots the autopilot. Only when a fresh HEARTBEAT shows it disarmed. */
         post: operations["reboot"];
         delete?: never;
         options?: never;
@@ -1861,8 +1871,8 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Changes the speed. */
-        post: operations["set_speed"];
+        /** Changes the speed: MAV_CMD_DO_CHANGE_SPEED. */
+        post: operations["speed"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1878,7 +1888,10 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Takes off. A plane rolls when it is armed, or at once when it already is. */
+        /**
+         * Takes off. A fixed-wing ArduPilot: sets parameter `TKOFF_ALT`, then mode TAKEOFF; it starts to roll when it is
+         *     armed (or at once when it already is). Others: MAV_CMD_NAV_TAKEOFF, for which they must be armed.
+         */
         post: operations["takeoff"];
         delete?: never;
         options?: never;
@@ -1896,8 +1909,8 @@ export interface paths {
         /** The newest texts that a vehicle wrote, oldest first. */
         get: operations["list_texts"];
         put?: never;
-        /** Puts a text of ours beside the vehicle's own, for whoever watches it through this station. Nothing is sent. */
-        post: operations["add_note"];
+        /** Puts a text of ours beside those of the vehicle, for whoever watches it through this station. Nothing is sent. */
+        post: operations["texts"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1914,10 +1927,11 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Flies at a velocity. Only for what hovers, in GUIDED or OFFBOARD. It has no answer, and the vehicle stops when it hears no
-         *     more of it: after 3 s an ArduCopter, after 0.5 s a PX4.
+         * Flies at a velocity: SET_POSITION_TARGET_LOCAL_NED, relative to the heading. Only for an ArduCopter in GUIDED or a PX4 in
+         *     OFFBOARD, which no request enters for it. It has no answer: done when it is sent. The vehicle stops by itself when it is
+         *     not repeated (ArduCopter after GUID_TIMEOUT, 3 s; PX4 after 0.5 s).
          */
-        post: operations["set_velocity"];
+        post: operations["velocity"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1928,14 +1942,6 @@ export interface paths {
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
-        /** @description How to abort a landing. */
-        AbortLanding: {
-            /**
-             * Format: double
-             * @description Height to climb to; the vehicle's own when absent.
-             */
-            alt_rel_home_m?: number | null;
-        };
         /** @description The vehicle took the command. */
         Acknowledged: {
             /**
@@ -2091,10 +2097,10 @@ export interface components {
             temperature_c: number | null;
         };
         /**
-         * @description What a height is counted from.
+         * @description What a height in a request is counted from.
          * @enum {string}
          */
-        AltFrame: "home" | "amsl" | "terrain";
+        AltFrame: "amsl" | "home" | "terrain";
         /** @description An offline area to make or to reckon. */
         AreaRequest: {
             /**
@@ -3267,21 +3273,6 @@ export interface components {
              * @description The vehicle that is to fly it; an ArduPlane as it comes when absent.
              */
             vehicle?: number | null;
-        };
-        /** @description A height to climb or sink to at a rate. */
-        ClimbTo: {
-            /** @description What `alt_m` is counted from. */
-            alt_frame: components["schemas"]["AltFrame"];
-            /**
-             * Format: double
-             * @description Height, counted as `alt_frame` says.
-             */
-            alt_m: number;
-            /**
-             * Format: double
-             * @description How fast, above 0 to 50.
-             */
-            rate_m_s: number;
         };
         /**
          * @description What a command is for.
@@ -4578,19 +4569,6 @@ export interface components {
              */
             views_promised: number;
         };
-        /** @description A course to fly. */
-        FlyCourse: {
-            /**
-             * Format: double
-             * @description Centripetal acceleration of the turn at most, 0.05 to 20; 5, a bank of 27 degrees, when absent.
-             */
-            accel_m_s2?: number | null;
-            /**
-             * Format: double
-             * @description Course over ground from true north, 0 to below 360.
-             */
-            course_deg: number;
-        };
         /** @description A recording or picture of a camera on the server's disk. */
         Footage: {
             /**
@@ -4622,45 +4600,6 @@ export interface components {
          * @enum {string}
          */
         FootageKind: "video" | "picture";
-        /** @description How to arm or disarm. */
-        Force: {
-            /** @description In spite of the vehicle's own checks, or in the air. */
-            force?: boolean;
-        };
-        /** @description A position to fly to and circle at. */
-        Goto: {
-            /** @description What `alt_m` is counted from. */
-            alt_frame: components["schemas"]["AltFrame"];
-            /**
-             * Format: double
-             * @description Height, counted as `alt_frame` says.
-             */
-            alt_m: number;
-            /** @description Whether to enter GUIDED for it, which it does when absent; without it a vehicle in another mode refuses. */
-            change_mode?: boolean | null;
-            /** @description Sense of the circle; clockwise when absent. */
-            clockwise?: boolean | null;
-            /**
-             * Format: double
-             * @description WGS-84 latitude.
-             */
-            lat_deg: number;
-            /**
-             * Format: double
-             * @description WGS-84 longitude.
-             */
-            lon_deg: number;
-            /**
-             * Format: double
-             * @description Radius of the circle; the vehicle's own when absent.
-             */
-            radius_m?: number | null;
-            /**
-             * Format: double
-             * @description Ground speed; the vehicle's own when absent.
-             */
-            speed_m_s?: number | null;
-        };
         /** @description GPS_RAW_INT: what the receiver says, unfiltered. */
         Gps: {
             /**
@@ -6131,8 +6070,8 @@ export interface components {
              */
             from_item?: number | null;
         };
-        /** @description A flight mode: its name, one of the vehicle's `mode_names`, or its number on the wire. */
-        Mode: number | string;
+        /** @description A flight mode as a caller names it. */
+        ModeChoice: number | string;
         /** @description A camera by name. */
         NamedCamera: {
             /** @description What it is. */
@@ -6209,16 +6148,6 @@ export interface components {
             };
             /** @description Its name, such as `SET_POSITION_TARGET_GLOBAL_INT`. */
             name: string;
-        };
-        /** @description A text of ours to stand beside the vehicle's own. */
-        NewNote: {
-            /**
-             * Format: int32
-             * @description `MAV_SEVERITY`: 0 emergency to 7 debug; 6 when absent.
-             */
-            severity?: number | null;
-            /** @description The text; cut to 500 characters. */
-            text: string;
         };
         /** @description A parameter's new value. */
         NewParam: {
@@ -7531,16 +7460,6 @@ export interface components {
             /** @description Public id. */
             session: string;
         };
-        /** @description A new height. */
-        SetAltitude: {
-            /** @description What `alt_m` is counted from. */
-            alt_frame: components["schemas"]["AltFrame"];
-            /**
-             * Format: double
-             * @description Height, counted as `alt_frame` says.
-             */
-            alt_m: number;
-        };
         /** @description Whether our heartbeat is sent. */
         SetHeartbeat: {
             /** @description Send it. */
@@ -7571,48 +7490,6 @@ export interface components {
              * @description The item, counted from 1.
              */
             item: number;
-        };
-        /** @description The flight mode to change to. */
-        SetMode: {
-            /** @description Which. */
-            mode: components["schemas"]["Mode"];
-        };
-        /** @description A new speed. */
-        SetSpeed: {
-            /** @description Which speed. */
-            kind: components["schemas"]["SpeedKind"];
-            /**
-             * Format: double
-             * @description How fast, above 0 to 200.
-             */
-            speed_m_s: number;
-        };
-        /** @description A velocity relative to the heading; what is absent is 0. */
-        SetVelocity: {
-            /**
-             * Format: double
-             * @description Down, −50 to 50.
-             * @default 0
-             */
-            down_m_s: number;
-            /**
-             * Format: double
-             * @description Forward, −50 to 50.
-             * @default 0
-             */
-            forward_m_s: number;
-            /**
-             * Format: double
-             * @description To the right, −50 to 50.
-             * @default 0
-             */
-            right_m_s: number;
-            /**
-             * Format: double
-             * @description Clockwise seen from above, −10 to 10.
-             * @default 0
-             */
-            yaw_rate_rad_s: number;
         };
         /**
          * @description What is to be done with a vehicle's key.
@@ -7678,7 +7555,7 @@ export interface components {
             verified_age_s: number | null;
         };
         /**
-         * @description Which speed.
+         * @description Which speed DO_CHANGE_SPEED sets.
          * @enum {string}
          */
         SpeedKind: "airspeed" | "groundspeed";
@@ -8055,14 +7932,6 @@ export interface components {
              * @description UTC of the vehicle when the message was sent, microseconds since 1970; null before it knows the date.
              */
             utc_us: number | null;
-        };
-        /** @description A take-off. */
-        Takeoff: {
-            /**
-             * Format: double
-             * @description Height to climb to, 1 to 10,000.
-             */
-            alt_rel_home_m: number;
         };
         /**
          * @description The newest values by group. A group that was never heard is absent. In a WebSocket message a group that did not
@@ -11131,7 +11000,13 @@ export interface operations {
         };
         requestBody?: {
             content: {
-                "application/json": components["schemas"]["AbortLanding"] | null;
+                "application/json": {
+                    /**
+                     * Format: double
+                     * @description Height to climb to, metres above home, 1 to 10,000; the vehicle's own when absent.
+                     */
+                    alt_rel_home_m?: number | null;
+                };
             };
         };
         responses: {
@@ -11154,7 +11029,7 @@ export interface operations {
             };
         };
     };
-    set_altitude: {
+    altitude: {
         parameters: {
             query?: {
                 /** @description Do it although the mission on board may be mixed */
@@ -11169,7 +11044,15 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["SetAltitude"];
+                "application/json": {
+                    /** @description What `alt_m` is counted from. */
+                    alt_frame: components["schemas"]["AltFrame"];
+                    /**
+                     * Format: double
+                     * @description Height, counted as `alt_frame` says; not 0, which ArduPlane takes for none.
+                     */
+                    alt_m: number;
+                };
             };
         };
         responses: {
@@ -11207,7 +11090,10 @@ export interface operations {
         };
         requestBody?: {
             content: {
-                "application/json": components["schemas"]["Force"] | null;
+                "application/json": {
+                    /** @description In spite of the vehicle's own checks (magic number 21196). */
+                    force?: boolean;
+                };
             };
         };
         responses: {
@@ -11230,7 +11116,7 @@ export interface operations {
             };
         };
     };
-    climb_to: {
+    climb: {
         parameters: {
             query?: {
                 /** @description Do it although the mission on board may be mixed */
@@ -11245,7 +11131,20 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["ClimbTo"];
+                "application/json": {
+                    /** @description What `alt_m` is counted from. */
+                    alt_frame: components["schemas"]["AltFrame"];
+                    /**
+                     * Format: double
+                     * @description Height, counted as `alt_frame` says; ArduPlane takes neither 0 nor −1.
+                     */
+                    alt_m: number;
+                    /**
+                     * Format: double
+                     * @description How fast, up or down, 0.01 to 50.
+                     */
+                    rate_m_s: number;
+                };
             };
         };
         responses: {
@@ -11344,7 +11243,7 @@ export interface operations {
             };
         };
     };
-    fly_course: {
+    course: {
         parameters: {
             query?: {
                 /** @description Do it although the mission on board may be mixed */
@@ -11359,7 +11258,18 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["FlyCourse"];
+                "application/json": {
+                    /**
+                     * Format: double
+                     * @description Centripetal acceleration of the turn at most, 0.05 to 20; 5, a bank of 27 degrees, when absent.
+                     */
+                    accel_m_s2?: number;
+                    /**
+                     * Format: double
+                     * @description Course over ground, degrees from true north, 0 to below 360.
+                     */
+                    course_deg: number;
+                };
             };
         };
         responses: {
@@ -11397,7 +11307,10 @@ export interface operations {
         };
         requestBody?: {
             content: {
-                "application/json": components["schemas"]["Force"] | null;
+                "application/json": {
+                    /** @description Even while flying. */
+                    force?: boolean;
+                };
             };
         };
         responses: {
@@ -11435,7 +11348,39 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Goto"];
+                "application/json": {
+                    /** @description What `alt_m` is counted from. */
+                    alt_frame: components["schemas"]["AltFrame"];
+                    /**
+                     * Format: double
+                     * @description Height, counted as `alt_frame` says.
+                     */
+                    alt_m: number;
+                    /** @description Whether to enter GUIDED for it, which it does when absent; without it a vehicle in another mode refuses. */
+                    change_mode?: boolean;
+                    /** @description Sense of the circle; clockwise when absent. */
+                    clockwise?: boolean;
+                    /**
+                     * Format: double
+                     * @description WGS-84 latitude.
+                     */
+                    lat_deg: number;
+                    /**
+                     * Format: double
+                     * @description WGS-84 longitude.
+                     */
+                    lon_deg: number;
+                    /**
+                     * Format: double
+                     * @description Radius of the circle, 1 to 30,000; the vehicle's own when absent.
+                     */
+                    radius_m?: number | null;
+                    /**
+                     * Format: double
+                     * @description Ground speed, 0.1 to 200; the vehicle's own when absent.
+                     */
+                    speed_m_s?: number | null;
+                };
             };
         };
         responses: {
@@ -11710,7 +11655,7 @@ export interface operations {
             };
         };
     };
-    pause_mission: {
+    mission_pause: {
         parameters: {
             query?: {
                 /** @description Do it although the mission on board may be mixed */
@@ -11744,7 +11689,7 @@ export interface operations {
             };
         };
     };
-    resume_mission: {
+    mission_resume: {
         parameters: {
             query?: {
                 /** @description Do it although the mission on board may be mixed */
@@ -11816,7 +11761,7 @@ export interface operations {
             };
         };
     };
-    set_mode: {
+    mode: {
         parameters: {
             query?: {
                 /** @description Do it although the mission on board may be mixed */
@@ -11831,7 +11776,10 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["SetMode"];
+                "application/json": {
+                    /** @description Which: its name, one of the vehicle's `mode_names`, or its number on the wire. */
+                    mode: components["schemas"]["ModeChoice"];
+                };
             };
         };
         responses: {
@@ -12576,7 +12524,7 @@ export interface operations {
             };
         };
     };
-    set_speed: {
+    speed: {
         parameters: {
             query?: {
                 /** @description Do it although the mission on board may be mixed */
@@ -12591,7 +12539,15 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["SetSpeed"];
+                "application/json": {
+                    /** @description Which speed. */
+                    kind: components["schemas"]["SpeedKind"];
+                    /**
+                     * Format: double
+                     * @description How fast, 0.1 to 200.
+                     */
+                    speed_m_s: number;
+                };
             };
         };
         responses: {
@@ -12629,7 +12585,13 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Takeoff"];
+                "application/json": {
+                    /**
+                     * Format: double
+                     * @description Height to climb to, metres above home, 1 to 10,000.
+                     */
+                    alt_rel_home_m: number;
+                };
             };
         };
         responses: {
@@ -12683,7 +12645,7 @@ export interface operations {
             };
         };
     };
-    add_note: {
+    texts: {
         parameters: {
             query?: {
                 /** @description Do it although the mission on board may be mixed */
@@ -12698,7 +12660,15 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["NewNote"];
+                "application/json": {
+                    /**
+                     * Format: int32
+                     * @description `MAV_SEVERITY`: 0 emergency to 7 debug; 6, info, when absent.
+                     */
+                    severity?: number;
+                    /** @description The text; cut to 500 characters. */
+                    text: string;
+                };
             };
         };
         responses: {
@@ -12721,7 +12691,7 @@ export interface operations {
             };
         };
     };
-    set_velocity: {
+    velocity: {
         parameters: {
             query?: {
                 /** @description Do it although the mission on board may be mixed */
@@ -12734,9 +12704,30 @@ export interface operations {
             };
             cookie?: never;
         };
-        requestBody: {
+        requestBody?: {
             content: {
-                "application/json": components["schemas"]["SetVelocity"];
+                "application/json": {
+                    /**
+                     * Format: double
+                     * @description Down, −50 to 50.
+                     */
+                    down_m_s?: number;
+                    /**
+                     * Format: double
+                     * @description Forward, −50 to 50.
+                     */
+                    forward_m_s?: number;
+                    /**
+                     * Format: double
+                     * @description To the right, −50 to 50.
+                     */
+                    right_m_s?: number;
+                    /**
+                     * Format: double
+                     * @description Clockwise seen from above, −10 to 10.
+                     */
+                    yaw_rate_rad_s?: number;
+                };
             };
         };
         responses: {

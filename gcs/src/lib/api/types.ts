@@ -1,6 +1,6 @@
 // The shapes that go over the API, under the names the app uses. They are generated from the server's description
 // (`schema.d.ts`), where each field is explained; units and datum stand in the names, what is not known is null.
-import type { components, operations } from './schema';
+import type { components, operations, paths } from './schema';
 
 type Schemas = components['schemas'];
 
@@ -89,27 +89,34 @@ export type Operation<Result = Schemas['OperationResult']> = Omit<Schemas['Opera
   error?: Problem;
 };
 
-/** What a vehicle can be told to do, with what it needs to know. */
-export interface VehicleCommands {
-  arm: Schemas['Force'];
-  disarm: Schemas['Force'];
-  mode: Schemas['SetMode'];
-  takeoff: Schemas['Takeoff'];
-  goto: Schemas['Goto'];
-  speed: Schemas['SetSpeed'];
-  altitude: Schemas['SetAltitude'];
-  loiter: Record<string, never>;
-  'return-to-launch': Record<string, never>;
-  land: Record<string, never>;
-  'abort-landing': Schemas['AbortLanding'];
-  'prepare-flight': Record<string, never>;
-  'mission/start': Schemas['MissionStart'];
-  'mission/pause': Record<string, never>;
-  'mission/resume': Record<string, never>;
-  'mission/current': Schemas['SetItem'];
-  home: Schemas['SetHome'];
-  reboot: Record<string, never>;
-}
+type Body<Path> = Path extends { post: { requestBody?: { content: { 'application/json': infer Given } } } }
+  ? NonNullable<Given>
+  : Record<string, never>;
+type OfVehicles = {
+  [Path in keyof paths as Path extends `/api/v1/vehicles/{id}/${infer Name}` ? Name : never]: Body<paths[Path]>;
+};
+/** What the app tells a vehicle to do, by the path that does it, with what it needs to know. */
+export type VehicleCommands = Pick<
+  OfVehicles,
+  | 'arm'
+  | 'disarm'
+  | 'mode'
+  | 'takeoff'
+  | 'goto'
+  | 'speed'
+  | 'altitude'
+  | 'loiter'
+  | 'return-to-launch'
+  | 'land'
+  | 'abort-landing'
+  | 'prepare-flight'
+  | 'mission/start'
+  | 'mission/pause'
+  | 'mission/resume'
+  | 'mission/current'
+  | 'home'
+  | 'reboot'
+>;
 export type CommandName = keyof VehicleCommands;
 
 // What the server keeps

@@ -113,7 +113,7 @@ impl Acting {
             }
             Wish::Mode(name) => {
                 let mode = name.parse().map_or_else(|_| ModeChoice::Name(name), ModeChoice::Custom);
-                vehicle.request(Request::SetMode(mode))
+                vehicle.request(Request::SetMode { mode })
             }
             Wish::Return => vehicle.request(Request::ReturnToLaunch),
             Wish::Loiter => vehicle.request(Request::LoiterHere),

@@ -63,7 +63,7 @@ fn acts() -> (Vec<Request>, Vec<Message>) {
         ARM,
         Request::Arm { force: true },
         mode("auto"),
-        Request::SetMode(ModeChoice::Custom(10)),
+        Request::SetMode { mode: ModeChoice::Custom(10) },
         Request::MissionStart { from: None },
         Request::MissionStart { from: Some(MissionSeq(2)) },
         Request::MissionResume,
