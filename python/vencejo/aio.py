@@ -513,6 +513,29 @@ class AsyncVehicle(VehicleState):
         """The vehicle's parameters."""
         return AsyncParameters(self)
 
+    async def ask(
+        self,
+        name: str,
+        values: Mapping[str, Any] | None = None,
+        *,
+        confirm: Danger | None = None,
+        despite_mixed_plan: bool = False,
+    ) -> None:
+        """Ask for anything that has no result, by its name and values as the HTTP API has them; returns when it is done.
+
+        Examples
+        --------
+        >>> plane.ask("speed", {"kind": "airspeed", "speed_m_s": 18.0})  # doctest: +SKIP
+
+        Raises
+        ------
+        InvalidRequest
+            For a name that is none, naming those that are, and for a value that is wrong or lacks.
+        ConfirmationNeeded
+            When it is dangerous, and not confirmed by the name of that danger.
+        """
+        await self._wait(self._native.request(name, dict(values or {}), confirm, despite_mixed_plan))
+
     async def command(
         self, command: int | str, *params: float, confirm: Danger | None = None, despite_mixed_plan: bool = False
     ) -> int:

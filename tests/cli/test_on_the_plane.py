@@ -264,6 +264,21 @@ def test_parameters(parked_plane: str, tmp_path: Path) -> None:
     assert "NO_SUCH_THING" in unknown.stderr
 
 
+def test_one_thing_is_asked_for_by_its_name(parked_plane: str) -> None:
+    assert run("ask", "mode", "mode=CIRCLE", link=parked_plane).stdout == "mode: done\n"
+    assert told(run("ask", "mode", "mode=0", "--json", link=parked_plane)) == [
+        {"request": "mode", "values": {"mode": 0}, "done": True}
+    ]
+    for words, says in (
+        (("warp", "factor=9"), "`takeoff`"),
+        (("speed", "kind=airspeed"), "missing field `speed_m_s`"),
+        (("speed", "fast"), "NAME=VALUE"),
+        (("reboot",), "(reboot)"),
+    ):
+        refused = run("ask", *words, link=parked_plane)
+        assert (refused.exit_code, says in refused.stderr) == (2, True), refused.output
+
+
 def test_telemetry_once(parked_plane: str) -> None:
     sample = told(run("telemetry", "--once", "--json", "--groups", "position,attitude,battery", link=parked_plane))[0]
     assert sorted(sample) == ["attitude", "battery", "position", "system_id", "time_s"]

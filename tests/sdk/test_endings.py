@@ -232,6 +232,11 @@ def fence_of_two_corners() -> vencejo.Plan:
         lambda plane: plane.upload(fence_of_two_corners(), kind="fence", check=False),
         lambda plane: plane.set_message_rate("ATTITUDE", 1e9),
         lambda plane: plane.set_mode(""),
+        lambda plane: plane.takeoff(alt_rel_home_m="high"),
+        lambda plane: plane.ask("warp", {"factor": 9}),
+        lambda plane: plane.ask("speed", {"kind": "airspeed"}),
+        lambda plane: plane.ask("speed", {"kind": "airspeed", "speed_m_s": 18.0, "speed_kt": 35.0}),
+        lambda plane: plane.ask("speed", {"kind": "airspeed", "speed_m_s": True}),
     ],
 )
 def test_what_cannot_be_sent_is_an_invalid_request(mock: MockPlane, call: object) -> None:

@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from vencejo.cli.ask import ask
 from vencejo.cli.camera import camera
 from vencejo.cli.common import RootGroup, end_by_signal
 from vencejo.cli.demo import demo
@@ -83,6 +84,7 @@ app.command()(telemetry)
 app.add_typer(mission_app, name="mission")
 app.add_typer(plan_app, name="plan")
 app.add_typer(params_app, name="params")
+app.command()(ask)
 app.command()(links)
 app.add_typer(fleet_app, name="fleet")
 fleet_app.command("history")(fleet_history)

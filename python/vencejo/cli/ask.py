@@ -1,0 +1,76 @@
+"""The command `vencejo ask`: one request to the vehicle, by its name and values, as the HTTP API has them."""
+
+from __future__ import annotations
+
+import json as json_
+from typing import TYPE_CHECKING, Annotated, Any, cast
+
+import typer
+
+from vencejo.cli.common import (
+    DEFAULT_LINK,
+    Exit,
+    Failed,
+    JsonOption,
+    LinkOption,
+    SystemOption,
+    TimeoutOption,
+    YesOption,
+    confirm,
+    put_json,
+)
+from vencejo.cli.connecting import vehicle_on
+
+if TYPE_CHECKING:
+    from vencejo.vehicle import Danger
+
+
+def ask(
+    request: Annotated[
+        str,
+        typer.Argument(
+            metavar="REQUEST", help="Its name, as in POST /api/v1/vehicles/{id}/NAME; a wrong one lists them."
+        ),
+    ],
+    values: Annotated[
+        list[str] | None, typer.Argument(metavar="NAME=VALUE…", help="Its values, by the names of the API.")
+    ] = None,
+    link: LinkOption = DEFAULT_LINK,
+    yes: YesOption = False,
+    json: JsonOption = False,
+    system: SystemOption = None,
+    timeout: TimeoutOption = 30.0,
+) -> None:
+    """Ask the vehicle for one thing, such as a mode, and wait until it did it or shows it. What is dangerous is asked about.
+
+    Example: vencejo ask mode mode=LOITER
+
+    Example: vencejo ask goto lat_deg=40.333 lon_deg=-3.797 alt_m=80 alt_frame=home --link tcp:127.0.0.1:5760
+    """
+    from vencejo import ConfirmationNeeded
+
+    given = dict(_value(text) for text in values or ())
+    with vehicle_on(link, system_id=system, timeout_s=timeout) as vehicle:
+        try:
+            vehicle.ask(request, given)
+        except ConfirmationNeeded as needed:
+            danger = cast("Danger", needed.act)
+            if not confirm(f"{request} is dangerous here ({danger}). Do it?", yes=yes):
+                raise Failed(f"{request} was not asked for") from needed
+            vehicle.ask(request, given, confirm=danger)
+    if json:
+        put_json({"request": request, "values": given, "done": True})
+    else:
+        print(f"{request}: done")
+
+
+def _value(text: str) -> tuple[str, Any]:
+    """A value and its name: a number, true, false or null as in JSON, else a text."""
+    name, equals, value = text.partition("=")
+    if not (name and equals):
+        raise Failed(f"'{text}' is no value: write NAME=VALUE", Exit.USAGE)
+    try:
+        read = json_.loads(value)
+    except ValueError:
+        return name, value
+    return name, value if isinstance(read, (dict, list)) else read
