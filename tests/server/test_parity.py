@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import re
 from typing import Any
 
 import vencejo
@@ -152,6 +153,18 @@ def test_every_route_is_in_the_description() -> None:
             whole = path if path.startswith("/api/") else OF_THE_VEHICLE + path
             assert method.lower() in description["paths"].get(whole, {}), f"{method} {whole}"
     assert checked > 60
+
+
+def test_every_request_of_the_list_has_a_method() -> None:
+    by_hand = {"home", "mission/current", "mission/start"}
+    listed = {
+        path.removeprefix(f"{OF_THE_VEHICLE}/")
+        for path, item in PATHS.items()
+        if path.startswith(OF_THE_VEHICLE) and "commands" in item.get("post", {}).get("tags", ())
+    }
+    source = (ROOT / "python" / "vencejo" / "vehicle.py").read_text(encoding="utf-8")
+    asked = set(re.findall(r'_ask\(\s*"([^"]+)"', source))
+    assert asked == listed - by_hand, "a name in vehicle.py is none, or a request has no method there"
 
 
 def test_asyncio_has_the_same_operations() -> None:
