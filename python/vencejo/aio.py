@@ -350,6 +350,18 @@ class AsyncVehicle(VehicleState):
         """Move home to a position, or to where the vehicle is."""
         await self._wait(self._set_home(home))
 
+    async def switch_fence(self, on: bool, *, confirm: Danger | None = None) -> None:
+        """Switch the fence on board on or off (``confirm="fence-off"``), until its parameters or a restart do.
+
+        Raises
+        ------
+        CommandRefused
+            When the vehicle has no fence to switch on.
+        ConfirmationNeeded
+            When it is switched off without `confirm`.
+        """
+        await self._wait(self._ask("switch-fence", on=on, confirm=confirm))
+
     async def set_up_signing(self, *, key: str | None = None, any_link: bool = False) -> SigningInfo:
         """Give a vehicle that does not sign a key, and wait until it signs with it, at most 5 s.
 

@@ -274,6 +274,7 @@ def test_one_thing_is_asked_for_by_its_name(parked_plane: str) -> None:
         (("speed", "kind=airspeed"), "missing field `speed_m_s`"),
         (("speed", "fast"), "NAME=VALUE"),
         (("reboot",), "(reboot)"),
+        (("switch-fence", "on=false"), "(fence-off)"),
     ):
         refused = run("ask", *words, link=parked_plane)
         assert (refused.exit_code, says in refused.stderr) == (2, True), refused.output

@@ -39,6 +39,11 @@ def test_a_plane_is_seen_and_commanded_over_a_network_that_is_cut_and_heals(tmp_
         refused = ana.ask("POST", f"{at}/mode", {"mode": "NONSENSE"})
         assert (refused.status, refused.json["cause"]["code"]) == (409, "remote-refused")
         assert "NONSENSE" in refused.json["detail"]
+        # What an order has no form of its own for goes by its name; its danger is known on both sides.
+        unconfirmed = ana.ask("POST", f"{at}/switch-fence", {"on": False})
+        assert (unconfirmed.status, unconfirmed.json["cause"]["act"]) == (428, "fence-off")
+        confirmation = {"vencejo_confirmation": unconfirmed.json["cause"]["confirmation"]}
+        assert ana.ask("POST", f"{at}/switch-fence", {"on": False}, **confirmation).status == 200
         unsent = ana.ask("POST", f"{at}/messages", {"name": "HEARTBEAT", "fields": {}})
         assert (unsent.status, unsent.json["cause"]["code"]) == (409, "remote-refused")
         assert "COMMAND_LONG" in unsent.json["detail"]

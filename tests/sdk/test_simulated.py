@@ -150,6 +150,7 @@ def test_what_is_dangerous_is_confirmed_by_name(plane: vencejo.Vehicle) -> None:
         ("clear-mission", lambda confirm: plane.send_message("MISSION_CLEAR_ALL", confirm=confirm)),
         ("reboot", lambda confirm: plane.reboot(confirm=confirm)),
         ("fence-off", lambda confirm: plane.params.set("FENCE_ENABLE", 0, confirm=confirm)),
+        ("fence-off", lambda confirm: plane.switch_fence(False, confirm=confirm)),
     ]
     for act, call in acts:
         for other in (None, "erase"):
@@ -313,6 +314,7 @@ async def test_asyncio_does_the_same(link: str) -> None:
                 break
         with pytest.raises(vencejo.CommandRefused):
             await plane.command("DO_MOTOR_TEST")
+        await plane.switch_fence(False, confirm="fence-off")
         await plane.clear(confirm="clear-mission")
         await plane.set_mode("MANUAL")
 

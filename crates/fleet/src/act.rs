@@ -416,7 +416,8 @@ mod tests {
             Request::ParamList,
             Request::ParamRead { name: "WP_RADIUS".into() },
             Request::ParamSet { name: "WP_RADIUS".into(), value: 90.1 },
-            // Nothing here knows its form: as any that is new.
+            // Nothing here knows their form: as any that is new.
+            Request::SwitchFence { on: false },
             Request::Note { severity: Severity::INFO, text: "\"ñ\"".into() },
         ];
         for request in requests {

@@ -450,6 +450,8 @@ mod tests {
         assert_eq!(of(Request::Arm { force: true }), Some(Danger::ForceArm));
         assert_eq!(of(Request::Arm { force: false }), None);
         assert_eq!(of(Request::Reboot), Some(Danger::Reboot));
+        assert_eq!(of(Request::SwitchFence { on: false }), Some(Danger::FenceOff));
+        assert_eq!(of(Request::SwitchFence { on: true }), None);
         assert_eq!(of(Request::ClearPlan { kind: PlanKind::Rally }), Some(Danger::Clear(PlanKind::Rally)));
         assert_eq!(of(upload(Vec::new())), Some(Danger::Clear(PlanKind::Fence)));
         let set = |name: &str, value: f64| of(Request::ParamSet { name: name.to_owned(), value });

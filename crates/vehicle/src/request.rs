@@ -312,6 +312,12 @@ pub enum Request {
         /// The text; cut to 500 characters.
         text: String,
     },
+    /// Switches the fence on board on or off, until its parameters or a restart do: MAV_CMD_DO_FENCE_ENABLE. Done when it is acknowledged;
+    /// an ArduPlane without a fence refuses to switch it on.
+    SwitchFence {
+        /// Whether it is to be on.
+        on: bool,
+    },
     /// Reboots the autopilot. Only when a fresh HEARTBEAT shows it disarmed.
     Reboot,
     /// Does what is asked although the mission on board may be a mixture ([`PlanState::may_be_mixed`]), in which case arming,

@@ -208,7 +208,7 @@ async fn every_role_at_every_route() {
     station.close().await;
 }
 
-// fault 28: 12 dangerous acts: a wrong, used or other act's confirmation is refused, with the right one the act is done once
+// fault 28: 13 dangerous acts: a wrong, used or other act's confirmation is refused, with the right one the act is done once
 #[tokio::test]
 async fn what_is_dangerous_is_done_once_and_only_confirmed() {
     let station = station(true);
@@ -232,6 +232,7 @@ async fn what_is_dangerous_is_done_once_and_only_confirmed() {
         ("reboot", ("POST", "/command/long", json!({"command": 246, "params": [1]}))),
         ("fence-off", ("PUT", "/params/FENCE_ENABLE", json!({"value": 0}))),
         ("fence-off", ("POST", "/command/long", json!({"command": 207}))),
+        ("fence-off", ("POST", "/switch-fence", json!({"on": false}))),
     ];
     let challenge = async |act: &(&str, &str, Value), code: &str| {
         let answer = send(act, None).await;

@@ -590,6 +590,10 @@ impl Context<'_> {
                 return Err(invalid("severity", severity.0, "it goes from 0, an emergency, to 7, debug"));
             }
             Request::Note { severity, text } => Step::Note(severity, text.chars().take(MAX_NOTE).collect()),
+            Request::SwitchFence { on } => {
+                let on = f32::from(u8::from(on));
+                Step::command(self.long(cmd::DO_FENCE_ENABLE, [on, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+            }
             Request::DespiteMixedPlan(request) => return self.steps(*request),
             Request::Reboot => {
                 self.require_disarmed("rebooting it")?;

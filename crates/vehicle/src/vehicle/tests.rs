@@ -987,6 +987,7 @@ fn every_request() -> Vec<Request> {
         Request::ParamRead { name: "TKOFF_ALT".into() },
         Request::ParamSet { name: "TKOFF_ALT".into(), value: 55.0 },
         Request::Reboot,
+        Request::SwitchFence { on: true },
     ]
 }
 

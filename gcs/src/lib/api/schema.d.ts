@@ -1879,6 +1879,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{id}/switch-fence": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Switches the fence on board on or off, until its parameters or a restart do: MAV_CMD_DO_FENCE_ENABLE. Done when it is acknowledged;
+         *     an ArduPlane without a fence refuses to switch it on.
+         */
+        post: operations["switch_fence"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{id}/takeoff": {
         parameters: {
             query?: never;
@@ -12547,6 +12567,47 @@ export interface operations {
                      * @description How fast, 0.1 to 200.
                      */
                     speed_m_s: number;
+                };
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Done"];
+                };
+            };
+            /** @description What was wrong and what to do */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    switch_fence: {
+        parameters: {
+            query?: {
+                /** @description Do it although the mission on board may be mixed */
+                despite_mixed_plan?: boolean;
+            };
+            header?: never;
+            path: {
+                /** @description The vehicle's id */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /** @description Whether it is to be on. */
+                    on: boolean;
                 };
             };
         };
