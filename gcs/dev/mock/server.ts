@@ -185,7 +185,7 @@ async function answer(method: string, path: string, query: string, body: string)
   if (path === '/session' && scene === 'token') return json({ title: 'Token needed', status: 401, detail: '' }, 401);
   if (path === '/session') return json(session);
   if (path === '/links') return json([link()]);
-  if (path === '/plan/check' || path === '/commands') return json([]);
+  if (path === '/plan/check') return json([]);
   if (/^\/vehicles\/\d+\/texts$/.test(path)) return json(texts);
   if (/^\/vehicles\/\d+$/.test(path)) {
     const { groups, progress } = toldAt(time_s(), { isArmed });

@@ -653,7 +653,7 @@ pub const COMMANDS: &[CommandInfo] = &[
         is_destination: true,
         support: Support::Flown,
         params: [
-            p("Time", Unit::Seconds, Storage::U16).range(Some(0.0), Some(65535.0)).default(0.0),
+            p("Time", Unit::Seconds, Storage::U16).range(Some(0.0), Some(65535.0)).default(60.0),
             NONE,
             p("Direction", Unit::Choice, Storage::LoiterSign).default(1.0),
             p("Leave towards next from", Unit::Choice, Storage::Positive).range(Some(0.0), Some(1.0)).default(1.0),
@@ -753,7 +753,7 @@ pub const COMMANDS: &[CommandInfo] = &[
         is_destination: true,
         support: Support::Ignored,
         params: [
-            p("Arc angle", Unit::Degrees, Storage::SignedU16).range(Some(-359.0), Some(359.0)),
+            p("Arc angle", Unit::Degrees, Storage::SignedU16).range(Some(-359.0), Some(359.0)).default(90.0),
             NONE,
             NONE,
             NONE,
@@ -918,7 +918,7 @@ pub const COMMANDS: &[CommandInfo] = &[
         is_destination: false,
         support: Support::Flown,
         params: [
-            p("Item", Unit::Item, Storage::U16).range(Some(1.0), Some(65535.0)),
+            p("Item", Unit::Item, Storage::U16).range(Some(1.0), Some(65535.0)).default(1.0),
             p("Repeats", Unit::Count, Storage::I16).range(Some(-1.0), Some(32767.0)).default(1.0),
             NONE,
             NONE,
@@ -937,8 +937,9 @@ pub const COMMANDS: &[CommandInfo] = &[
         support: Support::Flown,
         params: [
             p("Kind of speed", Unit::Choice, Storage::U8).range(Some(0.0), Some(3.0)).default(0.0),
-            p("Speed", Unit::MetresPerSecond, Storage::Float).range(Some(-2.0), None),
-            p("Throttle", Unit::Percent, Storage::Float).range(Some(-2.0), Some(100.0)).default(0.0),
+            p("Speed", Unit::MetresPerSecond, Storage::Float).range(Some(-2.0), None).default(15.0),
+            // −1: the throttle stays as it is
+            p("Throttle", Unit::Percent, Storage::Float).range(Some(-2.0), Some(100.0)).default(-1.0),
             NONE,
             NONE,
             NONE,

@@ -2,7 +2,6 @@
 import { Http, type Options } from './http';
 import type {
   ChangeSigning,
-  CommandInfo,
   CommandName,
   ComplexPart,
   FindingFix,
@@ -140,7 +139,6 @@ export class Api extends Http {
   }
   draft = () => this.json<PlanDrafts>('GET', '/draft');
   saveDraft = (draft: NewPlanDraft) => this.json<PlanDraft>('PUT', '/draft', draft);
-  commands = () => this.json<CommandInfo[]>('GET', '/commands');
 
   readParams = (id: number) => this.json<Operation>('GET', `/vehicles/${id}/params`);
   readParam = (id: number, name: string) =>

@@ -74,7 +74,6 @@ export type NamedCamera = Schemas['NamedCamera'];
 export type SurveyRequest = Schemas['SurveyRequest'];
 export type Survey = Schemas['Survey'];
 export type ComplexPart = Schemas['ComplexPart'];
-export type CommandInfo = Schemas['CommandInfo'];
 
 // Sessions, operations, errors
 export type Info = Schemas['Info'];

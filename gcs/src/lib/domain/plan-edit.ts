@@ -9,7 +9,6 @@ import {
   altOf_m,
   altRelHome_m,
   COMMAND,
-  type CommandSpec,
   type ComplexItem,
   type EditableKind,
   type Fence,
@@ -28,7 +27,6 @@ import {
   type RallyPoint,
   withAlt,
   withCommand,
-  withKind,
   withParam,
   withPlace,
 } from './plan';
@@ -335,28 +333,16 @@ export function setFrame(draft: Draft, keys: ReadonlySet<number>, frame: HeightF
   });
 }
 
-/** Makes an item another kind. Without a place of its own it gets one: `at`, or that of the nearest item before. */
-export function changeKind(
-  draft: Draft,
-  key: number,
-  kind: EditableKind,
-  defaults: EditDefaults,
-  at: LonLat | null = null,
-): Draft {
-  const fallback = fallbackFor(draft, key, defaults, at);
-  return updateKey(draft, key, (item) => withKind(item, kind, fallback));
-}
-
-/** Makes an item any command; as `changeKind`. */
+/** Makes an item another command of the table. Without a place of its own it gets one: `at`, or that of the nearest item before. */
 export function changeCommand(
   draft: Draft,
   key: number,
-  spec: CommandSpec,
+  command: number,
   defaults: EditDefaults,
   at: LonLat | null = null,
 ): Draft {
   const fallback = fallbackFor(draft, key, defaults, at);
-  return updateKey(draft, key, (item) => withCommand(item, spec, fallback));
+  return updateKey(draft, key, (item) => withCommand(item, command, fallback));
 }
 
 function fallbackFor(draft: Draft, key: number, { alt_m, frame }: EditDefaults, at: LonLat | null): NewItem {

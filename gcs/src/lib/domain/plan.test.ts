@@ -14,13 +14,13 @@ import {
   makeItem,
   type PlanItem,
   placeOf,
-  withKind,
+  withCommand,
   withParam,
 } from './plan';
 import {
   addAt,
   addLanding,
-  changeKind,
+  changeCommand,
   comingFrom,
   type Draft,
   draftOf,
@@ -81,11 +81,14 @@ describe('items', () => {
 
   it('keeps place and height when the kind changes, and lands on the ground', () => {
     const waypoint = makeItem('waypoint', { at: HOME, alt_m: 70, frame: 'amsl' });
-    const loiter = withKind(waypoint, 'loiter_turns', {});
+    const loiter = withCommand(waypoint, COMMAND.loiter_turns, {});
     expect(placeOf(loiter)).toEqual(placeOf(waypoint));
     expect([altOf_m(loiter), loiter.frame]).toEqual([70, FRAME.amsl]);
-    expect(altOf_m(withKind(waypoint, 'land', {}))).toBe(0);
-    const back = withKind(withKind(waypoint, 'return_to_launch', {}), 'waypoint', { at: HOME, alt_m: 33 });
+    expect(altOf_m(withCommand(waypoint, COMMAND.land, {}))).toBe(0);
+    const back = withCommand(withCommand(waypoint, COMMAND.return_to_launch, {}), COMMAND.waypoint, {
+      at: HOME,
+      alt_m: 33,
+    });
     expect(altOf_m(back)).toBe(33);
   });
 
@@ -157,7 +160,7 @@ describe('changing', () => {
     shiftKeys(draft, new Set([key]), HOME, at(0, 10));
     removeKeys(draft, new Set([key]));
     nudge(draft, new Set([key]), 1);
-    changeKind(draft, key, 'jump', DEFAULTS);
+    changeCommand(draft, key, COMMAND.jump, DEFAULTS);
     addLanding(draft, landingAt(HOME));
     expect(draft).toEqual(before);
   });

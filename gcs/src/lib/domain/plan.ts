@@ -1,6 +1,6 @@
 /** The plan as the API gives and takes it, and what its items mean to a pilot of a plane. */
 
-import destinations from './destinations.json';
+import { type CommandInfo, commandInfo } from './core';
 import { type LonLat, lonLat, rounded } from './lonlat';
 
 export type Params = [
@@ -113,62 +113,16 @@ export const KINDS = [
 export type EditableKind = (typeof KINDS)[number];
 export type ItemKind = EditableKind | 'other';
 
-const NAME: Record<EditableKind, string> = {
-  waypoint: 'MAV_CMD_NAV_WAYPOINT',
-  takeoff: 'MAV_CMD_NAV_TAKEOFF',
-  land: 'MAV_CMD_NAV_LAND',
-  loiter_turns: 'MAV_CMD_NAV_LOITER_TURNS',
-  loiter_time: 'MAV_CMD_NAV_LOITER_TIME',
-  loiter_unlimited: 'MAV_CMD_NAV_LOITER_UNLIM',
-  loiter_to_height: 'MAV_CMD_NAV_LOITER_TO_ALT',
-  arc_waypoint: 'MAV_CMD_NAV_ARC_WAYPOINT',
-  return_to_launch: 'MAV_CMD_NAV_RETURN_TO_LAUNCH',
-  change_speed: 'MAV_CMD_DO_CHANGE_SPEED',
-  jump: 'MAV_CMD_DO_JUMP',
-};
-
-/** WP_LOITER_RAD of an ArduPlane as it comes: the radius of circles that name none, metres. */
-export const DEFAULT_LOITER_RADIUS_M = 60;
-
-/** Parameters 1 to 4 of a new item of each kind. */
-const NEW_PARAMS: Record<EditableKind, readonly [number, number, number, number]> = {
-  waypoint: [0, 0, 0, 0],
-  takeoff: [15, 0, 0, 0],
-  land: [0, 0, 0, 0],
-  loiter_turns: [1, 0, DEFAULT_LOITER_RADIUS_M, 1],
-  loiter_time: [60, 0, 1, 1],
-  loiter_unlimited: [0, 0, DEFAULT_LOITER_RADIUS_M, 0],
-  loiter_to_height: [0, DEFAULT_LOITER_RADIUS_M, 0, 1],
-  arc_waypoint: [90, 0, 0, 0],
-  return_to_launch: [0, 0, 0, 0],
-  // −1: the throttle stays as it is.
-  change_speed: [0, 15, -1, 0],
-  jump: [1, 1, 0, 0],
-};
-
-const PLACED: ReadonlySet<EditableKind> = new Set([
-  'waypoint',
-  'takeoff',
-  'land',
-  'loiter_turns',
-  'loiter_time',
-  'loiter_unlimited',
-  'loiter_to_height',
-  'arc_waypoint',
-]);
-
 const KIND_BY_COMMAND: ReadonlyMap<number, EditableKind> = new Map(KINDS.map((kind) => [COMMAND[kind], kind]));
 
 export const kindOf = (item: PlanItem): ItemKind => KIND_BY_COMMAND.get(item.command) ?? 'other';
 /** Whether the editor has a kind for a MAV_CMD. */
 export const isKindCommand = (command: number): boolean => KIND_BY_COMMAND.has(command);
-export const isPlacedKind = (kind: ItemKind): boolean => kind !== 'other' && PLACED.has(kind);
+export const isPlacedKind = (kind: EditableKind): boolean => commandInfo(COMMAND[kind])?.has_position === true;
 
 /** Whether x, y and z of the item are latitude, longitude and height. */
-export function isPlaced(item: PlanItem): boolean {
-  const kind = kindOf(item);
-  return kind === 'other' ? item.frame !== FRAME.mission && positionIn(item) !== null : PLACED.has(kind);
-}
+export const isPlaced = (item: PlanItem): boolean =>
+  commandInfo(item.command)?.has_position ?? (item.frame !== FRAME.mission && positionIn(item) !== null);
 
 /** Where the item is; `null` when it has no place, or none of its own (0/0 means "where the plane is then"). */
 export function placeOf(item: PlanItem): LonLat | null {
@@ -192,16 +146,14 @@ export function heightFrameOfNumber(frame: number): HeightFrame {
 
 export const heightFrameOf = (item: PlanItem): HeightFrame => heightFrameOfNumber(item.frame);
 
-/** MAV_CMD numbers of items that a vehicle flies to; a test of the server holds them equal to its own. */
-const DESTINATIONS: ReadonlySet<number> = new Set(destinations);
-
 /**
- * Whether the vehicle flies to the item. A take-off only points; an action has no place; and an arc is for those that fly
- * arcs: a plane passes over it.
+ * Whether the vehicle flies to the item, as the core has it. A take-off only points; an action has no place; and an arc or a spline is
+ * for those that fly it: a plane passes over an arc, and a plan that holds a spline is a copter's.
  */
-export function isDestination(item: PlanItem, fliesArcs: boolean): boolean {
-  if (item.command === COMMAND.arc_waypoint && !fliesArcs) return false;
-  return DESTINATIONS.has(item.command) && (kindOf(item) !== 'other' || placeOf(item) !== null);
+export function isDestination({ command }: PlanItem, fliesArcs: boolean): boolean {
+  if (command === COMMAND.arc_waypoint) return fliesArcs;
+  const info = commandInfo(command);
+  return info === undefined ? command === COMMAND.spline_waypoint : info.is_destination && info.support !== 'ignored';
 }
 
 export interface NewItem {
@@ -210,18 +162,22 @@ export interface NewItem {
   readonly frame?: HeightFrame;
 }
 
-/** A new item of a kind, with the parameters it starts with. */
-export function makeItem(kind: EditableKind, { at = null, alt_m = 0, frame = 'home' }: NewItem = {}): PlanItem {
-  const isPlacedItem = PLACED.has(kind);
-  const [p1, p2, p3, p4] = NEW_PARAMS[kind];
+/** A new item of a kind, with the parameters that the core offers. */
+export const makeItem = (kind: EditableKind, place: NewItem = {}): PlanItem =>
+  newItem(commandInfo(COMMAND[kind]) as CommandInfo, place);
+
+function newItem(
+  { number, name, has_position, params }: CommandInfo,
+  { at = null, alt_m = 0, frame = 'home' }: NewItem,
+): PlanItem {
+  const [p1 = 0, p2 = 0, p3 = 0, p4 = 0, ...rest] = params.map((param) => param.default ?? 0);
   const place = at === null ? null : rounded(at);
+  const [x = 0, y = 0, z = 0] = has_position ? [place?.lat_deg, place?.lon_deg, alt_m] : rest;
   return {
-    command: COMMAND[kind],
-    name: NAME[kind],
-    frame: isPlacedItem ? FRAME[frame] : FRAME.mission,
-    params: isPlacedItem
-      ? [p1, p2, p3, p4, place?.lat_deg ?? 0, place?.lon_deg ?? 0, alt_m]
-      : [p1, p2, p3, p4, 0, 0, 0],
+    command: number,
+    name: `MAV_CMD_${name}`,
+    frame: has_position ? FRAME[frame] : FRAME.mission,
+    params: [p1, p2, p3, p4, x, y, z],
     autocontinue: true,
   };
 }
@@ -239,48 +195,17 @@ export function withPlace(item: PlanItem, at: LonLat): PlanItem {
 export const withAlt = (item: PlanItem, alt_m: number): PlanItem => withParam(item, 6, alt_m);
 
 /**
- * The item as another kind. Place, height and frame stay where both kinds have them; `fallback` stands in when the
- * old kind had none.
+ * The item as another command of the table. Place, height and frame stay where both have them; `fallback` stands in when the old
+ * one had none.
  */
-export function withKind(item: PlanItem, kind: EditableKind, fallback: NewItem): PlanItem {
-  if (kindOf(item) === kind) return item;
+export function withCommand(item: PlanItem, command: number, fallback: NewItem): PlanItem {
+  const info = commandInfo(command);
+  if (info === undefined || item.command === command) return item;
   const at = placeOf(item) ?? fallback.at ?? null;
-  const made = makeItem(kind, {
-    at,
-    alt_m: altOf_m(item) ?? fallback.alt_m ?? 0,
-    frame: isPlaced(item) ? heightFrameOf(item) : (fallback.frame ?? 'home'),
-  });
-  return kind === 'land' ? withAlt(made, 0) : made;
-}
-
-/** What is known of a command that the editor has no kind for. */
-export interface CommandSpec {
-  readonly number: number;
-  /** MAV_CMD name. */
-  readonly name: string;
-  readonly has_position: boolean;
-  /** Values that its seven parameters begin with; `null` where none is given. */
-  readonly defaults: readonly (number | null)[];
-}
-
-/** The item as any command. Place, height and frame stay where both have them; `fallback` stands in for the rest. */
-export function withCommand(item: PlanItem, spec: CommandSpec, fallback: NewItem): PlanItem {
-  const kind = KIND_BY_COMMAND.get(spec.number);
-  if (kind !== undefined) return withKind(item, kind, fallback);
-  if (item.command === spec.number) return item;
-  const at = placeOf(item) ?? fallback.at ?? null;
-  const place = at === null ? null : rounded(at);
-  const start = spec.defaults.map((value) => value ?? 0);
-  const [p1 = 0, p2 = 0, p3 = 0, p4 = 0, p5 = 0, p6 = 0, p7 = 0] = start;
-  return {
-    command: spec.number,
-    name: spec.name,
-    frame: !spec.has_position ? FRAME.mission : isPlaced(item) ? item.frame : FRAME[fallback.frame ?? 'home'],
-    params: spec.has_position
-      ? [p1, p2, p3, p4, place?.lat_deg ?? 0, place?.lon_deg ?? 0, altOf_m(item) ?? fallback.alt_m ?? 0]
-      : [p1, p2, p3, p4, p5, p6, p7],
-    autocontinue: item.autocontinue,
-  };
+  const height_m = altOf_m(item) ?? fallback.alt_m ?? 0;
+  const alt_m = command === COMMAND.land ? 0 : height_m;
+  const made = newItem(info, { ...fallback, at, alt_m });
+  return { ...made, frame: info.has_position && isPlaced(item) ? item.frame : made.frame };
 }
 
 /** Height of an item above home, metres; `null` when home's height or the terrain is not known. */

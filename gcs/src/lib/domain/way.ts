@@ -4,9 +4,10 @@
  * straight lines that are marked as such.
  */
 
+import { USUAL_PLANE } from './core';
 import { bearing_deg, distance_m } from './geo';
 import { type LonLat, sameLonLat } from './lonlat';
-import { DEFAULT_LOITER_RADIUS_M, type Home, isDestination, kindOf, type PlanItem, placeOf } from './plan';
+import { type Home, isDestination, kindOf, type PlanItem, placeOf } from './plan';
 import type { Profile } from './profile';
 
 /** How an approach goes down. */
@@ -28,7 +29,11 @@ export interface RouteOptions {
 }
 
 /** An ArduPlane as it comes. */
-export const PLANE_ROUTE: RouteOptions = { fliesArcs: false, loiterRadius_m: DEFAULT_LOITER_RADIUS_M, cruise_m_s: 22 };
+export const PLANE_ROUTE: RouteOptions = {
+  fliesArcs: false,
+  loiterRadius_m: USUAL_PLANE.loiter_radius_m,
+  cruise_m_s: USUAL_PLANE.airspeed_m_s,
+};
 
 /** The circling at an item, as the core tells it. */
 export interface Loiter {

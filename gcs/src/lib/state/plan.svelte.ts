@@ -1,6 +1,5 @@
 // The plan that is being edited, what of it the vehicle has, and the transfers between the two.
 import type {
-  CommandInfo,
   LandingRequest,
   Operation,
   Plan as ApiPlan,
@@ -22,7 +21,6 @@ import {
   emptyPlan,
   type HeightFrame,
   type Home,
-  isKindCommand,
   isPlacedKind,
   type Plan,
   type PlanItem,
@@ -34,7 +32,6 @@ import {
   type Added,
   addLanding,
   changeCommand,
-  changeKind,
   changeLanding,
   comingFrom,
   designedLanding,
@@ -123,9 +120,6 @@ class PlanStore implements PlanDraft {
   /** Whether the rehearsal is of the plan as it was before. */
   isRehearsalOld = $state(false);
   checkState = $state<'none' | 'checking' | 'done' | 'unavailable'>('none');
-  commands = $state.raw<readonly CommandInfo[]>([]);
-  /** Those of missions that the editor has no kind for. */
-  rareCommands = $derived(this.commands.filter(({ number, support }) => support !== 'list' && !isKindCommand(number)));
   /** Whether each click or tap on an item adds it to the selection, for those who have no Shift key. */
   isPickingMany = $state(false);
   isReadingParams = $state(false);
@@ -472,17 +466,8 @@ class PlanStore implements PlanDraft {
     this.#edit((draft) => setParam(draft, key, index, value));
   }
 
-  changeKind(key: number, kind: EditableKind, at: LonLat | null = null): void {
-    this.#edit((draft) => changeKind(draft, key, kind, this.defaults, at));
-  }
-
-  /** Makes an item any of the commands that the server knows. */
-  changeCommand(key: number, number: number, at: LonLat | null = null): void {
-    const command = this.commands.find((one) => one.number === number);
-    if (command === undefined) return;
-    const { has_position, params } = command;
-    const spec = { number, name: `MAV_CMD_${command.name}`, has_position, defaults: params.map((one) => one.default) };
-    this.#edit((draft) => changeCommand(draft, key, spec, this.defaults, at));
+  changeCommand(key: number, command: number, at: LonLat | null = null): void {
+    this.#edit((draft) => changeCommand(draft, key, command, this.defaults, at));
   }
 
   remove(keys: ReadonlySet<number> = this.#selection): void {
@@ -655,15 +640,6 @@ class PlanStore implements PlanDraft {
       this.problem = problemFrom(error);
     } finally {
       this.isReadingParams = false;
-    }
-  }
-
-  async loadCommands(): Promise<void> {
-    if (this.commands.length > 0) return;
-    try {
-      this.commands = await api.commands();
-    } catch {
-      // names of rare commands are missing until the next try
     }
   }
 

@@ -1,5 +1,6 @@
 // Which of an item's parameters 1 to 4 are shown for each kind, under which name, in which unit, with which choices.
-import type { EditableKind } from '$lib/domain/plan';
+import { commandInfo } from '$lib/domain/core';
+import { COMMAND, type EditableKind } from '$lib/domain/plan';
 import type { MessageKey } from '$lib/i18n/index.svelte';
 
 export type FieldUnit = 'length' | 'speed' | 'deg' | 's' | '%' | 'none';
@@ -9,49 +10,66 @@ export interface Choice {
   readonly label: MessageKey;
 }
 
-export interface Field {
+interface Shown {
   /** Index in `params`. */
   readonly index: number;
   readonly label: MessageKey;
-  readonly unit: FieldUnit;
-  readonly min: number;
-  readonly max: number;
   readonly isWhole?: boolean;
   /** Its sign is the sense of a circle, negative counter-clockwise: shown as two fields. */
   readonly isSigned?: boolean;
+  /** Where the core takes values that mean something else, or has no limit. */
+  readonly min?: number;
+  readonly max?: number;
 }
 
-const RADIUS = { label: 'param.circleRadius', unit: 'length', min: 0, max: 2550, isSigned: true } as const;
-const EXIT = { index: 3, label: 'param.exit', unit: 'none', min: 0, max: 1, isWhole: true } as const;
+export interface Field extends Shown {
+  readonly unit: FieldUnit;
+  readonly min: number;
+  readonly max: number;
+}
 
-/** Ranges are those of ArduPlane's storage; the server's checks have the last word. */
-export const FIELDS: Record<EditableKind, readonly Field[]> = {
+const RADIUS = { label: 'param.circleRadius', isSigned: true } as const;
+const EXIT = { index: 3, label: 'param.exit', isWhole: true } as const;
+
+const SHOWN: Record<EditableKind, readonly Shown[]> = {
   waypoint: [
-    { index: 1, label: 'param.acceptance', unit: 'length', min: 0, max: 255 },
-    { index: 2, label: 'param.passBy', unit: 'length', min: 0, max: 255 },
+    { index: 1, label: 'param.acceptance' },
+    { index: 2, label: 'param.passBy' },
   ],
-  takeoff: [{ index: 0, label: 'param.minPitch', unit: 'deg', min: 0, max: 90, isWhole: true }],
-  land: [{ index: 0, label: 'param.abortAlt', unit: 'length', min: 0, max: 32_767 }],
-  loiter_turns: [{ index: 0, label: 'param.turns', unit: 'none', min: 0, max: 255 }, { index: 2, ...RADIUS }, EXIT],
+  takeoff: [{ index: 0, label: 'param.minPitch', isWhole: true }],
+  land: [{ index: 0, label: 'param.abortAlt' }],
+  loiter_turns: [{ index: 0, label: 'param.turns' }, { index: 2, ...RADIUS }, EXIT],
   loiter_time: [
-    { index: 0, label: 'param.time', unit: 's', min: 0, max: 65_535, isWhole: true },
-    { index: 2, label: 'param.sense', unit: 'none', min: -1, max: 1, isWhole: true },
+    { index: 0, label: 'param.time', isWhole: true },
+    { index: 2, label: 'param.sense', isWhole: true },
     EXIT,
   ],
-  loiter_unlimited: [{ index: 2, ...RADIUS, max: 65_535 }],
-  loiter_to_height: [{ index: 1, ...RADIUS, max: 65_535 }, EXIT],
-  arc_waypoint: [{ index: 0, label: 'param.arcAngle', unit: 'deg', min: -359, max: 359, isWhole: true }],
+  loiter_unlimited: [{ index: 2, ...RADIUS }],
+  loiter_to_height: [{ index: 1, ...RADIUS }, EXIT],
+  arc_waypoint: [{ index: 0, label: 'param.arcAngle', isWhole: true }],
   return_to_launch: [],
   change_speed: [
-    { index: 0, label: 'param.speedType', unit: 'none', min: 0, max: 3, isWhole: true },
-    { index: 1, label: 'param.speed', unit: 'speed', min: 0, max: 200 },
-    { index: 2, label: 'param.throttle', unit: '%', min: -1, max: 100, isWhole: true },
+    { index: 0, label: 'param.speedType', isWhole: true },
+    { index: 1, label: 'param.speed', min: 0, max: 200 },
+    { index: 2, label: 'param.throttle', min: -1, isWhole: true },
   ],
   jump: [
-    { index: 0, label: 'param.item', unit: 'none', min: 1, max: 65_535, isWhole: true },
-    { index: 1, label: 'param.repeats', unit: 'none', min: -1, max: 32_767, isWhole: true },
+    { index: 0, label: 'param.item', isWhole: true },
+    { index: 1, label: 'param.repeats', isWhole: true },
   ],
 };
+
+const UNITS: Readonly<Record<string, FieldUnit>> = { m: 'length', 'm/s': 'speed', '°': 'deg', s: 's', '%': '%' };
+
+/** Unit and range of a command's parameter, as the core's table has them; the server's checks have the last word. */
+export function rangeOf(command: number, index: number): Pick<Field, 'unit' | 'min' | 'max'> {
+  const param = commandInfo(command)?.params[index];
+  return { unit: UNITS[param?.unit ?? ''] ?? 'none', min: param?.min ?? -1e9, max: param?.max ?? 1e9 };
+}
+
+/** Which parameters of a kind are shown. */
+export const fieldsOf = (kind: EditableKind): readonly Field[] =>
+  SHOWN[kind].map((shown) => ({ ...rangeOf(COMMAND[kind], shown.index), ...shown }));
 
 const ON_OFF: readonly Choice[] = [
   { value: 0, label: 'choice.off' },

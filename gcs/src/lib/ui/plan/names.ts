@@ -1,15 +1,14 @@
 // What items, commands and their parameters are called, in the language in use.
-import type { CommandInfo } from '$lib/api/types';
+import { type CommandInfo, commandInfo } from '$lib/domain/core';
 import { kindOf, type PlanItem } from '$lib/domain/plan';
 import { commandsEs, paramsEs } from '$lib/i18n/commands.es';
 import { hasText, i18n, t } from '$lib/i18n/index.svelte';
-import { plan } from '$lib/state/plan.svelte';
 
-/** Name of an item's kind; rarer commands by the title in the server's table. Reactive. */
+/** Name of an item's kind; rarer commands by the title in the core's table. Reactive. */
 export function kindName(item: PlanItem): string {
   const kind = kindOf(item);
   if (kind !== 'other') return t(`kind.${kind}`);
-  const known = plan.commands.find((command) => command.number === item.command);
+  const known = commandInfo(item.command);
   if (known !== undefined) return titleOf(known);
   return item.name.replace(/^MAV_CMD_/, '') || t('kind.other', { number: item.command });
 }
@@ -25,7 +24,7 @@ export function commandName(command: CommandInfo): string {
   return command.support === 'needs_vtol' ? t('plan.needsVtol', { name }) : name;
 }
 
-/** Name of a parameter that the server's table gives in English. */
+/** Name of a parameter that the core's table gives in English. */
 export const paramName = (label: string): string => (i18n.language === 'es' ? (paramsEs[label] ?? label) : label);
 
 /** What a complex item is called, such as a survey. Reactive. */

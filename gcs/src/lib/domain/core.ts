@@ -1,0 +1,44 @@
+/** What the core says of every plan, without being asked; written by `cargo run -p vencejo-server --example core_facts`. */
+
+import core from './core.json';
+
+/** An ArduPlane as it comes. */
+export const USUAL_PLANE: {
+  /** Radius of circles that name none, metres (WP_LOITER_RAD). */
+  readonly loiter_radius_m: number;
+  /** Metres per second (AIRSPEED_CRUISE). */
+  readonly airspeed_m_s: number;
+} = core.plane;
+
+export interface CommandParam {
+  /** English; empty when the command does not use the parameter. */
+  readonly label: string;
+  readonly unit: string;
+  readonly min: number | null;
+  readonly max: number | null;
+  /** What a new item begins with; `null`: nothing but 0. */
+  readonly default: number | null;
+}
+
+export interface CommandInfo {
+  /** MAV_CMD number. */
+  readonly number: number;
+  /** Its name, without MAV_CMD_. */
+  readonly name: string;
+  /** English. */
+  readonly title: string;
+  readonly category: string;
+  /** What an ArduPlane makes of it in a mission. */
+  readonly support: string;
+  /** Whether x, y and z are latitude, longitude and height. */
+  readonly has_position: boolean;
+  readonly is_destination: boolean;
+  readonly params: readonly CommandParam[];
+}
+
+export const COMMANDS: readonly CommandInfo[] = core.commands;
+
+const BY_NUMBER: ReadonlyMap<number, CommandInfo> = new Map(COMMANDS.map((info) => [info.number, info]));
+
+/** `undefined` for what an ArduPlane takes in no list. */
+export const commandInfo = (number: number): CommandInfo | undefined => BY_NUMBER.get(number);
