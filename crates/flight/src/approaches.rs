@@ -597,6 +597,12 @@ pub fn move_landing(
     )
 }
 
+/// How many of a mission's last items are a landing as one is designed, [`move_landing`]'s; `None` where they are none.
+pub(crate) fn designed_items(items: &[MissionItem]) -> Option<usize> {
+    let last = |count: usize| items.len().checked_sub(count).map(|from| &items[from..]);
+    [3, 2].into_iter().find(|count| last(*count).and_then(Shape::of).is_some())
+}
+
 /// What a landing that was designed consists of.
 struct Shape {
     point: GeoPoint,

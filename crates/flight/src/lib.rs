@@ -11,9 +11,11 @@
 //! | [`progress`] | how far and how long a mission still is |
 //! | [`way`] | the line from place to place and the circles, as a plan is drawn |
 //! | [`profile`] | the heights along it, and the ground below |
+//! | [`alongside`] | a rehearsed flight over them |
 //! | [`geodesy`] | distances, bearings, legs, local frames, polygons on WGS-84 |
 //! | [`crs`] | coordinates of maps: Web Mercator and UTM |
 //! | [`landing`] | the circle down, the final leg and the landing that end a mission |
+//! | [`ending`] | the landing or return that ends a mission, and from where the plane comes to it |
 //! | [`approaches`] | the landings of a runway or a point, ranked for a wind; a landing of which a part is moved |
 //! | [`guidance`] | the laws that steer a plane: lateral, height and speed, attitude |
 //! | [`rehearsal`] | a plan as this plane would fly it in this wind |
@@ -61,9 +63,11 @@
 //! - What comes from a file or a vehicle is untrusted: every reader is bounded and returns [`FlightError`],
 //!   which says where, what is wrong and how to mend it.
 
+pub mod alongside;
 pub mod approaches;
 pub mod checks;
 pub mod crs;
+pub mod ending;
 pub mod error;
 pub mod formats;
 pub mod geodesy;

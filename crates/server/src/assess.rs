@@ -1,12 +1,14 @@
 //! What the core says of a plan that somebody edits or is about to send.
 
+use vencejo_flight::alongside::{along, lowest};
 use vencejo_flight::checks::{
     CLEARANCE_M, CheckContext, Finding, Inspection, check_plan, fixes, rehearse_and_check, with_flown,
 };
+use vencejo_flight::ending::mission_end;
 use vencejo_flight::geodesy::{GeoPoint, direct};
 use vencejo_flight::landing::Wind;
-use vencejo_flight::plan;
-use vencejo_flight::profile::profile;
+use vencejo_flight::plan::{self, Mission};
+use vencejo_flight::profile::profile as height_profile;
 use vencejo_flight::progress::{ProgressOptions, trip};
 use vencejo_flight::rehearsal::{
     self, Air, Aircraft, Conditions, Learned, Range, Sample, Start, Trigger, glide_range, what_ifs,
@@ -76,12 +78,17 @@ pub(crate) fn laid_out(
     let plan = convert::core_plan(plan)?;
     let clearance_m = clearance(clearance_m)?;
     let mission = &plan.mission;
-    let known = app.vehicle(vehicle).and_then(|vehicle| vehicle.way(mission));
-    let way = known.unwrap_or_else(|| way(mission, CheckContext::default().airspeed_m_s, &ProgressOptions::default()));
+    let way = way_of(app.vehicle(vehicle).as_ref(), mission);
     let (map, is_ground_pending) = app.ground_around(&plan, None);
-    let profile = profile(mission, &way, &|point| map.height_m(point), clearance_m);
+    let profile = height_profile(mission, &way, &|point| map.height_m(point), clearance_m);
     let Way { stops, jumps } = way;
-    Ok(dto::Way { stops, jumps, profile, is_ground_pending })
+    Ok(dto::Way { stops, jumps, end: mission_end(mission), profile, is_ground_pending })
+}
+
+/// The way of a mission as it is drawn for a vehicle, an ArduPlane as it comes when there is none.
+pub(crate) fn way_of(vehicle: Option<&VehicleHandle>, mission: &Mission) -> Way {
+    let known = vehicle.and_then(|vehicle| vehicle.way(mission));
+    known.unwrap_or_else(|| way(mission, CheckContext::default().airspeed_m_s, &ProgressOptions::default()))
 }
 
 /// A plan as the plane would fly it, over the ground that the maps know; that is waited for.
@@ -150,7 +157,14 @@ fn rehearsed(
         }
     };
     let knows_parameters = vehicle.is_some_and(VehicleHandle::knows_how_it_flies);
-    Ok(flown.map(|(flown, findings)| Rehearsal {
+    let Some((flown, findings)) = flown else { return Ok(None) };
+    let mission = &plan.mission;
+    let drawn_profile = height_profile(mission, &way_of(vehicle, mission), &|_| None, clearance_m);
+    let moments = flown.thinned(DRAWN_WITHIN_M);
+    let along_m = along(&moments, &flown.passages, &drawn_profile);
+    Ok(Some(Rehearsal {
+        lowest: lowest(mission, &moments, &along_m, clearance_m),
+        along_m: along_m.into_iter().map(|along_m| rounded(along_m, 1)).collect(),
         is_ground_pending: is_pending,
         ..described(&flown, findings, wind, knows_parameters)
     }))
@@ -169,6 +183,8 @@ fn described(flown: &rehearsal::Rehearsal, findings: Vec<Finding>, wind: Wind, k
         wind,
         findings,
         track: drawn(flown),
+        along_m: Vec::new(),
+        lowest: None,
         passages: passages.collect(),
         ending: flown.ending,
         touch_down: flown.touch_down.map(|sample| place(sample.point)),

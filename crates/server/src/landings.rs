@@ -1,12 +1,14 @@
 //! The landings that the core designs for somebody who asks: one, all to choose from, and one of which a part is moved.
 
 use vencejo_flight::approaches::{self, Runway, Site, landing_alternatives, move_landing, options_of};
+use vencejo_flight::ending::{comes_from, towards_end};
 use vencejo_flight::geodesy::GeoPoint;
 use vencejo_flight::ground::GroundMap;
 use vencejo_flight::landing::{LandingOptions, Wind};
-use vencejo_flight::plan::Home;
+use vencejo_flight::plan::{Home, Mission, Plan};
 use vencejo_flight::rehearsal::{Air, Aircraft, Conditions};
 
+use crate::assess::way_of;
 use crate::convert;
 use crate::dto::{Landing, LandingAlternative, LandingMove, LandingRequest};
 use crate::problem::Problem;
@@ -24,6 +26,10 @@ pub(crate) async fn designed(app: &App, asked: &LandingRequest) -> Result<Landin
     let site = site(asked)?;
     let options = with_plane(app, asked.vehicle, asked.wind, |usual, _| usual);
     let options = convert::landing_options(asked, options)?;
+    let options = match plan(asked)? {
+        Some(plan) => towards_end(&plan.mission, &way_of(app.vehicle(asked.vehicle).as_ref(), &plan.mission), options),
+        None => options,
+    };
     let Some(home) = home(app, asked)? else {
         return Ok(convert::landing(&approaches::design(site, &options, None)?));
     };
@@ -43,31 +49,45 @@ pub(crate) async fn alternatives(app: App, asked: LandingRequest) -> Result<Vec<
         Some(home) => Some(ground(&app, &asked, site, home).await),
         None => None,
     };
+    let mission = plan(&asked)?.map(|plan| plan.mission);
+    let way = |mission: &Mission| way_of(app.vehicle(asked.vehicle).as_ref(), mission);
+    let from = mission.and_then(|mission| comes_from(&mission, &way(&mission)));
     in_turn(move || {
         let below = |point| map.as_ref().and_then(|map| map.height_m(point));
         let found = with_plane(&app, asked.vehicle, asked.wind, |usual, conditions| {
             let alt_amsl_m = at.and_then(below).unwrap_or(0.0);
             let home = at.map(|at| Home { lat_deg: at.lat_deg(), lon_deg: at.lon_deg(), alt_amsl_m });
             let conditions = Conditions { home: conditions.home.or(home), ground: Some(&below), ..*conditions };
-            landing_alternatives(site, &convert::landing_options(&asked, usual)?, &conditions)
+            let options = convert::landing_options(&asked, usual)?;
+            landing_alternatives(
+                site,
+                &LandingOptions { coming_from: from.or(options.coming_from), ..options },
+                &conditions,
+            )
         })?;
         Ok(found.iter().map(convert::landing_alternative).collect())
     })
     .await
 }
 
-/// Where home is: where the request has it, else where the vehicle told.
+/// Where home is: where the request has it, or its plan, else where the vehicle told.
 fn home(app: &App, asked: &LandingRequest) -> Result<Option<GeoPoint>, Problem> {
     let vehicle = app.vehicle(asked.vehicle);
-    let known = || vehicle.and_then(|vehicle| vehicle.home()).and_then(|home| home.point().ok());
+    let planned = asked.plan.as_ref().and_then(|plan| plan.home);
+    let known = || planned.or_else(|| vehicle.and_then(|vehicle| vehicle.home())).and_then(|home| home.point().ok());
     Ok(asked.home.map(convert::point).transpose()?.or_else(known))
 }
 
-/// The ground around a place to land. Who names home can wait for it; the page, which names the vehicle, asks while a point is dragged.
+/// The plan that a landing is to end.
+fn plan(asked: &LandingRequest) -> Result<Option<Plan>, Problem> {
+    Ok(asked.plan.as_ref().map(convert::core_plan).transpose()?)
+}
+
+/// The ground around a place to land. Who names home or a plan can wait for it.
 async fn ground(app: &App, asked: &LandingRequest, site: Site, home: GeoPoint) -> GroundMap {
     let plan = site.surroundings();
     let place = Home { lat_deg: home.lat_deg(), lon_deg: home.lon_deg(), alt_amsl_m: 0.0 };
-    if asked.home.is_some() {
+    if asked.home.is_some() || asked.plan.is_some() {
         app.wait_for_ground(&plan, Some(place)).await;
     }
     app.ground_around(&plan, Some(place)).0

@@ -544,6 +544,12 @@ async fn a_landing_is_designed_as_the_core_does() {
     assert_eq!(commands, [&json!(31), &json!(21)], "a circle down, and the landing");
     assert_eq!((&landing["direction"], &landing["final_m"]), (&json!("coming-from"), &json!(500.0)));
     assert_eq!(landing["cautions"][0]["code"], "ground-not-known");
+    // the same from the plan that it is to end, but for a wind that is worth it
+    let waypoint = json!({"command": 16, "frame": 3, "params": [0, 0, 0, 0, 40.3332, -3.82, 80]});
+    let ending = json!({"at": at, "plan": {"items": [waypoint]}, "has_land_start": false});
+    assert_eq!(ask(ending.clone()).await.json()["items"], landing["items"]);
+    let windy = json!({"at": at, "plan": ending["plan"], "wind": {"from_deg": 10.0, "speed_m_s": 5.0}});
+    assert_eq!(ask(windy).await.json()["course_deg"], 10.0);
     let nowhere = ask(json!({"at": at})).await;
     assert_eq!((nowhere.status, nowhere.json()["cause"]["code"].clone()), (422, json!("landing-direction")));
     let gale = json!({"at": at, "course_deg": 0.0, "wind": {"from_deg": 90.0, "speed_m_s": 23.0}});
@@ -657,6 +663,8 @@ async fn a_plan_is_rehearsed_as_the_core_does() {
     assert_eq!((&fix["first_item"], &fix["count"], &fix["items"][1]["command"]), (&json!(3), &json!(0), &json!(21)));
     let count = flown["track"]["time_s"].as_array().expect("times").len();
     assert!(count > 10 && flown["track"]["item"].as_array().expect("items").len() == count);
+    let along_m = flown["along_m"].as_array().expect("places in the profile");
+    assert_eq!((along_m.len(), &flown["lowest"]), (count, &Value::Null), "no ground is known");
     let nowhere = ask(json!({"plan": plan(Value::Null)})).await;
     assert_eq!(nowhere.status, 422, "{:?}", nowhere.json());
     let gale = ask(json!({"plan": plan(home), "wind": {"from_deg": 270.0, "speed_m_s": 600.0}})).await;

@@ -258,7 +258,8 @@ class MockSocket {
     if (message.type === 'plan_way') {
       // straight lines stay what they are: guesses
       const profile = { points: [], loiters: [], length_m: 0, ground: null };
-      this.say({ type: 'way', seq: message.seq, stops: [], jumps: [], profile, is_ground_pending: false });
+      const end = { item: message.plan.items.length + 1, designed_item: null };
+      this.say({ type: 'way', seq: message.seq, stops: [], jumps: [], end, profile, is_ground_pending: false });
       return;
     }
     if (message.type === 'subscribe_roster') {

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::camera::{Camera, Footprint};
-use super::order::race_track;
+use super::order::{next_entry, race_track};
 use super::region::{Region, SurveyShape, merged, range};
 use super::turn::{Pose, corners};
 use crate::error::{FlightError, Result, SurveyProblem};
@@ -235,6 +235,15 @@ pub struct Survey {
     pub photos: usize,
     /// What the pilot should know.
     pub cautions: Vec<SurveyCaution>,
+}
+
+impl Survey {
+    /// Where it can begin in place of where it does: at the next of its corners, in turn around it. Asked for as the place that the plane comes
+    /// from ([`SurveyOptions::coming_from`]) it begins there.
+    #[must_use]
+    pub fn next_entry(&self) -> Option<GeoPoint> {
+        next_entry(&self.lines.iter().map(|line| line.points.as_slice()).collect::<Vec<_>>())
+    }
 }
 
 /// Lays out a survey.

@@ -1,8 +1,10 @@
-//! In which order the lines of a survey are flown, so that a plane can turn from one to the next.
+//! In which order the lines of a survey are flown, so that a plane can turn from one to the next, and where they can begin.
 //!
 //! A plane that turns within a radius R comes out of a half circle 2 R beside where it went in. Where lines lie nearer to each other than
 //! that, it does not fly the next one but the one that it comes out on, and comes back for those between: the race-track order of
 //! surveys by plane.
+
+use crate::geodesy::{GeoPoint, distance_m, leg_offset};
 
 /// The order in which `count` lines are flown when two that follow each other should be at least `apart` lines apart.
 ///
@@ -32,9 +34,67 @@ pub fn race_track(count: usize, apart: usize) -> Vec<usize> {
     order
 }
 
+/// The places where lines can begin, in turn around them: the ends of the outermost ones, those of the first side first. Lines of a corridor
+/// end where its line does, on either side.
+fn entries(lines: &[&[GeoPoint]]) -> Vec<GeoPoint> {
+    let lines: Vec<&[GeoPoint]> = lines.iter().copied().filter(|line| line.len() > 1).collect();
+    let ends = |line: &[GeoPoint]| (line[0], line[line.len() - 1]);
+    let Some((from, to)) = lines.first().map(|first| ends(first)) else { return Vec::new() };
+    let aside_m = |line: &&&[GeoPoint]| leg_offset(from, to, line[0]).cross_m;
+    let by_side = |a: &&&[GeoPoint], b: &&&[GeoPoint]| aside_m(a).total_cmp(&aside_m(b));
+    // of those that lie on top of each other the first is the left one, the last the right one
+    let (Some(left), Some(right)) = (lines.iter().min_by(by_side), lines.iter().max_by(by_side)) else {
+        return Vec::new();
+    };
+    let (near, far) = ends(left);
+    if std::ptr::eq(*left, *right) {
+        return vec![near, far];
+    }
+    let (a, b) = ends(right);
+    // once around: from the far end over to the end of the other line beside it
+    if distance_m(far, a) <= distance_m(far, b) { vec![near, far, a, b] } else { vec![near, far, b, a] }
+}
+
+/// Where lines can begin in place of where they do now: at the next of their corners, in turn around them; `None` of no line.
+pub(super) fn next_entry(lines: &[&[GeoPoint]]) -> Option<GeoPoint> {
+    let begin = *lines.first()?.first()?;
+    let around = entries(lines);
+    let away_m = |(_, place): &(usize, &GeoPoint)| distance_m(begin, **place);
+    let (now, _) = around.iter().enumerate().min_by(|a, b| away_m(a).total_cmp(&away_m(b)))?;
+    Some(around[(now + 1) % around.len()])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geodesy::direct;
+
+    /// 800 m from west to east, so far north of a place, or back.
+    fn line(north_m: f64, is_back: bool) -> Vec<GeoPoint> {
+        let middle = direct(GeoPoint::new(40.3332, -3.7978).unwrap(), 0.0, north_m);
+        let mut ends = [-400.0, 400.0].map(|east_m| direct(middle, 90.0, east_m)).to_vec();
+        if is_back {
+            ends.reverse();
+        }
+        ends
+    }
+
+    #[test]
+    fn a_survey_can_begin_at_the_ends_of_its_outermost_lines_in_turn_around_them() {
+        // the middle one is flown last
+        let lines = [line(100.0, false), line(-100.0, true), line(0.0, false)];
+        let lines: Vec<&[GeoPoint]> = lines.iter().map(Vec::as_slice).collect();
+        let around = entries(&lines);
+        assert_eq!(around.len(), 4);
+        for (index, place) in around.iter().enumerate() {
+            let far_m = distance_m(*place, around[(index + 1) % 4]);
+            assert!((far_m - if index % 2 == 0 { 800.0 } else { 200.0 }).abs() < 0.5, "{index}: {far_m}");
+        }
+        assert_eq!(next_entry(&lines), Some(lines[0][1]));
+        assert_eq!(next_entry(&lines[2..]), Some(lines[2][1]));
+        assert_eq!(next_entry(&[]), None);
+    }
+
     use proptest::prelude::*;
 
     #[test]

@@ -4,10 +4,11 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use vencejo_flight::approaches::{LandingPart, LandingReason, Verdict};
 use vencejo_flight::checks::{Finding, FixKind};
+use vencejo_flight::ending::MissionEnd;
 use vencejo_flight::formats::ComplexItem;
 use vencejo_flight::landing::{LandingDirection, Wind};
 use vencejo_flight::plan::Home;
-use vencejo_flight::profile::Profile;
+use vencejo_flight::profile::{Clearance, Profile};
 use vencejo_flight::progress::Trip;
 use vencejo_flight::rehearsal::{
     Airframe, BatteryLack, BatterySettings, Doubts, Ending, Origin, Range, Reaction, Trigger,
@@ -118,6 +119,12 @@ pub struct Rehearsal {
     pub findings: Vec<Finding>,
     /// The track, as many moments as it takes to draw it within a metre.
     pub track: RehearsedTrack,
+    /// Where each moment of the track stands in the height profile of the plan (`plan_way`), metres: each item is where it is there. After a jump it
+    /// goes back.
+    pub along_m: Vec<f64>,
+    /// Where it is nearest to the ground, in that profile; take-off, landing and the climb out apart. Null where the ground is nowhere known.
+    #[schema(required = true)]
+    pub lowest: Option<Clearance>,
     /// The items in the order flown; jumps repeat them.
     pub passages: Vec<RehearsedPassage>,
     /// How it ends.
@@ -493,6 +500,10 @@ pub struct LandingRequest {
     /// Where the plane comes from; nearer than 20 m it gives no direction.
     #[serde(default)]
     pub coming_from: Option<LatLon>,
+    /// The plan that it is to end, in place of `coming_from` and `home`: the plane comes from that plan's last place before the landing, and lands
+    /// into a wind of 2 m/s or more where no course is asked for.
+    #[serde(default)]
+    pub plan: Option<Plan>,
     /// Below 1 m/s it gives no direction.
     #[serde(default)]
     pub wind: Option<Wind>,
@@ -661,6 +672,8 @@ pub struct Way {
     pub stops: Vec<Stop>,
     /// The jumps between them.
     pub jumps: Vec<Jump>,
+    /// How it ends.
+    pub end: MissionEnd,
     /// Its heights along that way, and the ground below, as far as that is at hand.
     pub profile: Profile,
     /// Whether more of the ground is being looked up: ask again in a moment.

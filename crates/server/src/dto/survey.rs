@@ -106,6 +106,9 @@ pub struct Survey {
     pub items: Vec<PlanItem>,
     /// What is photographed without a stop, in the order flown.
     pub lines: Vec<Vec<LatLon>>,
+    /// Where it can begin in place of where it does, at the next of its corners: as `coming_from` of another request it begins there.
+    #[schema(required = true)]
+    pub next_entry: Option<LatLon>,
     /// Course of the first line from true north.
     pub course_deg: f64,
     /// What gave it.

@@ -144,6 +144,7 @@ fn described(laid: &core::Survey, coverage: &Coverage, duration_s: f64, knows_pa
     Survey {
         items: laid.items.iter().map(convert::item).collect(),
         lines: laid.lines.iter().map(|line| line.points.iter().map(place).collect()).collect(),
+        next_entry: laid.next_entry().as_ref().map(place),
         course_deg: laid.course_deg,
         course_from: laid.course_from,
         height_m: laid.height_m,

@@ -5126,6 +5126,7 @@ export interface components {
             home?: components["schemas"]["LatLon"] | null;
             /** @description Whether the circle is flown clockwise, to the right of the final leg; as the vehicle circles, else yes. Alternatives have both sides. */
             is_clockwise?: boolean | null;
+            plan?: components["schemas"]["Plan"] | null;
             /**
              * Format: double
              * @description Smallest radius of the circle, 20 to 500; the vehicle's, else 80.
@@ -6044,6 +6045,16 @@ export interface components {
              */
             total: number | null;
         };
+        /** @description The end of a mission. */
+        MissionEnd: {
+            /** @description The first item of that landing where it is as one is designed, so that parts of it can be moved; null where it is not. */
+            designed_item: number | null;
+            /**
+             * @description The first item of the landing that ends it, its approach with it, or the return; counted from 1, one more than there are items where it ends
+             *     with neither. What is added "at the end" belongs before it.
+             */
+            item: number;
+        };
         /** @description Where the vehicle stands in its mission. */
         MissionProgress: {
             /**
@@ -6931,6 +6942,11 @@ export interface components {
         Rehearsal: {
             /** @description What is taken for the plane. */
             airframe: components["schemas"]["Origin"];
+            /**
+             * @description Where each moment of the track stands in the height profile of the plan (`plan_way`), metres: each item is where it is there. After a jump it
+             *     goes back.
+             */
+            along_m: number[];
             battery: components["schemas"]["BatteryLeft"] | null;
             battery_unknown: components["schemas"]["BatteryLack"] | null;
             /**
@@ -6956,6 +6972,7 @@ export interface components {
             is_ground_pending: boolean;
             /** @description Whether the vehicle's own parameters were read; without, it is an ArduPlane as it comes. */
             knows_parameters: boolean;
+            lowest: components["schemas"]["Clearance"] | null;
             /** @description The items in the order flown; jumps repeat them. */
             passages: components["schemas"]["RehearsedPassage"][];
             touch_down: components["schemas"]["LatLon"] | null;
@@ -7778,6 +7795,7 @@ export interface components {
             line_m: number;
             /** @description What is photographed without a stop, in the order flown. */
             lines: components["schemas"]["LatLon"][][];
+            next_entry: components["schemas"]["LatLon"] | null;
             /**
              * Format: int64
              * @description Pictures.
@@ -8203,6 +8221,8 @@ export interface components {
         WantedValue: "finite" | "latitude" | "longitude" | "height" | "whole-number" | "frame";
         /** @description A mission as it is drawn. */
         Way: {
+            /** @description How it ends. */
+            end: components["schemas"]["MissionEnd"];
             /** @description Whether more of the ground is being looked up: ask again in a moment. */
             is_ground_pending: boolean;
             /** @description The jumps between them. */

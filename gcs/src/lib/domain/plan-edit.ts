@@ -3,12 +3,9 @@
  * a key of their own, so a selection survives moves, and jumps follow the items that they jump to.
  */
 
-import { bearing_deg } from './geo';
 import type { LonLat } from './lonlat';
 import {
   altOf_m,
-  altRelHome_m,
-  COMMAND,
   type ComplexItem,
   type EditableKind,
   type Fence,
@@ -16,7 +13,6 @@ import {
   type Home,
   heightFrameOf,
   FRAME,
-  isDestination,
   isPlaced,
   kindOf,
   makeItem,
@@ -30,7 +26,7 @@ import {
   withParam,
   withPlace,
 } from './plan';
-import { PLANE_ROUTE, placesFlown, type RouteOptions } from './way';
+import { type End, NO_END, PLANE_ROUTE, placesFlown, type RouteOptions } from './way';
 
 export interface DraftItem extends PlanItem {
   /** Tells items apart while they are edited; never leaves the station. */
@@ -54,6 +50,8 @@ export interface EditDefaults {
   readonly frame: HeightFrame;
   /** Of the vehicle that is to fly it; an ArduPlane as it comes by default. */
   readonly route?: RouteOptions;
+  /** How the mission ends. */
+  readonly end?: End;
 }
 
 export function draftOf(plan: Plan): Draft {
@@ -158,32 +156,16 @@ export function removeComplex(draft: Draft, complex: ComplexItem, items: readonl
   return { ...rest, complexItems: draft.complexItems.filter((one) => one !== complex) };
 }
 
-/** Index at which an item that is added "at the end" belongs: before a return or landing that ends the mission. */
-export function endIndex(draft: Draft): number {
+/**
+ * Index at which an item that is added "at the end" belongs: before the landing or return that ends the mission, as the core told of it;
+ * of what is newer than that, before the last item that is one.
+ */
+export function endIndex(draft: Draft, end: End): number {
   const last = draft.items.at(-1);
-  const kind = last ? kindOf(last) : null;
-  if (kind === 'return_to_launch') return draft.items.length - 1;
-  if (kind !== 'land') return draft.items.length;
-  // the approach belongs to the landing: the circle down, or everything lower than the item before it and on the way down
-  const items = draft.items;
-  let index = items.length - 1;
-  while (index > 0 && isApproachPoint(items, index - 1, draft.home)) index -= 1;
+  const isEnd = last !== undefined && ['return_to_launch', 'land'].includes(kindOf(last));
+  let index = draft.items.length - (isEnd ? 1 : 0);
+  while (end.keys.has(draft.items[index - 1]?.key ?? -1)) index -= 1;
   return index;
-}
-
-function isApproachPoint(items: readonly DraftItem[], index: number, home: Home | null): boolean {
-  const [item, after] = [items[index] as DraftItem, items[index + 1] as DraftItem];
-  if (item.command === COMMAND.land_start) return true;
-  if (item.command === COMMAND.loiter_to_height) return kindOf(after) === 'land';
-  if (kindOf(item) !== 'waypoint') return false;
-  const [high_m, low_m] = [altRelHome_m(item, home), altRelHome_m(after, home)];
-  const [at, next] = [placeOf(item), placeOf(after)];
-  if (high_m === null || low_m === null || at === null || next === null || high_m <= low_m) return false;
-  const ahead = items[index + 2];
-  const onward = ahead ? placeOf(ahead) : null;
-  if (kindOf(after) === 'land' || onward === null) return true;
-  // in line with the rest of the approach
-  return Math.abs(((bearing_deg(at, next) - bearing_deg(next, onward) + 540) % 360) - 180) < 5;
 }
 
 /**
@@ -207,13 +189,13 @@ export function addAt(
     case 'return_to_launch':
       return insertItems(draft, draft.items.length, [item]);
     default:
-      return insertItems(draft, endIndex(draft), [item]);
+      return insertItems(draft, endIndex(draft, defaults.end ?? NO_END), [item]);
   }
 }
 
 /** Ends the mission with a landing as it was designed; one that ends it already is replaced, approach and all. */
-export function addLanding(draft: Draft, landing: readonly PlanItem[]): Added {
-  const without = beforeLanding(draft);
+export function addLanding(draft: Draft, landing: readonly PlanItem[], end: End): Added {
+  const without = removeKeys(draft, new Set(draft.items.slice(endIndex(draft, end)).map((old) => old.key)));
   return insertItems(without, without.items.length, landing);
 }
 
@@ -221,39 +203,25 @@ export function addLanding(draft: Draft, landing: readonly PlanItem[]): Added {
 export type LandingPart = 'point' | 'final-leg' | 'circle';
 
 /** Which part of the landing that ends the mission an item is; `null` when it is none, or the landing is not of the designed kind. */
-export function landingPart(draft: Draft, key: number): LandingPart | null {
-  const index = designedLanding(draft).findIndex((item) => item.key === key);
-  if (index < 0) return null;
+export function landingPart(draft: Draft, key: number, end: End): LandingPart | null {
+  const items = designedLanding(draft, end);
+  const index = items.findIndex((item) => item.key === key);
   const parts: readonly LandingPart[] = ['final-leg', 'circle', 'point'];
-  return parts[index + parts.length - designedLanding(draft).length] ?? null;
+  return index < 0 ? null : (parts[index + parts.length - items.length] ?? null);
 }
 
-/** The items of a landing that ends the mission as one is designed: DO_LAND_START or not, a circle down, the landing; else none. */
-export function designedLanding(draft: Draft): readonly DraftItem[] {
-  const [circle, land] = draft.items.slice(-2);
-  if (circle?.command !== COMMAND.loiter_to_height || land === undefined || kindOf(land) !== 'land') return [];
-  if (heightFrameOf(circle) !== 'home' || heightFrameOf(land) !== 'home') return [];
-  return draft.items.slice(draft.items.at(-3)?.command === COMMAND.land_start ? -3 : -2);
+/** The items of a landing that ends the mission as one is designed; else none. */
+export function designedLanding(draft: Draft, { designed }: End): readonly DraftItem[] {
+  const last = designed.length === 0 ? [] : draft.items.slice(-designed.length);
+  return last.every((item, at) => item.key === designed[at]) ? last : [];
 }
 
 /** The landing that ends the mission becomes another one, its items still the same ones to whoever selected them. */
-export function changeLanding(draft: Draft, landing: readonly PlanItem[]): Draft {
-  const old = designedLanding(draft);
-  if (old.length !== landing.length) return addLanding(draft, landing).draft;
+export function changeLanding(draft: Draft, landing: readonly PlanItem[], end: End): Draft {
+  const old = designedLanding(draft, end);
+  if (old.length !== landing.length) return addLanding(draft, landing, end).draft;
   const items = landing.map((item, index) => ({ ...item, key: (old[index] as DraftItem).key }));
   return { ...draft, items: [...draft.items.slice(0, -old.length), ...items] };
-}
-
-/** From where the plane comes to a landing that ends the mission; `null` when nothing is flown to before it. */
-export function comingFrom(draft: Draft, route: RouteOptions = PLANE_ROUTE): LonLat | null {
-  const before = beforeLanding(draft).items.filter(
-    (item) => isDestination(item, route.fliesArcs) || kindOf(item) === 'takeoff',
-  );
-  return before.map(placeOf).findLast((place) => place !== null) ?? null;
-}
-
-function beforeLanding(draft: Draft): Draft {
-  return removeKeys(draft, new Set(draft.items.slice(endIndex(draft)).map((old) => old.key)));
 }
 
 /** Inserts a waypoint on the leg that ends at item `toIndex`, at the height in the middle of its two ends. */

@@ -1,9 +1,8 @@
 import { describe, expect, it } from 'vitest';
-import { destination, distance_m } from './geo';
+import { destination } from './geo';
 import type { LonLat } from './lonlat';
 import {
   altOf_m,
-  altRelHome_m,
   COMMAND,
   emptyPlan,
   FRAME,
@@ -21,12 +20,13 @@ import {
   addAt,
   addLanding,
   changeCommand,
-  comingFrom,
+  changeLanding,
   type Draft,
   draftOf,
   endIndex,
   insertItems,
   insertOnLeg,
+  landingPart,
   moveTo,
   nudge,
   numberOfKey,
@@ -41,6 +41,7 @@ import {
 import { commit, historyOf, redo, seal, undo } from './history';
 import { diffMissions, isSameMission } from './plan-diff';
 import { ticks } from './profile';
+import { type End, NO_END } from './way';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
 const DEFAULTS = { alt_m: 80, frame: 'home' } as const;
@@ -53,8 +54,14 @@ const kinds = (draft: Draft): string[] => draft.items.map(kindOf);
 function circuit(): Draft {
   let draft = addAt(start(), 'takeoff', at(270, 250), DEFAULTS).draft;
   for (const bearing of [300, 0, 60]) draft = addAt(draft, 'waypoint', at(bearing, 600), DEFAULTS).draft;
-  return addLanding(draft, landingAt(HOME)).draft;
+  return addLanding(draft, landingAt(HOME), NO_END).draft;
 }
+
+/** What the core tells of a landing that begins at an item. */
+const endFrom = ({ items }: Draft, index: number): End => {
+  const designed = items.slice(index).map((item) => item.key);
+  return { keys: new Set(designed), designed };
+};
 
 /** A landing as the core designs it: a circle down beside the beginning of the final leg, and the landing. */
 function landingAt(place: LonLat, hasLandStart = false): PlanItem[] {
@@ -108,17 +115,23 @@ describe('items', () => {
 
 describe('landing', () => {
   it('replaces the landing that is there, approach and all', () => {
-    const twice = addLanding(circuit(), landingAt(at(10, 100), true)).draft;
+    const once = circuit();
+    const twice = addLanding(once, landingAt(at(10, 100), true), endFrom(once, 4)).draft;
     expect(twice.items.map((item) => item.command)).toEqual([22, 16, 16, 16, 189, 31, 21]);
     expect(placeOf(twice.items.at(-1)!)).toEqual(placeOf(landingAt(at(10, 100))[1]!));
-    expect(addLanding(twice, landingAt(HOME)).draft.items.map((item) => item.command)).toEqual([
+    expect(addLanding(twice, landingAt(HOME), endFrom(twice, 4)).draft.items.map((item) => item.command)).toEqual([
       22, 16, 16, 16, 31, 21,
     ]);
   });
 
-  it('comes from the last place before it', () => {
-    expect(comingFrom(start())).toBeNull();
-    expect(distance_m(comingFrom(circuit())!, at(60, 600))).toBeLessThan(0.02);
+  it('has parts that are moved while it ends the mission as it was told', () => {
+    const draft = circuit();
+    const end = endFrom(draft, 4);
+    const parts = (one: Draft) => one.items.map(({ key }) => landingPart(one, key, end));
+    expect(parts(draft)).toEqual([null, null, null, null, 'circle', 'point']);
+    expect(parts(removeKeys(draft, new Set([end.designed[0]!]))).filter(Boolean)).toEqual([]);
+    const moved = changeLanding(draft, landingAt(at(10, 100)), end);
+    expect(moved.items.map(({ key }) => key)).toEqual(draft.items.map(({ key }) => key));
   });
 });
 
@@ -126,8 +139,9 @@ describe('adding', () => {
   it('puts things where they belong', () => {
     const draft = circuit();
     expect(kinds(draft)).toEqual(['takeoff', 'waypoint', 'waypoint', 'waypoint', 'loiter_to_height', 'land']);
-    expect(endIndex(draft)).toBe(4);
-    const more = addAt(draft, 'loiter_turns', at(90, 500), DEFAULTS).draft;
+    const end = endFrom(draft, 4);
+    expect(endIndex(draft, end)).toBe(4);
+    const more = addAt(draft, 'loiter_turns', at(90, 500), { ...DEFAULTS, end }).draft;
     expect(kindOf(more.items[4]!)).toBe('loiter_turns');
   });
 
@@ -161,7 +175,7 @@ describe('changing', () => {
     removeKeys(draft, new Set([key]));
     nudge(draft, new Set([key]), 1);
     changeCommand(draft, key, COMMAND.jump, DEFAULTS);
-    addLanding(draft, landingAt(HOME));
+    addLanding(draft, landingAt(HOME), endFrom(draft, 4));
     expect(draft).toEqual(before);
   });
 
@@ -192,7 +206,6 @@ describe('changing', () => {
     const keys = new Set([draft.items[1]!.key]);
     const amsl = setFrame(draft, keys, 'amsl');
     expect(altOf_m(amsl.items[1]!)).toBe(770);
-    expect(altRelHome_m(amsl.items[1]!, HOME)).toBe(80);
     expect(altOf_m(setFrame(amsl, keys, 'home').items[1]!)).toBe(80);
   });
 

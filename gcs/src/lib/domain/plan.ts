@@ -207,17 +207,3 @@ export function withCommand(item: PlanItem, command: number, fallback: NewItem):
   const made = newItem(info, { ...fallback, at, alt_m });
   return { ...made, frame: info.has_position && isPlaced(item) ? item.frame : made.frame };
 }
-
-/** Height of an item above home, metres; `null` when home's height or the terrain is not known. */
-export function altRelHome_m(item: PlanItem, home: Home | null): number | null {
-  const alt_m = altOf_m(item);
-  if (alt_m === null) return null;
-  switch (heightFrameOf(item)) {
-    case 'home':
-      return alt_m;
-    case 'amsl':
-      return home === null ? null : alt_m - home.alt_amsl_m;
-    case 'terrain':
-      return null;
-  }
-}

@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import { destination, distance_m } from './geo';
-import { entries, moveSurvey, nextEntry, surveyHandles, turner, withoutCorner } from './survey';
+import { moveSurvey, surveyHandles, turner, withoutCorner } from './survey';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978 };
 const at = (bearing: number, distance: number) => destination(HOME, bearing, distance);
@@ -40,33 +40,5 @@ describe('handles of a survey', () => {
     expect(withoutCorner(triangle, { kind: 'corner', zone: 0, corner: 0 })).toBeNull();
     expect(withoutCorner(ROAD, { kind: 'corner', zone: 0, corner: 1 })).toHaveLength(2);
     expect(withoutCorner(AREA, { kind: 'centre', zone: 0 })).toBeNull();
-  });
-});
-
-describe('where a survey begins', () => {
-  // three lines eastward and back, 100 m apart; the middle one is flown last
-  const line = (north_m: number, isBack: boolean) => {
-    const [west, east] = [-400, 400].map((east_m) => destination(destination(HOME, 0, north_m), 90, east_m)) as [
-      typeof HOME,
-      typeof HOME,
-    ];
-    return isBack ? [east, west] : [west, east];
-  };
-  const lines = [line(100, false), line(-100, true), line(0, false)];
-
-  it('goes round the ends of the outermost lines', () => {
-    const around = entries(lines);
-    expect(around).toHaveLength(4);
-    around.forEach((place, index) => {
-      const far_m = distance_m(place, around[(index + 1) % 4]!);
-      expect(far_m).toBeCloseTo(index % 2 === 0 ? 800 : 200, 0);
-    });
-    expect(nextEntry(lines)).toEqual(lines[0]?.[1]);
-    expect(nextEntry([])).toBeNull();
-  });
-
-  it('knows the two ends of a single line', () => {
-    const single = [line(0, false)];
-    expect(nextEntry(single)).toEqual(single[0]?.[1]);
   });
 });

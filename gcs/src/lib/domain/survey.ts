@@ -1,7 +1,7 @@
 /** The area or line of a survey while it is edited on the map, and where its lines begin. */
 
 import { type AreaHandle, outlineHandles, type PlacedHandle } from './area-edit';
-import { bearing_deg, destination, distance_m, offset_m } from './geo';
+import { bearing_deg, destination, distance_m } from './geo';
 import { type LonLat, sameLonLat } from './lonlat';
 import { inserted, middleOf, moved, shifted, without } from './outline';
 
@@ -71,38 +71,4 @@ export function moveSurvey(shape: SurveyShape, handle: AreaHandle, from: LonLat,
 export function withoutCorner(shape: SurveyShape, handle: AreaHandle): LonLat[] | null {
   if (handle.kind !== 'corner' || shape.places.length <= leastPlaces(shape)) return null;
   return without(shape.places, handle.corner);
-}
-
-/**
- * The places where a survey can begin, in turn around it: the ends of its outermost lines, those of the first side first. Lines of a
- * corridor end where its line does, on either side.
- */
-export function entries(lines: readonly (readonly LonLat[])[]): LonLat[] {
-  const [first] = lines;
-  const [from, to] = [first?.[0], first?.at(-1)];
-  if (first === undefined || from === undefined || to === undefined) return [];
-  const course_rad = (bearing_deg(from, to) * Math.PI) / 180;
-  /** How far it lies to the right of the first line. */
-  const aside_m = (line: readonly LonLat[]): number => {
-    const { north_m, east_m } = offset_m(from, line[0] as LonLat);
-    return east_m * Math.cos(course_rad) - north_m * Math.sin(course_rad);
-  };
-  const sorted = lines.filter((line) => line.length > 1).sort((a, b) => aside_m(a) - aside_m(b));
-  const [left, right] = [sorted[0] ?? first, sorted.at(-1) ?? first];
-  const ends = (line: readonly LonLat[]): [LonLat, LonLat] => [line[0] as LonLat, line.at(-1) as LonLat];
-  const [near, far] = ends(left);
-  if (left === right) return [near, far];
-  const [a, b] = ends(right);
-  // once around: from the far end over to the end of the other line beside it
-  return distance_m(far, a) <= distance_m(far, b) ? [near, far, a, b] : [near, far, b, a];
-}
-
-/** The entry after the one that is nearest to where the survey begins now. */
-export function nextEntry(lines: readonly (readonly LonLat[])[]): LonLat | null {
-  const begin = lines[0]?.[0];
-  const around = entries(lines);
-  if (begin === undefined || around.length === 0) return null;
-  const distances = around.map((place) => distance_m(begin, place));
-  const at = distances.indexOf(Math.min(...distances));
-  return around[(at + 1) % around.length] ?? null;
 }

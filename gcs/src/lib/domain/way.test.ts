@@ -28,6 +28,7 @@ const told = (items: readonly PlanItem[], loiters: Record<number, Loiter> = {}):
     loiter: loiters[index] ?? null,
   })),
   jumps: [],
+  end: { item: items.length + 1, designed_item: null },
   profile: NO_PROFILE,
 });
 const guesses = (way: Way) => way.stops.map(({ leg }) => leg?.isGuess);

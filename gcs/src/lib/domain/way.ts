@@ -71,6 +71,12 @@ export interface ToldWay {
     readonly loiter: Loiter | null;
   }[];
   readonly jumps: readonly { readonly item: number; readonly to_item: number }[];
+  readonly end: {
+    /** The first item of the landing or return that ends it, one more than there are where it ends with neither. */
+    readonly item: number;
+    /** Where that landing is as one is designed, the first item of it. */
+    readonly designed_item: number | null;
+  };
   readonly profile: Profile;
 }
 
@@ -117,6 +123,22 @@ export interface Way {
 }
 
 export const NO_WAY: Way = { stops: [], jumps: [] };
+
+/** How a mission ends, by the keys that its items keep while they are edited. */
+export interface End {
+  /** Of the landing that ends it with its approach, or the return. */
+  readonly keys: ReadonlySet<number>;
+  /** Of those that are a landing as one is designed, in their order. */
+  readonly designed: readonly number[];
+}
+
+export const NO_END: End = { keys: new Set(), designed: [] };
+
+/** How the mission ends that the core told of. */
+export function endOf({ items, way: { end } }: WayAnswer): End {
+  const from = (item: number): number[] => items.slice(item - 1).flatMap(({ key }) => key ?? []);
+  return { keys: new Set(from(end.item)), designed: end.designed_item === null ? [] : from(end.designed_item) };
+}
 
 /** The places that the items are flown to, in the order of the plan. */
 export function placesFlown(

@@ -39,7 +39,12 @@ describe('route', () => {
   const loiter = { ...circle, time_s: 25, is_estimate: false, changed_before: 1 };
   const leg = { kind: 'flown', length_m: 900, course_deg: 10, lat_deg: [40.3, 40.4], lon_deg: [-3.8, -3.8] } as const;
   const stop = { item: 3, leg: { ...leg, from_item: 1, descent: null }, loiter };
-  const told = { stops: [stop], jumps: [{ item: 4, to_item: 3 }], profile: NO_PROFILE };
+  const told = {
+    stops: [stop],
+    jumps: [{ item: 4, to_item: 3 }],
+    end: { item: 6, designed_item: null },
+    profile: NO_PROFILE,
+  };
   const route = routeView(items, wayOf(items, HOME, false, { items, home: HOME, way: told }));
 
   it('numbers items as the vehicle counts, actions included', () => {

@@ -33,7 +33,6 @@ import {
   addLanding,
   changeCommand,
   changeLanding,
-  comingFrom,
   designedLanding,
   type Draft,
   type DraftItem,
@@ -54,6 +53,7 @@ import {
   shiftKeys,
 } from '$lib/domain/plan-edit';
 import { readPlan } from '$lib/domain/plan-read';
+import { type End, NO_END } from '$lib/domain/way';
 import { elevation } from './maps-elevation.svelte';
 import { onBoard, PLAN_PARTS } from './on-board.svelte';
 import type { DraftState, PlanDraft } from './plan-draft';
@@ -104,6 +104,8 @@ class PlanStore implements PlanDraft {
   #selection = $state.raw<ReadonlySet<number>>(new Set());
   #isEditing = $state(false);
   #chosen = $state.raw<Chosen>(load('plan-defaults', { alt_m: 80, frame: 'home' }, readChosen));
+  /** How the mission ends, as the core told last. */
+  end = $state.raw<End>(NO_END);
   tool = $state<PlanTool>('waypoint');
   /** Which part of the plan is being edited. */
   part = $state<PlanKind>('mission');
@@ -219,7 +221,7 @@ class PlanStore implements PlanDraft {
   }
 
   get defaults(): EditDefaults {
-    return { ...this.#chosen, route: vehicles.route };
+    return { ...this.#chosen, route: vehicles.route, end: this.end };
   }
 
   setDefaults(change: Partial<Chosen>): void {
@@ -293,11 +295,10 @@ class PlanStore implements PlanDraft {
     this.isDesigning = true;
     try {
       this.problem = null;
-      const ground = elevation.isKnowable ? await elevation.at(at) : null;
-      const { items } = await api.designLanding(this.#landingAt(at, runway, ground?.alt_amsl_m ?? null));
+      const { items } = await api.designLanding(this.#landing(at, runway, null));
       if (run !== this.#landingRun) return;
       this.#runway = runway;
-      this.#add((draft) => addLanding(draft, items));
+      this.#endWith(items);
     } catch (error) {
       if (run === this.#landingRun) this.problem = problemFrom(error);
     } finally {
@@ -305,12 +306,15 @@ class PlanStore implements PlanDraft {
     }
   }
 
-  /** What is known here of a landing: into the wind, unless it is a breeze; else straight on from where the plane comes. */
-  #landingAt(at: LonLat, runway: Runway | null, ground_amsl_m: number | null): LandingRequest {
-    const wind = planWind.known;
-    const isBreeze = wind === null || wind.speed_m_s < 2;
-    const asked = this.#landing(at, runway, this.#aboveHome_m(ground_amsl_m));
-    return isBreeze ? asked : { ...asked, coming_from: null };
+  /** Ends the mission with a landing, of which the core need not say that it is one. */
+  #endWith(landing: readonly PlanItem[]): void {
+    let keys: readonly number[] = [];
+    this.#add((draft) => {
+      const added = addLanding(draft, landing, this.end);
+      keys = added.keys;
+      return added;
+    });
+    this.end = { keys: new Set(keys), designed: keys };
   }
 
   /** The landing that the mission ends with, or another one at its place; `null` when it has none. */
@@ -321,24 +325,20 @@ class PlanStore implements PlanDraft {
     return this.#landing(at, this.runway, altOf_m(land));
   }
 
-  /** A landing in the plan's wind; the server lays it out for the vehicle. */
+  /** A landing that ends this plan in its wind; the server lays it out for the vehicle. */
   #landing(at: LonLat, runway: Runway | null, ground_rel_home_m: number | null): LandingRequest {
     const vehicle = vehicles.selected?.systemId ?? null;
+    const { items, home } = this.asApi();
     return {
       at: runway === null ? placeOnly(at) : null,
       runway,
       wind: planWind.known,
       ground_rel_home_m,
-      coming_from: this.#comesFrom(),
+      plan: { ...emptyPlan(), items, home },
       vehicle,
       // nobody knows yet whether the vehicle would arm with a DO_LAND_START
       has_land_start: vehicle === null ? false : null,
     };
-  }
-
-  #comesFrom(): LonLat | null {
-    const before = comingFrom(this.draft, vehicles.route) ?? this.home;
-    return before === null ? null : placeOnly(before);
   }
 
   #aboveHome_m(ground_amsl_m: number | null): number | null {
@@ -346,7 +346,7 @@ class PlanStore implements PlanDraft {
   }
 
   /** The landing that ends the mission, where it is of the designed kind. */
-  landing = $derived<readonly DraftItem[]>(designedLanding(this.draft));
+  landing = $derived<readonly DraftItem[]>(designedLanding(this.draft, this.end));
 
   /** The runway that the mission lands on; `null` for a landing at a point, as one that was dragged away, or came back by undo. */
   runway = $derived.by<Runway | null>(() => {
@@ -358,7 +358,7 @@ class PlanStore implements PlanDraft {
 
   /** Another landing takes its place. */
   takeLanding(items: readonly PlanItem[]): void {
-    this.#edit((draft) => changeLanding(draft, items));
+    this.#edit((draft) => changeLanding(draft, items, this.end));
   }
 
   /** One part of the landing is dragged; the server lets the rest follow, and the last place that it was dragged to counts. */
@@ -382,8 +382,8 @@ class PlanStore implements PlanDraft {
         });
         const latest: LandingDrag | null = this.#landingDrag;
         this.#edit((draft) => {
-          if (landingPart(draft, key) !== part) return draft;
-          const next = changeLanding(draft, moved.items);
+          if (landingPart(draft, key, this.end) !== part) return draft;
+          const next = changeLanding(draft, moved.items, this.end);
           // what is under the pointer stays there, however old the answer
           return latest === drag || latest?.key !== key ? next : moveTo(next, key, latest.to);
         }, `drag-${key}`);
@@ -393,7 +393,7 @@ class PlanStore implements PlanDraft {
     } catch (error) {
       this.problem = problemFrom(error);
       const before = drag;
-      if (before !== null) this.#edit((draft) => changeLanding(draft, before.items), `drag-${before.key}`);
+      if (before !== null) this.#edit((draft) => changeLanding(draft, before.items, this.end), `drag-${before.key}`);
     } finally {
       this.#isMovingLanding = false;
       if (this.#landingDrag?.isEnd === true) {
@@ -413,7 +413,7 @@ class PlanStore implements PlanDraft {
     const key = this.items[number - 1]?.key;
     if (key === undefined) return;
     if (!this.#selection.has(key)) this.pick(key, false);
-    const part = this.#selection.size === 1 ? landingPart(this.draft, key) : null;
+    const part = this.#selection.size === 1 ? landingPart(this.draft, key, this.end) : null;
     if (part !== null) {
       this.#dragLanding(part, key, from, to, isEnd);
       return;

@@ -83,7 +83,8 @@ it('gives the answer to the last question about a plan, and none that never come
   // a way waits for no assessment, and ends none
   const [assessed, way] = [station.assess(draft, 9, wind, 30), station.way(draft, 9, 30)];
   const profile = { points: [], loiters: [], length_m: 0, ground: null };
-  station.receive({ type: 'way', seq: 6, stops: [], jumps: [], profile, is_ground_pending: false });
+  const end = { item: 1, designed_item: null };
+  station.receive({ type: 'way', seq: 6, stops: [], jumps: [], end, profile, is_ground_pending: false });
   await expect(way).resolves.toMatchObject({ stops: [] });
   station.receive({ type: 'assessment', seq: 5, findings: [], trip, rehearsal: null });
   await expect(assessed).resolves.toMatchObject({ trip });

@@ -385,7 +385,7 @@ class SurveyStore implements ShapeEditor {
     plan.edit((draft) => {
       const next =
         old === null
-          ? insertComplex(draft, endIndex(draft), complex, items as PlanItem[])
+          ? insertComplex(draft, endIndex(draft, plan.end), complex, items as PlanItem[])
           : replaceComplex(
               draft,
               { complex: old.complex, index: old.index, count: old.items.length },

@@ -6,7 +6,13 @@ import { Asker, type Question } from './ways.svelte';
 
 const HOME = { lat_deg: 40.3332, lon_deg: -3.7978, alt_amsl_m: 690 };
 const PROFILE = { points: [], loiters: [], length_m: 0, ground: null };
-const WAY: Way = { stops: [], jumps: [], profile: PROFILE, is_ground_pending: false };
+const WAY: Way = {
+  stops: [],
+  jumps: [],
+  end: { item: 1, designed_item: null },
+  profile: PROFILE,
+  is_ground_pending: false,
+};
 const question = (count: number): Question => ({
   items: Array.from({ length: count }, (_, index) => ({ ...makeItem('waypoint', { at: HOME }), key: index + 1 })),
   ...{ home: HOME, vehicle: 7, route: PLANE_ROUTE, clearance_m: 30, knowsGround: true },

@@ -1,7 +1,7 @@
 // The ways and heights of the plan that is edited and of the one on board, as the core lays them out.
 import { emptyPlan, type Home, type Plan, type PlanItem } from '$lib/domain/plan';
 import { NO_PROFILE, type ProfileGround } from '$lib/domain/profile';
-import { type RouteOptions, type ToldWay, type Way, type WayAnswer, wayOf } from '$lib/domain/way';
+import { endOf, type RouteOptions, type ToldWay, type Way, type WayAnswer, wayOf } from '$lib/domain/way';
 import { elevation } from './maps-elevation.svelte';
 import { plan } from './plan.svelte';
 import { api, station } from './station.svelte';
@@ -33,7 +33,7 @@ const GROUND_AGAIN_MS = 700;
 /** Asks about one plan: one question at a time, and of those that come meanwhile the last. */
 export class Asker {
   readonly #tell: Tell;
-  readonly #onAnswer: () => void;
+  readonly #onAnswer: (answer: WayAnswer) => void;
   answer = $state.raw<WayAnswer | null>(null);
   #asked: Question | null = null;
   #next: Question | null = null;
@@ -41,7 +41,7 @@ export class Asker {
   #again: ReturnType<typeof setTimeout> | undefined;
 
   /** `onAnswer` is called with each answer, before anything that is drawn from it. */
-  constructor(tell: Tell, onAnswer: () => void = () => {}) {
+  constructor(tell: Tell, onAnswer: (answer: WayAnswer) => void = () => undefined) {
     this.#tell = tell;
     this.#onAnswer = onAnswer;
   }
@@ -78,10 +78,7 @@ export class Asker {
           return { command, name, frame, params, autocontinue };
         });
         const way = await this.#tell({ ...emptyPlan(), items: asked, home }, vehicle, clearance_m);
-        if (this.#asked !== null) {
-          this.answer = { items, home, way };
-          this.#onAnswer();
-        }
+        if (this.#asked !== null) this.#onAnswer((this.answer = { items, home, way }));
         clearTimeout(this.#again);
         if (way.is_ground_pending) this.#again = setTimeout(() => this.#askNow(), GROUND_AGAIN_MS);
         const early_ms = asked_ms + APART_MS - performance.now();
@@ -102,7 +99,11 @@ const isSame = (a: Question, b: Question): boolean =>
 class Ways {
   readonly #ofDraft = new Asker(
     (...asked) => station.way(...asked),
-    () => this.#listeners.forEach((listen) => listen()),
+    (answer) => {
+      // of what was edited meanwhile it is told in a moment
+      if (answer.items === plan.items) plan.end = endOf(answer);
+      this.#listeners.forEach((listen) => listen());
+    },
   );
   readonly #listeners = new Set<() => void>();
   /** Which changes seldom, and takes no draft's turn. */
