@@ -43,6 +43,11 @@ pub(crate) trait Kind: Sync {
         &[]
     }
 
+    /// Parts of addresses that show a service of the kind, in small letters.
+    fn address_signs(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// Opens a file that was handed in; it may turn out to be of another kind. Blocks.
     ///
     /// # Errors
@@ -191,6 +196,11 @@ pub struct KindInfo {
     pub roles: Vec<Role>,
     /// Ends of the names of files that can be handed in, in small letters, such as `.mbtiles`.
     pub file_ends: Vec<&'static str>,
+    /// Parts of addresses that show a service of this kind, in small letters: placeholders such as `{x}` tell most, then what a query says, such as
+    /// `service=wms`, then the ends of files, and words of the path least.
+    pub address_signs: Vec<&'static str>,
     /// Whether a service of this kind tells what it offers.
     pub has_capabilities: bool,
+    /// Whether its service demands a key, whatever the address is.
+    pub needs_key: bool,
 }

@@ -104,14 +104,18 @@ const KINDS: MapKind[] = [
     fields: ['url', 'key', 'local_network', 'layers', 'transparent', 'cache'],
     roles: ['base', 'overlay'],
     file_ends: [],
+    address_signs: ['service=wms', 'wms'],
     has_capabilities: true,
+    needs_key: false,
   },
   {
     kind: 'mbtiles',
     fields: ['path', 'encoding'],
     roles: ['base', 'overlay', 'elevation'],
     file_ends: ['.mbtiles'],
+    address_signs: [],
     has_capabilities: false,
+    needs_key: false,
   },
 ];
 

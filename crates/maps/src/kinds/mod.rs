@@ -43,7 +43,9 @@ pub fn infos() -> Vec<KindInfo> {
             fields: way.fields().to_vec(),
             roles: way.roles().to_vec(),
             file_ends: way.file_ends().to_vec(),
+            address_signs: way.address_signs().to_vec(),
             has_capabilities: way.offer().is_some(),
+            needs_key: way.needs_key(),
         }
     };
     SourceKind::ALL.iter().map(info).collect()
@@ -141,9 +143,11 @@ mod tests {
             serde_json::from_str::<SourceSettings>(&text).is_ok_and(|read| read == settings)
         };
         assert!(!of_settings("colour"));
-        for KindInfo { kind, fields, roles, file_ends, .. } in infos() {
+        for KindInfo { kind, fields, roles, file_ends, address_signs, .. } in infos() {
             assert_eq!(serde_json::to_value(kind).expect("a name"), kind.name(), "its module is named as it is itself");
             assert!(!roles.is_empty() && !fields.is_empty(), "{kind:?}");
+            assert!(address_signs.is_empty() || fields.contains(&"url"), "{kind:?} has no address");
+            assert!(address_signs.iter().all(|sign| sign.to_lowercase() == *sign), "{kind:?}: {address_signs:?}");
             for field in fields {
                 assert!(of_settings(field), "{kind:?}: '{field}' is no field of the settings");
             }

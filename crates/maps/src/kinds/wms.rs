@@ -46,6 +46,10 @@ impl Kind for Way {
         &[Role::Base, Role::Overlay]
     }
 
+    fn address_signs(&self) -> &'static [&'static str] {
+        &["service=wms", "wms", "mapserv", "/ows"]
+    }
+
     fn is_file(&self, _: &SourceSettings) -> bool {
         false
     }

@@ -22,6 +22,10 @@ impl Kind for Way {
         &[Role::Base, Role::Overlay, Role::Elevation]
     }
 
+    fn address_signs(&self) -> &'static [&'static str] {
+        &["{x}", "{q}", "{quadkey}"]
+    }
+
     fn is_file(&self, _: &SourceSettings) -> bool {
         false
     }

@@ -33,7 +33,7 @@ export class MapsApi extends Http {
   putOrder = (ids: readonly string[]) => this.json<MapSources>('PUT', '/maps/order', { ids });
   kinds = () => this.json<MapKind[]>('GET', '/maps/kinds');
   presets = () => this.json<Preset[]>('GET', '/maps/presets');
-  capabilities = (body: { kind: 'wms' | 'wmts'; url: string; key?: string; local_network?: boolean }) =>
+  capabilities = (body: { kind: MapKind['kind']; url: string; key?: string; local_network?: boolean }) =>
     this.json<Capabilities>('POST', '/maps/capabilities', body);
   /** Fetches one tile now, past the cache. */
   check = (id: string) => this.json<SourceState>('POST', `/maps/sources/${part(id)}/check`);

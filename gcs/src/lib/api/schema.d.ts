@@ -5606,6 +5606,11 @@ export interface components {
         };
         /** @description A kind of source as forms and programs need to know it. */
         MapKind: {
+            /**
+             * @description Parts of addresses that show a service of this kind, in small letters: placeholders such as `{x}` tell most, then what a query says, such as
+             *     `service=wms`, then the ends of files, and words of the path least.
+             */
+            address_signs: string[];
             /** @description Fields of a source's settings that it takes, beside those of all kinds. */
             fields: string[];
             /** @description Ends of the names of files that can be handed in, in small letters, such as `.mbtiles`. */
@@ -5614,6 +5619,8 @@ export interface components {
             has_capabilities: boolean;
             /** @description Its name. */
             kind: components["schemas"]["MapSourceKind"];
+            /** @description Whether its service demands a key, whatever the address is. */
+            needs_key: boolean;
             /** @description What its sources can be for; the first where nothing is said. */
             roles: components["schemas"]["MapRole"][];
         };

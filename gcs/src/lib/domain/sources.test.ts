@@ -124,22 +124,31 @@ describe('attributions', () => {
 
 describe('addresses', () => {
   it('show what they are of', () => {
-    const kinds: readonly (readonly [string, ReturnType<typeof guessKind>])[] = [
+    const kinds = [
+      { kind: 'xyz', address_signs: ['{x}', '{q}'], file_ends: [] },
+      { kind: 'wms', address_signs: ['service=wms', 'wms', 'mapserv', '/ows'], file_ends: [] },
+      { kind: 'wmts', address_signs: ['service=wmts', 'wmts'], file_ends: [] },
+      { kind: 'mbtiles', address_signs: [], file_ends: ['.mbtiles'] },
+      { kind: 'geotiff', address_signs: [], file_ends: ['.tif', '.tiff'] },
+      { kind: 'image', address_signs: [], file_ends: ['.png', '.jpg'] },
+    ] as const;
+    const cases: readonly (readonly [string, string | null])[] = [
       ['https://tile.openstreetmap.org/{z}/{x}/{y}.png', 'xyz'],
       ['https://t.example/{q}.jpg', 'xyz'],
+      ['https://t.example/wmts?SERVICE=WMTS&TILECOL={X}&TILEROW={Y}', 'xyz'],
+      ['https://example.org/geoserver/ows?SERVICE=WMTS', 'wmts'],
       ['https://www.ign.es/wms-inspire/pnoa-ma', 'wms'],
       ['https://www.ign.es/wmts/pnoa-ma?request=GetCapabilities&service=WMTS', 'wmts'],
       ['https://example.org/wmts/1.0.0/WMTSCapabilities.xml', 'wmts'],
       ['https://example.org/geoserver/ows?SERVICE=WMS&REQUEST=GetCapabilities', 'wms'],
       ['http://127.0.0.1/cgi-bin/mapserv?map=/x.map', 'wms'],
       ['field.mbtiles', 'mbtiles'],
-      ['field.pmtiles', 'pmtiles'],
       ['ortho.TIF', 'geotiff'],
       ['chart.png', 'image'],
       ['https://example.org/', null],
       ['', null],
     ];
-    for (const [address, kind] of kinds) expect(guessKind(address), address).toBe(kind);
+    for (const [address, kind] of cases) expect(guessKind(address, kinds), address).toBe(kind);
   });
 });
 

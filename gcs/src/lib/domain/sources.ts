@@ -111,25 +111,28 @@ export function pageLink(url: string | null | undefined): string | null {
   return url != null && /^https?:\/\//i.test(url) ? url : null;
 }
 
-export type Guess = 'wms' | 'wmts' | 'xyz' | 'mbtiles' | 'pmtiles' | 'geotiff' | 'image';
+/** What a kind of source says of addresses and files of it. */
+export interface KindSigns<Kind extends string> {
+  readonly kind: Kind;
+  readonly address_signs: readonly string[];
+  readonly file_ends: readonly string[];
+}
 
-/** What kind of source an address or a file's name is, as far as it shows; `null` when it does not. */
-export function guessKind(text: string): Guess | null {
-  const address = text.trim();
-  if (/\{x\}/i.test(address) && /\{-?y\}/i.test(address)) return 'xyz';
-  if (/\{q(uadkey)?\}/i.test(address)) return 'xyz';
-  const query = /[?&]service=(wms|wmts)\b/i.exec(address)?.[1]?.toLowerCase();
-  if (query === 'wms' || query === 'wmts') return query;
+/**
+ * What kind of source an address or a file's name is, as far as it shows; `null` when it does not. Placeholders tell most, then what a
+ * query says, then the end of a file's name, and words of the path least.
+ */
+export function guessKind<Kind extends string>(text: string, kinds: readonly KindSigns<Kind>[]): Kind | null {
+  const address = text.trim().toLowerCase();
   const [path = ''] = address.split(/[?#]/);
-  const byName: readonly (readonly [RegExp, Guess])[] = [
-    [/\.mbtiles$/i, 'mbtiles'],
-    [/\.pmtiles$/i, 'pmtiles'],
-    [/\.(tiff?|geotiff?|cog)$/i, 'geotiff'],
-    [/\.(png|jpe?g|webp)$/i, 'image'],
-    [/wmts/i, 'wmts'],
-    [/wms|mapserv|ows$/i, 'wms'],
-  ];
-  return byName.find(([name]) => name.test(path))?.[1] ?? null;
+  const bySign = (isOf: (sign: string) => boolean, within: string) =>
+    kinds.find(({ address_signs }) => address_signs.some((sign) => isOf(sign) && within.includes(sign)));
+  const found =
+    bySign((sign) => sign.startsWith('{'), address) ??
+    bySign((sign) => sign.includes('='), address) ??
+    kinds.find(({ file_ends }) => file_ends.some((end) => path.endsWith(end))) ??
+    bySign(() => true, path);
+  return found?.kind ?? null;
 }
 
 /** An id for a new source that the server takes and nobody has: from its name, in small ASCII letters. */

@@ -38,6 +38,9 @@ class Maps {
   sources = $state.raw<readonly MapSource[]>([]);
   /** The kinds of sources that the server knows; they stay the same. */
   kinds = $state.raw<readonly MapKind[]>([]);
+  /** Whether sources of a kind have a setting. */
+  takes = (kind: MapKind['kind'], field: keyof SourceSettings): boolean =>
+    this.kinds.some((one) => one.kind === kind && one.fields.includes(field));
   /** Where the server keeps them, for people who edit by hand; empty when it does not tell. */
   file = $state('');
   fileError = $state<string | null>(null);

@@ -29,6 +29,10 @@ impl Kind for Way {
         &[Role::Base, Role::Overlay, Role::Elevation]
     }
 
+    fn address_signs(&self) -> &'static [&'static str] {
+        &["service=wmts", "wmts"]
+    }
+
     fn is_file(&self, _: &SourceSettings) -> bool {
         false
     }
