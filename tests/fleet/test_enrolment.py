@@ -288,6 +288,9 @@ def test_the_command_makes_a_fleet_once_and_prints_the_rules_of_a_router(tmp_pat
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     assert "Nothing was changed" in run(tmp_path, "init", "acme").output
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+    result = run(tmp_path, "enrol", "hill", "--router", "tls/hill.example.org:7447", "--role", "chief")
+    assert "At the ground station hill" in result.output
+    assert "vencejo serve --join vf1." in result.stdout
     result = run(tmp_path, "acl")
     settings = json.loads(result.stdout)
     assert settings["access_control"]["default_permission"] == "deny"
@@ -308,6 +311,8 @@ def test_the_command_makes_a_fleet_once_and_prints_the_rules_of_a_router(tmp_pat
         (("enrol", "Plane"), 2, "is no name here"),
         (("enrol", "Plane", "--fleet", "fresh"), 2, "is no name here"),
         (("enrol", "ground", "--station", "--fleet", "fresh"), 1, "take another name"),
+        (("enrol", "hill", "--router", "tcp/127.0.0.1:7447"), 2, "tcp/127.0.0.1:7447"),
+        (("enrol", "hill", "--router", "tls/0.0.0.0:7447"), 2, "tls/0.0.0.0:7447"),
         (("join", "vf1.nonsense"), 2, "copy it again as a whole"),
         (("acl", "--fleet", "other"), 1, "vencejo fleet init other"),
     ]:
