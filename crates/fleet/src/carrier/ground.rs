@@ -8,29 +8,28 @@ use std::time::{Duration, Instant};
 use tokio::runtime::Handle;
 use tokio::sync::{Notify, watch};
 use tokio::task::JoinHandle;
-use vencejo_proto::{Address, ComponentId, MonoTime, SystemId};
-use vencejo_station::{Station, Telling};
+use vencejo_station::Station;
 use vencejo_vehicle::VehicleId;
 use vencejo_vehicle::telemetry::LOST_AFTER;
 use zenoh::Session;
 use zenoh::query::Query;
 use zenoh::sample::{Sample, SampleKind};
 
+use self::known::Known;
 use self::terms::{List, Network, Terms};
 use super::aircraft::place::ask_list;
 use super::door::{Door, blocking};
 use super::endpoint::{Endpoint, Way};
 use super::history::{Archive, HistoryConfig};
-use super::network::{self, Heard};
+use super::network;
 use crate::authority::RENEW_EVERY;
 use crate::content::Shelf;
 use crate::error::FleetError;
-use crate::key::{Kind, Name, admitted_key, aircraft_of, echo_key, key_of, keys_of_all, stations_key};
-use crate::payload::{Event, State, UnderWay};
-use crate::plans::{PlanTold, PlansHeard};
+use crate::key::{Kind, Name, admitted_key, aircraft_of, echo_key, keys_of_all, stations_key};
 use crate::signature::{PublicKey, Signer};
-use crate::speech::{Listener, News};
 
+mod far;
+mod known;
 mod orders;
 mod plans;
 mod terms;
@@ -126,46 +125,6 @@ struct FarAircraft {
     shelf: Mutex<Shelf>,
     /// One list on its way here at a time.
     fetching: tokio::sync::Mutex<()>,
-}
-
-#[derive(Default)]
-struct Known {
-    listener: Listener,
-    is_present: bool,
-    /// Its id in our station, since it was taken on.
-    id: Option<VehicleId>,
-    /// Its autopilot's own address, on board.
-    autopilot: Option<Address>,
-    /// The boot and the epoch in which we have control.
-    lease: Option<(u64, u64)>,
-    /// Whether its missed events are being asked for.
-    is_catching_up: bool,
-    /// What it told of its plans, and what of that is shown here.
-    plans: PlansHeard,
-    plans_shown: [Option<PlanTold>; 3],
-    /// Whether plans are being asked for.
-    is_asking_plans: bool,
-    /// Orders on their way whose progress is told, by id.
-    followed: BTreeMap<Vec<u8>, Followed>,
-}
-
-/// An order whose progress is told.
-struct Followed {
-    telling: Telling,
-    /// When it was heard of last.
-    heard_at: MonoTime,
-}
-
-impl Known {
-    /// A state told how far orders have come.
-    fn follow(&mut self, under_way: &[UnderWay], now: MonoTime) {
-        for told in under_way {
-            if let Some(followed) = self.followed.get_mut(&told.id) {
-                followed.heard_at = now;
-                (followed.telling)(told.done, told.total);
-            }
-        }
-    }
 }
 
 impl Ground {
@@ -524,131 +483,9 @@ impl Fleet {
             all.remove(&gone);
         }
         self.is_full.store(false, Ordering::Relaxed);
-        let aircraft = Arc::new(FarAircraft {
-            name: name.clone(),
-            fleet: Arc::downgrade(self),
-            known: Mutex::default(),
-            asking: tokio::sync::Mutex::default(),
-            shelf: Mutex::default(),
-            fetching: tokio::sync::Mutex::default(),
-        });
+        let aircraft = Arc::new(FarAircraft::new(name.clone(), self));
         all.insert(name, aircraft.clone());
         Some(aircraft)
-    }
-
-    /// Keeps the control that we have of aircraft, while an operator of ours is there; gives it up otherwise.
-    fn renew(&self) {
-        let is_manned = self.station.control().holder().is_some();
-        let aircraft: Vec<_> = self.aircraft().values().filter(|far| far.known().lease.is_some()).cloned().collect();
-        for far in aircraft {
-            tokio::spawn(
-                async move { if is_manned { far.renew().await } else { far.release(CONTROL_PATIENCE).await } },
-            );
-        }
-    }
-}
-
-impl FarAircraft {
-    fn known(&self) -> MutexGuard<'_, Known> {
-        self.known.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// A state came: told to all, or the answer to a question of ours, which is no sample of the series.
-    fn on_state(self: &Arc<Self>, bytes: &[u8], is_told: bool) {
-        let Some(fleet) = self.fleet.upgrade() else { return };
-        let state = match State::read(bytes) {
-            Ok(state) => state,
-            Err(error) => return tracing::warn!(aircraft = %self.name, %error, "what it says cannot be read"),
-        };
-        let now = fleet.station.now();
-        let (news, plans) = {
-            let mut known = self.known();
-            let system = u8::try_from(state.system).map_or(SystemId::BROADCAST, SystemId);
-            let component = u8::try_from(state.component).map_or(ComponentId::AUTOPILOT, ComponentId);
-            known.autopilot = Some(Address { system, component });
-            if known.lease.is_some_and(|(boot, _)| boot != state.boot) {
-                known.lease = None;
-            }
-            known.follow(&state.under_way, now);
-            (known.listener.on_state(&state, now), known.plans.on_state(state.boot, state.plans_version, &state.plans))
-        };
-        if let Some(archive) = fleet.archive.as_ref().filter(|_| is_told) {
-            archive.on_state(&self.name, &state, bytes, now);
-        }
-        self.tell(&fleet, news);
-        self.on_plans(&fleet, plans);
-    }
-
-    fn on_event(self: &Arc<Self>, bytes: &[u8]) {
-        let Some(fleet) = self.fleet.upgrade() else { return };
-        let Ok(event) = Event::read(bytes) else { return };
-        if let Some(archive) = &fleet.archive {
-            archive.on_event(&self.name, &event, bytes);
-        }
-        let news = self.known().listener.on_event(&event, fleet.station.now());
-        self.tell(&fleet, news);
-    }
-
-    /// Hands on to the station what is new, and fetches what was missed.
-    fn tell(self: &Arc<Self>, fleet: &Arc<Fleet>, news: News) {
-        if let Some(id) = self.adopted(fleet)
-            && !fleet.station.on_remote(id, &news.said)
-        {
-            // It had made room for another; the next that it says has it taken on again.
-            self.known().id = None;
-        }
-        let Some(from) = news.missed_from else { return };
-        if std::mem::replace(&mut self.known().is_catching_up, true) {
-            return;
-        }
-        let far = self.clone();
-        tokio::spawn(async move {
-            far.catch_up(from).await;
-            far.known().is_catching_up = false;
-        });
-    }
-
-    /// Asks for the events from a number on; a newcomer, for everything else as well.
-    async fn catch_up(self: &Arc<Self>, from: u64) {
-        let Some(fleet) = self.fleet.upgrade() else { return };
-        if from == 1 {
-            self.ask_everything(&fleet).await;
-        }
-        let key = format!("{}?from={from}", key_of(&fleet.org, &self.name, Kind::Event));
-        let Heard::Answers(events) = network::ask(&fleet.session(), &key, Vec::new(), READ_WITHIN).await else {
-            return;
-        };
-        let mut events: Vec<_> = events.iter().filter_map(|bytes| Event::read(bytes).ok()).collect();
-        events.sort_by_key(|event| event.number);
-        let now = fleet.station.now();
-        let said: Vec<_> = {
-            let mut known = self.known();
-            known.listener.on_events_asked(events.first().map(|event| event.number));
-            events.iter().flat_map(|event| known.listener.on_event(event, now).said).collect()
-        };
-        let id = self.known().id;
-        if let Some(id) = id {
-            fleet.station.on_remote(id, &said);
-        }
-    }
-
-    /// Its id in our station, which takes it on when it says something for the first time.
-    fn adopted(self: &Arc<Self>, fleet: &Fleet) -> Option<VehicleId> {
-        let (id, autopilot) = {
-            let known = self.known();
-            (known.id, known.autopilot)
-        };
-        if id.is_some() {
-            return id;
-        }
-        let id = fleet.station.adopt(self.name.as_str(), autopilot?, self.clone())?;
-        self.known().id = Some(id);
-        Some(id)
-    }
-
-    /// The address of its autopilot, on board.
-    fn address(&self) -> Address {
-        self.known().autopilot.unwrap_or(Address { system: SystemId::BROADCAST, component: ComponentId::AUTOPILOT })
     }
 }
 

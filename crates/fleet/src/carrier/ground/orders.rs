@@ -12,7 +12,8 @@ use vencejo_vehicle::modes::ModeFamily;
 use vencejo_vehicle::{Danger, PlanState, Reply, Request, VehicleError};
 
 use super::super::network::{self, Heard};
-use super::{CONTROL_PATIENCE, FarAircraft, Followed};
+use super::known::Followed;
+use super::{CONTROL_PATIENCE, FarAircraft, Fleet};
 use crate::act;
 use crate::authority::FRESH;
 use crate::content::{MAX_WITH_ORDER, Part, unpack_items, unpack_params};
@@ -375,6 +376,19 @@ impl FarAircraft {
         let Some((_, epoch)) = self.known().lease.take() else { return };
         // Unheard, it ends by itself.
         let _ = self.send(Want::Release(Nothing {}), "", epoch, patience).await;
+    }
+}
+
+impl Fleet {
+    /// Keeps the control that we have of aircraft, while an operator of ours is there; gives it up otherwise.
+    pub(super) fn renew(&self) {
+        let is_manned = self.station.control().holder().is_some();
+        let aircraft: Vec<_> = self.aircraft().values().filter(|far| far.known().lease.is_some()).cloned().collect();
+        for far in aircraft {
+            tokio::spawn(
+                async move { if is_manned { far.renew().await } else { far.release(CONTROL_PATIENCE).await } },
+            );
+        }
     }
 }
 

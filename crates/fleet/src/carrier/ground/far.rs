@@ -1,0 +1,129 @@
+//! What an aircraft far away says, taken in and handed on to the station.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use vencejo_proto::{Address, ComponentId, SystemId};
+use vencejo_vehicle::VehicleId;
+
+use super::super::network::{self, Heard};
+use super::known::Known;
+use super::{FarAircraft, Fleet, READ_WITHIN};
+use crate::key::{Kind, Name, key_of};
+use crate::payload::{Event, State};
+use crate::speech::News;
+
+impl FarAircraft {
+    /// Nothing is known of it yet.
+    pub(super) fn new(name: Name, fleet: &Arc<Fleet>) -> Self {
+        Self {
+            name,
+            fleet: Arc::downgrade(fleet),
+            known: Mutex::default(),
+            asking: tokio::sync::Mutex::default(),
+            shelf: Mutex::default(),
+            fetching: tokio::sync::Mutex::default(),
+        }
+    }
+
+    pub(super) fn known(&self) -> MutexGuard<'_, Known> {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A state came: told to all, or the answer to a question of ours, which is no sample of the series.
+    pub(super) fn on_state(self: &Arc<Self>, bytes: &[u8], is_told: bool) {
+        let Some(fleet) = self.fleet.upgrade() else { return };
+        let state = match State::read(bytes) {
+            Ok(state) => state,
+            Err(error) => return tracing::warn!(aircraft = %self.name, %error, "what it says cannot be read"),
+        };
+        let now = fleet.station.now();
+        let (news, plans) = {
+            let mut known = self.known();
+            let system = u8::try_from(state.system).map_or(SystemId::BROADCAST, SystemId);
+            let component = u8::try_from(state.component).map_or(ComponentId::AUTOPILOT, ComponentId);
+            known.autopilot = Some(Address { system, component });
+            if known.lease.is_some_and(|(boot, _)| boot != state.boot) {
+                known.lease = None;
+            }
+            known.follow(&state.under_way, now);
+            (known.listener.on_state(&state, now), known.plans.on_state(state.boot, state.plans_version, &state.plans))
+        };
+        if let Some(archive) = fleet.archive.as_ref().filter(|_| is_told) {
+            archive.on_state(&self.name, &state, bytes, now);
+        }
+        self.tell(&fleet, news);
+        self.on_plans(&fleet, plans);
+    }
+
+    pub(super) fn on_event(self: &Arc<Self>, bytes: &[u8]) {
+        let Some(fleet) = self.fleet.upgrade() else { return };
+        let Ok(event) = Event::read(bytes) else { return };
+        if let Some(archive) = &fleet.archive {
+            archive.on_event(&self.name, &event, bytes);
+        }
+        let news = self.known().listener.on_event(&event, fleet.station.now());
+        self.tell(&fleet, news);
+    }
+
+    /// Hands on to the station what is new, and fetches what was missed.
+    fn tell(self: &Arc<Self>, fleet: &Arc<Fleet>, news: News) {
+        if let Some(id) = self.adopted(fleet)
+            && !fleet.station.on_remote(id, &news.said)
+        {
+            // It had made room for another; the next that it says has it taken on again.
+            self.known().id = None;
+        }
+        let Some(from) = news.missed_from else { return };
+        if std::mem::replace(&mut self.known().is_catching_up, true) {
+            return;
+        }
+        let far = self.clone();
+        tokio::spawn(async move {
+            far.catch_up(from).await;
+            far.known().is_catching_up = false;
+        });
+    }
+
+    /// Asks for the events from a number on; a newcomer, for everything else as well.
+    async fn catch_up(self: &Arc<Self>, from: u64) {
+        let Some(fleet) = self.fleet.upgrade() else { return };
+        if from == 1 {
+            self.ask_everything(&fleet).await;
+        }
+        let key = format!("{}?from={from}", key_of(&fleet.org, &self.name, Kind::Event));
+        let Heard::Answers(events) = network::ask(&fleet.session(), &key, Vec::new(), READ_WITHIN).await else {
+            return;
+        };
+        let mut events: Vec<_> = events.iter().filter_map(|bytes| Event::read(bytes).ok()).collect();
+        events.sort_by_key(|event| event.number);
+        let now = fleet.station.now();
+        let said: Vec<_> = {
+            let mut known = self.known();
+            known.listener.on_events_asked(events.first().map(|event| event.number));
+            events.iter().flat_map(|event| known.listener.on_event(event, now).said).collect()
+        };
+        let id = self.known().id;
+        if let Some(id) = id {
+            fleet.station.on_remote(id, &said);
+        }
+    }
+
+    /// Its id in our station, which takes it on when it says something for the first time.
+    fn adopted(self: &Arc<Self>, fleet: &Fleet) -> Option<VehicleId> {
+        let (id, autopilot) = {
+            let known = self.known();
+            (known.id, known.autopilot)
+        };
+        if id.is_some() {
+            return id;
+        }
+        let id = fleet.station.adopt(self.name.as_str(), autopilot?, self.clone())?;
+        self.known().id = Some(id);
+        Some(id)
+    }
+
+    /// The address of its autopilot, on board.
+    pub(super) fn address(&self) -> Address {
+        self.known().autopilot.unwrap_or(Address { system: SystemId::BROADCAST, component: ComponentId::AUTOPILOT })
+    }
+}
