@@ -127,6 +127,7 @@ class PlanStore implements PlanDraft {
   isReadingParams = $state(false);
   #isAsking = false;
   #asksAgain = false;
+  #underWay: Promise<unknown> = Promise.resolve();
   #landingRun = 0;
   /** Whether the core is at work on a landing that was asked for. */
   isDesigning = $state(false);
@@ -261,6 +262,11 @@ class PlanStore implements PlanDraft {
 
   // --- Editing ------------------------------------------------------------------------------------------------------
 
+  /** A change of the draft that the core is at: what is sent or saved meanwhile is to have it. */
+  waitFor(change: Promise<void>): void {
+    this.#underWay = Promise.allSettled([this.#underWay, change]);
+  }
+
   /** Adds what the tool in hand makes. Take-off and landing are for one click each (SPEC G5). */
   addWithTool(at: LonLat): void {
     if (this.tool === 'select') {
@@ -277,7 +283,7 @@ class PlanStore implements PlanDraft {
 
   add(kind: EditableKind, at: LonLat | null): void {
     if (kind !== 'land') this.#add((draft) => addAt(draft, kind, at, this.defaults));
-    else if (at !== null) void this.#land(at);
+    else if (at !== null) this.waitFor(this.#land(at));
   }
 
   /** One end of a runway, then the other: the mission is to land there, into the wind. */
@@ -286,7 +292,7 @@ class PlanStore implements PlanDraft {
     this.runwayBegin = begin === null ? placeOnly(at) : null;
     if (begin === null) return;
     this.tool = 'waypoint';
-    void this.#land(at, { begin, end: placeOnly(at) });
+    this.waitFor(this.#land(at, { begin, end: placeOnly(at) }));
   }
 
   /** Ends the mission with a landing as the core designs it; of two that are asked for in a row the last one counts. */
@@ -435,7 +441,7 @@ class PlanStore implements PlanDraft {
     };
     this.#landingDrag = { part, key, items: before?.items ?? this.landing, to: there, isEnd };
     this.#edit((draft) => moveTo(draft, key, there), `drag-${key}`);
-    void this.#followLandingDrag();
+    this.waitFor(this.#followLandingDrag());
   }
 
   move(key: number, at: LonLat): void {
@@ -660,6 +666,7 @@ class PlanStore implements PlanDraft {
   async fileOf(as: PlanFileFormat): Promise<Blob | null> {
     try {
       this.problem = null;
+      await this.#underWay;
       const { file, notes } = await api.formatPlan(this.asApi(), as);
       this.fileNotes = notes;
       return file;
@@ -681,9 +688,11 @@ class PlanStore implements PlanDraft {
    * the vehicle has been read back.
    */
   async send(...parts: readonly PlanKind[]): Promise<void> {
-    const plan = this.asApi();
+    let plan: ApiPlan | undefined;
     for (const part of parts.length > 0 ? parts : (['mission'] as const)) {
       const isDone = await this.#transfer('send', part, async (vehicle) => {
+        await this.#underWay;
+        plan ??= this.asApi();
         await this.#follow(await api.sendPlan(vehicle.systemId, part, plan));
         return plan;
       });

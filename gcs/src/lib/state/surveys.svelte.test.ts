@@ -116,8 +116,13 @@ describe('surveys of the mission', () => {
 
   it('keeps a change that is still being laid out when the survey is closed, and of one that is deleted nothing', async () => {
     await draw();
+    const formatPlan = vi.fn((saved: Plan) => Promise.resolve({ file: new Blob(), notes: [], saved }));
+    Object.assign(api, { formatPlan });
     surveys.change({ height_m: 95, gsd_m: null });
     surveys.close();
+    await plan.fileOf('plan');
+    const saved = formatPlan.mock.calls[0]?.[0].items.map((item) => item.params[6]);
+    expect(saved, 'what is saved meanwhile has it').toEqual([95, 95, 95, 95]);
     await settled();
     expect([heights(), surveys.open, surveys.isOld]).toEqual([[95, 95, 95, 95], null, false]);
     surveys.openPart(surveys.parts[0]!.id);

@@ -335,7 +335,7 @@ class SurveyStore implements ShapeEditor {
     if (id === null) return;
     this.#live = { asked, over: this.open?.complex ?? null };
     this.#wanted = { id, asked, about: about === null ? null : `survey-${id}-${about}`, isEnd };
-    if (!this.isAsking) void this.#follow();
+    if (!this.isAsking) plan.waitFor(this.#follow());
   }
 
   /** One question at a time, and of those that come meanwhile the last. */
