@@ -17,7 +17,7 @@ pub(crate) mod given {
         true
     }
 
-    pub(crate) const fn course_accel_m_s2() -> f64 {
+    pub(crate) const fn accel_m_s2() -> f64 {
         5.0
     }
 
@@ -128,6 +128,7 @@ mod tests {
 
     use super::*;
     use crate::request::ModeChoice;
+    use crate::vehicle::commands_of;
 
     #[test]
     fn a_request_is_read_from_its_name_and_values() {
@@ -171,5 +172,52 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// What the schema tells is what is looked at before anything is sent.
+    #[test]
+    fn beyond_its_range_no_value_is_sent() {
+        let mut checked = 0;
+        for Described { name, values, .. } in Request::described() {
+            let values = serde_json::to_value(values).expect("JSON");
+            let lies = |schema: &Value, bound: &str| schema[bound].as_f64();
+            let mut whole = serde_json::Map::new();
+            for (key, schema) in values["properties"].as_object().into_iter().flatten() {
+                let value = match key.as_str() {
+                    "alt_frame" => json!("home"),
+                    "kind" => json!("airspeed"),
+                    "mode" => json!(10),
+                    "text" => json!("ready"),
+                    _ if schema["type"] == "boolean" => json!(true),
+                    _ if schema["type"] == "integer" => json!(1),
+                    _ => json!(
+                        lies(schema, "maximum").or(lies(schema, "exclusiveMaximum")).map_or(1.0, |most| most / 2.0)
+                    ),
+                };
+                whole.insert(key.clone(), value);
+            }
+            let sent = |values: serde_json::Map<String, Value>| {
+                commands_of(&Request::named(&name, Value::Object(values)).expect("a request"))
+            };
+            // A velocity is for what hovers, a note goes nowhere.
+            if sent(whole.clone()).is_empty() {
+                assert!(["velocity", "texts", "prepare-flight"].contains(&name.as_str()), "{name}: {whole:?}");
+                continue;
+            }
+            for (key, schema) in values["properties"].as_object().into_iter().flatten() {
+                let bounds = [
+                    lies(schema, "minimum").map(|least| least - 0.001),
+                    lies(schema, "maximum").map(|most| most + 0.001),
+                    lies(schema, "exclusiveMaximum"),
+                ];
+                for beyond in bounds.into_iter().flatten() {
+                    let mut values = whole.clone();
+                    values.insert(key.clone(), json!(beyond));
+                    assert_eq!(sent(values), [], "{name}: {key} = {beyond}");
+                    checked += 1;
+                }
+            }
+        }
+        assert!(checked >= 26, "{checked}");
     }
 }

@@ -125,6 +125,7 @@ pub enum Request {
     /// armed (or at once when it already is). Others: MAV_CMD_NAV_TAKEOFF, for which they must be armed.
     Takeoff {
         /// Height to climb to, metres above home, 1 to 10,000.
+        #[cfg_attr(feature = "describe", schema(minimum = 1, maximum = 10_000))]
         alt_rel_home_m: f64,
     },
     /// Flies to a position and circles there: MAV_CMD_DO_REPOSITION by COMMAND_INT. An ArduPlane from before COMMAND_INT gets
@@ -132,19 +133,24 @@ pub enum Request {
     #[cfg_attr(feature = "describe", serde(rename = "goto"))]
     Reposition {
         /// WGS-84 latitude.
+        #[cfg_attr(feature = "describe", schema(minimum = -90, maximum = 90))]
         lat_deg: f64,
         /// WGS-84 longitude.
+        #[cfg_attr(feature = "describe", schema(minimum = -180, maximum = 180))]
         lon_deg: f64,
         /// Height, counted as `alt_frame` says.
+        #[cfg_attr(feature = "describe", schema(minimum = -1_000, maximum = 100_000))]
         alt_m: f64,
         /// What `alt_m` is counted from.
         alt_frame: AltFrame,
         /// Radius of the circle, 1 to 30,000; the vehicle's own when absent.
+        #[cfg_attr(feature = "describe", schema(minimum = 1, maximum = 30_000))]
         radius_m: Option<f64>,
         /// Sense of the circle; clockwise when absent.
         #[cfg_attr(feature = "describe", serde(rename = "clockwise", default), schema(value_type = bool))]
         turn: Turn,
         /// Ground speed, 0.1 to 200; the vehicle's own when absent.
+        #[cfg_attr(feature = "describe", schema(minimum = 0.1, maximum = 200))]
         speed_m_s: Option<f64>,
         /// Whether to enter GUIDED for it, which it does when absent; without it a vehicle in another mode refuses.
         #[cfg_attr(feature = "describe", serde(default = "given::yes"))]
@@ -156,6 +162,7 @@ pub enum Request {
         /// Which speed.
         kind: SpeedKind,
         /// How fast, 0.1 to 200.
+        #[cfg_attr(feature = "describe", schema(minimum = 0.1, maximum = 200))]
         speed_m_s: f64,
     },
     /// Changes the height of the present target: MAV_CMD_DO_CHANGE_ALTITUDE. For ArduPlane in GUIDED or LOITER. One from before
@@ -163,6 +170,7 @@ pub enum Request {
     #[cfg_attr(feature = "describe", serde(rename = "altitude"))]
     ChangeAltitude {
         /// Height, counted as `alt_frame` says; not 0, which ArduPlane takes for none.
+        #[cfg_attr(feature = "describe", schema(minimum = -1_000, maximum = 100_000))]
         alt_m: f64,
         /// What `alt_m` is counted from.
         alt_frame: AltFrame,
@@ -172,19 +180,22 @@ pub enum Request {
     #[cfg_attr(feature = "describe", serde(rename = "course"))]
     GuidedCourse {
         /// Course over ground, degrees from true north, 0 to below 360.
+        #[cfg_attr(feature = "describe", schema(minimum = 0, exclusive_maximum = 360))]
         course_deg: f64,
         /// Centripetal acceleration of the turn at most, 0.05 to 20; 5, a bank of 27 degrees, when absent.
-        #[cfg_attr(feature = "describe", serde(default = "given::course_accel_m_s2"))]
+        #[cfg_attr(feature = "describe", serde(default = "given::accel_m_s2"), schema(minimum = 0.05, maximum = 20))]
         accel_m_s2: f64,
     },
     /// Climbs or sinks to a height at a rate: MAV_CMD_GUIDED_CHANGE_ALTITUDE. Only for an ArduPlane in GUIDED.
     #[cfg_attr(feature = "describe", serde(rename = "climb"))]
     GuidedClimb {
         /// Height, counted as `alt_frame` says; ArduPlane takes neither 0 nor −1.
+        #[cfg_attr(feature = "describe", schema(minimum = -1_000, maximum = 100_000))]
         alt_m: f64,
         /// What `alt_m` is counted from.
         alt_frame: AltFrame,
         /// How fast, up or down, 0.01 to 50.
+        #[cfg_attr(feature = "describe", schema(minimum = 0.01, maximum = 50))]
         rate_m_s: f64,
     },
     /// Flies at a velocity: SET_POSITION_TARGET_LOCAL_NED, relative to the heading. Only for an ArduCopter in GUIDED or a PX4 in
@@ -192,16 +203,16 @@ pub enum Request {
     /// not repeated (ArduCopter after GUID_TIMEOUT, 3 s; PX4 after 0.5 s).
     Velocity {
         /// Forward, −50 to 50.
-        #[cfg_attr(feature = "describe", serde(default))]
+        #[cfg_attr(feature = "describe", serde(default), schema(minimum = -50, maximum = 50))]
         forward_m_s: f64,
         /// To the right, −50 to 50.
-        #[cfg_attr(feature = "describe", serde(default))]
+        #[cfg_attr(feature = "describe", serde(default), schema(minimum = -50, maximum = 50))]
         right_m_s: f64,
         /// Down, −50 to 50.
-        #[cfg_attr(feature = "describe", serde(default))]
+        #[cfg_attr(feature = "describe", serde(default), schema(minimum = -50, maximum = 50))]
         down_m_s: f64,
         /// Clockwise seen from above, −10 to 10.
-        #[cfg_attr(feature = "describe", serde(default))]
+        #[cfg_attr(feature = "describe", serde(default), schema(minimum = -10, maximum = 10))]
         yaw_rate_rad_s: f64,
     },
     /// Circles (or hovers) here: mode LOITER.
@@ -214,6 +225,7 @@ pub enum Request {
     /// Aborts a landing and climbs: MAV_CMD_DO_GO_AROUND.
     AbortLanding {
         /// Height to climb to, metres above home, 1 to 10,000; the vehicle's own when absent.
+        #[cfg_attr(feature = "describe", schema(minimum = 1, maximum = 10_000))]
         alt_rel_home_m: Option<f64>,
     },
     /// Prepares a flight, on the ground and disarmed: changes to a mode that arms where the present one does not, and sets the
