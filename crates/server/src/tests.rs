@@ -433,7 +433,8 @@ async fn what_cannot_be_read_says_why() {
     for (method, path, body, status) in [
         ("POST", "/vehicles/1/takeoff", Some(json!({"alt": 50})), 422),
         ("POST", "/vehicles/1/takeoff", Some(json!({"alt_rel_home_m": -5})), 422),
-        ("POST", "/vehicles/1/takeoff", None, 415),
+        ("POST", "/vehicles/1/takeoff", None, 422),
+        ("POST", "/vehicles/1/mission/current", None, 415),
         ("POST", "/vehicles/1/mode", Some(json!({"mode": "NO_SUCH_MODE"})), 422),
         ("POST", "/vehicles/1/mission/current", Some(json!({"item": 0})), 422),
         ("POST", "/vehicles/1/home", Some(json!({"lat_deg": 40.0})), 422),
