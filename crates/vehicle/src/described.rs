@@ -1,6 +1,7 @@
 //! What the list of requests says of itself, for the doors that are made from it: each one's name, documentation and values, and a request
 //! read from them.
 
+use serde::Deserialize;
 use serde::de::value::EnumAccessDeserializer;
 use serde::de::{DeserializeSeed, Deserializer, EnumAccess, Error, IntoDeserializer, VariantAccess, Visitor};
 use utoipa::PartialSchema;
@@ -102,11 +103,16 @@ impl<'de, D: Deserializer<'de>> EnumAccess<'de> for Named<'_, D> {
 
 struct Values<D>(D);
 
+/// The values of what takes none: one that is given is told, not passed over.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Nothing {}
+
 impl<'de, D: Deserializer<'de>> VariantAccess<'de> for Values<D> {
     type Error = D::Error;
 
     fn unit_variant(self) -> Result<(), D::Error> {
-        Ok(())
+        Nothing::deserialize(self.0).map(|Nothing {}| ())
     }
 
     fn newtype_variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<S::Value, D::Error> {
@@ -148,6 +154,7 @@ mod tests {
                 "kind: unknown variant `light`, expected `airspeed` or `groundspeed`",
             ),
             ("arm", json!({"froce": true}), "froce: unknown field `froce`, expected `force`"),
+            ("land", json!({"alt_m": 30}), "unknown field `alt_m`, there are no fields"),
             ("param-list", json!({}), "unknown variant `param-list`, expected one of `arm`, `disarm`"),
         ] {
             let error = read(name, values).expect_err(name);
