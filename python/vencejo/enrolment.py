@@ -264,8 +264,8 @@ class Organisation:
         made, new = self._native.init(list(hosts), given)
         return bool(made), list(new)
 
-    def check_name(self, name: str, *, role: Role | None = None) -> None:
-        """Say whether an aircraft, or with a role a ground station, can have a name. Nothing is looked at or changed.
+    def check_name(self, name: str, *, role: Role | None = None, routers: Iterable[str] = ()) -> None:
+        """Say whether an aircraft, or with a role a ground station, can have a name and those addresses. Nothing is looked at or changed.
 
         Parameters
         ----------
@@ -273,15 +273,17 @@ class Organisation:
             As in `enrol` and `enrol_station`.
         role : str, optional
             As in `enrol_station`.
+        routers : iterable of str
+            As in `enrol_station`.
 
         Raises
         ------
         InvalidRequest
-            For a name or a role that cannot be one.
+            For a name, a role or an address that cannot be one.
         NotPossibleNow
             For the name of the ground station that has the authority.
         """
-        self._native.check_newcomer(name, role)
+        self._native.check_newcomer(name, role, list(routers))
 
     def enrol(self, name: str, *, lasts_s: int = TOKEN_LASTS_S) -> Token:
         """A token for an aircraft. An older one for it is void from now on.

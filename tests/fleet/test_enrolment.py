@@ -311,6 +311,7 @@ def test_the_command_makes_a_fleet_once_and_prints_the_rules_of_a_router(tmp_pat
         (("enrol", "Plane"), 2, "is no name here"),
         (("enrol", "Plane", "--fleet", "fresh"), 2, "is no name here"),
         (("enrol", "ground", "--station", "--fleet", "fresh"), 1, "take another name"),
+        (("enrol", "hill", "--router", "tcp/127.0.0.1:7447", "--fleet", "fresh"), 2, "tcp/127.0.0.1:7447"),
         (("enrol", "hill", "--router", "tcp/127.0.0.1:7447"), 2, "tcp/127.0.0.1:7447"),
         (("enrol", "hill", "--router", "tls/0.0.0.0:7447"), 2, "tls/0.0.0.0:7447"),
         (("join", "vf1.nonsense"), 2, "copy it again as a whole"),

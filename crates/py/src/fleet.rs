@@ -290,7 +290,7 @@ fn newcomer(name: &str, role: Option<&str>, routers: Vec<String>) -> Result<Newc
         Some(role) => Newcomer::Station(name.parse()?, role_named(role)?, routers),
         None => Newcomer::Aircraft(name.parse()?),
     };
-    newcomer.check()?;
+    Organisation::check(&newcomer)?;
     Ok(newcomer)
 }
 
@@ -336,10 +336,10 @@ impl PyOrganisation {
         Ok((made.authority, made.hosts))
     }
 
-    /// Whether that can be the name of an aircraft, or of a ground station with a role.
+    /// Whether that can be the name of an aircraft, or of a ground station with a role, and where it is a router.
     #[staticmethod]
-    fn check_newcomer(name: &str, role: Option<&str>) -> PyResult<()> {
-        newcomer(name, role, Vec::new()).map(drop).map_err(raise)
+    fn check_newcomer(name: &str, role: Option<&str>, routers: Vec<String>) -> PyResult<()> {
+        newcomer(name, role, routers).map(drop).map_err(raise)
     }
 
     /// The token; where it is good; when it ends.

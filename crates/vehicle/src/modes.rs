@@ -78,7 +78,15 @@ impl ModeFamily {
         let wanted = folded(name);
         let by_name = self.modes().iter().find(|(_, known)| folded(known) == wanted).map(|(number, _)| *number);
         let by_alias = || self.aliases().iter().find(|(alias, _)| folded(alias) == wanted).map(|(_, number)| *number);
-        let by_number = || wanted.strip_prefix("MODE").unwrap_or(&wanted).parse().ok();
+        // Digits and nothing else: of "1.5" the folded name would be another mode's number.
+        let by_number = || {
+            let text = name.trim();
+            let number = match text.get(..4) {
+                Some(begin) if begin.eq_ignore_ascii_case("mode") => text[4..].trim_matches([' ', '_', '(', ')']),
+                _ => text,
+            };
+            number.parse().ok().filter(|_| number.bytes().all(|byte| byte.is_ascii_digit()))
+        };
         match by_name.or_else(by_alias).or_else(by_number) {
             Some(custom_mode) => Ok(FlightMode { family: self, custom_mode }),
             None => Err(UnknownMode { name: name.chars().take(40).collect(), suggestions: self.nearest(&wanted) }),
@@ -436,7 +444,9 @@ mod tests {
         check("fbw", "FBWA");
         let error = ModeFamily::ArduPlane.parse("xyzzyplugh").expect_err("unknown");
         assert_eq!(error.to_string(), "no flight mode is called \"xyzzyplugh\"");
-        assert!(ModeFamily::ArduPlane.parse("").is_err());
+        for no_number in ["", "1.5", "[1]", "1,5", "-5", "+5", "1e1", "mode"] {
+            assert!(ModeFamily::ArduPlane.parse(no_number).is_err(), "{no_number}");
+        }
     }
 
     #[test]

@@ -176,7 +176,7 @@ def enrol(
         raise Failed("a role is for a ground station: give --station too", Exit.USAGE)
     organisation = _organisation(org)
     given: Role | None = (role or StationRole.OPERATOR).value if station else None
-    organisation.check_name(name, role=given)
+    organisation.check_name(name, role=given, routers=router or ())
     if not organisation.exists:
         organisation.init()
         say(f"The fleet {organisation.org} is made, in {organisation.folder}. Keep a copy of ca.key there safe.")

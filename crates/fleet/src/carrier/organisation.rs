@@ -254,17 +254,27 @@ impl Organisation {
         }))
     }
 
-    /// A token for an aircraft or a ground station, good for `lasts_s`. The token is in what this gives and nowhere else.
+    /// Whether there may be one of that name, and a router at those addresses. Nothing is looked at.
     ///
     /// # Errors
-    /// [`FleetError::Refused`], [`FleetError::File`].
-    pub fn enrol(&self, newcomer: &Newcomer, lasts_s: u64, now: u64) -> Result<Ticket, FleetError> {
+    /// [`FleetError::Refused`] for a name that is taken, [`FleetError::Address`] for what is none that others reach over TLS or QUIC.
+    pub fn check(newcomer: &Newcomer) -> Result<(), FleetError> {
+        newcomer.check()?;
         for router in newcomer.routers() {
             let at = router.parse::<Endpoint>()?;
             if at.way() == Way::Tcp || at.is_any() {
                 return Err(FleetError::Address(router.clone()));
             }
         }
+        Ok(())
+    }
+
+    /// A token for an aircraft or a ground station, good for `lasts_s`. The token is in what this gives and nowhere else.
+    ///
+    /// # Errors
+    /// [`FleetError::Refused`], [`FleetError::File`].
+    pub fn enrol(&self, newcomer: &Newcomer, lasts_s: u64, now: u64) -> Result<Ticket, FleetError> {
+        Self::check(newcomer)?;
         let fingerprint = sha256(&der_of(&self.read("ca.crt")?)?).to_vec();
         let secret = random::<SECRET_LEN>()?.to_vec();
         self.change(|roll| {
