@@ -154,6 +154,7 @@ mod tests {
                 "kind: unknown variant `light`, expected `airspeed` or `groundspeed`",
             ),
             ("arm", json!({"froce": true}), "froce: unknown field `froce`, expected `force`"),
+            ("mode", json!({"mode": 1.5}), "mode: a mode is given by its name or its number"),
             ("land", json!({"alt_m": 30}), "unknown field `alt_m`, there are no fields"),
             ("param-list", json!({}), "unknown variant `param-list`, expected one of `arm`, `disarm`"),
         ] {

@@ -27,7 +27,11 @@ impl fmt::Display for RequestId {
 
 /// A flight mode as a caller names it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "describe", derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema), serde(untagged))]
+#[cfg_attr(
+    feature = "describe",
+    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
+    serde(untagged, expecting = "a mode is given by its name or its number")
+)]
 pub enum ModeChoice {
     /// By the number of HEARTBEAT's `custom_mode`.
     Custom(u32),

@@ -14,10 +14,6 @@ use crate::error::FleetError;
 use crate::payload::VERSION;
 use crate::signature::PublicKey;
 
-/// Says what is signed, so that a signature of the authority for something else, such as a certificate, is none here.
-const CONTEXT: &[u8] = b"vencejo.v1.Stations\0";
-/// The same of the aircraft that routers let in.
-const ADMITTED: &[u8] = b"vencejo.v1.Admitted\0";
 /// Bytes of a signed list at most.
 pub const MAX_BYTES: usize = 12 * 1024;
 /// Bytes of the list of aircraft at most: one message.
@@ -81,28 +77,53 @@ pub struct SignedStations {
     pub signature: Vec<u8>,
 }
 
-/// A list with the authority's signature, which holds for what the context says alone.
-fn sign(context: &[u8], list: &impl Message, ca: &Ca) -> Result<Vec<u8>, FleetError> {
-    let list = list.encode_to_vec();
-    let signature = ca.sign(&[context, &list].concat())?;
-    Ok(SignedStations { list, signature }.encode_to_vec())
+/// A list that the authority signs: what is signed holds for its kind alone, and only where it is of this version and organisation.
+trait Kind: Message + Default {
+    /// Says what is signed, so that a signature of the authority for something else, such as a certificate, is none here.
+    const CONTEXT: &'static [u8];
+    /// What it is called, and what makes it shorter.
+    const NAME: &'static str;
+    const SHORTER: &'static str;
+    /// Bytes of it at most, signature included.
+    const LIMIT: usize;
+
+    /// Its version and organisation.
+    fn of(&self) -> (u32, &str);
 }
 
-fn read_signed<T: Message + Default>(
-    context: &[u8],
-    signed: &[u8],
-    limit: usize,
-    ca: &str,
-    bad: &impl Fn(&str) -> FleetError,
-) -> Result<T, FleetError> {
-    if signed.len() > limit {
-        return Err(bad("is too long"));
+fn refused<T: Kind>(why: &str) -> FleetError {
+    FleetError::Refused(format!("{} {why}", T::NAME))
+}
+
+fn sign<T: Kind>(list: &T, ca: &Ca) -> Result<Vec<u8>, FleetError> {
+    let list = list.encode_to_vec();
+    let signature = ca.sign(&[T::CONTEXT, &list].concat())?;
+    let signed = SignedStations { list, signature }.encode_to_vec();
+    if signed.len() > T::LIMIT {
+        let why = format!("has {} bytes, at most {} can be: {}", signed.len(), T::LIMIT, T::SHORTER);
+        return Err(refused::<T>(&why));
     }
-    let signed = SignedStations::decode(signed).map_err(|_| bad("cannot be read"))?;
-    if !verifies(ca, &[context, &signed.list].concat(), &signed.signature)? {
-        return Err(bad("is not signed by this fleet's authority"));
+    Ok(signed)
+}
+
+fn read<T: Kind>(signed: &[u8], ca: &str, org: &str) -> Result<T, FleetError> {
+    if signed.len() > T::LIMIT {
+        return Err(refused::<T>("is too long"));
     }
-    T::decode(signed.list.as_slice()).map_err(|_| bad("cannot be read"))
+    let unreadable = |_| refused::<T>("cannot be read");
+    let signed = SignedStations::decode(signed).map_err(unreadable)?;
+    if !verifies(ca, &[T::CONTEXT, &signed.list].concat(), &signed.signature)? {
+        return Err(refused::<T>("is not signed by this fleet's authority"));
+    }
+    let list = T::decode(signed.list.as_slice()).map_err(unreadable)?;
+    let (version, whose) = list.of();
+    if version != VERSION {
+        return Err(refused::<T>("is of another version: use the same version of Vencejo on board and on the ground"));
+    }
+    if whose != org {
+        return Err(refused::<T>("is of another fleet"));
+    }
+    Ok(list)
 }
 
 /// The aircraft that routers let in: what a router that has not the authority makes its access control of. Signed and numbered as the
@@ -123,20 +144,35 @@ pub struct Admitted {
     pub aircraft: Vec<String>,
 }
 
+impl Kind for Admitted {
+    const CONTEXT: &'static [u8] = b"vencejo.v1.Admitted\0";
+    const NAME: &'static str = "the list of aircraft";
+    const SHORTER: &'static str = "give shorter names, or revoke some";
+    const LIMIT: usize = MAX_ADMITTED;
+
+    fn of(&self) -> (u32, &str) {
+        (self.version, &self.org)
+    }
+}
+
+impl Kind for Stations {
+    const CONTEXT: &'static [u8] = b"vencejo.v1.Stations\0";
+    const NAME: &'static str = "the list of ground stations and routers";
+    const SHORTER: &'static str = "revoke some, or give shorter names of hosts";
+    const LIMIT: usize = MAX_BYTES;
+
+    fn of(&self) -> (u32, &str) {
+        (self.version, &self.org)
+    }
+}
+
 impl Admitted {
     /// The list as it goes out.
     ///
     /// # Errors
     /// [`FleetError::Refused`] where it is too long, [`FleetError::Certificate`].
     pub fn signed(&self, ca: &Ca) -> Result<Vec<u8>, FleetError> {
-        let signed = sign(ADMITTED, self, ca)?;
-        if signed.len() > MAX_ADMITTED {
-            return Err(FleetError::Refused(format!(
-                "the list of aircraft has {} bytes, at most {MAX_ADMITTED} go to another router: give shorter names, or revoke some",
-                signed.len()
-            )));
-        }
-        Ok(signed)
+        sign(self, ca)
     }
 
     /// A list from anybody, whose signature is looked at.
@@ -144,12 +180,7 @@ impl Admitted {
     /// # Errors
     /// [`FleetError::Refused`] where it is not of this authority (PEM) and organisation, or cannot be read.
     pub fn read(signed: &[u8], ca: &str, org: &str) -> Result<Self, FleetError> {
-        let bad = |why: &str| FleetError::Refused(format!("the list of aircraft {why}"));
-        let list: Self = read_signed(ADMITTED, signed, MAX_ADMITTED, ca, &bad)?;
-        if list.version != VERSION || list.org != org {
-            return Err(bad("is of another fleet or version"));
-        }
-        Ok(list)
+        read(signed, ca, org)
     }
 }
 
@@ -159,14 +190,7 @@ impl Stations {
     /// # Errors
     /// [`FleetError::Refused`] where it is too long, [`FleetError::Certificate`].
     pub fn signed(&self, ca: &Ca) -> Result<Vec<u8>, FleetError> {
-        let signed = sign(CONTEXT, self, ca)?;
-        if signed.len() > MAX_BYTES {
-            return Err(FleetError::Refused(format!(
-                "the list of ground stations and routers has {} bytes, at most {MAX_BYTES} can be: revoke some, or give shorter names of hosts",
-                signed.len()
-            )));
-        }
-        Ok(signed)
+        sign(self, ca)
     }
 
     /// A list from anybody, whose signature is looked at.
@@ -174,15 +198,7 @@ impl Stations {
     /// # Errors
     /// [`FleetError::Refused`] where it is not of this authority (PEM) and organisation, or cannot be read.
     pub fn read(signed: &[u8], ca: &str, org: &str) -> Result<Self, FleetError> {
-        let bad = |why: &str| FleetError::Refused(format!("the list of ground stations {why}"));
-        let list: Self = read_signed(CONTEXT, signed, MAX_BYTES, ca, &bad)?;
-        if list.version != VERSION {
-            return Err(bad("is of another version: use the same version of Vencejo on board and on the ground"));
-        }
-        if list.org != org {
-            return Err(bad("is of another fleet"));
-        }
-        Ok(list)
+        read(signed, ca, org)
     }
 
     /// Whom the router at the station of this name lets in, aircraft aside.
