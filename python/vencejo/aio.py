@@ -356,7 +356,8 @@ class AsyncVehicle(VehicleState):
         Raises
         ------
         CommandRefused
-            When the vehicle has no fence to switch on.
+            When the vehicle has no fence to switch on: an ArduPlane also before it knows where it is, some 20 s after its start,
+            since it loads its fence then.
         ConfirmationNeeded
             When it is switched off without `confirm`.
         """
