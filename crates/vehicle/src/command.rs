@@ -2,7 +2,8 @@
 //!
 //! Protocol: mavlink.io, "Command Protocol". One command of a number is under way at a time, because an acknowledgement
 //! names nothing else. A command that gets no answer is repeated with `confirmation` + 1 only when doing it twice does
-//! the same as doing it once ([`is_idempotent`]), or when its owner has read from the vehicle that it was not done.
+//! the same as doing it once ([`is_idempotent`]), or when its owner has read from the vehicle that it was not done. Answers
+//! to repetitions that may still come would be taken for the next command's: it waits for them ([`Owed`]).
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -16,6 +17,10 @@ const MAX_WAITING: usize = 64;
 
 /// How long the owner may take to read the vehicle's state: two heartbeats and a bit.
 const ASK_WAIT: Duration = Duration::from_millis(2_500);
+
+/// What the round trip of a link is taken to be until it was measured, and what its answers may come apart by chance.
+const ROUND_TRIP_UNKNOWN: Duration = Duration::from_millis(500);
+const SLACK: Duration = Duration::from_millis(50);
 
 /// Numbers of commands (`MAV_CMD`) that this crate sends, holds back or has confirmed.
 #[allow(missing_docs, reason = "the names are MAVLink's")]
@@ -385,7 +390,19 @@ struct InFlight {
     asked: bool,
     has_changed_form: bool,
     in_progress_since: Option<MonoTime>,
+    first_sent: MonoTime,
+    last_sent: MonoTime,
     deadline: MonoTime,
+}
+
+/// Answers that may still come to a command that was sent more than once and has been answered. Until they have, or are
+/// not to be expected any more, no other of its number is sent.
+#[derive(Debug)]
+struct Owed {
+    target: Address,
+    command: u16,
+    answers: u32,
+    until: MonoTime,
 }
 
 /// The commands of one station to one vehicle.
@@ -396,6 +413,7 @@ pub struct Commands {
     round_trip: Option<Duration>,
     next_id: u64,
     in_flight: Vec<InFlight>,
+    owed: Vec<Owed>,
     waiting: VecDeque<(CommandId, CommandMessage, Unanswered)>,
     /// Bounded by what is in flight: the owner drains it after every call.
     outputs: VecDeque<CommandOutput>,
@@ -411,6 +429,7 @@ impl Commands {
             round_trip: None,
             next_id: 0,
             in_flight: Vec::new(),
+            owed: Vec::new(),
             waiting: VecDeque::new(),
             outputs: VecDeque::new(),
         }
@@ -436,13 +455,17 @@ impl Commands {
         when_busy: WhenBusy,
         now: MonoTime,
     ) -> Result<CommandId, Busy> {
-        let is_busy = self.is_busy(&message);
-        if is_busy && (when_busy == WhenBusy::Refuse || self.waiting.len() >= MAX_WAITING) {
+        let is_same = |other: &CommandMessage| key(other) == key(&message);
+        let is_busy = self.in_flight.iter().any(|flight| is_same(&flight.message))
+            || self.waiting.iter().any(|(_, waiting, _)| is_same(waiting));
+        self.owed.retain(|owed| now < owed.until);
+        let must_wait = is_busy || self.is_held(&message);
+        if is_busy && when_busy == WhenBusy::Refuse || must_wait && self.waiting.len() >= MAX_WAITING {
             return Err(Busy);
         }
         let id = CommandId(self.next_id);
         self.next_id += 1;
-        if is_busy {
+        if must_wait {
             self.waiting.push_back((id, message, unanswered));
         } else {
             self.start(id, message, unanswered, now);
@@ -450,9 +473,10 @@ impl Commands {
         Ok(id)
     }
 
-    fn is_busy(&self, message: &CommandMessage) -> bool {
-        let key = (message.target(), message.command());
-        self.in_flight.iter().any(|flight| (flight.message.target(), flight.message.command()) == key)
+    /// Whether an answer would not tell which of two commands it is for.
+    fn is_held(&self, message: &CommandMessage) -> bool {
+        self.in_flight.iter().any(|flight| key(&flight.message) == key(message))
+            || self.owed.iter().any(|owed| (owed.target, owed.command) == key(message))
     }
 
     fn start(&mut self, id: CommandId, message: CommandMessage, unanswered: Unanswered, now: MonoTime) {
@@ -465,13 +489,15 @@ impl Commands {
             asked: false,
             has_changed_form: false,
             in_progress_since: None,
+            first_sent: now,
+            last_sent: now,
             deadline: now + self.timeout(),
         });
     }
 
     /// Starts what waited for a command that ended.
     fn start_waiting(&mut self, now: MonoTime) {
-        while let Some(index) = self.waiting.iter().position(|(_, message, _)| !self.is_busy(message)) {
+        while let Some(index) = self.waiting.iter().position(|(_, message, _)| !self.is_held(message)) {
             let Some((id, message, unanswered)) = self.waiting.remove(index) else { return };
             self.start(id, message, unanswered, now);
         }
@@ -488,7 +514,7 @@ impl Commands {
             .iter()
             .position(|flight| flight.message.command() == ack.command && is_for(flight.message.target(), from))
         else {
-            return;
+            return self.on_owed(from, ack, now);
         };
         let result = CommandResult(ack.result);
         let flight = &mut self.in_flight[index];
@@ -512,12 +538,30 @@ impl Commands {
             flight.message = other;
             flight.has_changed_form = true;
             flight.attempts = 1;
+            (flight.first_sent, flight.last_sent) = (now, now);
             flight.deadline = now + timeout;
             self.outputs.push_back(CommandOutput::Send(other.message(0)));
             return;
         }
+        if flight.attempts > 1 && flight.unanswered == Unanswered::Repeat {
+            let (target, command) = key(&flight.message);
+            let until = now + rest_of_answers(flight, self.round_trip, now);
+            self.owed.push(Owed { target, command, answers: flight.attempts - 1, until });
+        }
         let outcome = CommandOutcome::Answered { result, result_param2: ack.result_param2 };
         self.finish(index, outcome, now);
+    }
+
+    /// One more answer to a command that has had one.
+    fn on_owed(&mut self, from: Address, ack: &CommandAck, now: MonoTime) {
+        let is_it = |owed: &&mut Owed| owed.command == ack.command && is_for(owed.target, from);
+        if let Some(owed) = self.owed.iter_mut().find(is_it)
+            && CommandResult(ack.result) != CommandResult::IN_PROGRESS
+        {
+            owed.answers -= 1;
+            self.owed.retain(|owed| owed.answers > 0);
+            self.start_waiting(now);
+        }
     }
 
     fn finish(&mut self, index: usize, outcome: CommandOutcome, now: MonoTime) {
@@ -529,6 +573,8 @@ impl Commands {
     /// Lets time pass.
     pub fn on_time(&mut self, now: MonoTime) {
         let timeout = self.timeout();
+        self.owed.retain(|owed| now < owed.until);
+        self.start_waiting(now);
         let mut index = 0;
         while index < self.in_flight.len() {
             let flight = &mut self.in_flight[index];
@@ -540,6 +586,7 @@ impl Commands {
             match flight.unanswered {
                 Unanswered::Repeat if may_repeat => {
                     flight.attempts += 1;
+                    flight.last_sent = now;
                     flight.deadline = now + timeout;
                     let confirmation = confirmation(flight.attempts);
                     self.outputs.push_back(CommandOutput::Send(flight.message.message(confirmation)));
@@ -585,13 +632,29 @@ impl Commands {
     /// When [`Self::on_time`] is wanted.
     #[must_use]
     pub fn deadline(&self) -> Option<MonoTime> {
-        self.in_flight.iter().map(|flight| flight.deadline).min()
+        let held = self.owed.iter().filter(|_| !self.waiting.is_empty()).map(|owed| owed.until);
+        self.in_flight.iter().map(|flight| flight.deadline).chain(held).min()
     }
 
     /// The next thing to do.
     pub fn poll_output(&mut self) -> Option<CommandOutput> {
         self.outputs.pop_front()
     }
+}
+
+/// How long after an answer the others to the same command may come. An answer that is nearer to the last sending than the
+/// way takes is one to an earlier sending: those to later ones come as far apart as these were sent. Otherwise it is the last
+/// sending's, and what else comes is what the link had held up and brings now.
+fn rest_of_answers(flight: &InFlight, round_trip: Option<Duration>, now: MonoTime) -> Duration {
+    let way = round_trip.unwrap_or(ROUND_TRIP_UNKNOWN);
+    let is_to_an_earlier = now.since(flight.last_sent) < way / 2;
+    let apart = flight.last_sent.since(flight.first_sent);
+    way + SLACK + if is_to_an_earlier { apart } else { Duration::ZERO }
+}
+
+/// What an acknowledgement names of a command.
+fn key(message: &CommandMessage) -> (Address, u16) {
+    (message.target(), message.command())
 }
 
 /// `confirmation` counts the repetitions.
@@ -711,6 +774,43 @@ mod tests {
         assert_eq!(outcomes(&drain(&mut commands)).len(), 1);
         commands.on_ack(PLANE, &accepted(OUR), at(3));
         assert_eq!(drain(&mut commands), [], "one result, whatever comes late or twice");
+    }
+
+    // fault 21: two answers, because it was sent twice: the second is not the next command's
+    #[test]
+    fn the_next_command_waits_for_what_the_repeated_one_is_still_answered() {
+        let answer = |commands: &mut Commands, result, ms| {
+            commands.on_ack(PLANE, &ack(cmd::SET_MESSAGE_INTERVAL, result, 0, OUR), at(ms));
+        };
+        // Sent at 0 and at 1,000 ms; answered, and the next one wanted, some time after.
+        let sent_twice = |answered_ms| {
+            let mut commands = commands();
+            commands.set_round_trip(Some(Duration::from_millis(200)));
+            commands.submit(interval(), Unanswered::Repeat, WhenBusy::Refuse, at(0)).expect("free");
+            commands.on_time(at(1_000));
+            answer(&mut commands, CommandResult::ACCEPTED, answered_ms);
+            assert_eq!(outcomes(&drain(&mut commands)).len(), 1);
+            commands.submit(interval(), Unanswered::Repeat, WhenBusy::Refuse, at(answered_ms)).expect("none under way");
+            assert_eq!(drain(&mut commands), [], "it waits");
+            assert_eq!(commands.submit(interval(), Unanswered::Repeat, WhenBusy::Refuse, at(answered_ms)), Err(Busy));
+            commands.submit(arm(), Unanswered::GiveUp, WhenBusy::Refuse, at(answered_ms)).expect("of another number");
+            assert_eq!(confirmations(&drain(&mut commands)), [0]);
+            commands
+        };
+        // The answer to the first sending came late, so will that to the second.
+        let mut commands = sent_twice(1_050);
+        answer(&mut commands, CommandResult::DENIED, 2_050);
+        let outputs = drain(&mut commands);
+        assert_eq!((confirmations(&outputs), outcomes(&outputs)), (vec![0], vec![]));
+        answer(&mut commands, CommandResult::ACCEPTED, 2_200);
+        assert_eq!(outcomes(&drain(&mut commands)).len(), 1);
+        // The first sending, or its answer, was lost: only what the link held up can still come.
+        let mut commands = sent_twice(1_200);
+        commands.on_time(at(1_449));
+        assert_eq!(drain(&mut commands), []);
+        assert_eq!(commands.deadline(), Some(at(1_450)));
+        commands.on_time(at(1_450));
+        assert_eq!(confirmations(&drain(&mut commands)), [0]);
     }
 
     // fault 21: IN_PROGRESS for 5 minutes, then an end
