@@ -77,6 +77,9 @@ pub type FrameSink = Arc<dyn Fn(Origin, &Frame, MonoTime) + Send + Sync>;
 /// Called in a link's task each time that the link has opened and takes what is sent; quick, like a [`FrameSink`].
 pub type OpenSink = Arc<dyn Fn(LinkId) + Send + Sync>;
 
+/// Told that all frames which one reading of a link brought have gone to the sinks, on the task that read them.
+pub type ReadSink = Arc<dyn Fn() + Send + Sync>;
+
 /// Names a listener.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SinkId(u32);
@@ -126,6 +129,7 @@ struct Inner {
     signing: SigningTable,
     sinks: Arc<Sinks>,
     on_open: Option<OpenSink>,
+    on_read: Option<ReadSink>,
     recorder: Option<RecorderHandle>,
     next_id: u32,
     /// Where that vehicle is to which everything addressed to it goes; others may use its address.
@@ -184,6 +188,7 @@ impl Hub {
             signing: SigningTable::default(),
             sinks: Arc::new(Vec::new()),
             on_open: None,
+            on_read: None,
             recorder: None,
             next_id: 1,
             chosen: HashMap::new(),
@@ -269,6 +274,11 @@ impl Hub {
     /// Reports each opening of a link from now on.
     pub fn set_on_open(&self, on_open: OpenSink) {
         self.inner().on_open = Some(on_open);
+    }
+
+    /// Reports the end of each reading of a link from now on.
+    pub fn set_on_read(&self, on_read: ReadSink) {
+        self.inner().on_read = Some(on_read);
     }
 
     /// Records every frame from now on, or no more.
@@ -509,8 +519,8 @@ impl Hub {
         }
     }
 
-    /// Takes in a frame that a link's task has read; the whole way of a frame through the hub. Other links have it when
-    /// `onward` is sent, at the end of what was read.
+    /// Takes in a frame that a link's task has read; the whole way of a frame through the hub. Other links have it at
+    /// [`Self::end_reading`] at the latest.
     pub(crate) fn receive(&self, port: &Port, peer: PeerId, frame: &Frame, now: MonoTime, onward: &mut Onward) {
         let known = frame.is_known();
         let mut to = To::target_of(frame);
@@ -577,6 +587,16 @@ impl Hub {
             }
         }
         onward.add(frame, to, ports);
+    }
+
+    /// Ends what a link's task has read in one go.
+    pub(crate) fn end_reading(&self, onward: &mut Onward) {
+        onward.send();
+        // Called without the lock: whoever listens may send.
+        let on_read = self.inner().on_read.clone();
+        if let Some(on_read) = on_read {
+            on_read();
+        }
     }
 }
 

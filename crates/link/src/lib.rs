@@ -82,7 +82,7 @@ pub use address::{
 pub use clock::{Clock, SystemClock};
 pub use endpoint::{LinkHandle, serial_ports};
 pub use fault::{FaultKind, LinkFault};
-pub use hub::{FrameSink, Hub, LinkError, LinkInfo, OpenSink, Origin, Route, SendReport, SinkId, SinkScope};
+pub use hub::{FrameSink, Hub, LinkError, LinkInfo, OpenSink, Origin, ReadSink, Route, SendReport, SinkId, SinkScope};
 pub use outlet::PeerId;
 pub use pace::Pace;
 pub use port::{LinkId, LinkOptions, LinkState};

@@ -110,6 +110,8 @@ pub(crate) struct Core {
     /// What is remembered of vehicles from runs before.
     remembered: Vec<StoredRecord>,
     requests: HashMap<(VehicleId, RequestId), Finisher<RequestResult>>,
+    /// Requests that have ended, and whose callers are told next.
+    ended: Vec<(Finisher<RequestResult>, RequestResult)>,
     waiting: Vec<Waiting>,
     next_waiting: u64,
     pub(crate) watchers: HashMap<VehicleId, Watchers>,
@@ -119,6 +121,12 @@ pub(crate) struct Core {
     pub(crate) subscriptions: Subscriptions,
     /// Another station with our address.
     namesake: Namesake,
+}
+
+impl Core {
+    fn end_requests(&mut self) {
+        self.ended.drain(..).for_each(|(finisher, result)| finisher.finish(result));
+    }
 }
 
 /// Somebody who waits for a vehicle.
@@ -203,6 +211,7 @@ impl Station {
                 vehicles: Vehicles::new(config.address, vehicle_config),
                 remembered,
                 requests: HashMap::new(),
+                ended: Vec::new(),
                 waiting: Vec::new(),
                 next_waiting: 0,
                 watchers: HashMap::new(),
@@ -233,6 +242,12 @@ impl Station {
             })
         };
         shared.hub.add_sink(SinkScope::All, sink);
+        let weak = Arc::downgrade(&shared);
+        shared.hub.set_on_read(Arc::new(move || {
+            if let Some(shared) = weak.upgrade() {
+                shared.on_read();
+            }
+        }));
         let weak = Arc::downgrade(&shared);
         shared.hub.set_on_open(Arc::new(move |link| {
             if let Some(shared) = weak.upgrade() {
@@ -586,7 +601,13 @@ impl Shared {
             watchers.subscriptions.on_message(Some(link), frame, now);
             watchers.changes.notify();
         }
-        self.settle(&mut core, now);
+        self.carry_out(&mut core, now);
+    }
+
+    /// All that was read in one go has been heard. Whoever is told only now that a command was answered has nothing to ask
+    /// for again before a second answer, which came along with the first, is taken for the next command's.
+    pub(crate) fn on_read(&self) {
+        self.core().end_requests();
     }
 
     /// Whether a message is of the vehicle that is followed under its id, and not of another that uses the same.
@@ -758,8 +779,14 @@ impl Shared {
         }
     }
 
-    /// Does what the vehicles' state machines want, and sees to it that the driver wakes in time.
+    /// Does what the vehicles' state machines want, and tells the callers whose requests have ended.
     pub(crate) fn settle(self: &Arc<Self>, core: &mut Core, now: MonoTime) {
+        self.carry_out(core, now);
+        core.end_requests();
+    }
+
+    /// Does what the vehicles' state machines want, and sees to it that the driver wakes in time.
+    fn carry_out(self: &Arc<Self>, core: &mut Core, now: MonoTime) {
         let mut unkept = Vec::new();
         while let Some(output) = core.vehicles.poll_output() {
             let (system, output) = match output {
@@ -786,7 +813,7 @@ impl Shared {
                 }
                 Output::Finished { id, result } => {
                     if let Some(finisher) = core.requests.remove(&(system, id)) {
-                        finisher.finish(result.map_err(StationError::from));
+                        core.ended.push((finisher, result.map_err(StationError::from)));
                     }
                 }
                 Output::Event(VehicleEvent::Unreached | VehicleEvent::Reached) if self.is_replayed(system) => {}

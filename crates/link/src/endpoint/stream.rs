@@ -75,7 +75,7 @@ async fn read(
                     heard(frame);
                     context.hub.receive(&context.port, peer, frame, now, &mut onward);
                 });
-                onward.send();
+                context.hub.end_reading(&mut onward);
             }
             Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
             Err(error) => return error.into(),

@@ -69,7 +69,7 @@ impl Replay {
                 pace.wait_for(entry.unix_us).await;
                 let now = context.hub.clock().now();
                 context.hub.receive(&context.port, PeerId::default(), &entry.frame, now, &mut onward);
-                onward.send();
+                context.hub.end_reading(&mut onward);
             }
             if count == 0 {
                 return Ok(decoder.skipped());

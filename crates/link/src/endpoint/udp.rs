@@ -243,7 +243,7 @@ impl Udp {
                 });
                 Ok(())
             });
-            onward.send();
+            context.hub.end_reading(&mut onward);
             match read {
                 Ok(is_empty) => rest(&mut pace, is_empty).await,
                 Err(error) => return error,
@@ -277,7 +277,7 @@ impl Udp {
                 }
                 Ok(())
             });
-            onward.send();
+            context.hub.end_reading(&mut onward);
             match read {
                 Ok(is_empty) => rest(&mut pace, is_empty).await,
                 Err(error) => return error,

@@ -61,7 +61,7 @@ impl Bench {
     fn receive(&self, link: usize, frame: &Frame) {
         let mut onward = Onward::default();
         self.hub.receive(&self.ports[link], PeerId::default(), frame, self.clock.now(), &mut onward);
-        onward.send();
+        self.hub.end_reading(&mut onward);
     }
 
     /// What each link was given since the last look.
@@ -230,8 +230,8 @@ fn what_is_read_together_is_passed_on_together_as_far_as_there_is_room() {
         bench.hub.receive(&bench.ports[0], PeerId::default(), frame, bench.clock.now(), &mut onward);
     }
     assert_eq!(bench.given(), [vec![], vec![], vec![]], "not before all of it is read");
-    onward.send();
-    onward.send();
+    bench.hub.end_reading(&mut onward);
+    bench.hub.end_reading(&mut onward);
     assert_eq!(bench.given(), [vec![], frames.clone(), frames[..3].to_vec()], "once, in their order");
     let counted = |link: usize| {
         let stats = bench.hub.stats(bench.ports[link].id).unwrap();

@@ -7,7 +7,8 @@ use std::time::Instant;
 use vencejo_flight::plan::{Command, MissionItem, PlanKind};
 use vencejo_link::LinkOptions;
 use vencejo_proto::dialect::{ATTITUDE_DATA, MavMessage};
-use vencejo_proto::{FrameDecoder, Header};
+use vencejo_proto::{CommandAck, FrameDecoder, Header};
+use vencejo_vehicle::SpeedKind;
 
 use super::*;
 use crate::Taken;
@@ -449,4 +450,32 @@ async fn another_station_with_our_address_is_told_and_our_own_echo_is_not() {
     assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
     assert!(station.namesake().expect("told").1.contains(&peer.local_addr().expect("bound").to_string()));
     station.close().await;
+}
+
+// fault 21: two answers in one reading: the caller hears of the first when the second has been heard too
+#[tokio::test]
+async fn a_caller_is_told_of_an_answer_when_all_that_came_with_it_has_been_heard() {
+    let station = start();
+    let now = station.now();
+    station.hear(1, now);
+    let vehicle = station.vehicle(VehicleId::new(1)).expect("heard");
+    let speed = || Request::ChangeSpeed { kind: SpeedKind::Airspeed, speed_m_s: 20.0 };
+    let answer = |result| {
+        let ack = CommandAck { command: 178, result, progress: 0, result_param2: 0, target: Address::new(255, 190) };
+        let header = Header { sequence: 0, source: Address::new(1, 1), version: MavVersion::V2 };
+        let origin = Origin { link: LinkId(0), peer: PeerId(0) };
+        station.shared.on_frame(origin, &Message::CommandAck(ack).encode(header), now);
+    };
+    let first = vehicle.request(speed());
+    answer(0);
+    assert!(first.end().is_none(), "not in the middle of it");
+    answer(2);
+    station.shared.on_read();
+    assert!(matches!(first.end(), Some(Ok(_))));
+    let second = vehicle.request(speed());
+    station.shared.on_read();
+    assert!(second.end().is_none(), "it waits for an answer of its own");
+    answer(0);
+    station.shared.on_read();
+    assert!(matches!(second.end(), Some(Ok(_))));
 }
