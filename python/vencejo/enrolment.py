@@ -165,6 +165,8 @@ class EnrolledStation:
         Its name.
     role : str
         ``"observer"``, ``"operator"`` or ``"chief"``.
+    routers : tuple of str
+        Where it is a router of the fleet as well, as others reach it; empty where it is none.
     enrolled, certificate_ends : datetime
         Since when it is there, and when the newest certificate that it got ends (UTC).
     revoked : datetime or None
@@ -173,6 +175,7 @@ class EnrolledStation:
 
     name: str
     role: Role
+    routers: tuple[str, ...]
     enrolled: datetime
     certificate_ends: datetime
     revoked: datetime | None
@@ -366,8 +369,8 @@ class Organisation:
         """The aircraft on the roll, by name."""
         return [
             Enrolled(name=name, enrolled=_moment(since), certificate_ends=_moment(ends), revoked=_maybe(revoked))
-            for name, since, ends, revoked, role in self._native.members()
-            if role is None
+            for name, since, ends, revoked, post in self._native.members()
+            if post is None
         ]
 
     @property
@@ -376,13 +379,14 @@ class Organisation:
         return [
             EnrolledStation(
                 name=name,
-                role=role,
+                role=post[0],
+                routers=tuple(post[1]),
                 enrolled=_moment(since),
                 certificate_ends=_moment(ends),
                 revoked=_maybe(revoked),
             )
-            for name, since, ends, revoked, role in self._native.members()
-            if role is not None
+            for name, since, ends, revoked, post in self._native.members()
+            if post is not None
         ]
 
     @property
@@ -586,6 +590,11 @@ def check_ground(organisation: Organisation, *, now: datetime | None = None) -> 
         )
     for addresses in (organisation.routers, [f"tls/{door}" for door in organisation.doors]):
         checks += _reached(addresses, organisation.problem_at, f"vencejo serve --fleet {org}")
+    for station in organisation.stations:
+        if station.revoked is None:
+            checks += _reached(
+                station.routers, organisation.problem_at, f"at {station.name}: vencejo serve --fleet {org}"
+            )
     members: list[Enrolled | EnrolledStation] = [*organisation.aircraft, *organisation.stations]
     for each in members:
         if each.revoked is None:
@@ -601,6 +610,8 @@ def _again(each: Enrolled | EnrolledStation | Member) -> str:
     role = getattr(each, "role", None)
     is_station = isinstance(each, EnrolledStation) or (isinstance(each, Member) and each.is_station)
     options = f"--station {'' if role in (None, 'operator') else f'--role {role} '}" if is_station else ""
+    if isinstance(each, EnrolledStation):
+        options += "".join(f"--router {router} " for router in each.routers)
     return f"vencejo fleet enrol {options}{each.name}"
 
 

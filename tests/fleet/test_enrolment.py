@@ -271,6 +271,15 @@ def test_the_doctor_says_what_is_wrong_and_what_to_do(fleet_here: tuple[Organisa
     assert says(check_board(found, file=file, now=now - timedelta(days=9000)), "the clock here says", "timedatectl")
     assert says(check_ground(organisation, now=now + timedelta(days=9000)), "authority (CA) ended", "begin anew")
     assert says(check_ground(Organisation("none", folder=folder)), "no fleet none", "vencejo fleet init none")
+    # A ground station elsewhere that is a router too, and does not run.
+    gone = "tls/127.0.0.1:1"
+    join(organisation.enrol_station("hill", routers=[gone]).text, file=folder / "hill.json")
+    assert organisation.stations[0].routers == (gone,)
+    assert says(check_ground(organisation), f"{gone}: ", "at hill: vencejo serve --fleet")
+    assert f"The router of hill at {gone}: nobody listens" in run(folder, "status").output
+    assert put(folder, "status")["stations"][0]["routers"][0]["problem"]
+    again = f"vencejo fleet enrol --station --router {gone} hill"
+    assert says(check_ground(organisation, now=later), "certificate of hill ends on", again)
     if os.name == "posix":
         file.chmod(0o644)
         (organisation.folder / "ca.key").chmod(0o640)

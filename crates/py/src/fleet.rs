@@ -281,8 +281,8 @@ fn validity(facts: Facts) -> Validity {
     (facts.begins, facts.ends, facts.names)
 }
 
-/// Name, since when, end of its certificate, when it was revoked, its role where it is a ground station.
-type Enrolled = (String, u64, u64, Option<u64>, Option<&'static str>);
+/// Name, since when, end of its certificate, when it was revoked; where it is a ground station, its role and where it is a router.
+type Enrolled = (String, u64, u64, Option<u64>, Option<(&'static str, Vec<String>)>);
 
 /// An aircraft, or with a role a ground station, which may be a router at some addresses.
 fn newcomer(name: &str, role: Option<&str>, routers: Vec<String>) -> Result<Newcomer, FleetError> {
@@ -385,8 +385,8 @@ impl PyOrganisation {
     fn members(&self, py: Python<'_>) -> PyResult<Vec<Enrolled>> {
         let roll = self.detached(py, Organisation::roll)?;
         let shown = |(name, entry): (String, Entry)| {
-            let role = entry.post.map(|post| post.role.as_str());
-            (name.trim_start_matches(STATION_PREFIX).to_owned(), entry.enrolled, entry.ends, entry.revoked, role)
+            let post = entry.post.map(|post| (post.role.as_str(), post.routers));
+            (name.trim_start_matches(STATION_PREFIX).to_owned(), entry.enrolled, entry.ends, entry.revoked, post)
         };
         Ok(roll.members.into_iter().map(shown).collect())
     }

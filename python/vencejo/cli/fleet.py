@@ -307,6 +307,9 @@ def show_status(org: OrgOption = None, json: JsonOption = False) -> None:
         {
             "name": each.name,
             "role": each.role,
+            "routers": [{"address": router, "problem": organisation.problem_at(router)} for router in each.routers]
+            if each.revoked is None
+            else [],
             "certificate_ends": each.certificate_ends.isoformat(),
             "certificate_days": int((each.certificate_ends - now).total_seconds() // 86400),
             "revoked": None if each.revoked is None else each.revoked.isoformat(),
@@ -345,6 +348,9 @@ def show_status(org: OrgOption = None, json: JsonOption = False) -> None:
             ends = f"{row['certificate_ends'][:10]}" + (" soon!" if row["certificate_days"] < 20 else "")
             shown.add_row(row["name"], ends, "revoked" if row["revoked"] else row["role"])
         stdout().print(shown)
+    for row in stations:
+        for router in row["routers"]:
+            print(f"The router of {row['name']} at {router['address']}: {clean(router['problem'] or 'it answers')}")
     for name, ends in (*tokens.items(), *station_tokens.items()):
         print(f"A token for {name} is out until {ends[:16].replace('T', ' ')} UTC.")
 
