@@ -1,6 +1,7 @@
-//! The beginning of TLS with somebody at an address: whether they are there, and what keeps us apart.
+//! The beginning of TLS with somebody at an address, over TCP or as a part of QUIC: whether they are there, and what keeps us apart.
 
 use std::io;
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -11,9 +12,14 @@ use tokio::net::TcpStream;
 use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
 
-use super::endpoint::host_of;
-use super::tls::Fault;
+use super::endpoint::{Way, host_of};
+use super::tls::{Fault, Side};
 
+/// What a Zenoh router is asked for over QUIC, which knows one from other servers by it: since 1.9, and before.
+const ZENOH: [&[u8]; 2] = [b"zenoh", b"hq-29"];
+
+/// The first of the 256 error codes of QUIC that stand for an alert of TLS: RFC 9001, 4.8.
+const CRYPTO_ERRORS: u64 = 0x100;
 /// How long somebody is waited for, each time.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 /// How long a router is listened to at least for its refusal of our certificate, which comes a round trip after the handshake.
@@ -25,9 +31,12 @@ async fn in_time<T>(what: impl Future<Output = io::Result<T>>) -> io::Result<T> 
 
 /// A connection with who is at `HOST:PORT`, without TLS yet; or why there is none.
 pub(super) async fn reach(address: &str) -> Result<TcpStream, Fault> {
+    in_time(TcpStream::connect(&*resolved(address).await?)).await.map_err(|error| Fault::from(&error))
+}
+
+async fn resolved(address: &str) -> Result<Vec<SocketAddr>, Fault> {
     let addresses = in_time(tokio::net::lookup_host(address)).await;
-    let addresses: Vec<_> = addresses.map_err(|_| Fault::NoAddress)?.collect();
-    in_time(TcpStream::connect(&*addresses)).await.map_err(|error| Fault::from(&error))
+    Ok(addresses.map_err(|_| Fault::NoAddress)?.collect())
 }
 
 /// A handshake with who is at `HOST:PORT`; where that fails, whether anybody was there, and why.
@@ -41,12 +50,49 @@ pub(super) async fn begin(address: &str, config: Arc<ClientConfig>) -> Result<Tl
 }
 
 /// Why whoever is at `HOST:PORT` refuses us, which is waited for so long and what the handshake took, or we them.
-pub(super) async fn refusal(address: &str, config: Arc<ClientConfig>, wait: Duration) -> Result<(), Fault> {
+pub(super) async fn refusal(way: Way, address: &str, config: Arc<ClientConfig>, wait: Duration) -> Result<(), Fault> {
     let began = Instant::now();
+    if way == Way::Quic {
+        let connection = begin_quic(address, &config).await?;
+        let closed = tokio::time::timeout(wait + began.elapsed(), connection.closed()).await;
+        connection.close(0_u8.into(), &[]);
+        return closed.map_or(Ok(()), |error| Err(of_quic(&error)));
+    }
     let mut stream = begin(address, config).await.map_err(|(_, fault)| fault)?;
     // A router says nothing first: what comes is a refusal. To connect took two round trips at least.
     match tokio::time::timeout(wait + began.elapsed(), stream.read_u8()).await {
         Ok(Err(error)) => Err(Fault::from(&error)),
         Ok(Ok(_)) | Err(_) => Ok(()),
     }
+}
+
+/// A handshake with the router at `HOST:PORT` over QUIC.
+async fn begin_quic(address: &str, config: &ClientConfig) -> Result<quinn::Connection, Fault> {
+    let other = |problem: &dyn std::error::Error| Fault::Other(problem.to_string());
+    let at = *resolved(address).await?.first().ok_or(Fault::NoAddress)?;
+    let mut config = config.clone();
+    config.alpn_protocols = ZENOH.map(Vec::from).into();
+    let config = quinn::crypto::rustls::QuicClientConfig::try_from(config).map_err(|error| other(&error))?;
+    let any = if at.is_ipv4() { Ipv4Addr::UNSPECIFIED.into() } else { Ipv6Addr::UNSPECIFIED.into() };
+    let endpoint = quinn::Endpoint::client(SocketAddr::new(any, 0)).map_err(|error| Fault::from(&error))?;
+    let host = host_of(address).unwrap_or(address);
+    let dialled = endpoint.connect_with(quinn::ClientConfig::new(Arc::new(config)), at, host);
+    let dialled = dialled.map_err(|error| other(&error))?;
+    let answered = tokio::time::timeout(PATIENCE, dialled).await.unwrap_or(Err(quinn::ConnectionError::TimedOut));
+    answered.map_err(|error| of_quic(&error))
+}
+
+/// What ended a connection: QUIC carries the alerts of TLS as numbers of its own.
+fn of_quic(error: &quinn::ConnectionError) -> Fault {
+    let alert = |code: quinn::TransportErrorCode| {
+        let number = u64::from(code).checked_sub(CRYPTO_ERRORS)?;
+        u8::try_from(number).ok().map(rustls::AlertDescription::from)
+    };
+    let told = match error {
+        quinn::ConnectionError::TimedOut => return Fault::SilentUdp,
+        quinn::ConnectionError::TransportError(ours) => alert(ours.code).map(|alert| (alert, Side::Ours(&ours.reason))),
+        quinn::ConnectionError::ConnectionClosed(theirs) => alert(theirs.error_code).map(|alert| (alert, Side::Theirs)),
+        _ => None,
+    };
+    told.map_or_else(|| Fault::Other(error.to_string()), |(alert, side)| Fault::of_alert(alert, side))
 }

@@ -24,9 +24,7 @@ use crate::authority::Role;
 use crate::error::FleetError;
 use crate::key::Name;
 use crate::papers::access::{self, LetIn};
-use crate::papers::certificate::{
-    Facts, Identity, STATION_PREFIX, day, der_of, facts, new_key, public_of, request, sha256,
-};
+use crate::papers::certificate::{Facts, Identity, STATION_PREFIX, der_of, facts, new_key, public_of, request, sha256};
 use crate::papers::stations::{Admitted, Stations};
 use crate::papers::ticket::Ticket;
 use crate::papers::wire::{Asked, BAD_REQUEST, Given};
@@ -445,23 +443,11 @@ async fn connect(
     stream.map_err(|(is_there, fault)| (is_there, fault.in_a_fleet(host, unix_now())))
 }
 
-/// Whether a router or a door over TLS would take a certificate: what is wrong, in plain words. Over QUIC nothing is tried, only looked
-/// at the certificate.
-pub(super) async fn try_out(router: &Endpoint, identity: &Identity) -> Result<(), String> {
-    if router.way() != Way::Tls {
-        let (now, own) = (unix_now(), facts(&identity.certificate).map_err(|error| error.to_string())?);
-        return match (now < own.begins, now < own.ends) {
-            (true, _) => Err(format!(
-                "our certificate begins on {}, and the clock here says {}: set it (timedatectl)",
-                day(own.begins),
-                day(now)
-            )),
-            (_, false) => {
-                Err(format!("our certificate has ended on {}, and the clock here says {}", day(own.ends), day(now)))
-            }
-            (false, true) => Ok(()),
-        };
-    }
+/// Whether a router, or a door over TLS, lets us in.
+///
+/// # Errors
+/// What is wrong, in plain words.
+pub async fn try_address(router: &Endpoint, identity: &Identity) -> Result<(), String> {
     refusal(router, Known::Ca(identity.ca.clone()), Some(identity), REFUSAL).await
 }
 
@@ -473,6 +459,6 @@ pub(super) async fn refusal(
     wait: Duration,
 ) -> Result<(), String> {
     let config = tls::client(known, identity).map_err(|error| error.to_string())?;
-    let tried = handshake::refusal(&router.authority(), config, wait).await;
+    let tried = handshake::refusal(router.way(), &router.authority(), config, wait).await;
     tried.map_err(|fault| fault.in_a_fleet(router.host(), unix_now()))
 }

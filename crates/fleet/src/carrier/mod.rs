@@ -19,8 +19,8 @@ pub use aircraft::{Aircraft, AircraftConfig, AircraftStatus};
 pub use endpoint::{Endpoint, Way};
 pub use ground::{Far, Ground, GroundConfig, Standing};
 pub use history::{Contents, HistoryConfig, Replay, ReplayStatus};
-pub use membership::{Membership, join, renew, standing};
-pub use network::{session_of_an_aircraft, try_address};
+pub use membership::{Membership, join, renew, standing, try_address};
+pub use network::session_of_an_aircraft;
 pub use organisation::{DOOR_PORT, Made, Organisation};
 pub use ros2::{Examined, Gateway, GatewayConfig, GatewayStatus, RosPapers, RosRouter, examine};
 

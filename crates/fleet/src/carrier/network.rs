@@ -13,7 +13,7 @@ use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{ConsolidationMode, Query, QueryTarget};
 
 use super::endpoint::{Endpoint, Way};
-use super::membership::try_out;
+use super::membership::try_address;
 use crate::error::FleetError;
 use crate::papers::certificate::{Identity, STATION_PREFIX};
 use crate::papers::stations::MAX_STATIONS;
@@ -50,36 +50,12 @@ pub(super) async fn dial(routers: &[Endpoint], identity: Option<&Identity>) -> R
     };
     let mut problem = None;
     for router in routers {
-        match try_out(router, identity).await {
+        match try_address(router, identity).await {
             Ok(()) => return open(Part::Client(routers, CONNECT), Some(identity)).await,
             Err(why) => problem = problem.or(Some(FleetError::Network { address: router.to_string(), problem: why })),
         }
     }
     Err(problem.unwrap_or_else(|| FleetError::Address(String::new())))
-}
-
-/// Whether a router, or a door over TLS, lets us in: what is wrong, in plain words.
-///
-/// # Errors
-/// What is wrong.
-pub async fn try_address(address: &Endpoint, identity: &Identity) -> Result<(), String> {
-    try_out(address, identity).await?;
-    if address.way() == Way::Quic {
-        match open(Part::Client(std::slice::from_ref(address), CONNECT_HERE), Some(identity)).await {
-            // What it declared ends with it, whatever it says.
-            Ok(session) => drop(session.close().await),
-            Err(FleetError::Network { problem, .. }) if problem.contains("certificate") => return Err(problem),
-            // Zenoh says no more than that.
-            Err(_) => {
-                return Err(
-                    "no router answers there, or it does not take our certificate: is `vencejo serve --fleet` \
-                    running, and does a firewall let UDP through?"
-                        .to_owned(),
-                );
-            }
-        }
-    }
-    Ok(())
 }
 
 /// What is believed and shown where the way is encrypted.

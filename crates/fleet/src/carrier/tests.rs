@@ -11,8 +11,8 @@ use zenoh::sample::SampleKind;
 
 use super::door::{self, Door};
 use super::endpoint::Endpoint;
-use super::membership::{Membership, join, refusal, renew, standing, try_out};
-use super::network::{self, Heard, Part, try_address};
+use super::membership::{Membership, join, refusal, renew, standing, try_address};
+use super::network::{self, Heard, Part};
 use super::organisation::Organisation;
 use super::tls::Known;
 use super::unix_now;
@@ -217,44 +217,45 @@ async fn whoever_has_no_good_certificate_is_not_let_in_and_told_why() {
     let scratch = Scratch::new();
     let (ours, theirs) = (scratch.organisation("acme"), scratch.organisation("other"));
     let good = enter(&ours, "plane7");
-    let (session, at) = router(&ours, "tls/127.0.0.1:0").await;
-    let port = at.authority().rsplit_once(':').map(|(_, port)| port.to_owned()).expect("a port");
-    assert_eq!(try_out(&at, &good).await, Ok(()));
     let foreign = Identity { ca: good.ca.clone(), ..aircraft(&theirs, "plane7", unix_now()) };
     let expired = aircraft(&ours, "plane7", unix_now() - 100 * DAY_S);
     let unborn = aircraft(&ours, "plane7", unix_now() + 10 * DAY_S);
     let of_other_fleet = aircraft(&theirs, "plane7", unix_now());
-    let elsewhere = endpoint(&format!("tls/127.0.0.2:{port}"));
-    for (router, identity, says) in [
-        (&at, &foreign, "another authority: enrol again"),
-        (&at, &expired, "our certificate has ended"),
-        (&at, &unborn, "not good yet"),
-        (&at, &of_other_fleet, "no ground station of this fleet"),
-        (&endpoint("tls/127.0.0.1:1"), &good, "is `vencejo serve --fleet` running"),
-    ] {
-        let why = refusal(router, Known::Ca(identity.ca.clone()), Some(identity), WAIT).await.expect_err("refused");
-        assert!(why.contains(says), "{why}");
+    let mut routers = Vec::new();
+    for (way, nobody_there) in [("tls", "is `vencejo serve --fleet` running"), ("quic", "firewall let UDP through")] {
+        let (session, at) = router(&ours, &format!("{way}/127.0.0.1:0")).await;
+        assert_eq!(try_address(&at, &good).await, Ok(()), "{at}");
+        for (router, identity, says) in [
+            (&at, &foreign, "another authority: enrol again"),
+            (&at, &expired, "our certificate has ended"),
+            (&at, &unborn, "not good yet"),
+            (&at, &of_other_fleet, "no ground station of this fleet"),
+            (&endpoint(&format!("{way}/127.0.0.1:1")), &good, nobody_there),
+        ] {
+            let why = refusal(router, Known::Ca(identity.ca.clone()), Some(identity), WAIT).await.expect_err("refused");
+            assert!(why.contains(says), "{way}: {why}");
+        }
+        let why = refusal(&at, Known::Ca(good.ca.clone()), None, WAIT).await.expect_err("refused");
+        assert!(why.contains("wants a certificate"), "{way}: {why}");
+        routers.push((session, at));
     }
+    let at = &routers[0].1;
     // What carries the orders does not let it in either.
-    let opened = network::open(Part::Client(std::slice::from_ref(&at), Duration::from_millis(300)), Some(&foreign))
+    let opened = network::open(Part::Client(std::slice::from_ref(at), Duration::from_millis(300)), Some(&foreign))
         .await
         .map(drop);
     assert!(matches!(opened, Err(FleetError::Network { .. })), "{opened:?}");
-    let why = refusal(&at, Known::Ca(good.ca.clone()), None, WAIT).await.expect_err("refused");
-    assert!(why.contains("wants a certificate"), "{why}");
-    let without = network::open(Part::Client(std::slice::from_ref(&at), WAIT), None).await.map(drop);
+    let without = network::open(Part::Client(std::slice::from_ref(at), WAIT), None).await.map(drop);
     assert!(matches!(without, Err(FleetError::NoCertificates(..))));
-    let quic = endpoint("quic/127.0.0.1:1");
-    assert!(try_address(&quic, &good).await.is_err_and(|why| why.contains("UDP")));
-    assert!(try_out(&quic, &expired).await.is_err_and(|why| why.contains("has ended")));
-    assert!(try_out(&quic, &unborn).await.is_err_and(|why| why.contains("set it")));
     let broken = Identity { key: "secret-ish".into(), ..good.clone() };
     let listen = endpoint("tls/127.0.0.1:0").with_port().expect("a port");
     let error =
         network::open(Part::Router(&listen, &[], None), Some(&broken)).await.map(drop).expect_err("no key").to_string();
     assert!(!error.contains("secret-ish") && !error.contains("c2VjcmV0"), "{error}");
     assert!(!error.contains(".rs"), "{error}");
-    session.close().await.expect("closed");
+    for (session, _) in routers {
+        session.close().await.expect("closed");
+    }
 
     // The name that was dialled is not in the certificate.
     let renamed = scratch.organisation("renamed");
@@ -262,11 +263,14 @@ async fn whoever_has_no_good_certificate_is_not_let_in_and_told_why() {
     let certificate = authority(&renamed).for_station("_ground", &["ground.local".into()], &key, unix_now());
     let identity =
         Identity { ca: renamed.read("ca.crt").expect("read"), certificate: certificate.expect("signed"), key };
-    let session = network::open(Part::Router(&elsewhere, &[], None), Some(&identity)).await.expect("a router");
     let renamed = aircraft(&renamed, "plane7", unix_now());
-    let why = try_out(&elsewhere, &renamed).await.expect_err("refused");
-    assert!(why.contains("not for 127.0.0.2") && why.contains("--host 127.0.0.2"), "{why}");
-    session.close().await.expect("closed");
+    for way in ["tls", "quic"] {
+        let at = endpoint(&format!("{way}/127.0.0.2:0")).with_port().expect("a port");
+        let session = network::open(Part::Router(&at, &[], None), Some(&identity)).await.expect("a router");
+        let why = try_address(&at, &renamed).await.expect_err("refused");
+        assert!(why.contains("not for 127.0.0.2") && why.contains("--host 127.0.0.2"), "{why}");
+        session.close().await.expect("closed");
+    }
 
     // A certificate that is good but no station's: an aircraft is no router.
     let key = ours.read("station.key").expect("read");

@@ -160,6 +160,8 @@ pub(super) enum Fault {
     NobodyListens,
     /// Nobody answers.
     Silent,
+    /// Nobody answers over UDP, where nobody refuses either.
+    SilentUdp,
     /// It hangs up before it says anything.
     HangsUp,
     /// It says something else than TLS.
@@ -188,6 +190,40 @@ pub(super) enum Fault {
     Other(String),
 }
 
+/// Who raised an alert.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Side<'a> {
+    /// We did, of what the other end has shown; rustls says so of it.
+    Ours(&'a str),
+    /// The other end did, of what we have shown.
+    Theirs,
+}
+
+impl Fault {
+    /// What an alert says.
+    pub(super) fn of_alert(alert: AlertDescription, side: Side<'_>) -> Self {
+        match (side, alert) {
+            (Side::Theirs, AlertDescription::CertificateExpired) => Self::OursEnded,
+            (Side::Theirs, AlertDescription::CertificateRequired) => Self::WantsOurs,
+            (
+                Side::Theirs,
+                AlertDescription::UnknownCA | AlertDescription::BadCertificate | AlertDescription::DecryptError,
+            ) => Self::RefusesOurs,
+            (Side::Theirs, other) => Self::Alert(format!("{other:?}")),
+            // One alert for both ends of the time.
+            (Side::Ours(reason), AlertDescription::CertificateExpired) if reason.contains("not valid yet") => {
+                Self::NotYet
+            }
+            (Side::Ours(_), AlertDescription::CertificateExpired) => Self::Ended,
+            (Side::Ours(_), AlertDescription::UnknownCA | AlertDescription::DecryptError) => Self::OtherAuthority,
+            (Side::Ours(reason), AlertDescription::BadCertificate) if reason.contains("not valid for name") => {
+                Self::OtherName
+            }
+            (Side::Ours(reason), _) => Self::Certificate(reason.to_owned()),
+        }
+    }
+}
+
 impl From<&io::Error> for Fault {
     fn from(error: &io::Error) -> Self {
         let Some(tls) = error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>()) else {
@@ -207,14 +243,7 @@ impl From<&io::Error> for Fault {
                 CertificateError::UnknownIssuer | CertificateError::BadSignature => Self::OtherAuthority,
                 other => Self::Certificate(other.to_string()),
             },
-            rustls::Error::AlertReceived(alert) => match alert {
-                AlertDescription::CertificateExpired => Self::OursEnded,
-                AlertDescription::CertificateRequired => Self::WantsOurs,
-                AlertDescription::UnknownCA | AlertDescription::BadCertificate | AlertDescription::DecryptError => {
-                    Self::RefusesOurs
-                }
-                other => Self::Alert(format!("{other:?}")),
-            },
+            rustls::Error::AlertReceived(alert) => Self::of_alert(*alert, Side::Theirs),
             rustls::Error::InvalidMessage(_) => Self::NoTls,
             other => Self::Other(other.to_string()),
         }
@@ -233,6 +262,7 @@ impl Fault {
             Self::NoAddress => format!("no address is known here for the name {host}"),
             Self::NobodyListens => "nobody listens there".to_owned(),
             Self::Silent => "no answer: is the address right, and does a firewall let it through?".to_owned(),
+            Self::SilentUdp => "no answer over UDP: is the address right, is it a router with QUIC, and does a firewall let UDP through?".to_owned(),
             Self::HangsUp => "it hung up before it said anything: it may not speak TLS there".to_owned(),
             Self::NoTls => "it does not speak TLS there: is the port right?".to_owned(),
             Self::Stranger | Self::OtherAuthority => "its certificate is of another authority".to_owned(),

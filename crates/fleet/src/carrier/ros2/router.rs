@@ -100,7 +100,7 @@ impl RosRouter {
             self.unreached("tls-missing", problem.to_owned())
         };
         tokio::select! {
-            tried = handshake::refusal(&authority, config, REFUSAL) => match tried {
+            tried = handshake::refusal(self.at.way(), &authority, config, REFUSAL) => match tried {
                 Err(Fault::HangsUp | Fault::NoTls) if self.speaks_in_the_clear().await => Err(in_the_clear()),
                 tried => tried.map_err(|fault| self.why(&fault)),
             },
@@ -116,7 +116,7 @@ impl RosRouter {
     }
 
     async fn speaks_tls(&self) -> Result<bool, FleetError> {
-        let tried = handshake::refusal(&self.at.authority(), tls::stranger()?, REFUSAL).await;
+        let tried = handshake::refusal(Way::Tls, &self.at.authority(), tls::stranger()?, REFUSAL).await;
         Ok(tried.map_or_else(|fault| is_of_tls(&fault), |()| true))
     }
 
@@ -184,7 +184,9 @@ fn named(fault: &Fault) -> (&'static str, &'static str) {
         Fault::WantsOurs => ("certificate-wanted", ": give one that its authority signed, --ros2-cert and --ros2-key"),
         Fault::RefusesOurs => ("certificate-refused", " than those that it believes: give another with --ros2-cert"),
         Fault::Certificate(_) | Fault::Alert(_) => ("tls-failed", ""),
-        Fault::NoAddress | Fault::Silent | Fault::HangsUp | Fault::NoTls | Fault::Other(_) => (NO_ROUTER, ""),
+        Fault::NoAddress | Fault::Silent | Fault::SilentUdp | Fault::HangsUp | Fault::NoTls | Fault::Other(_) => {
+            (NO_ROUTER, "")
+        }
     }
 }
 
@@ -197,9 +199,7 @@ fn is_of_tls(fault: &Fault) -> bool {
 pub(super) async fn open(router: &RosRouter) -> Result<Session, FleetError> {
     let tried = match router.at.way() {
         Way::Tcp => handshake::reach(&router.at.authority()).await.map(drop).map_err(|fault| router.why(&fault)),
-        Way::Tls => router.encrypted().await,
-        // Over UDP there is nothing to try but itself.
-        Way::Quic => Ok(()),
+        Way::Tls | Way::Quic => router.encrypted().await,
     };
     tried?;
     match router.enter(router.at.clone()).await {
@@ -207,12 +207,6 @@ pub(super) async fn open(router: &RosRouter) -> Result<Session, FleetError> {
         Err(_) if router.at.way() == Way::Tcp && router.speaks_tls().await? => {
             let problem = "it speaks TLS, and this is in the clear: use tls/ in place of tcp/, with --ros2-ca";
             Err(router.unreached("tls-spoken", problem.to_owned()))
-        }
-        Err(_) if router.at.way() == Way::Quic => {
-            // Zenoh says no more than that.
-            let problem = "no router lets us in there over QUIC: none is there (rmw_zenohd has no QUIC), a firewall keeps UDP \
-                           out, or one does not take the other's certificate, which tls/ would tell";
-            Err(router.unreached(NO_ROUTER, problem.to_owned()))
         }
         Err(error) => {
             Err(router.unreached(NO_ROUTER, format!("something answers there that is no router of Zenoh 1 ({error})")))
