@@ -273,6 +273,12 @@ def test_fence_breach_and_recovery() -> None:
     world, station = settled_world()
     polygon(world, station)
     autopilot = double(world)
+    # A fence is loaded with the first position; before, there is none to switch on.
+    autopilot.settled = False
+    world.planes[0].fence.reset()
+    assert ask(world, station, long(207, 1))[0] == 4
+    autopilot.settled = True
+    listen(world, station, 0.2)
     assert ask(world, station, long(512, 162))[0] == 0
     assert not [m for m in station.receive() if m.get_type() == "FENCE_STATUS"]
     assert ask(world, station, long(207, 1))[0] == 0

@@ -4,9 +4,9 @@ use pyo3::call::PyCallArgs;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use vencejo_station::{SigningError, StationError};
+use vencejo_vehicle::VehicleError;
 use vencejo_vehicle::command::CommandName;
 use vencejo_vehicle::transfer::TransferError;
-use vencejo_vehicle::{VehicleError, remedies};
 
 /// Adds the functions of this module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -116,7 +116,7 @@ fn from_vehicle(error: &VehicleError) -> PyErr {
             let told = tuple(py, reasons);
             let result_name = result.name().trim_start_matches("MAV_RESULT_");
             let cure = cure.map(|mode| mode.to_string());
-            let facts = (error.to_string(), name_of(*command), result_name, told, cure, tuple(py, &remedies(reasons)));
+            let facts = (error.to_string(), name_of(*command), result_name, told, cure, tuple(py, &error.remedies()));
             raise_with(py, "CommandRefused", facts)
         }),
         VehicleError::CommandTimeout { command, .. } => {

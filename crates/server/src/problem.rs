@@ -70,10 +70,9 @@ impl Problem {
     }
 
     /// With what the vehicle wrote, and what to do about that.
-    fn refused(mut self, reasons: &[String]) -> Self {
+    fn refused(mut self, reasons: &[String], remedies: &[&str]) -> Self {
         self = self.reasons(reasons.iter().cloned());
         let refusals: Vec<_> = self.0.reasons.iter().map(|reason| Refusal::of(reason)).collect();
-        let remedies = vencejo_vehicle::remedies(&self.0.reasons);
         if !remedies.is_empty() {
             self.0.remedy = Some(remedies.join("; "));
         }
@@ -362,7 +361,7 @@ pub fn from_vehicle(error: &VehicleError) -> Problem {
     let problem = Problem::new(cause, error.to_string());
     match error {
         VehicleError::CommandRefused { reasons, .. } | VehicleError::NotConfirmed { reasons, .. } => {
-            problem.refused(reasons)
+            problem.refused(reasons, &error.remedies())
         }
         _ => problem,
     }

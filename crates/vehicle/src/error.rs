@@ -9,6 +9,7 @@ use vencejo_proto::Address;
 use crate::command::{CommandName, CommandResult};
 use crate::modes::{FlightMode, UnknownMode};
 use crate::plan_state::{PlanState, Unknown};
+use crate::refusal::{remedies, remedy_of_silence};
 use crate::transfer::TransferError;
 
 /// Why a request did not succeed.
@@ -151,6 +152,20 @@ pub enum VehicleError {
     /// The request was cancelled.
     #[error("cancelled")]
     Cancelled,
+}
+
+impl VehicleError {
+    /// What to do about a refusal, each once, as far as it is known: by what the vehicle wrote about it, or by what it refused.
+    #[must_use]
+    pub fn remedies(&self) -> Vec<&'static str> {
+        match self {
+            Self::CommandRefused { command, result, reasons, .. } if reasons.is_empty() => {
+                remedy_of_silence(command.0, *result).into_iter().collect()
+            }
+            Self::CommandRefused { reasons, .. } | Self::NotConfirmed { reasons, .. } => remedies(reasons),
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// `": first; second"`, or nothing.

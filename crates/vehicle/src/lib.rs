@@ -103,7 +103,7 @@ pub use plan_state::{PlanState, Unknown};
 pub use preparation::FlightPreparation;
 pub use progress::MissionProgress;
 pub use reach::UNREACHED_AFTER;
-pub use refusal::{Refusal, remedies};
+pub use refusal::Refusal;
 pub use registry::{RegistryEvent, RegistryOutput, Vehicles};
 pub use request::{AltFrame, ModeChoice, Output, Reply, Request, RequestId, SpeedKind, Turn, VehicleEvent};
 pub use sources::{SourceId, Sources, Taken};

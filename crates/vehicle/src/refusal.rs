@@ -2,6 +2,8 @@
 //!
 //! ArduPilot tells its reasons as texts alone (`STATUSTEXT`: "PreArm: …", "Arm: …"); their words are in `AP_Arming` and `AP_Arming_Plane`.
 
+use crate::command::{CommandResult, cmd};
+
 /// A reason of which a remedy is known.
 macro_rules! refusals {
     ($($name:ident, $code:literal, $remedy:literal, [$([$($word:literal),+]),+];)+) => {
@@ -85,9 +87,17 @@ impl Refusal {
     }
 }
 
+/// What to do about a command that an autopilot refused without a word, where one reason is as good as certain.
+///
+/// An ArduPlane takes DO_FENCE_ENABLE when a fence of those asked for is present (`GCS_Fence.cpp`), and loads the one that is stored
+/// once it has an origin (`AC_PolyFence_loader.cpp`).
+pub(crate) fn remedy_of_silence(command: u16, result: CommandResult) -> Option<&'static str> {
+    (command == cmd::DO_FENCE_ENABLE && result == CommandResult::FAILED)
+        .then_some("send a fence, or set FENCE_TYPE; after its start, wait until the plane knows where it is: it loads its fence then")
+}
+
 /// What to do about what an autopilot wrote, each once, in the order of the texts.
-#[must_use]
-pub fn remedies(texts: &[String]) -> Vec<&'static str> {
+pub(crate) fn remedies(texts: &[String]) -> Vec<&'static str> {
     let mut found: Vec<&str> = Vec::new();
     for remedy in texts.iter().filter_map(|text| Refusal::of(text)).map(Refusal::remedy) {
         if !found.contains(&remedy) {

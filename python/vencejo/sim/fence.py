@@ -101,7 +101,8 @@ class FenceMonitor:
         self._params = params
         self._store = store
         self._param_enable: float | None = None
-        self._enabled = FenceType(0)
+        self._chosen = FenceType(0)
+        self._has_origin = False
         self._above_floor = False
         self._was_flying = False
         self._was_armed = False
@@ -114,15 +115,21 @@ class FenceMonitor:
         return bool(self._enabled)
 
     @property
+    def _enabled(self) -> FenceType:
+        """Those switched on that are present: one switched on before it was loaded counts from then on."""
+        return self._chosen & self.present
+
+    @property
     def present(self) -> FenceType:
-        """The fences that are configured: FENCE_TYPE, the polygon only when something is stored."""
+        """The fences that are configured: FENCE_TYPE, the polygon only when one is stored, and loaded, which is done with the first position."""
         configured = FenceType(int(self._params.get("FENCE_TYPE")) & 15)
-        stored = any(shape.command != 5000 for shape in self._store.shapes)
-        return configured if stored else configured & ~FenceType.POLYGON
+        loaded = self._has_origin and any(shape.command != 5000 for shape in self._store.shapes)
+        return configured if loaded else configured & ~FenceType.POLYGON
 
     def enable(self, on: bool, fences: FenceType) -> None:
         """DO_FENCE_ENABLE and FENCE_AUTOENABLE; the breaches of disabled fences are forgotten."""
-        self._enabled = (self._enabled | (fences & self.present)) if on else (self._enabled & ~fences)
+        fences &= FenceType(int(self._params.get("FENCE_TYPE")) & 15)
+        self._chosen = (self._chosen | fences) if on else (self._chosen & ~fences)
         self.breaches &= self._enabled
 
     def reset(self) -> None:
@@ -143,7 +150,8 @@ class FenceMonitor:
         enable = self._params.get("FENCE_ENABLE")
         if enable != self._param_enable:
             self._param_enable = enable
-            self._enabled = self.present & ~FenceType.ALT_MIN if enable else FenceType(0)
+            self._chosen = FenceType(0)
+            self.enable(bool(enable), FenceType(15) & ~FenceType.ALT_MIN)
         mode = int(self._params.get("FENCE_AUTOENABLE"))
         if mode in (1, 2) and now.is_flying != self._was_flying:
             self.enable(now.is_flying, self.present)
@@ -157,7 +165,7 @@ class FenceMonitor:
         ):
             # The floor counts only once the plane has climbed above it.
             if not self._above_floor and self.present & FenceType.ALT_MIN:
-                self._enabled |= FenceType.ALT_MIN
+                self._chosen |= FenceType.ALT_MIN
             self._above_floor = True
 
     def _crossed(self, now: Snapshot, *, landing: bool) -> FenceType:
@@ -188,6 +196,7 @@ class FenceMonitor:
         landing : bool
             In a landing approach the floor does not count.
         """
+        self._has_origin |= now.gps_fix_type >= 3
         self._automatic(now)
         before = self.breaches
         # Disarmed, the breaches are still known (pre-arm) but nothing is made of them.

@@ -142,9 +142,13 @@ fn statuses_are_those_of_the_contract() {
 }
 
 fn refused(reasons: &[&str]) -> dto::Problem {
+    refused_command(400, reasons)
+}
+
+fn refused_command(command: u16, reasons: &[&str]) -> dto::Problem {
     let error = VehicleError::CommandRefused {
         target: Address::new(1, 1),
-        command: CommandName(400),
+        command: CommandName(command),
         result: CommandResult(4),
         reasons: reasons.iter().map(|reason| (*reason).to_owned()).collect(),
         cure: None,
@@ -165,7 +169,9 @@ fn a_refusal_lists_the_reasons_and_the_remedy_where_one_is_known() {
     let codes = serde_json::to_value(&new).expect("JSON")["refusals"].clone();
     assert_eq!(codes, serde_json::json!([null, "landing-sequence"]));
     assert_eq!(refused(&["PreArm: something new"]).remedy, None);
-    assert_eq!(refused(&[]).reasons, Vec::<String>::new());
+    assert_eq!((refused(&[]).reasons, refused(&[]).remedy), (vec![], None));
+    // An ArduPlane says nothing of why it does not switch its fence on.
+    assert!(refused_command(207, &[]).remedy.expect("known").contains("send a fence"));
 }
 
 #[test]
