@@ -8,13 +8,15 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from vencejo.sim import SimOptions, SimulatedPlane
+from vencejo.sim import SimOptions, SimulatedPlane, server
 from vencejo.sim.config import parse_link
 from vencejo.sim.mavlink.codec import Decoder, dialect
 from vencejo.sim.server import SimServer
@@ -197,6 +199,34 @@ def test_a_failure_of_the_loop_is_told() -> None:
         sim.call(lambda world: world)
     with pytest.raises(RuntimeError, match="the plane fell apart"):
         sim.close()
+
+
+def test_the_loop_is_not_woken_for_each_tick_but_for_what_somebody_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    now_s, stop, waits_s = 0.0, threading.Event(), []
+    monkeypatch.setattr(server, "time", SimpleNamespace(monotonic=lambda: now_s))
+    running = SimServer(SimOptions(links=("tcp:127.0.0.1:0",)), autopilot=DoubleAutopilot)
+    select = running._selector.select
+
+    def wait(timeout_s: float) -> list[Any]:
+        nonlocal now_s
+        waits_s.append(timeout_s)
+        heard = select(0)
+        now_s += 0.0 if heard else timeout_s
+        if now_s >= 1.0:
+            stop.set()
+        elif len(waits_s) == 10:
+            running.wake()
+        return heard
+
+    monkeypatch.setattr(running._selector, "select", wait)
+    with closing(running):
+        running.serve(stop)
+        time_s = running.world.planes[0].snapshot().time_s
+    assert time_s == pytest.approx(1.0, abs=0.03)
+    # woken in its eleventh wait, it has the twelfth end with the next tick
+    assert [each_s for each_s in waits_s if each_s < 0.0199] == [waits_s[11]]
+    assert waits_s[11] <= 0.01
+    assert 48 <= len(waits_s) <= 53
 
 
 @pytest.mark.parametrize(

@@ -50,6 +50,8 @@ _TICKS_PER_FLUSH = 10
 _LEAST_SPEEDUP = 0.01
 """Below it time would seem to stand still."""
 _IDLE_S = 0.05
+_TURN_S = 0.02
+"""Real time between two bursts while nobody says anything, as in ArduPlane's own loop of 50 Hz: to be woken for a tick costs more than the tick."""
 
 
 class Listening(NamedTuple):
@@ -83,8 +85,9 @@ class _Pace:
     def ticked(self) -> None:
         self._next_s += self._tick_s
 
-    def wait_s(self, now_s: float) -> float:
-        return 0.0 if self._tick_s == 0 else min(max(0.0, self._next_s - now_s), _IDLE_S)
+    def wait_s(self, now_s: float, least_s: float) -> float:
+        """Until the next tick, and so long at least; no longer than one may be idle."""
+        return 0.0 if self._tick_s == 0 else min(max(least_s, self._next_s - now_s), _IDLE_S)
 
 
 class _Connection:
@@ -202,6 +205,7 @@ class SimServer:
         """Fly and serve until ``stop`` is set (use :meth:`wake` after it)."""
         pace = _Pace(self.options.speedup, time.monotonic())
         speedups = [self._speedup(plane) for plane in self.world.planes]
+        was_asked = False
         while not stop.is_set():
             self._burst(pace)
             for number, plane in enumerate(self.world.planes):
@@ -211,7 +215,8 @@ class SimServer:
                     pace.change(speedup, time.monotonic())
             self._flush()
             self._show()
-            self._poll(pace.wait_s(time.monotonic()))
+            # What the next tick answers is not kept waiting.
+            was_asked = self._poll(pace.wait_s(time.monotonic(), 0.0 if was_asked else _TURN_S))
 
     @staticmethod
     def _speedup(plane: PlaneComponent) -> float:
@@ -322,8 +327,10 @@ class SimServer:
             if self._selector.get_key(connection.socket).events != events:
                 self._selector.modify(connection.socket, events, connection)
 
-    def _poll(self, timeout_s: float) -> None:
-        for key, events in self._selector.select(timeout_s):
+    def _poll(self, timeout_s: float) -> bool:
+        """Hear what is said until then; whether somebody said anything."""
+        heard = self._selector.select(timeout_s)
+        for key, events in heard:
             owner: Any = key.data
             if owner is None:
                 self._woken()
@@ -332,6 +339,7 @@ class SimServer:
             elif events & selectors.EVENT_READ and owner in self._connections:
                 self._read(owner)
         self._flush()
+        return bool(heard)
 
     def _read(self, connection: _Connection) -> None:
         data = connection.read()
