@@ -81,7 +81,8 @@ pub struct LandingOptions {
     pub slope: f64,
     /// Height above the ground where the final leg begins, m, 15 to 200. Default 40.
     pub final_height_m: f64,
-    /// Smallest radius of the circle, m, 20 to 500. Default 80 (`WP_LOITER_RAD`).
+    /// Smallest radius of the circle, m, 20 to 500. Default 80, wider than an ArduPlane's usual one (`WP_LOITER_RAD`, 60): a plane that
+    /// goes down flies it slowly, and the wind must not carry it off. For a known vehicle [`crate::approaches`] takes its own.
     pub radius_m: f64,
     /// Whether the circle is flown clockwise, to the right of the final leg. Default yes.
     pub is_clockwise: bool,

@@ -105,7 +105,7 @@ pub struct Loiter {
     pub radius_m: f64,
     /// Its sense.
     pub is_clockwise: bool,
-    /// Whether the plan gives the radius; otherwise it is the vehicle's own.
+    /// Whether the radius is the item's own; false where it names none, and the vehicle flies its usual one (`WP_LOITER_RAD`).
     pub is_own_radius: bool,
     /// Way in it, metres; null when it has no end or is not known.
     #[cfg_attr(feature = "describe", schema(required = true))]

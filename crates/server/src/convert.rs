@@ -12,7 +12,7 @@ use vencejo_link::{self as link, LinkStats};
 use vencejo_proto::{Frame, MonoTime, decode_fields, message_name};
 use vencejo_station::{Station, VehicleHandle};
 use vencejo_vehicle::modes::ModeFamily;
-use vencejo_vehicle::telemetry::TelemetryGroups;
+use vencejo_vehicle::telemetry::{LOST_AFTER, STALE_AFTER, TelemetryGroups};
 use vencejo_vehicle::{self as vehicle, Reply};
 
 use crate::dto;
@@ -156,7 +156,11 @@ pub(crate) fn vehicle_summaries(station: &Station) -> Vec<dto::VehicleSummary> {
 
 pub(crate) fn progress(vehicle: &VehicleHandle) -> dto::MissionProgress {
     let progress = vehicle.progress().unwrap_or_default();
+    let conduct = vehicle.conduct();
     dto::MissionProgress {
+        follows_mission: conduct.follows_mission,
+        is_landing: conduct.is_landing,
+        turn_rate_deg_s: conduct.turn_rate_rad_s.map(f64::to_degrees),
         item: progress.current.and_then(|seq| vehicle.item_of_seq(seq)),
         total: progress.total,
         reached: progress.reached.iter().filter_map(|seq| vehicle.item_of_seq(*seq)).collect(),
@@ -538,6 +542,17 @@ pub(crate) fn param(param: &vehicle::Param) -> dto::Param {
 pub(crate) fn usual_plane() -> serde_json::Value {
     let loiter_radius_m = ProgressOptions::default().loiter_radius_m;
     serde_json::json!({"loiter_radius_m": loiter_radius_m, "airspeed_m_s": CheckContext::default().airspeed_m_s})
+}
+
+/// The kind of each `MAV_TYPE` that is one.
+pub(crate) fn vehicle_kinds() -> serde_json::Value {
+    let kind = |mav_type: u8| Some((mav_type.to_string(), vehicle::VehicleKind::of(mav_type)?.as_str().into()));
+    serde_json::Value::Object((0..=u8::MAX).filter_map(kind).collect())
+}
+
+/// After how long a value, or a vehicle, counts for less, and for nothing, seconds.
+pub(crate) fn ages() -> serde_json::Value {
+    serde_json::json!({"stale_s": STALE_AFTER.as_secs_f64(), "lost_s": LOST_AFTER.as_secs_f64()})
 }
 
 /// The table of commands.

@@ -77,13 +77,16 @@ pub use tokens::Tokens;
 /// The version of the package.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// What the page has of the core without asking, as `gcs/src/lib/domain/core.json` holds it: an ArduPlane as it comes, and the table
-/// of mission commands.
+/// What the page has of the core without asking, as `gcs/src/lib/domain/core.json` holds it: an ArduPlane as it comes, the kinds of
+/// vehicles, how old a value may be, and the table of mission commands.
 pub fn core_facts() -> String {
-    let plane = convert::usual_plane();
+    let (plane, kinds, ages) = (convert::usual_plane(), convert::vehicle_kinds(), convert::ages());
     let row = |info| serde_json::to_string(&info).expect("invariant: a command is JSON");
     let rows: Vec<String> = convert::commands().into_iter().map(row).collect();
-    format!("{{\n\"plane\": {plane},\n\"commands\": [\n{}\n]\n}}\n", rows.join(",\n"))
+    format!(
+        "{{\n\"plane\": {plane},\n\"kinds\": {kinds},\n\"ages\": {ages},\n\"commands\": [\n{}\n]\n}}\n",
+        rows.join(",\n")
+    )
 }
 
 /// The description of the API (OpenAPI 3.1) as `schemas/openapi.json` holds it.

@@ -19,7 +19,7 @@ use vencejo_proto::{Address, Message, MissionSeq, MonoTime, SystemId};
 use vencejo_vehicle::modes::ModeFamily;
 use vencejo_vehicle::telemetry::{self, Telemetry, Text};
 use vencejo_vehicle::{
-    Danger, FlightParameters, FlightPreparation, MissionProgress, PlanState, Request, TerrainBlock, Vehicle,
+    Conduct, Danger, FlightParameters, FlightPreparation, MissionProgress, PlanState, Request, TerrainBlock, Vehicle,
     VehicleEvent, VehicleId,
 };
 
@@ -78,6 +78,11 @@ impl VehicleHandle {
     /// Where it stands in its mission.
     pub fn progress(&self) -> Option<MissionProgress> {
         self.station.shared.with_vehicle(self.id, |vehicle| vehicle.progress())
+    }
+
+    /// What it does by itself now.
+    pub fn conduct(&self) -> Conduct {
+        self.station.shared.with_vehicle(self.id, |vehicle| vehicle.conduct()).unwrap_or_default()
     }
 
     /// What is known of a plan on board.

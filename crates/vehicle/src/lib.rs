@@ -59,22 +59,26 @@
 //! | `reach` | whether the vehicle hears us |
 //! | `refusal` | why it refuses, and what a person can do about it |
 //! | [`progress`] | where the vehicle stands in its mission |
+//! | `conduct` | what it does by itself now |
 //! | [`signing`] | giving it a signing key and taking it away |
 //! | [`heartbeat`] | our own heartbeat; whose heartbeat makes a vehicle |
 //! | `terrain` | the ground's heights that it asks for |
 //! | [`transfer`] | plans, parameters and files, both ways |
 //! | `id` | which vehicle is meant |
+//! | `kind` | what kind of vehicle a `MAV_TYPE` is |
 //! | [`registry`] | the vehicles of a link, and those far away |
 
 #![allow(deprecated, reason = "messages that MAVLink calls deprecated are what older vehicles speak")]
 
 pub mod command;
+mod conduct;
 mod danger;
 #[cfg(feature = "describe")]
 mod described;
 mod error;
 pub mod heartbeat;
 mod id;
+mod kind;
 pub mod modes;
 mod plan_record;
 mod plan_state;
@@ -93,11 +97,13 @@ pub mod timesync;
 pub mod transfer;
 mod vehicle;
 
+pub use conduct::Conduct;
 pub use danger::Danger;
 #[cfg(feature = "describe")]
 pub use described::Described;
 pub use error::VehicleError;
 pub use id::VehicleId;
+pub use kind::VehicleKind;
 pub use plan_record::{Doubt, PlanRecord, StoredRecord, VehicleKey, Writer};
 pub use plan_state::{PlanState, Unknown};
 pub use preparation::FlightPreparation;

@@ -7,6 +7,7 @@ use std::fmt;
 
 use thiserror::Error;
 
+use crate::kind::VehicleKind;
 use crate::refusal::Refusal;
 
 /// Whose mode numbers a vehicle uses.
@@ -23,28 +24,13 @@ pub enum ModeFamily {
     Other,
 }
 
-/// `MAV_TYPE`s that ArduPlane sends: fixed wing and the VTOLs.
-const fn is_plane_type(mav_type: u8) -> bool {
-    matches!(mav_type, 1 | 19..=25)
-}
-
-/// `MAV_TYPE`s that ArduCopter sends: helicopters and multicopters.
-const fn is_copter_type(mav_type: u8) -> bool {
-    matches!(mav_type, 2 | 3 | 4 | 13 | 14 | 15 | 29 | 35)
-}
-
-/// Whether a `MAV_TYPE` can hover: the copters and the VTOLs.
-pub(crate) const fn is_hovering_type(mav_type: u8) -> bool {
-    is_copter_type(mav_type) || matches!(mav_type, 19..=25)
-}
-
 impl ModeFamily {
     /// The family of a vehicle by its HEARTBEAT (`MAV_AUTOPILOT`, `MAV_TYPE`).
     #[must_use]
     pub fn of(autopilot: u8, mav_type: u8) -> Self {
-        match (autopilot, mav_type) {
-            (3, mav_type) if is_plane_type(mav_type) => Self::ArduPlane,
-            (3, mav_type) if is_copter_type(mav_type) => Self::ArduCopter,
+        match (autopilot, VehicleKind::of(mav_type)) {
+            (3, Some(VehicleKind::Plane | VehicleKind::Vtol)) => Self::ArduPlane,
+            (3, Some(VehicleKind::Copter)) => Self::ArduCopter,
             (12, _) => Self::Px4,
             _ => Self::Other,
         }

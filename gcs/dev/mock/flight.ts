@@ -192,6 +192,9 @@ export function telemetryAt(
       fence: { ...group, is_breached: false, breach_count: 0, breach_type: 0 },
     },
     progress: {
+      follows_mission: isArmed,
+      is_landing: false,
+      turn_rate_deg_s: null,
       item: index,
       total: mission.length,
       reached: Array.from({ length: index - 1 }, (_, n) => n + 1),

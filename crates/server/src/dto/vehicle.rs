@@ -78,9 +78,18 @@ pub struct FlightPreparation {
     pub rewinds_mission: bool,
 }
 
-/// Where the vehicle stands in its mission.
+/// What the vehicle does by itself, and where it stands in its mission.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema, Default)]
 pub struct MissionProgress {
+    /// Whether its mode flies the mission; null while its mode is not known.
+    #[schema(required = true)]
+    pub follows_mission: Option<bool>,
+    /// Whether it is on its way down to land, so that this can be aborted; null when that is not known, as in a mission that was not read.
+    #[schema(required = true)]
+    pub is_landing: Option<bool>,
+    /// How fast its course turns while it circles by itself, clockwise positive; null in other modes, and where that is not known.
+    #[schema(required = true)]
+    pub turn_rate_deg_s: Option<f64>,
     /// Item in execution, counted from 1.
     #[schema(required = true)]
     pub item: Option<u16>,

@@ -50,7 +50,9 @@ use vencejo_proto::param::ParamName;
 use vencejo_proto::{Address, MavVersion, MonoTime};
 
 use crate::command::{CommandConfig, Commands};
-use crate::modes::{FlightMode, ModeFamily, is_hovering_type};
+use crate::conduct::Conduct;
+use crate::kind::VehicleKind;
+use crate::modes::{FlightMode, ModeFamily};
 use crate::plan_state::{PlanState, PlanStates};
 use crate::preparation::FlightPreparation;
 use crate::progress::{MissionProgress, ProgressTracker};
@@ -282,6 +284,13 @@ impl Vehicle {
         MissionProgress { target_off_m: self.target_off_m(), ..progress }
     }
 
+    /// What it does by itself now.
+    #[must_use]
+    pub fn conduct(&self) -> Conduct {
+        let current = self.telemetry.mission.and_then(|mission| mission.value.seq.checked_sub(self.first_seq()));
+        Conduct::of(&self.telemetry, self.mission().map(Arc::as_ref), current.map(usize::from))
+    }
+
     /// What decides where a mission takes it: its airspeed, and the rest.
     #[must_use]
     pub fn progress_terms(&self) -> (f64, ProgressOptions) {
@@ -401,7 +410,9 @@ impl Vehicle {
             home: self.telemetry.home.map(|home| home.value),
             position: position.and_then(|at| GeoPoint::new(at.lat_deg?, at.lon_deg?).ok()),
             on_ground: self.telemetry.is_on_ground(),
-            can_hover: self.limits.can_hover || tells_vtol || mav_type.is_some_and(is_hovering_type),
+            can_hover: self.limits.can_hover
+                || tells_vtol
+                || mav_type.and_then(VehicleKind::of).is_some_and(VehicleKind::can_hover),
             finds_landing: self.flight_parameters.finds_landing,
             flies_arcs: self.flies_arcs(),
             airspeed_m_s: self.flight_parameters.airspeed_m_s.unwrap_or(self.limits.airspeed_m_s),

@@ -6062,15 +6062,19 @@ export interface components {
              */
             item: number;
         };
-        /** @description Where the vehicle stands in its mission. */
+        /** @description What the vehicle does by itself, and where it stands in its mission. */
         MissionProgress: {
             /**
              * Format: double
              * @description Distance over ground to the mission's end.
              */
             distance_m: number | null;
+            /** @description Whether its mode flies the mission; null while its mode is not known. */
+            follows_mission: boolean | null;
             /** @description Whether it was flown to its end. */
             is_complete: boolean;
+            /** @description Whether it is on its way down to land, so that this can be aborted; null when that is not known, as in a mission that was not read. */
+            is_landing: boolean | null;
             /**
              * Format: int32
              * @description Item in execution, counted from 1.
@@ -6099,6 +6103,11 @@ export interface components {
              * @description Items in the mission.
              */
             total: number | null;
+            /**
+             * Format: double
+             * @description How fast its course turns while it circles by itself, clockwise positive; null in other modes, and where that is not known.
+             */
+            turn_rate_deg_s: number | null;
         };
         /** @description Where to begin a mission. */
         MissionStart: {
@@ -8299,7 +8308,7 @@ export interface components {
             is_clockwise: boolean;
             /** @description Whether that rests on what the plan does not tell: a speed, a climb, the vehicle's own radius. */
             is_estimate: boolean;
-            /** @description Whether the plan gives the radius; otherwise it is the vehicle's own. */
+            /** @description Whether the radius is the item's own; false where it names none, and the vehicle flies its usual one (`WP_LOITER_RAD`). */
             is_own_radius: boolean;
             /** @description Until when. */
             kind: components["schemas"]["WayCircling"];

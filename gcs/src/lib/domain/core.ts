@@ -10,6 +10,17 @@ export const USUAL_PLANE: {
   readonly airspeed_m_s: number;
 } = core.plane;
 
+/** How old a value or a vehicle's last word may be, seconds: older than `stale_s` it is marked, older than `lost_s` it says nothing. */
+export const AGES: { readonly stale_s: number; readonly lost_s: number } = core.ages;
+
+export type VehicleKind = 'plane' | 'copter' | 'vtol' | 'rover' | 'boat' | 'sub' | 'other';
+
+const KINDS: Readonly<Record<string, string>> = core.kinds;
+
+/** What a MAV_TYPE is. */
+export const vehicleKind = (mav_type: number | null): VehicleKind =>
+  (KINDS[String(mav_type)] ?? 'other') as VehicleKind;
+
 export interface CommandParam {
   /** English; empty when the command does not use the parameter. */
   readonly label: string;

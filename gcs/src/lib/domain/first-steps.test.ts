@@ -7,7 +7,7 @@ const unknown: Standing = {
   isArmed: null,
   needsPreparation: null,
   isReady: null,
-  mode: null,
+  followsMission: null,
 };
 const done = (known: Partial<Standing>) =>
   firstSteps({ ...unknown, ...known }).flatMap(({ name, isDone }) => (isDone ? [name] : []));
@@ -19,13 +19,12 @@ it('counts nothing as done that is not known', () => {
 });
 
 it('goes on as the vehicle does', () => {
-  const sent = { hasPlan: true, isSent: true, isArmed: false, mode: 'AUTO' };
+  const sent = { hasPlan: true, isSent: true, isArmed: false, followsMission: true };
   expect(done({ ...sent, needsPreparation: true })).toEqual(['plan', 'send']);
   expect(done({ ...sent, needsPreparation: false })).toEqual(['plan', 'send', 'prepare']);
   expect(done({ ...sent, needsPreparation: false, isReady: true })).toEqual(['plan', 'send', 'prepare', 'ready']);
-  expect(done({ ...sent, isArmed: true, mode: 'MANUAL' })).toEqual(['plan', 'send', 'prepare', 'ready', 'arm']);
+  expect(done({ ...sent, isArmed: true, followsMission: false })).toEqual(['plan', 'send', 'prepare', 'ready', 'arm']);
   expect(done({ ...sent, isArmed: true })).toHaveLength(6);
-  expect(done({ ...sent, isArmed: true, mode: 'AUTO_MISSION' })).toHaveLength(6);
 });
 
 it('leads to what comes next, and never to arm before there is a plan on board', () => {
@@ -38,6 +37,6 @@ it('leads to what comes next, and never to arm before there is a plan on board',
   expect(on({ ...sent, needsPreparation: false, isReady: false })).toBeNull();
   // nobody says whether it is ready: the vehicle itself refuses if it is not
   expect(on({ ...sent, needsPreparation: false, isReady: null })).toBe('arm');
-  expect(on({ ...sent, isArmed: true, mode: 'MANUAL' })).toBe('start');
-  expect(on({ ...sent, isArmed: true, mode: 'AUTO' })).toBeNull();
+  expect(on({ ...sent, isArmed: true, followsMission: false })).toBe('start');
+  expect(on({ ...sent, isArmed: true, followsMission: true })).toBeNull();
 });

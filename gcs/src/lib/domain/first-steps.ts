@@ -1,7 +1,5 @@
 /** From a plan to the take-off: what is done, and what comes next. */
 
-import { followsMission } from './modes';
-
 /** What is known of the vehicle and the plan; `null` is what is not known yet. */
 export interface Standing {
   hasPlan: boolean;
@@ -10,18 +8,19 @@ export interface Standing {
   /** Whether it must be prepared for a flight. */
   needsPreparation: boolean | null;
   isReady: boolean | null;
-  mode: string | null;
+  /** Whether its mode flies the mission. */
+  followsMission: boolean | null;
 }
 
 /** The steps in their order. One is done only when that is known. */
-export const firstSteps = ({ hasPlan, isSent, isArmed, needsPreparation, isReady, mode }: Standing) =>
+export const firstSteps = ({ hasPlan, isSent, isArmed, needsPreparation, isReady, followsMission }: Standing) =>
   [
     { name: 'plan', isDone: hasPlan },
     { name: 'send', isDone: isSent },
     { name: 'prepare', isDone: isArmed === true || (isArmed === false && needsPreparation === false) },
     { name: 'ready', isDone: isArmed === true || isReady === true },
     { name: 'arm', isDone: isArmed === true },
-    { name: 'start', isDone: isArmed === true && followsMission(mode) === true },
+    { name: 'start', isDone: isArmed === true && followsMission === true },
   ] as const;
 
 export type Steps = ReturnType<typeof firstSteps>;

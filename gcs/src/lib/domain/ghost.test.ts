@@ -1,7 +1,7 @@
 import { describe, expect, it } from 'vitest';
 import { bearing_deg, distance_m } from './geo';
 import { wrap180_deg } from './lonlat';
-import { GHOST_LIMIT_S, deadReckon, turnRate_deg_s, type LastKnown } from './ghost';
+import { GHOST_LIMIT_S, deadReckon, type LastKnown } from './ghost';
 
 const last: LastKnown = {
   at: { lat_deg: 40.3332, lon_deg: -3.7978 },
@@ -40,11 +40,4 @@ describe('deadReckon', () => {
     expect(deadReckon(last, -1).at).toEqual(last.at);
     expect(deadReckon(last, GHOST_LIMIT_S + 500).at).toEqual(deadReckon(last, GHOST_LIMIT_S).at);
   });
-});
-
-it('knows the rate of a coordinated turn', () => {
-  expect(turnRate_deg_s(Math.PI / 6, 20)).toBeCloseTo(16.22, 2);
-  expect(turnRate_deg_s(-Math.PI / 6, 20)).toBeCloseTo(-16.22, 2);
-  expect(turnRate_deg_s(0.5, 0)).toBe(0);
-  expect(turnRate_deg_s(1.5707, 20)).toBe(0);
 });

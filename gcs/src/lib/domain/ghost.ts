@@ -11,7 +11,7 @@ export interface LastKnown {
   /** Of the nose. */
   heading_deg: number;
   groundspeed_m_s: number;
-  /** Clockwise positive; 0 unless the plane was circling, because other turns end soon. */
+  /** Clockwise positive; 0 unless the plane was circling, as the core told. */
   turn_rate_deg_s: number;
 }
 
@@ -86,10 +86,4 @@ export function followTrack(last: LastKnown, track: Track, early_s: number, elap
     path,
     isOnRoute: true,
   };
-}
-
-/** Turn rate of a coordinated turn, clockwise positive: g · tan(roll) / speed. */
-export function turnRate_deg_s(roll_rad: number, speed_m_s: number): number {
-  if (speed_m_s < MOVING_M_S || Math.abs(roll_rad) > 1.4) return 0;
-  return ((9.80665 * Math.tan(roll_rad)) / speed_m_s) * (180 / Math.PI);
 }

@@ -1,5 +1,6 @@
 // All vehicles as a list: what each row says, what is searched, which are marked, the groups that a person keeps.
 import { SvelteSet } from 'svelte/reactivity';
+import { vehicleKind } from '$lib/domain/core';
 import {
   type AttentionLevel,
   attentionTo,
@@ -17,7 +18,6 @@ import {
 import { t } from '$lib/i18n/index.svelte';
 import { clock } from './clock.svelte';
 import { load, save } from './stored';
-import { kindOf } from './vehicles.svelte';
 
 /** Vehicles by name of their group. */
 type Groups = Readonly<Record<string, readonly string[]>>;
@@ -107,7 +107,7 @@ class Fleet {
 
   /** What a vehicle is called. */
   nameOf(row: RosterRow): string {
-    return row.remote_name ?? `${t(`vehicle.${kindOf(row.mav_type)}`)} ${row.id}`;
+    return row.remote_name ?? `${t(`vehicle.${vehicleKind(row.mav_type)}`)} ${row.id}`;
   }
 
   /** How urgently somebody should look at a vehicle. */

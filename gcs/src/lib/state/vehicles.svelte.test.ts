@@ -81,8 +81,7 @@ describe('Vehicle', () => {
     vehicle.rest = { track, from_ms: -5_000 };
     expect(vehicle.ghost(20_000)).toMatchObject({ isOnRoute: false });
     vehicle.rest = { track, from_ms: 5_000 };
-    const manual = { heartbeat: { ...groups.heartbeat!, mode: 'FBWA' } };
-    vehicle.apply({ groups: manual, progress: null, heardAt_ms: {} });
+    vehicle.apply({ groups: {}, progress: { ...progress, follows_mission: false }, heardAt_ms: {} });
     expect(vehicle.ghost(20_000)).toMatchObject({ isOnRoute: false });
   });
 

@@ -12,8 +12,9 @@ import type {
   VehicleState,
   VehicleSummary,
 } from '$lib/api/types';
+import { vehicleKind } from '$lib/domain/core';
 import { freshness, type Freshness } from '$lib/domain/freshness';
-import { deadReckon, followTrack, turnRate_deg_s, type Ghost, type LastKnown } from '$lib/domain/ghost';
+import { deadReckon, followTrack, type Ghost, type LastKnown } from '$lib/domain/ghost';
 import { lonLat, wrap360_deg } from '$lib/domain/lonlat';
 import type { Track } from '$lib/domain/rehearsal';
 import { PLANE_ROUTE, type RouteOptions } from '$lib/domain/way';
@@ -27,8 +28,6 @@ import { SensorHistory } from './sensors';
 const TEXTS_KEPT = 1000;
 /** What was rehearsed longer before a vehicle was lost says too little of where it is. */
 const REST_LASTS_S = 10;
-/** Modes in which a plane that banks goes on circling. */
-const CIRCLING = /^(LOITER|CIRCLE|RTL|GUIDED|QLOITER|QRTL|THERMAL)/;
 
 export interface Text {
   id: number;
@@ -106,7 +105,7 @@ export class Vehicle {
     const landed = this.groups.extended?.landed;
     return landed === undefined || landed === 'undefined' ? null : landed === 'on ground';
   });
-  kind = $derived(kindOf(this.groups.heartbeat?.mav_type ?? null));
+  kind = $derived(vehicleKind(this.groups.heartbeat?.mav_type ?? null));
   /** What to call it, in the language in use. */
   /** Its name in a fleet, when it is far away: the id is then only this server’s. */
   remoteName = $state<string | null>(null);
@@ -128,21 +127,19 @@ export class Vehicle {
 
   /** The last that is known of its movement, for dead reckoning; null when there is no position. */
   lastKnown(): LastKnown | null {
-    const { position, hud, attitude, heartbeat } = this.groups;
+    const { position, hud } = this.groups;
     const at = lonLat(position?.lon_deg, position?.lat_deg);
     if (!position || at === null) return null;
     const north_m_s = position.velocity_north_m_s ?? 0;
     const east_m_s = position.velocity_east_m_s ?? 0;
     const groundspeed_m_s = Math.hypot(north_m_s, east_m_s);
     const course_deg = wrap360_deg((Math.atan2(east_m_s, north_m_s) * 180) / Math.PI);
-    const speed_m_s = hud?.airspeed_m_s ?? groundspeed_m_s;
-    const isCircling = CIRCLING.test(heartbeat?.mode ?? '');
     return {
       at,
       course_deg,
       heading_deg: position.heading_deg ?? hud?.heading_deg ?? course_deg,
       groundspeed_m_s,
-      turn_rate_deg_s: isCircling ? turnRate_deg_s(attitude?.roll_rad ?? 0, speed_m_s) : 0,
+      turn_rate_deg_s: this.progress?.turn_rate_deg_s ?? 0,
     };
   }
 
@@ -153,7 +150,7 @@ export class Vehicle {
 
   /** Whether it flies its mission, as far as it has told. */
   get isInMission(): boolean {
-    return this.mode === 'AUTO' && this.isArmed === true && this.isOnGround === false;
+    return this.progress?.follows_mission === true && this.isArmed === true && this.isOnGround === false;
   }
 
   /**
@@ -259,26 +256,6 @@ export class Vehicle {
   #hear(at_ms: number): void {
     if (this.lastHeard_ms === null || at_ms > this.lastHeard_ms) this.lastHeard_ms = at_ms;
   }
-}
-
-export type VehicleKind = 'plane' | 'copter' | 'vtol' | 'rover' | 'boat' | 'sub' | 'other';
-
-/** What a MAV_TYPE is. */
-export function kindOf(mav_type: number | null): VehicleKind {
-  if (mav_type === null) return 'other';
-  if (mav_type >= 19 && mav_type <= 25) return 'vtol';
-  const kinds: Record<number, VehicleKind> = {
-    1: 'plane',
-    2: 'copter',
-    4: 'copter',
-    10: 'rover',
-    11: 'boat',
-    12: 'sub',
-    13: 'copter',
-    14: 'copter',
-    15: 'copter',
-  };
-  return kinds[mav_type] ?? 'other';
 }
 
 /** The groups after a change; what the vehicle no longer has is gone. */
