@@ -133,8 +133,9 @@ mod tests {
     use serde_json::{Value, json};
 
     use super::*;
+    use crate::error::VehicleError;
     use crate::request::ModeChoice;
-    use crate::vehicle::commands_of;
+    use crate::vehicle::refusal_of;
 
     #[test]
     fn a_request_is_read_from_its_name_and_values() {
@@ -204,28 +205,33 @@ mod tests {
                 };
                 whole.insert(key.clone(), value);
             }
-            let sent = |values: serde_json::Map<String, Value>| {
-                commands_of(&Request::named(&name, Value::Object(values)).expect("a request"))
+            let refused = |values: serde_json::Map<String, Value>| {
+                refusal_of(&Request::named(&name, Value::Object(values)).expect("a request"))
             };
-            // A velocity is for what hovers, a note goes nowhere.
-            if sent(whole.clone()).is_empty() {
-                assert!(["velocity", "texts", "prepare-flight"].contains(&name.as_str()), "{name}: {whole:?}");
-                continue;
-            }
+            // A flight is prepared only by whoever was heard.
+            let refusal = refused(whole.clone()).filter(|_| name != "prepare-flight");
+            assert_eq!(refusal, None, "{name}: {whole:?}");
             for (key, schema) in values["properties"].as_object().into_iter().flatten() {
+                let is_whole = schema["type"] == "integer";
+                let step = if is_whole { 1.0 } else { 0.001 };
                 let bounds = [
-                    lies(schema, "minimum").map(|least| least - 0.001),
-                    lies(schema, "maximum").map(|most| most + 0.001),
+                    lies(schema, "minimum").map(|least| least - step),
+                    lies(schema, "maximum").map(|most| most + step),
                     lies(schema, "exclusiveMaximum"),
                 ];
-                for beyond in bounds.into_iter().flatten() {
+                // Below 0 no whole number is read.
+                for beyond in bounds.into_iter().flatten().filter(|beyond| !is_whole || *beyond >= 0.0) {
+                    let beyond = if is_whole { json!(beyond as u64) } else { json!(beyond) };
                     let mut values = whole.clone();
-                    values.insert(key.clone(), json!(beyond));
-                    assert_eq!(sent(values), [], "{name}: {key} = {beyond}");
+                    values.insert(key.clone(), beyond.clone());
+                    let refusal = refused(values);
+                    let is_told =
+                        matches!(&refusal, Some(VehicleError::InvalidValue { field, .. }) if *field == key.as_str());
+                    assert!(is_told, "{name}: {key} = {beyond}: {refusal:?}");
                     checked += 1;
                 }
             }
         }
-        assert!(checked >= 26, "{checked}");
+        assert!(checked >= 35, "{checked}");
     }
 }

@@ -66,6 +66,8 @@ use board::OnBoard;
 use lane::Lane;
 use operation::{Op, State};
 pub(crate) use sent::commands_of;
+#[cfg(all(test, feature = "describe"))]
+pub(crate) use sent::refusal_of;
 use steps::Context;
 
 /// Settings of a vehicle.
